@@ -7,6 +7,7 @@ and only what is simulated is exchanged.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 import trimesh
 
@@ -220,5 +221,7 @@ class Wall:
         )
         robot = load_robot(config.robot)
         planned = plan_on(target, on_robot(config, robot), robot)
-        planned = replace(planned, limits=replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3))
+        planned = replace(
+            planned, limits=msgspec.structs.replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3)
+        )
         return found_by(planned, carry_out(planned))

@@ -94,11 +94,11 @@ def apart_figures(figures, trials, seed):
             for each in library.materials:
                 for _ in range(trials):
                     found = recognise(library, drawn_touches(each, [STROKE] * strokes, rng))
-                    unknown = found.answer is RecognitionOutcome.UNKNOWN
+                    unknown = found.outcome is RecognitionOutcome.UNKNOWN
                     good = found.best == each.name and not unknown
                     right, refused = right + good, refused + unknown
-                    given += found.answer is RecognitionOutcome.RECOGNISED
-                    given_right += found.answer is RecognitionOutcome.RECOGNISED and good
+                    given += found.outcome is RecognitionOutcome.RECOGNISED
+                    given_right += found.outcome is RecognitionOutcome.RECOGNISED and good
             of = trials * COUNT
             wanted = scatter == 0.02
             name = f"{100 * scatter:g} % scatter, right after {strokes}"
@@ -123,7 +123,7 @@ def outsider_figures(figures, trials, seed):
                 other = material("outsider", mu, 3e-3, 0.02)
                 for _ in range(trials):
                     found = recognise(library, drawn_touches(other, [STROKE] * strokes, rng))
-                    unknown += found.answer is RecognitionOutcome.UNKNOWN
+                    unknown += found.outcome is RecognitionOutcome.UNKNOWN
             of = trials * len(mus)
             asked = ">= 95 %" if strokes == wanted else ""
             kept = strokes != wanted or unknown >= 0.95 * of
@@ -176,9 +176,9 @@ def mujoco_figures(figures, rounds, seed, picture):
             cases.append((source.name, found))
             if source in library.materials:
                 counts.append(len(touches))
-                right += found.best == source.name and found.answer is not RecognitionOutcome.UNKNOWN
+                right += found.best == source.name and found.outcome is not RecognitionOutcome.UNKNOWN
     unknown = sum(
-        found.answer is RecognitionOutcome.UNKNOWN for name, found in cases if name.startswith("stranger")
+        found.outcome is RecognitionOutcome.UNKNOWN for name, found in cases if name.startswith("stranger")
     )
     figures.add("library in MuJoCo, right", share(right, len(counts)))
     figures.add("  touches until enough: mean, most", f"{np.mean(counts):.1f}, {max(counts)}")
@@ -196,7 +196,7 @@ def choice_figures(figures, trials, seed):
             for _ in range(trials):
                 specimen = drawn_specimen(source, rng)
                 touches, found = [], recognise(library, [])
-                while found.answer is RecognitionOutcome.UNDECIDED and len(touches) < MOST_TOUCHES:
+                while found.outcome is RecognitionOutcome.UNDECIDED and len(touches) < MOST_TOUCHES:
                     slip = (
                         next_touch(found, CANDIDATES).slip
                         if by_choice
@@ -207,7 +207,7 @@ def choice_figures(figures, trials, seed):
                     touches += drawn_touches(source, [slip], rng, specimen=specimen)
                     found = recognise(library, touches)
                 counts.append(len(touches))
-                right += found.best == source.name and found.answer is not RecognitionOutcome.UNKNOWN
+                right += found.best == source.name and found.outcome is not RecognitionOutcome.UNKNOWN
         shown = f"{np.mean(counts):.2f}, right {share(right, len(counts))}"
         figures.add(f"touches until enough, {name}: mean", shown)
 

@@ -87,7 +87,7 @@ def explorations(seed: int, scale: float, folder: Path) -> tuple[dict[str, Explo
 def grasps(scale: float, folder: Path) -> dict[str, Grasp]:
     """Return the grasp by the simulated hand, and by the one on the wire."""
     planned = plan_grasp(GraspConfig(), None, {})
-    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
+    planned = replace(planned, limits=msgspec.structs.replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.30", ("127.0.9.31", "127.0.9.32"), folder / "bus", scale)
     found = {}
     for name, hand in (("MuJoCo", None), ("wire", emulated_hand(planned.task(), wires))):

@@ -4,45 +4,45 @@ On a surface that is at rest, F = K d + c d' with d the depth of the tip. Of for
 fast counts, the innovations of fading-memory filters (Brookner 1998, section 1.3): slow is what a surface does of
 its own. K and c are their least squares, older ones counted less and less.
 
-A surface that moves fast is no excitation but a disturbance, and what control answers to it is not the contact: a
-loop v = k (F_set - F) that follows a sine of w shows K = w sin(w T) / k and a negative c, its own inverse. So a
+A surface that moves fast is no excitation but a disturbance, and the reaction of control to it is not the contact:
+a loop v = k (F_set - F) that follows a sine of w shows K = w sin(w T) / k and a negative c, its own inverse. So a
 result counts only where the force swings clearly, hardly anything of it is left unexplained, and K and c are those
 of a passive contact; and not while the filters are still taking up how fast the surface went when it was met.
 """
 
 import math
 
-from palpate.controllers.surface_motion import LEAST_DELAY
+from palpate.controllers.surface_motion import MIN_DELAY
 from palpate.errors import positive
 
 MEMORY = 1.0
 """Time constant of the filters, in delays of force control: swings of a loop that is too strong take three to four
 delays, and pass; what surfaces do that can be followed takes ten times as long, and does not."""
 
-TAKING_UP = 10.0
+SETTLING_DELAYS = 10.0
 """Delays after a touch in which nothing counts: a surface that was met at 25 mm/s has had it take 20 kN/m for 6,
 after 6 delays still."""
 
 FORGETTING = 15.0
 """Time constant of the least squares, in delays: four swings of a loop that is too strong."""
 
-LEAST_SWING = 0.03
+MIN_SWING = 0.03
 """RMS of the force's fast part, per set force, that tells anything: 20 times a Nano17's noise at 2 N."""
 
-LEAST_EXPLAINED = 0.97
+MIN_EXPLAINED = 0.97
 """Share of the force's fast part that depth and its rate must explain."""
 
-LEAST_DAMPING = -1.0
+MIN_DAMPING = -1.0
 """c / K, in periods of control: what is less is no passive contact. Sampling alone makes half a period of it."""
 
 STEADY_WITHIN, STEADY_FOR = 0.1, 5
 """A result counts that has changed by less than this share in so many looks at the sums: as long as half a swing.
 What a surface's speed does to the sums, as it changes, goes on changing."""
 
-MOST_WRONG = 10.0
+MAX_RATIO = 10.0
 """By which factor the stiffness may differ from what it was taken for; what is farther off is cut off there."""
 
-WEIGHED_EVERY = 8
+UPDATE_INTERVAL = 8
 """Periods from one look at the sums to the next: they change slowly, and this costs most."""
 
 
@@ -82,10 +82,10 @@ class ContactStiffness:
         self._assumed = positive("assumed", assumed, "N/m")
         self._period = positive("period", period, "s")
         # what surfaces do is no faster where the robot has less delay
-        delay = max(positive("delay", delay, "s"), LEAST_DELAY)
+        delay = max(positive("delay", delay, "s"), MIN_DELAY)
         fading = math.exp(-period / (MEMORY * delay))
         self._fast = _Fast(fading), _Fast(fading), _Fast(fading)
-        self._taking_up = round(TAKING_UP * delay / period)
+        self._taking_up = round(SETTLING_DELAYS * delay / period)
         self._forgetting = math.exp(-period / (FORGETTING * delay))
         self._per_sample = 1.0 - self._forgetting  # of a mean over what is remembered
         self.reset()
@@ -127,8 +127,8 @@ class ContactStiffness:
         self._dd = keep * self._dd + d * d
         self._dv = keep * self._dv + d * v
         self._vv = keep * self._vv + v * v
-        if self._count % WEIGHED_EVERY == 0:
-            self._weigh(LEAST_SWING * set_force)
+        if self._count % UPDATE_INTERVAL == 0:
+            self._weigh(MIN_SWING * set_force)
 
     def _weigh(self, least: float) -> None:
         """Take the sums' result over, if it counts; `least` is the swing that it takes [N]."""
@@ -140,8 +140,8 @@ class ContactStiffness:
         stiffness = (self._fd * self._vv - self._fv * self._dv) / determinant
         damping = (self._fv * self._dd - self._fd * self._dv) / determinant
         explained = stiffness * self._fd + damping * self._fv
-        passive = stiffness > 0.0 and damping >= LEAST_DAMPING * self._period * stiffness
-        if not passive or explained < LEAST_EXPLAINED * self._ff:
+        passive = stiffness > 0.0 and damping >= MIN_DAMPING * self._period * stiffness
+        if not passive or explained < MIN_EXPLAINED * self._ff:
             self._looks = 0
             return
         if abs(stiffness - self._before) > STEADY_WITHIN * self._before:
@@ -149,6 +149,6 @@ class ContactStiffness:
         self._looks += 1
         if self._looks < STEADY_FOR:
             return
-        low, high = self._assumed / MOST_WRONG, MOST_WRONG * self._assumed
+        low, high = self._assumed / MAX_RATIO, MAX_RATIO * self._assumed
         self.stiffness = min(max(stiffness, low), high)
         self.damping_time, self.known = max(damping, 0.0) / stiffness, True

@@ -1,6 +1,6 @@
 """Force gains for a contact that is damped, on what yields, pressed by a servo that yields.
 
-The model of `palpate.controllers.gains` takes the contact for a spring. A damped one, K + c s, answers to what is
+The model of `palpate.controllers.gains` takes the contact for a spring. A damped one, K + c s, responds to what is
 fast with more force than a spring, c / K times its frequency as much, until the servo's own stiffness K_s, in
 series with it, is all that is left. What yields on a mount of its own, K_m + c_m s + m s^2, is in series too: soft
 at rest, and as stiff as its contact to what is fast. With Z the stiffness of all in series,
@@ -22,13 +22,13 @@ from palpate.controllers.gains import LOOP_GAIN, ForceGain
 from palpate.controllers.margins import FREQUENCIES, ComplexArray, LoopMargins
 from palpate.errors import InvalidValueError, not_negative, positive
 
-LEAST_GAIN_MARGIN = 0.5 * math.pi / LOOP_GAIN
+MIN_GAIN_MARGIN = 0.5 * math.pi / LOOP_GAIN
 """That of the default loop gain on a spring: 3.14."""
 
-LEAST_MODULUS_MARGIN = 0.6
+MIN_MODULUS_MARGIN = 0.6
 """Least distance of the loop from -1; that of the default loop gain on a spring is 0.63."""
 
-SMALLER = 0.95
+GAIN_STEP = 0.95
 """By which a gain is lowered, again and again, that is too near to instability."""
 
 
@@ -101,9 +101,9 @@ class DampedContact:
             delay: T, all delays plus the lag of the servo [s].
         """
         loop = self._loop(positive("delay", delay, "s"))
-        gain = 1.0 / (_oscillating(loop) * LEAST_GAIN_MARGIN)
-        while float(np.abs(1.0 + gain * loop).min()) < LEAST_MODULUS_MARGIN:
-            gain *= SMALLER
+        gain = 1.0 / (_oscillating(loop) * MIN_GAIN_MARGIN)
+        while float(np.abs(1.0 + gain * loop).min()) < MIN_MODULUS_MARGIN:
+            gain *= GAIN_STEP
         return ForceGain(gain, self.series, delay)
 
     def margins(self, gain: ForceGain) -> LoopMargins:
@@ -117,7 +117,7 @@ class DampedContact:
         if largest >= 1.0:
             raise InvalidValueError(
                 f"force gain = {gain.gain:g} m/s/N: unstable on this contact; take at most "
-                f"{gain.gain / largest / LEAST_GAIN_MARGIN:.2g} m/s/N"
+                f"{gain.gain / largest / MIN_GAIN_MARGIN:.2g} m/s/N"
             )
         size, phase = np.abs(loop), np.unwrap(np.angle(loop))
         falls = np.flatnonzero((size[:-1] >= 1.0) & (size[1:] < 1.0))

@@ -20,8 +20,8 @@ from palpate.controllers.guarded_approach import ContactEvent, GuardedApproach, 
 from palpate.controllers.held_force import HeldForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import Orientation, carried_along
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke, TouchOnce
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, SingleTouch, Stroke
 from palpate.controllers.paths.plane import Point
 from palpate.controllers.paths.slides import Slide, slide
 from palpate.controllers.paths.strategy import Strategy
@@ -30,7 +30,7 @@ from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Vector, add, add_scaled, as_vector, dot, norm, rotate, scale, subtract, toward
 
-LEAST_TOUCH_IN_FLIGHT = 0.1
+MIN_TOUCH_IN_FLIGHT = 0.1
 """Lower bound, as a share of the set force, on what counts as a touch in flight. A sensor's zero drifts, and a tip
 that took 0.1 N of drift for an object overhead lifted off into the one below (7 N, where 2 N were set)."""
 
@@ -63,7 +63,7 @@ class ExploreController:
         """Take what is wanted.
 
         Args:
-            parameters: What the exploration is to be like.
+            parameters: Parameters of an exploration.
             strategy: Where; it belongs to this controller from now on.
             period: Of control [s].
             law: Of force control; the direct one, if not given.
@@ -144,7 +144,7 @@ class ExploreController:
         normal, lever, tip = before.normal, before.lever, arm.position_base_tip
         touching = finger.touching
         if touching and self.contact.phase in (Phase.LIFT, Phase.TRAVEL):
-            touching = norm(finger.wrench[:3]) >= LEAST_TOUCH_IN_FLIGHT * self.live.value("force")
+            touching = norm(finger.wrench[:3]) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
             normal = rotate(arm.rotation_base_tip, as_vector(finger.contact.normal))
             lever = rotate(arm.rotation_base_tip, as_vector(finger.contact.centroid))
@@ -194,12 +194,12 @@ class ExploreController:
         elif isinstance(leg, Hop):
             self._low = self._space.top
             self._fly(Flight(self._space, state, (leg.to, self._space.top)), state)
-        elif isinstance(leg, TouchOnce):
+        elif isinstance(leg, SingleTouch):
             low = self._ended is LegEnd.REACHED
             self._fly(Flight(self._space, state, (leg.at, self._low if low else self._space.top)), state)
         elif self._pressing(state):
             self._slide_on(state)
-        else:  # the way along the surface begins on it
+        else:  # the path along the surface begins on it
             self._begin = self._place(state)
             self._approach()
 
@@ -223,13 +223,13 @@ class ExploreController:
     def _next_leg(self, how: LegEnd, state: TipState) -> None:
         self._ending, self._ended = None, how
         leg = self.leg
-        if how is LegEnd.REACHED and isinstance(leg, Hop | TouchOnce):
+        if how is LegEnd.REACHED and isinstance(leg, Hop | SingleTouch):
             self._begin = leg.to if isinstance(leg, Hop) else leg.at
         elif how is LegEnd.REACHED and isinstance(leg, Stroke):
             self._begin = leg.corners[-1]
         else:
             self._begin = self._place(state)
-        self._begin_leg(self.strategy.next(Ended(how, state.tip)), state)
+        self._begin_leg(self.strategy.next(LegResult(how, state.tip)), state)
 
     def _place(self, state: TipState) -> Point:
         u, v, _ = self._plane.flat(state.tip)
@@ -247,7 +247,7 @@ class ExploreController:
             self.contact.enter(self._outcome)
         elif not flight.arrived:
             self._conclude(LegEnd.BLOCKED)
-        elif isinstance(self.leg, TouchOnce) and self._slide is not None:  # it has touched and is back
+        elif isinstance(self.leg, SingleTouch) and self._slide is not None:  # it has touched and is back
             self._low = min(self._plane.flat(state.tip)[2], self._space.top)
             self._conclude(LegEnd.REACHED)
         else:
@@ -268,7 +268,7 @@ class ExploreController:
     # on the surface
 
     def _lose(self, state: TipState) -> None:
-        if isinstance(self.leg, TouchOnce):  # it was felt, which is all that was wanted
+        if isinstance(self.leg, SingleTouch):  # it was felt, which is all that was wanted
             self._retreat(self.leg, state)
             return
         if self._slide is not None:
@@ -295,7 +295,7 @@ class ExploreController:
         self._swept = True
         found = self.strategy.feel(ContactPeriod(state.tip, contact, scale(-1.0, state.normal)))
         if isinstance(along, LegEnd):
-            if isinstance(leg, TouchOnce):
+            if isinstance(leg, SingleTouch):
                 self._retreat(leg, state)
             else:
                 self._conclude(along)
@@ -306,7 +306,7 @@ class ExploreController:
         elif not self._in_room(state):
             self._conclude(LegEnd.BLOCKED)
 
-    def _retreat(self, leg: TouchOnce, state: TipState) -> None:
+    def _retreat(self, leg: SingleTouch, state: TipState) -> None:
         self._along = ZERO
         self._fly(Flight(self._space, state, back=leg.retreat), state)
 

@@ -1,14 +1,14 @@
-"""What an exploration is to be like, and what of it may be changed while it runs."""
+"""Parameters of an exploration, and those that may be changed while it runs."""
 
 from dataclasses import dataclass
 
 from palpate.controllers.gains import ForceGain
-from palpate.controllers.room import EVERYWHERE, Room
+from palpate.controllers.room import UNBOUNDED, Room
 from palpate.errors import positive
 from palpate.runtime.live import LiveParameter, LiveParameters
 
 ACCELERATION = 0.1
-"""[m/s^2], if nothing else is said. Friction turns with the motion, and with it the load on robot and contact: at
+"""Default [m/s^2]. Friction turns with the motion, and with it the load on robot and contact: at
 20 mm/s a corner then takes 0.2 s, slow enough for force control. On a UR5e (raster of 12 x 4 mm, 2 N, direct law)
 corners at 0.5 m/s^2 cost a force error of 0.107 N RMS, at 0.1 m/s^2 half of that, 0.053 N."""
 
@@ -20,7 +20,7 @@ largest live gain, and by 0.09 r T at the default 0.5: less than 5 % of where a 
 
 @dataclass(frozen=True, slots=True)
 class ExploreParameters:
-    """What the exploration is to be like.
+    """Parameters of an exploration.
 
     Attributes:
         force: Normal force to hold [N].
@@ -37,7 +37,7 @@ class ExploreParameters:
         lift_distance: How far the tip is lifted at the end [m].
         lift_speed: Of lifting [m/s].
         travel_speed: From place to place above the object [m/s]; between touches, lower than where the run began,
-            the tip travels at landing speed. What stands in the way is hit at these speeds.
+            the tip travels at landing speed. An obstacle is hit at these speeds.
         slew: Bound on the change of commanded velocity [m/s^2]. By default 10 mm/s in a millisecond: twice the
             landing speed, so that landing never waits for it, and far below what the supervisor stops at.
         force_range: Least and largest force that may be asked for while it runs [N]. By default from one and a
@@ -62,7 +62,7 @@ class ExploreParameters:
     slew: float = 10.0
     force_range: tuple[float, float] = (0.3, 15.0)
     speed_range: tuple[float, float] = (0.001, 0.1)
-    room: Room = EVERYWHERE
+    room: Room = UNBOUNDED
 
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():

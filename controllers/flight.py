@@ -10,7 +10,7 @@ from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, Vector, add, dot, norm, scale, subtract
 
-MOST_BUMPS = 8
+MAX_BUMPS = 8
 """Bound on the collisions of one flight that are avoided; then it ends as blocked."""
 
 
@@ -22,7 +22,7 @@ class Airspace:
         parameters: Of the exploration: distances, speeds and the room.
         plane: Of the path.
         period: Of control [s].
-        top: Height above the plane at which the run began [m]: there is nothing in the way there, as far as known.
+        top: Height above the plane at which the run began [m]: the space there is free, as far as known.
     """
 
     parameters: ExploreParameters
@@ -32,9 +32,9 @@ class Airspace:
 
 
 class Flight:
-    """One way through the air: off the surface if the tip touches, then up and across, if a goal is given.
+    """One motion through the air: off the surface if the tip touches, then up and across, if a goal is given.
 
-    A touch on the way stops it: off that again, then on, higher by the lift's distance, but not above `top`. At
+    A touch during it stops it: off that again, then on, higher by the lift's distance, but not above `top`. At
     that height, or if the tip does not come free, it is blocked; so is a goal outside of the room.
 
     Attributes:
@@ -83,7 +83,7 @@ class Flight:
             if lift_over(travel, elapsed, self._distance, self._space.parameters.lift_speed):
                 self._set_off(state)
         elif self._travel is not None:
-            if state.touching and self._in_the_way(self._travel, state):
+            if state.touching and self._obstructed(self._travel, state):
                 self._bump(self._travel, state)
             elif self._travel.finished:
                 self.arrived = True
@@ -112,7 +112,7 @@ class Flight:
             self.arrived = True
             return
         (to, height), space, wanted = self._goal, self._space, self._space.parameters
-        # below where the run began the object may stand in the way, and is met no faster than on landing
+        # below where the run began the object may be an obstacle, and is met no faster than on landing
         low = height < space.top - NEAR
         speed = min(wanted.landing_speed, wanted.travel_speed) if low else wanted.travel_speed
         travel = Travel(state.tip, to, height, space.plane, speed, wanted.acceleration, space.period)
@@ -123,14 +123,14 @@ class Flight:
         elif not wanted.room.holds(end):
             self.arrived = False
 
-    def _in_the_way(self, travel: Travel, state: TipState) -> bool:
+    def _obstructed(self, travel: Travel, state: TipState) -> bool:
         """Whether what is felt stands against the motion: rising leaves what does not overhang."""
         return travel.risen or dot(state.normal, self._space.plane.axis) > 0.0
 
     def _bump(self, travel: Travel, state: TipState) -> None:
         top, height = self._space.top, self._space.plane.flat(state.tip)[2]
         self._bumps += 1
-        if (travel.risen and height > top - NEAR) or not self._free or self._bumps > MOST_BUMPS:
+        if (travel.risen and height > top - NEAR) or not self._free or self._bumps > MAX_BUMPS:
             self.arrived = False
             return
         self._goal = (travel.to, min(max(travel.height, height) + self._space.parameters.lift_distance, top))

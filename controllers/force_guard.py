@@ -29,7 +29,7 @@ SLOW_GROWTH = 1.2
 SHARE_OF_FORCE = 0.2
 """Of the set force: smaller half swings are left alone."""
 
-LEAST_SHARE = 0.125
+MIN_SHARE = 0.125
 """Of gain and forward feed: three halvings, from an eightfold misjudged stiffness."""
 
 FADING = 5.0
@@ -101,11 +101,11 @@ class ForceGuard:
         self._slow_ones = self._slow_ones + 1 if not fast and peak > SLOW_GROWTH * before > 0.0 else 0
         self._before, self._last = self._last, peak
         if self._fast_ones >= FAST_SWINGS or (self._slow_ones >= SLOW_SWINGS and large):
-            self.trips += self._target > LEAST_SHARE
+            self.trips += self._target > MIN_SHARE
             self.lower()
 
     def lower(self) -> None:
         """Halve the share; watch anew."""
-        if self._target > LEAST_SHARE:
+        if self._target > MIN_SHARE:
             self._target *= 0.5
         self._restart()

@@ -1,8 +1,8 @@
 """Laws of force control: from a force error to a velocity along the normal.
 
 Both have one gain k, the velocity that a steady error of 1 N asks for, and one number that is to be kept small:
-k K T, with K the stiffness and T the delay (see `palpate.controllers.gains`). The direct law answers at once. The
-admittance lets the tip behave like a mass on a damper: it gives way to noise and knocks more softly, and pays with
+k K T, with K the stiffness and T the delay (see `palpate.controllers.gains`). The direct law responds at once. The
+admittance lets the tip behave like a mass on a damper: it yields to noise and knocks more softly, and pays with
 a lag of mass / damping, which costs phase.
 """
 

@@ -40,7 +40,7 @@ class RampForce:
     Attributes:
         first: [N].
         last: [N].
-        rate: How fast, whichever way [N/s].
+        rate: Magnitude of the rate of change [N/s].
         begin: When it leaves the first [s].
     """
 
@@ -57,12 +57,12 @@ class RampForce:
 
     def at(self, time: float) -> tuple[float, float]:
         """See `ForceProfile`."""
-        way, since = self.last - self.first, time - self.begin
-        if since <= 0.0 or way == 0.0:
+        change, since = self.last - self.first, time - self.begin
+        if since <= 0.0 or change == 0.0:
             return (self.first if since <= 0.0 else self.last), 0.0
-        if since * self.rate >= abs(way):
+        if since * self.rate >= abs(change):
             return self.last, 0.0
-        rate = math.copysign(self.rate, way)
+        rate = math.copysign(self.rate, change)
         return self.first + rate * since, rate
 
 

@@ -14,12 +14,12 @@ from palpate.runtime.live import LiveParameter
 LOOP_GAIN = 0.5
 """Default k K T: phase margin 61 degrees, gain margin 3.1, and next to no overshoot."""
 
-MOST_LIVE_LOOP_GAIN = 0.6
+MAX_LIVE_LOOP_GAIN = 0.6
 """Largest k K T that a gain may be changed to while it controls: phase margin 56 degrees, gain margin 2.6, a step
 overshoots by 12 %. However fast a gain changes below it, the loop stays stable: dF/dt = -a(t) F(t - T) is stable
 while 0 < a T < 3/2 (Yorke 1970, J. Differential Equations 7, 189-202)."""
 
-LEAST_LIVE_LOOP_GAIN = 0.05
+MIN_LIVE_LOOP_GAIN = 0.05
 """Smallest k K T that a gain may be changed to: a tenth of the default, where the force follows with a time
 constant of 20 T. A weaker one loses every surface that is not flat."""
 
@@ -65,7 +65,7 @@ class ForceGain:
         Whoever asked for a gain beyond them at the start may go back to it.
         """
         unit = 1.0 / (self.stiffness * self.delay)
-        return min(LEAST_LIVE_LOOP_GAIN * unit, self.gain), max(MOST_LIVE_LOOP_GAIN * unit, self.gain)
+        return min(MIN_LIVE_LOOP_GAIN * unit, self.gain), max(MAX_LIVE_LOOP_GAIN * unit, self.gain)
 
     @property
     def live(self) -> LiveParameter:

@@ -12,7 +12,7 @@ from palpate.spatial import ZERO, Vector, norm, subtract
 DOWN: Vector = (0.0, 0.0, -1.0)
 """Approach direction in the base frame, if no other is given."""
 
-MOST_BOUNCES = 20
+MAX_BOUNCES = 20
 """Bound on the bounces of one approach; where the tip bounces more often, the surface moves too fast."""
 
 LIFT_TIMEOUT = 2.0
@@ -62,7 +62,7 @@ class GuardedApproach:
         approach_distance: float,
         seek_distance: float = 0.0,
         contact_phase: Phase = Phase.SETTLE,
-        most_bounces: float = MOST_BOUNCES,
+        most_bounces: float = MAX_BOUNCES,
     ) -> None:
         """Set the bounds.
 

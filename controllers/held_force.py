@@ -68,7 +68,7 @@ class HeldForce:
         # after a slow landing on a moving surface the tip must be able to follow it, and must yield to too large a
         # force as fast as any surface approaches
         fastest = max(self._parameters.landing_speed, FASTEST_SETTLING_PUSH if self._follows else 0.0)
-        push = self._force.step(wanted, felt, live.value("force_gain"), fastest, give_way=FASTEST_SURFACE)
+        push = self._force.step(wanted, felt, live.value("force_gain"), fastest, retreat_speed=FASTEST_SURFACE)
         # a contact softer than assumed seems to approach while the tip retreats; where the force is too small
         # already, following that would break contact
         return max(push, 0.0) if felt < wanted else push

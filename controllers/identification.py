@@ -1,4 +1,4 @@
-"""What pressing tells of a contact and of the robot behind it, and the force gain that follows.
+"""Identification of the contact and of the robot behind it by pressing, and the force gain that follows.
 
 Ramps between two forces give the stiffnesses: force against where the tip is, of the contact (K, with a viscous
 part c v that must not be taken for it); and how far the tip falls behind its commands under force, of the servo.
@@ -24,8 +24,8 @@ LINEAR_WITHIN = 0.1
 """A contact counts as linear if its stiffness changes by less than this over the ramps, or by no more than its
 uncertainty explains."""
 
-LEAST_SAMPLES = 100
-"""On steady ramps, below which nothing is told of a contact."""
+MIN_SAMPLES = 100
+"""Least number of samples on steady ramps from which a contact is identified."""
 
 SIGMAS = 3.0
 """Standard deviations that a number must differ by to differ."""
@@ -96,7 +96,7 @@ class PressRecord:
 def identify(
     record: PressRecord, tones: Sequence[Tone], sensing_delay: float, loop_gain: float = LOOP_GAIN
 ) -> Identification:
-    """Return what a record tells.
+    """Return the parameters identified from a record.
 
     Args:
         record: Of the ramps.
@@ -108,7 +108,7 @@ def identify(
         InvalidValueError: The ramps were too short.
     """
     found = int(np.count_nonzero(record.steady))
-    if found < LEAST_SAMPLES:  # a velocity takes two at least
+    if found < MIN_SAMPLES:  # a velocity takes two at least
         raise _too_short(found)
     behind = round(sensing_delay / record.period)
     span = slice(None, -behind) if behind else slice(None)
@@ -116,7 +116,7 @@ def identify(
     steady = record.steady[behind:]  # of the force, which turns later
     force, depth = record.force[behind:][steady], record.depth[span][steady]
     behind_commands, velocity = (record.wanted - record.depth)[span][steady], velocity[span][steady]
-    if len(force) < LEAST_SAMPLES:
+    if len(force) < MIN_SAMPLES:
         raise _too_short(len(force))
     stiffness, curve, damping_time = _contact(force, depth, velocity)
     half = 0.5 * float(np.ptp(depth))
@@ -154,7 +154,7 @@ def identify(
 
 def _too_short(samples: int) -> InvalidValueError:
     return InvalidValueError(
-        f"the ramps have {samples} steady samples: must have {LEAST_SAMPLES} at least; take a smaller rate"
+        f"the ramps have {samples} steady samples: must have {MIN_SAMPLES} at least; take a smaller rate"
     )
 
 

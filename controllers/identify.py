@@ -43,16 +43,16 @@ SKIPPED, COUNTED = 2, 6
 
 LOST_AFTER = 0.02
 """A tip that feels nothing for longer than this in the middle of a sine has lost the surface [s]: less than the
-six cycles of the fastest sine, of which nothing would be told."""
+six cycles of the fastest sine, too few to measure anything."""
 
-LEAST_SKIPPED = 0.25
+MIN_SKIPPED = 0.25
 """At least so long until a sine is counted [s]: twelve time constants of a servo with 100 rad/s and half of that
 again."""
 
 
 @dataclass(frozen=True, slots=True)
 class IdentifyParameters:
-    """How it is pressed.
+    """Parameters of the identification.
 
     Attributes:
         low: Lower force of the ramps [N].
@@ -116,8 +116,8 @@ _UNITS = {
 }
 
 
-class _Doing(Enum):
-    """What is done while it presses."""
+class _Stage(Enum):
+    """Stage of the identification."""
 
     FIRST = "first ramp, ever faster"
     RAMP = "ramps"
@@ -143,13 +143,13 @@ class IdentifyController:
         self._outcome = Phase.DONE
         self._command = Command()
         self._normal = DOWN
-        self._doing = _Doing.FIRST
-        self._speed, self._turns, self._way = FIRST_SPEED, 0, 1.0
+        self._doing = _Stage.FIRST
+        self._speed, self._turns, self._direction = FIRST_SPEED, 0, 1.0
         self._wanted, self._at_touch = 0.0, (0.0, 0.0)
-        self._force, self._depth, self._told, self._steady = array("d"), array("d"), array("d"), array("b")
+        self._force, self._depth, self._commanded, self._steady = array("d"), array("d"), array("d"), array("b")
         self._turned, self._turned_at = 0, 0.0
         self._tones = [Tone(frequency, self._period, 3) for frequency in self._frequencies]
-        self._skipped = [max(SKIPPED, math.ceil(LEAST_SKIPPED * tone.frequency)) for tone in self._tones]
+        self._skipped = [max(SKIPPED, math.ceil(MIN_SKIPPED * tone.frequency)) for tone in self._tones]
         self._tone = 0
         self._swing = 0.0
         self._touched = 0.0  # when it last did
@@ -179,8 +179,8 @@ class IdentifyController:
                 f"nothing was identified: it ended in {self.contact.phase.value!r}, doing {self._doing.value!r}; "
                 "let it land on a surface that stands still, and give it time"
             )
-        force, depth, told = (np.array(rows) for rows in (self._force, self._depth, self._told))
-        record = PressRecord(force, depth, told, np.array(self._steady, dtype=bool), self._period)
+        force, depth, commanded = (np.array(rows) for rows in (self._force, self._depth, self._commanded))
+        record = PressRecord(force, depth, commanded, np.array(self._steady, dtype=bool), self._period)
         return identify(record, self._tones, self._parameters.sensing_delay)
 
     def _change_phase(self, now: Observation) -> None:
@@ -205,10 +205,10 @@ class IdentifyController:
             contact.enter(Phase.LOST)
 
     def _lost(self, time: float) -> bool:
-        """Whether nothing is left to press on; the first ramp may still be on its way back to a faint touch."""
-        if self._doing is _Doing.FIRST:
+        """Whether nothing is left to press on; the first ramp may still be returning to light contact."""
+        if self._doing is _Stage.FIRST:
             return False
-        longest = LOST_AFTER if self._doing is _Doing.SWING else self._parameters.settle_time
+        longest = LOST_AFTER if self._doing is _Stage.SWING else self._parameters.settle_time
         return time - self._touched > longest
 
     def _velocity(self, now: Observation) -> Vector:
@@ -226,24 +226,24 @@ class IdentifyController:
     def _press(self, felt: float, depth: float) -> float:
         """Speed into the object."""
         doing = self._doing
-        if doing is _Doing.SWING:
+        if doing is _Stage.SWING:
             return self._swing_with(self._tones[self._tone], felt, depth)
         wanted = self._parameters
         middle = 0.5 * (wanted.low + wanted.high)
-        if doing is _Doing.FIRST:
+        if doing is _Stage.FIRST:
             self._speed = min(self._speed * math.exp(self._period / GROWTH_TIME), self._sought_speed(felt))
             if felt >= wanted.high:
-                self._doing, self._way = _Doing.RAMP, -1.0
+                self._doing, self._direction = _Stage.RAMP, -1.0
                 self._turned_at = self._wanted
-        elif doing is _Doing.RAMP:
+        elif doing is _Stage.RAMP:
             if self._turns > 0:
                 self._force.append(felt)
                 self._depth.append(depth)
-                self._told.append(self._wanted)
+                self._commanded.append(self._wanted)
                 self._turned += 1
                 self._steady.append(self._turned * self._period > STEADY_AFTER)
-            if felt >= wanted.high if self._way > 0.0 else felt <= wanted.low:
-                self._way = -self._way
+            if felt >= wanted.high if self._direction > 0.0 else felt <= wanted.low:
+                self._direction = -self._direction
                 # as far as this ramp went, the next one shall go in the wanted time
                 gone = abs(self._wanted - self._turned_at)
                 self._speed = min(wanted.rate * gone / (wanted.high - wanted.low), wanted.fastest)
@@ -251,12 +251,12 @@ class IdentifyController:
                 self._turns += 1
                 self._turned = 0
                 if self._turns > 2 * wanted.ramps:
-                    self._doing, self._way = _Doing.MIDDLE, 1.0
+                    self._doing, self._direction = _Stage.MIDDLE, 1.0
         elif felt >= middle:
-            self._doing = _Doing.SWING
+            self._doing = _Stage.SWING
             self._swing = self._wanted_swing(self._tones[0], wanted.rate / self._speed)
             return 0.0
-        return self._way * self._speed
+        return self._direction * self._speed
 
     def _sought_speed(self, felt: float) -> float:
         """Speed at which the force changes as wanted, by what the first ramp has shown so far."""

@@ -24,12 +24,12 @@ IMPACT_DELAYS = 3.0
 """Duration of the landing's impact, in delays of force control; only after it the surface's motion is tracked."""
 
 LANDING_OVERSHOOT = 1.0
-"""Bound on how much the landing peak may exceed the set force, if nothing else is said [N]."""
+"""Bound on how much the landing peak may exceed the set force, by default [N]."""
 
 
 @dataclass(frozen=True, slots=True)
 class LandingModel:
-    """What lands on what.
+    """Speed, masses and stiffness of a landing.
 
     Attributes:
         stiffness: K of contact and servo in series, the largest to be expected [N/m].

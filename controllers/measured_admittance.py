@@ -1,7 +1,7 @@
 """An admittance from a measured frequency response, where it bears more than the direct law.
 
-A damped contact answers to a fast motion with c v, however short all delays are: k c < 1 limits the direct law, as
-if it were a delay c / K. An admittance does not answer to what is fast; its lag takes back the lead that the
+A damped contact responds to a fast motion with c v, however short all delays are: k c < 1 limits the direct law,
+as if it were a delay c / K. An admittance does not respond to what is fast; its lag takes back the lead that the
 damping gives, and the gain may grow until the true delays limit it.
 """
 
@@ -20,7 +20,7 @@ LAGS = tuple(np.geomspace(0.003, 0.1, 15).tolist())
 STIFFER = 3.0
 """A contact that is stiffer by this factor than the one that was pressed on"""
 
-LEAST_PHASE_MARGIN = 30.0
+MIN_PHASE_MARGIN = 30.0
 """must leave this phase margin [degrees]."""
 
 DISTURBANCE = 2.0 * math.pi * 5.0
@@ -57,7 +57,7 @@ class MeasuredAdmittance:
 def measured_admittance(
     response: ForceResponse, series_stiffness: float, loop_gain: float = LOOP_GAIN
 ) -> MeasuredAdmittance | None:
-    """Return the admittance that answers most at `DISTURBANCE`; None if the direct law does as well.
+    """Return the admittance with the largest response at `DISTURBANCE`; None if the direct law does as well.
 
     Args:
         response: As measured.
@@ -65,8 +65,8 @@ def measured_admittance(
         loop_gain: k K T of a delayed integrator that has the wanted margins.
     """
     found = [(lag, _gain(response, loop_gain, lag)) for lag in LAGS]
-    lag, gain = max(found, key=lambda one: _answer(one[1], one[0]))
-    if _answer(gain, lag) < WORTHWHILE * response.gain(loop_gain):
+    lag, gain = max(found, key=lambda one: _response(one[1], one[0]))
+    if _response(gain, lag) < WORTHWHILE * response.gain(loop_gain):
         return None
     _, critical = response.oscillation(lag)
     delay = loop_gain / (gain * series_stiffness)
@@ -85,11 +85,11 @@ def measured_admittance(
 def _gain(response: ForceResponse, loop_gain: float, lag: float) -> float:
     gain = response.gain(loop_gain, lag)
     for _ in range(60):
-        if response.phase_margin_deg(STIFFER * gain, lag) >= LEAST_PHASE_MARGIN:
+        if response.phase_margin_deg(STIFFER * gain, lag) >= MIN_PHASE_MARGIN:
             break
         gain *= 0.95
     return gain
 
 
-def _answer(gain: float, lag: float) -> float:
+def _response(gain: float, lag: float) -> float:
     return gain / math.hypot(1.0, DISTURBANCE * lag)

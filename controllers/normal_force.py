@@ -6,12 +6,12 @@ from dataclasses import replace
 from palpate.controllers.contact_stiffness import ContactStiffness
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import ForceLaw
-from palpate.controllers.gains import MOST_LIVE_LOOP_GAIN
+from palpate.controllers.gains import MAX_LIVE_LOOP_GAIN
 from palpate.controllers.surface_motion import SurfaceFilter, SurfaceMotion
 
 SMOOTHED_FOR = 0.15
 """Delays of force control for which velocity and force are smoothed before the surface's motion is taken from
-them; it is looked ahead for in turn. A contact that is damped answers to what is fast with c v, which the rate of
+them; it is looked ahead for in turn. A damped contact responds to fast motion with c v, which the rate of
 the force would pass on without bound: a UR5e on a contact of c / K = 30 ms, taken for a third as stiff, then
 swings from period to period. From 0.1 to 0.25 that settles, on the stage too; with 0.5 it does not."""
 
@@ -25,7 +25,7 @@ class NormalForce:
         guard: Lowers gain and forward feed if the loop swings; None without forward feed, where the gain's own
             margin is enough.
         stiffness: Of the contact, as it shows itself: the surface's motion is taken from that, and the gain is
-            lowered so that k K T stays within `MOST_LIVE_LOOP_GAIN`, a gain margin of 2.6. None as the guard.
+            lowered so that k K T stays within `MAX_LIVE_LOOP_GAIN`, a gain margin of 2.6. None as the guard.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class NormalForce:
         gain: float,
         fastest: float,
         rate: float = 0.0,
-        give_way: float = 0.0,
+        retreat_speed: float = 0.0,
     ) -> float:
         """Return the velocity into the object for the next period [m/s].
 
@@ -127,7 +127,7 @@ class NormalForce:
             gain: Velocity per force error [m/s/N].
             fastest: Largest velocity that the error alone can ask for [m/s].
             rate: At which the wanted force will change when this command acts [N/s].
-            give_way: How fast the tip may go back from too large a force [m/s], if faster than that.
+            retreat_speed: Largest speed away from the surface when the force is too large [m/s], if above that.
         """
         self._wanted = wanted
         error, forward = wanted - felt, rate * self._compliance
@@ -136,7 +136,7 @@ class NormalForce:
             gain *= share * self._lower(gain)
             forward += share * self.surface.predicted
         asked = self.law.step(error, gain)
-        push = min(max(asked, -max(fastest, give_way)), fastest)
+        push = min(max(asked, -max(fastest, retreat_speed)), fastest)
         if push != asked:
             self.law.start(push)  # a law that remembers must not go on beyond what is done
         return push + forward
@@ -146,6 +146,6 @@ class NormalForce:
         contact = self.stiffness
         if contact is not None and contact.known:
             loop_gain = gain * self._delay / (1.0 / contact.stiffness + self._other)
-            target = min(1.0, MOST_LIVE_LOOP_GAIN / loop_gain)
+            target = min(1.0, MAX_LIVE_LOOP_GAIN / loop_gain)
             self._lowered += self._fading * (target - self._lowered)
         return self._lowered

@@ -12,7 +12,7 @@ ACCELERATION_IN_RATES = 10.0
 
 @dataclass(frozen=True, slots=True)
 class NormalAxis:
-    """Which axis is to be kept normal, and how briskly.
+    """The axis to keep normal, with its rate and acceleration limits.
 
     Attributes:
         axis: Of the tip, that shall point into the object: a direction in the tip frame.
@@ -55,7 +55,7 @@ class Orientation:
         self._rate = ZERO
 
     def rest(self) -> Vector:
-        """Return the angular velocity for the next period on the way to none [rad/s], base frame."""
+        """Return the angular velocity that brings the tip to rest, for the next period [rad/s], base frame."""
         self._rate = self._towards(ZERO)
         return self._rate
 

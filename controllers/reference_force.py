@@ -1,6 +1,6 @@
 """A set force as fast as force control can follow, with its rate.
 
-A step of the set force asks for what no robot can do, and a fast sine for what the loop answers too late. So the
+A step of the set force asks for what no robot can do, and a fast sine for what the loop follows too late. So the
 set force passes a critically damped filter of second order, 1 / (1 + s tau)^2, exact for an input that is held for
 a period. What a profile tells of its rate is added to its input times tau: what changes steadily passes
 1 / (1 + s tau), half as late. Value and rate of the result are what the loop holds and feeds forward.

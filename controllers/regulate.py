@@ -4,7 +4,7 @@ The tip makes contact by a guarded approach, transfers to force control without 
 and lifts off. Force is regulated along the measured contact normal, or along a given axis.
 
 On a moving surface, speeds and masses alone decide the first impact peak; control decides what follows. From the
-first sample on, the tip yields to too large a force at up to `give_way`, but until the force has settled it
+first sample on, the tip yields to too large a force at up to `retreat_speed`, but until the force has settled it
 presses slowly. The surface's motion is tracked once the impact has died down.
 """
 
@@ -219,5 +219,5 @@ class RegulateController:
         followed = share * self._surface_velocity
         most = max(wanted.landing_speed, FASTEST_SETTLING_PUSH) if settling else wanted.fastest_push
         gain = share * self.live.value("force_gain")
-        push = self._force.step(force, felt, gain, wanted.give_way, rate) + followed
+        push = self._force.step(force, felt, gain, wanted.retreat_speed, rate) + followed
         return min(push, most + max(followed, 0.0) + abs(rate) / wanted.gain.stiffness)

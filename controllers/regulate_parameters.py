@@ -1,4 +1,4 @@
-"""How a force is to be regulated, and what of it may be changed while it runs."""
+"""Parameters of force regulation, and those that may be changed while it runs."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ of 0.5 may go down to 0.05 and up to 0.6."""
 
 @dataclass(frozen=True, slots=True)
 class RegulateParameters:
-    """How force is to be regulated.
+    """Parameters of force regulation.
 
     Attributes:
         gain: Force gain with its margin.
@@ -36,7 +36,7 @@ class RegulateParameters:
         seek_distance: How far a lost surface is sought [m].
         lift_distance: How far the tip is lifted at the end [m].
         lift_speed: Of lifting [m/s].
-        give_way: How fast the tip goes back from too large a force [m/s].
+        retreat_speed: Largest speed away from the surface when the force is too large [m/s].
         fastest_push: How fast a force error alone can make it press, once it has settled [m/s].
         tangential_acceleration: Bound on the change of what moves it along the surface [m/s^2].
         normal_smoothing: Time constant of the normal's filter [s].
@@ -57,7 +57,7 @@ class RegulateParameters:
     seek_distance: float = 0.005
     lift_distance: float = 0.005
     lift_speed: float = 0.02
-    give_way: float = FASTEST_SURFACE
+    retreat_speed: float = FASTEST_SURFACE
     fastest_push: float = FASTEST_SURFACE
     tangential_acceleration: float = 0.5
     normal_smoothing: float = 0.01
@@ -89,7 +89,7 @@ _UNITS = {
     "seek_distance": "m",
     "lift_distance": "m",
     "lift_speed": "m/s",
-    "give_way": "m/s",
+    "retreat_speed": "m/s",
     "fastest_push": "m/s",
     "tangential_acceleration": "m/s^2",
     "normal_smoothing": "s",

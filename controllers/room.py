@@ -1,4 +1,4 @@
-"""Where a tip may be."""
+"""The box that a tip must stay within."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from palpate.spatial import Vector
 class Room:
     """A box along the axes of the base.
 
-    A controller that keeps to it tells what lies outside as out of reach; the supervisor, within whose workspace
+    A controller that keeps to it reports what lies outside as out of reach; the supervisor, within whose workspace
     it should lie, would end the run.
 
     Attributes:
@@ -35,4 +35,4 @@ class Room:
         return a <= x <= d and b <= y <= e and c <= z <= f
 
 
-EVERYWHERE = Room()
+UNBOUNDED = Room()

@@ -1,16 +1,16 @@
-"""What a rub feels like, from sums that cost a few additions per period."""
+"""Friction and torque ratio of a rub, from running sums."""
 
 import math
 
-from palpate.controllers.rubs import FeltRub, Rub
+from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.spatial import ZERO, Vector, add, norm, scale, subtract
 
 LEFT_OUT = 0.1
-"""Of either way, beyond its ramps [s]: transients of servo and sensor."""
+"""Time left out beyond the ramps of each motion [s]: transients of servo and sensor."""
 
 
 class RubMeter:
-    """Sums forces and torques over the steady parts of both ways, early and late halves apart."""
+    """Sums forces and torques over the steady parts there and back, early and late halves apart."""
 
     def __init__(self) -> None:
         """Begin empty."""
@@ -26,8 +26,8 @@ class RubMeter:
         """Take what is felt in a period.
 
         Args:
-            back: Whether on the way back.
-            since: Time since this way began to move [s].
+            back: Whether on the motion back.
+            since: Time since this motion began [s].
             tangential: Force along the surface, base frame [N].
             normal_force: [N].
             spin_torque: [N m].
@@ -40,8 +40,8 @@ class RubMeter:
             late = since > 0.5 * (first + last)
             self._sums[2 * back + late].add(tangential, normal_force, spin_torque)
 
-    def felt(self) -> FeltRub | None:
-        """Return what the rub came to; None if there was too little of it."""
+    def felt(self) -> RubMeasurement | None:
+        """Return the measurement; None from too few samples."""
         rub = self._rub
         if rub is None or any(half.count == 0 for half in self._sums):
             return None
@@ -57,7 +57,7 @@ class RubMeter:
         # travel begins half a ramp after the motion does
         lever = (first + last - rub.ramp) / (last - first)
         rise = 2.0 * lever * (late - early) / (late + early) if late + early > 0.0 else math.inf
-        return FeltRub(rub, friction, torque, rise)
+        return RubMeasurement(rub, friction, torque, rise)
 
 
 def _steady(rub: Rub) -> tuple[float, float]:
@@ -65,7 +65,7 @@ def _steady(rub: Rub) -> tuple[float, float]:
 
 
 class _Half:
-    """Sums over half a way."""
+    """Sums over half of a motion in one direction."""
 
     __slots__ = ("count", "force", "torque")
 

@@ -1,25 +1,26 @@
-"""Which rubs tell what an unknown surface bears: loads, speeds, twists, and both at once.
+"""A survey of an unknown limit surface: rubs at several loads and speeds, twists, and both at once.
 
-At every load the finger rubs there and back, then turns both ways, as fast as a slip of the same speed asks for
-once e is roughly known. At one load it rubs at other speeds, too, and as slowly as the twists there slip, if
+At every load the finger rubs there and back, then turns there and back, as fast as a slip of the same speed asks
+for once e is roughly known. At one load it rubs at other speeds, too, and as slowly as the twists there slip, if
 nothing else is as slow. If exponents are wanted, slips follow that slide and turn at once
-(`palpate.friction.rubbing.stroke_plan`). What seems only to give way is rubbed again, twice as far each time,
-until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
+(`palpate.friction.rubbing.stroke_plan`). What seems only to yield is rubbed again, twice as far each time, until
+it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
 """
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from palpate.controllers.rubs import RAMP, FeltRub, Rub
+from palpate.controllers.rubs import RAMP, Rub, RubMeasurement
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.friction.rubbing.slip_test import LARGEST_RISE
-from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN, LEAST_SLIPS, planned_slips
+from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN, MIN_SLIPS, planned_slips
 
-SHORTEST = 0.5
-"""Least duration of one way [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in the rest."""
+MIN_DURATION = 0.5
+"""Least duration of one direction of a rub [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in
+the rest."""
 
-LEAST_SPIN = 0.2
+MIN_SPIN = 0.2
 """[rad/s]: nothing is turned more slowly, or a twist of 0.5 s winds up and does not slip."""
 
 SLOWER = 0.85
@@ -30,15 +31,15 @@ RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""
 
 FIRST_SHARE = 0.5
-"""Of the angle, that the shortest twist takes of it at most: what only gives way is turned twice as far."""
+"""Of the angle, that the shortest twist takes of it at most: what only yields is turned twice as far."""
 
-LONGEST = 5.0
-"""Of one way [s]: what is slower tells nothing in reasonable time."""
+MAX_DURATION = 5.0
+"""Longest duration of one direction of a rub [s]: a slower one takes too long to reach slip."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyWanted:
-    """What a survey of a surface is to be like.
+    """Parameters of a survey of a surface.
 
     Attributes:
         loads: Normal forces, rising [N].
@@ -47,7 +48,7 @@ class SurveyWanted:
         travel: Least travel of a stroke [m].
         most_travel: How far a stroke may go at most [m].
         most_spin: How fast the tip may turn [rad/s]; 0: it cannot.
-        most_angle: How far it may turn, one way [rad].
+        most_angle: How far it may turn in one direction [rad].
         repeats: How often each stroke and twist is done.
         exponent_slips: How many slips there and back tell the exponents; 0: none.
         angular_acceleration: With which the robot can begin to turn [rad/s^2].
@@ -73,8 +74,9 @@ class SurveyWanted:
             positive("speed", speed, "m/s")
             if self.stroke(self.loads[0], speed).travel > self.most_travel * (1.0 + 1e-9):
                 raise InvalidValueError(
-                    f"speed = {speed:g} m/s: in {SHORTEST:g} s it goes {self.stroke(1.0, speed).travel:.3g} m, "
-                    f"the most here is {self.most_travel:.3g} m; rub more slowly"
+                    f"speed = {speed:g} m/s: in {MIN_DURATION:g} s it goes "
+                    f"{self.stroke(1.0, speed).travel:.3g} m, the most here is {self.most_travel:.3g} m; "
+                    "rub more slowly"
                 )
         for name, unit in (("travel", "m"), ("most_travel", "m"), ("most_angle", "rad")):
             positive(name, getattr(self, name), unit)
@@ -82,43 +84,43 @@ class SurveyWanted:
         positive("angular_acceleration", self.angular_acceleration, "rad/s^2", infinite_allowed=True)
         if self.repeats < 1:
             raise InvalidValueError(f"repeats = {self.repeats}: must be at least 1")
-        if self.exponent_slips and self.exponent_slips < LEAST_SLIPS:
+        if self.exponent_slips and self.exponent_slips < MIN_SLIPS:
             raise InvalidValueError(
-                f"exponent_slips = {self.exponent_slips}: must be 0, or at least {LEAST_SLIPS}, three per load"
+                f"exponent_slips = {self.exponent_slips}: must be 0, or at least {MIN_SLIPS}, three per load"
             )
 
     @property
     def fastest_spin(self) -> float:
-        """How fast to turn at most [rad/s]: one way of the shortest rub must stay within the angle."""
+        """How fast to turn at most [rad/s]: half of the shortest rub must stay within the angle."""
         # in RAMPS ramps it turns by (RAMPS - 1) spin^2 / acceleration
         soon = math.sqrt(FIRST_SHARE * self.most_angle * self.angular_acceleration / (RAMPS - 1.0))
-        in_time = self.angular_acceleration * LONGEST / RAMPS
-        return min(self.most_spin, self.most_angle / (SHORTEST - RAMP), soon, in_time)
+        in_time = self.angular_acceleration * MAX_DURATION / RAMPS
+        return min(self.most_spin, self.most_angle / (MIN_DURATION - RAMP), soon, in_time)
 
     def stroke(self, load: float, speed: float) -> Rub:
         """Return a stroke of the least travel, or duration."""
-        shape = Rub(load, speed, 0.0, LONGEST)
+        shape = Rub(load, speed, 0.0, MAX_DURATION)
         wanted = self.travel / speed + shape.ramp
-        return replace(shape, duration=min(max(SHORTEST, RAMPS * shape.ramp, wanted), LONGEST))
+        return replace(shape, duration=min(max(MIN_DURATION, RAMPS * shape.ramp, wanted), MAX_DURATION))
 
     def twist(self, load: float, spin: float) -> Rub:
         """Return a twist of the least angle, or duration."""
-        shape = Rub(load, 0.0, spin, LONGEST, self.angular_acceleration)
+        shape = Rub(load, 0.0, spin, MAX_DURATION, self.angular_acceleration)
         wanted = min(0.5, self.most_angle) / abs(spin) + shape.ramp
-        return replace(shape, duration=min(max(SHORTEST, RAMPS * shape.ramp, wanted), LONGEST))
+        return replace(shape, duration=min(max(MIN_DURATION, RAMPS * shape.ramp, wanted), MAX_DURATION))
 
     @property
     def expected_duration(self) -> float:
         """About how long all of it takes [s], if everything slips."""
         pause = 0.2
         strokes = [self.stroke(load, self.speed) for load in self.loads]
-        ways = [stroke.duration for stroke in strokes] + [
+        durations = [stroke.duration for stroke in strokes] + [
             self.stroke(self.loads[0], speed).duration for speed in self.speeds if speed != self.speed
         ]
         twists = 2 * len(self.loads) if self.most_spin else 0
-        turning = self.twist(self.loads[0], self.fastest_spin).duration if self.most_spin else SHORTEST
+        turning = self.twist(self.loads[0], self.fastest_spin).duration if self.most_spin else MIN_DURATION
         return (
-            2.0 * self.repeats * (sum(ways) + len(ways) * pause + twists * (turning + pause))
+            2.0 * self.repeats * (sum(durations) + len(durations) * pause + twists * (turning + pause))
             + 2.0 * self.exponent_slips * (turning + pause)
             + 1.5 * len(self.loads)
         )
@@ -130,8 +132,8 @@ class Survey:
     Attributes:
         stuck_sliding: Loads at which strokes never seemed to slip, however far they went [N].
         stuck_turning: Likewise twists.
-        exponents_told: Whether slips for the exponents were done, if they were wanted; for that it must slip both
-            ways at two loads.
+        exponents_measured: Whether slips for the exponents were done, if they were wanted; for that it must slip
+            in both directions at two loads.
     """
 
     def __init__(self, wanted: SurveyWanted) -> None:
@@ -143,14 +145,14 @@ class Survey:
         """See `RubProgram`."""
         self.stuck_sliding: list[float] = []
         self.stuck_turning: list[float] = []
-        self.exponents_told = True
-        self._felt: FeltRub | None = None
+        self.exponents_measured = True
+        self._felt: RubMeasurement | None = None
         self._frictions: dict[float, float] = {}
         self._lengths: dict[float, float] = {}
         self._turned = 0.0
         self._rubs = self._all()
 
-    def next(self, felt: FeltRub | None) -> Rub | None:
+    def next(self, felt: RubMeasurement | None) -> Rub | None:
         """See `RubProgram`."""
         self._felt = felt
         return next(self._rubs, None)
@@ -194,7 +196,7 @@ class Survey:
         self._turned = spin
         rub = wanted.twist(load, spin)
         while True:
-            # the other way round first in every second one: a steady drift then cancels
+            # in the opposite sense first in every second one: a steady drift then cancels
             yield rub
             first = self._felt
             yield replace(rub, spin=-rub.spin)
@@ -226,18 +228,18 @@ class Survey:
         if not self._lengths:
             return most
         nearest = min(self._lengths, key=lambda other: abs(other - load))
-        return min(most, max(LEAST_SPIN, self._wanted.speed / self._lengths[nearest]))
+        return min(most, max(MIN_SPIN, self._wanted.speed / self._lengths[nearest]))
 
     def _exponents(self) -> Iterator[Rub]:
         wanted, lengths = self._wanted, self._lengths
         low, high = wanted.loads[0], wanted.loads[-1]
-        if low not in lengths or high not in lengths or high < LEAST_LOAD_SPAN * low:
-            self.exponents_told = False
+        if low not in lengths or high not in lengths or high < MIN_LOAD_SPAN * low:
+            self.exponents_measured = False
             return
         # as fast as the tip can turn, but no faster than strokes
         speed = min(wanted.speed, wanted.fastest_spin * min(lengths[low], lengths[high]))
         slips = planned_slips((low, high), (lengths[low], lengths[high]), wanted.exponent_slips, speed)
         for slip in sorted(slips, key=lambda slip: slip.normal_force):
-            # the same way for slides and turns of either kind, and as far as a stroke of the survey
-            rub = Rub(slip.normal_force, slip.speed, slip.spin, LONGEST, wanted.angular_acceleration)
-            yield replace(rub, duration=max(SHORTEST, RAMPS * rub.ramp))
+            # the same sequence for slides and turns of either kind, and as far as a stroke of the survey
+            rub = Rub(slip.normal_force, slip.speed, slip.spin, MAX_DURATION, wanted.angular_acceleration)
+            yield replace(rub, duration=max(MIN_DURATION, RAMPS * rub.ramp))

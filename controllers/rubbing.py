@@ -38,11 +38,11 @@ from palpate.spatial import (
     unit,
 )
 
-LEAST_TANGENTIAL_SHARE = 0.05
+MIN_TANGENTIAL_SHARE = 0.05
 """Lower bound on the share of `along` that is tangential to the surface: 3 degrees, several times the error of the
 measured normal. Strokes steeper than that take another tangential direction, the same there and back."""
 
-MOST_ANGULAR_ACCELERATION = 125.0
+MAX_ANGULAR_ACCELERATION = 125.0
 """Bound on the change of angular velocity [rad/s^2]: half of what the supervisor takes for a bug."""
 
 
@@ -52,7 +52,7 @@ class RubbingController:
     Attributes:
         live: What may be changed while it runs: force gain.
         program: What asks for rubs; it belongs to this controller.
-        spans: Each way of each rub that was done to its end, in order.
+        spans: Each completed motion of each rub, in order.
         air: When the tip was in free air, at rest: before, and after if it got so far.
         lost: How often settled contact was lost.
         contact: Phase and contact history.
@@ -82,7 +82,7 @@ class RubbingController:
         self._lever_share = 1.0 - math.exp(-period / parameters.lever_smoothing)
         self._meter = RubMeter()
         self._most_change = parameters.slew * period
-        self._most_turn = MOST_ANGULAR_ACCELERATION * period
+        self._most_turn = MAX_ANGULAR_ACCELERATION * period
         self._restart(ZERO, 0.0)
 
     def start(self, first: Observation) -> None:
@@ -103,7 +103,7 @@ class RubbingController:
         self._rub: Rub | None = None
         self._along = self._parameters.along
         self._back = False
-        self._began = time  # at rest at the load, before the present way
+        self._began = time  # at rest at the load, before the present motion
         self._wait = self._parameters.pause
         self._set = 0.0
 
@@ -184,11 +184,11 @@ class RubbingController:
                 else:
                     self._back = True
                     contact.enter(Phase.SETTLE)
-        elif self._set != rub.normal_force:  # on its way
+        elif self._set != rub.normal_force:  # ramping to it
             self._wait, self._began = wanted.settle_time, time
         elif time - self._began >= self._wait:
             if not self._back:
-                self._choose_way()
+                self._choose_direction()
             contact.enter(Phase.SCAN)
 
     # how to move
@@ -216,10 +216,10 @@ class RubbingController:
         lever = rotate(now.arm.rotation_base_tip, self._lever or ZERO)
         return add_scaled(add(along, carried_along(turn, lever)), push, normal), turn
 
-    def _choose_way(self) -> None:
-        """Fix the way of the next strokes: as wanted, or any other if that goes straight into the surface."""
+    def _choose_direction(self) -> None:
+        """Fix the direction of the next strokes: as wanted, or any other if that points into the surface."""
         wanted, normal = self._parameters.along, self._tracker.normal
-        if norm(_projected(wanted, normal)) < LEAST_TANGENTIAL_SHARE * norm(wanted):
+        if norm(_projected(wanted, normal)) < MIN_TANGENTIAL_SHARE * norm(wanted):
             steepest = max(range(3), key=lambda i: abs(normal[i]))
             axis = [0.0, 0.0, 0.0]
             axis[(steepest + 1) % 3] = 1.0
@@ -253,11 +253,11 @@ class RubbingController:
         self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)
 
 
-def _projected(way: Vector, normal: Vector) -> Vector:
-    return add_scaled(way, -dot(way, normal), normal)
+def _projected(direction: Vector, normal: Vector) -> Vector:
+    return add_scaled(direction, -dot(direction, normal), normal)
 
 
-def _along(way: Vector, normal: Vector) -> Vector:
-    """Unit vector along the surface; none where a way goes straight into it."""
-    along = _projected(way, normal)
+def _along(direction: Vector, normal: Vector) -> Vector:
+    """Unit vector along the surface; none where a direction goes straight into it."""
+    along = _projected(direction, normal)
     return unit(along) if norm(along) > 0.0 else ZERO

@@ -1,4 +1,4 @@
-"""How a finger is to rub, and what of it may be changed while it does."""
+"""Parameters of rubbing, and those that may be changed while it runs."""
 
 from dataclasses import dataclass
 
@@ -10,17 +10,17 @@ from palpate.spatial import Vector
 
 @dataclass(frozen=True, slots=True)
 class RubbingParameters:
-    """How a finger is to rub.
+    """Parameters of rubbing.
 
     Attributes:
         gain: Force gain with its margin.
         lead: How far ahead the normal is predicted [s]: the lag between a command and its effect.
-        along: Which way strokes go first, base frame; of it counts what lies in the surface.
+        along: Direction of the first strokes, base frame; its component along the surface counts.
         tare_time: How long the sensor's zero is felt in free air, before and after [s].
         landing_speed: Of approach and seek [m/s].
         approach_distance: How far the surface is looked for at first [m].
         settle_time: At a new load, from when it is reached to the first motion [s]; the same after landing.
-        pause: At rest before each way [s].
+        pause: Pause before each motion [s].
         force_rate: How fast the set force goes from load to load [N/s].
         seek_distance: How far a lost surface is sought [m].
         lift_distance: How far the tip is lifted at the end [m].

@@ -1,4 +1,4 @@
-"""Rubbing motions: what a finger pressed on a surface is to do, and what is felt of it while it does."""
+"""Rubbing motions of a pressed finger, and what is measured from them."""
 
 import math
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class Rub:
     Attributes:
         normal_force: To press with [N].
         speed: Of the contact along the surface [m/s].
-        spin: About the contact's normal [rad/s]; negative: the other way round first.
-        duration: Of each of the two ways, with speeding up and slowing down [s].
+        spin: About the contact's normal [rad/s]; negative: in the opposite sense first.
+        duration: Of each of the two motions, with acceleration and deceleration [s].
         angular_acceleration: With which the robot can begin to turn [rad/s^2]: it comes up to its spin no faster.
     """
 
@@ -51,12 +51,12 @@ class Rub:
 
     @property
     def travel(self) -> float:
-        """How far the contact slides, one way [m]."""
+        """How far the contact slides in one direction [m]."""
         return self.speed * (self.duration - self.ramp)
 
     @property
     def angle(self) -> float:
-        """How far it turns, one way [rad]."""
+        """How far it turns in one direction [rad]."""
         return abs(self.spin) * (self.duration - self.ramp)
 
     def share(self, since: float) -> float:
@@ -65,14 +65,14 @@ class Rub:
 
 
 @dataclass(frozen=True, slots=True)
-class FeltRub:
-    """What a rub came to, as roughly as plain means tell it: good enough to decide what to do next.
+class RubMeasurement:
+    """A rub as measured by plain means over it: accurate enough to decide on the next rub.
 
     Attributes:
         rub: What was done.
-        friction: Tangential over normal force, half the difference of both ways.
+        friction: Tangential over normal force, half the difference of there and back.
         torque_ratio: Spin torque over normal force likewise [m].
-        rise: How much of that still grew with the travel: 0 in slip, 1 if the surface only gave way.
+        rise: How much of that still grew with the travel: 0 in slip, 1 if the surface only yielded.
     """
 
     rub: Rub
@@ -82,14 +82,14 @@ class FeltRub:
 
 
 class RubProgram(Protocol):
-    """Decides what to do next."""
+    """Decides on the next rub."""
 
     def start(self) -> None:
         """A run begins."""
         ...
 
-    def next(self, felt: FeltRub | None) -> Rub | None:
-        """Return the next rub; None: enough.
+    def next(self, felt: RubMeasurement | None) -> Rub | None:
+        """Return the next rub; None at the end.
 
         Args:
             felt: What the last one came to; None before the first.
@@ -112,11 +112,11 @@ class AirSpan:
 
 @dataclass(frozen=True, slots=True)
 class RubSpan:
-    """A stretch of time in which one way of a rub was done.
+    """The time interval of one direction of a rub.
 
     Attributes:
         rub: Of which.
-        back: Whether it is the way back.
+        back: Whether it is the motion back.
         begin: At rest, before it moves [s].
         end: When it has come to rest [s].
     """

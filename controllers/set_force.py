@@ -46,7 +46,7 @@ class SetForce:
 
     @property
     def stepping(self) -> float:
-        """Sign of the step whose response is under way; 0 without one."""
+        """Sign of the step whose response is in progress; 0 without one."""
         return self._filter.stepping
 
     def hold(self, force: float) -> None:

@@ -10,7 +10,7 @@ import math
 
 from palpate.errors import not_negative, positive
 
-LEAST_STEP = 0.01
+MIN_STEP = 0.01
 """Lower bound on a step that `stepping` reports, as a share of the force."""
 
 STEP_TIME_CONSTANTS = 5.0
@@ -23,7 +23,7 @@ class SetPointFilter:
     Attributes:
         force: Filtered set force [N].
         rate: Its rate [N/s].
-        stepping: Sign of the step whose response is under way; 0 without one, and for at least half of the time,
+        stepping: Sign of the step whose response is in progress; 0 without one, and for at least half of the time,
             however often the force steps.
     """
 
@@ -67,6 +67,6 @@ class SetPointFilter:
             self._left -= 1
             if self._left <= self._periods:
                 self.stepping = 0.0
-        elif abs(step) > LEAST_STEP * abs(force):
+        elif abs(step) > MIN_STEP * abs(force):
             self.stepping, self._left = math.copysign(1.0, step), 2 * self._periods
         self.force, self.rate = force - self._remainder, rate - self._slope

@@ -1,4 +1,4 @@
-"""What a surface does along the normal, seen by the tip that presses on it, and what it will do next.
+"""Tracks and predicts the motion of a surface along the normal, as measured by the tip that presses on it.
 
 With n into the object, the contact's force is F = K (n.x - s): so the surface moves with s' = n.v - F' / K, v
 being the tip's measured velocity. No delay of the robot is in that; only looking ahead has to bridge the delay T
@@ -24,7 +24,7 @@ SMOOTHING_IN_DELAYS = 3.0
 stable for true stiffnesses of 0.4 to 1.77 times the assumed one, and with half of gain and forward feed, to which
 `ForceGuard` falls back, for any from 0 to 2.9 times; see the tests."""
 
-LEAST_DELAY = 0.02
+MIN_DELAY = 0.02
 """[s] from which the default time constant is counted: an arm that is led has none, but slow servos."""
 
 FASTEST_SURFACE = 0.05
@@ -67,7 +67,7 @@ def surface_filter(stiffness: float, gain: ForceGain, lead: float) -> SurfaceFil
         gain: Of force control.
         lead: From a command to the tip's velocity [s].
     """
-    return SurfaceFilter(stiffness, lead, SMOOTHING_IN_DELAYS * max(gain.delay, lead, LEAST_DELAY))
+    return SurfaceFilter(stiffness, lead, SMOOTHING_IN_DELAYS * max(gain.delay, lead, MIN_DELAY))
 
 
 class SurfaceMotion:
@@ -126,7 +126,7 @@ class SurfaceMotion:
 
     @property
     def predicted(self) -> float:
-        """Likewise, `lead` seconds ahead, at most `fastest` either way [m/s]."""
+        """Likewise, `lead` seconds ahead, at most `fastest` in magnitude [m/s]."""
         ahead, fastest = self._ahead, self.settings.fastest
         velocity = self._value + ahead * (self._slope + 0.5 * ahead * self._curve)
         return min(max(velocity, -fastest), fastest)
@@ -191,7 +191,7 @@ def closed_loop(
     """Return the matrix that takes the loop's state from one period to the next, from a surface at rest.
 
     States: where the tip is and was, value, slope and curvature of the filter in units of the period, and the
-    commands under way, oldest first.
+    commands in transit, oldest first.
 
     Args:
         gain: Of force control.

@@ -26,7 +26,7 @@ class TangentMotion(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Still:
-    """Nothing moves it. A `TangentMotion`."""
+    """No motion along the surface. A `TangentMotion`."""
 
     def velocity(self, time: float) -> Vector:
         """See `TangentMotion`."""
@@ -38,7 +38,7 @@ class SineMotion:
     """To and fro along a line, from one turning point: displacement amplitude (1 - cos(2 pi frequency t)).
 
     Attributes:
-        amplitude: Half of the way from end to end [m].
+        amplitude: Half of the distance from end to end [m].
         frequency: [Hz].
         direction: Base frame; its length does not matter.
     """
@@ -114,8 +114,10 @@ class VelocityTable:
     @property
     def farthest(self) -> float:
         """How far along x or y it leads from where it begins [m]."""
-        way = np.diff(self.times)[:, None] * 0.5 * (np.array(self.velocities)[1:] + np.array(self.velocities)[:-1])
-        return float(np.abs(np.cumsum(way, axis=0)[:, :2]).max(initial=0.0))
+        moved = (
+            np.diff(self.times)[:, None] * 0.5 * (np.array(self.velocities)[1:] + np.array(self.velocities)[:-1])
+        )
+        return float(np.abs(np.cumsum(moved, axis=0)[:, :2]).max(initial=0.0))
 
     def velocity(self, time: float) -> Vector:
         """See `TangentMotion`."""
@@ -133,7 +135,7 @@ class VelocityTable:
 class PathTable:
     """Along positions at given times, as they were recorded: smooth between them, at rest before and after.
 
-    Between two positions the way is a cubic, whose velocity joins those of its neighbours: the slopes on either
+    Between two positions the path is a cubic, whose velocity joins those of its neighbours: the slopes on either
     side, the nearer one counting more, 0 at both ends.
 
     Attributes:
@@ -181,13 +183,13 @@ class PathTable:
         span = self.times[i] - self.times[i - 1]
         u = (time - self.times[i - 1]) / span
         # derivatives of Hermite's cubics
-        way, begin, end = 6.0 * u * (1.0 - u) / span, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
+        chord, begin, end = 6.0 * u * (1.0 - u) / span, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
         (a, b, c), (p, q, r) = self.positions[i - 1], self.positions[i]
         (d, e, f), (s, t, w) = self.slopes[i - 1], self.slopes[i]
         return (
-            way * (p - a) + begin * d + end * s,
-            way * (q - b) + begin * e + end * t,
-            way * (r - c) + begin * f + end * w,
+            chord * (p - a) + begin * d + end * s,
+            chord * (q - b) + begin * e + end * t,
+            chord * (r - c) + begin * f + end * w,
         )
 
 

@@ -96,7 +96,7 @@ PAGES = {
         "Grip control",
         "How hard a hand grips what it holds, from what it feels of friction and slip.",
         ("palpate.controllers.grip.belief", "palpate.controllers.grip.lift", "palpate.controllers.grip.slip_safe",
-         "palpate.controllers.grip.shared_grip", "palpate.controllers.grip.in_turn",
+         "palpate.controllers.grip.shared_grip", "palpate.controllers.grip.controller_sequence",
          "palpate.controllers.grip.turn", "palpate.controllers.grip.parameters"),
     ),
     "sim": Page(

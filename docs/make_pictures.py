@@ -14,7 +14,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.error_picture import error_map
 from palpate.experiments.explore.surface_picture import touched_surface
 from palpate.friction.pressure import limit_curve
-from palpate.reporting.style import INK, MEASURED, QUIET, TRUE, WANTED, Width, dress, legend_above, new_figure
+from palpate.reporting.style import INK, MEASURED, QUIET, TRUE, WANTED, Width, legend_above, new_figure, style_axes
 
 DOTS_PER_INCH = 110
 HERE = Path(__file__).parent
@@ -64,7 +64,7 @@ def centroid_and_wrench_axis() -> None:
         axes.set_aspect("equal")
         axes.set_xlim(-10 * delta, 10 * delta)
         axes.set_ylim(-2.8 * delta, 2.8 * delta)
-        dress(axes, x="y", y="x")
+        style_axes(axes, x="y", y="x")
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
     matplotlib.image.imsave(HERE / "centroid_and_wrench_axis.png", pixels(figure))
@@ -99,7 +99,7 @@ def contact_centroid() -> None:
     side.set_aspect("equal")
     side.set_xlim(-13, 33)
     side.set_ylim(-13, 16)
-    dress(side, x="x in the sensor frame [mm]", y="z [mm]")
+    style_axes(side, x="x in the sensor frame [mm]", y="z [mm]")
     side.set_title("From the side: no spin torque", fontsize=9)
 
     pressing = (0.8, 0.0, -2.0)
@@ -123,7 +123,7 @@ def contact_centroid() -> None:
     top.set_xlim(-0.6, 1.2)
     top.set_ylim(-0.75, 0.3)
     top.set_aspect("equal")
-    dress(top, x="x [mm]", y="y [mm]")
+    style_axes(top, x="x [mm]", y="y [mm]")
     top.set_title("From above, pressed at the apex with 2 N: more and more spin torque", fontsize=9)
     legend_above(figure, [top], 2)
     matplotlib.image.imsave(HERE / "contact_centroid.png", pixels(figure))
@@ -145,7 +145,7 @@ def limit_surface() -> None:
         shape.plot(reach * np.cos(angle), reach * np.sin(angle), color=colour, label=name)
     shape.plot(*limit_curve(2.0).T, ":", color=INK, linewidth=1.8, label="integrated, Hertz's pressure")
     shape.set_aspect("equal")
-    dress(shape, x="tangential force / (mu normal force)", y="torque / (mu e normal force)")
+    style_axes(shape, x="tangential force / (mu normal force)", y="torque / (mu e normal force)")
     shape.legend(fontsize=8, frameon=False, loc="lower left")
     shape.set_title("At one load", fontsize=9)
     grown = LimitSurface(friction=0.8, spin_length=0.003, load_exponent=1 / 3, norm_exponent=1.7)
@@ -159,7 +159,7 @@ def limit_surface() -> None:
         )
     load.set_xlim(0, None)
     load.set_ylim(0, None)
-    dress(load, x="tangential force [N]", y="torque about the normal [mN m]")
+    style_axes(load, x="tangential force [N]", y="torque about the normal [mN m]")
     load.legend(fontsize=8, frameon=False)
     load.set_title("mu = 0.8, e = 3 mm at 1 N, growing with the load to the power 1/3", fontsize=9)
     matplotlib.image.imsave(HERE / "limit_surface.png", pixels(figure))

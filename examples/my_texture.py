@@ -3,7 +3,7 @@
     palpate examples/my_texture.py:Texture --force 2
     palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
 
-It feels 6.6 of 7.1 µm: ripples that pass 1.3 times a second the tip follows nearly all the way.
+It measures 6.6 of 7.1 µm: the tip follows ripples that pass 1.3 times a second almost fully.
 What palpate can do with its own experiments it can do with this one; `examples/plugin` has a larger one.
 """
 
@@ -68,11 +68,16 @@ class Texture(ExperimentDefaults):
         return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
     def pictures(self, result):
-        from palpate.reporting.style import Picture, Width, dress, new_figure  # with matplotlib, when it is needed
+        from palpate.reporting.style import (
+            Picture,
+            Width,
+            new_figure,
+            style_axes,
+        )  # with matplotlib, when it is needed
 
         figure = new_figure(Width.HALF, 3.0)
         figure.subplots().plot(1e3 * result.x, 1e6 * result.z)
-        dress(figure.axes[0], x="place [mm]", y="height [µm]")
+        style_axes(figure.axes[0], x="place [mm]", y="height [µm]")
         yield Picture("Height", "Where the contact was, along the stroke.", figure)
 
 

@@ -8,7 +8,7 @@ its key figures, the surface that was felt and its errors.
     jupytext --to notebook examples/notebook.py
     python examples/notebook.py
 
-Run as a script it shows nothing, but says at the end how well the force was held.
+Run as a script it shows nothing, but prints at the end how well the force was held.
 """
 
 # ruff: noqa: B018, what stands alone is shown

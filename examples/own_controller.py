@@ -6,7 +6,7 @@ it feels, and slides over the top. The supervisor stands between it and the robo
 
     python examples/own_controller.py
 
-It prints how well the force was held. With `--force 12` the supervisor stops the robot at 10 N, and says so.
+It prints how well the force was held. With `--force 12` the supervisor stops the robot at 10 N, and reports it.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 
 Any closed convex shape that can be written as a formula is a fingertip: here an egg, pointed below.
 Derivatives come from CasADi, the compiled solver from numba. The script builds the same egg into a
-simulation, lets it down on a ball beside its top, and compares where touch says it is touched with where the
-simulation knows it is.
+simulation, lets it down on a ball beside its top, and compares the contact that touch computes with that of the
+simulation.
 
     python examples/own_fingertip.py
 

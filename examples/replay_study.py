@@ -9,7 +9,7 @@ as compressed by the set force.
     python examples/replay_study.py
 
 It prints a table: how far, RMS, the commanded velocity and the contact centroid are from those of the run.
-The samples stay as they were: a replay answers what a change does to one step, not where it would have led.
+The samples stay as they were: a replay shows what a change does to each step, not where it would have led.
 """
 
 from pathlib import Path

@@ -1,12 +1,12 @@
 """An object turned in the hand.
 
 Three fingers lift a sphere; then each rolls over it, sideways, and so all of them turn it about the hand's axis.
-Nothing looks at the object: touch alone tells how far it has turned, from how the contacts move, and the grip is
-at any time the least that neither slips nor spins. The pieces serve any hand that tells where its sensors are.
+There is no camera: touch alone measures how far it has turned, from the motion of the contacts, and the grip is at
+any time the least that neither slips nor spins. The pieces serve any hand with known sensor poses.
 
     python examples/turn_in_hand.py --angle 15 --seed 1
 
-It prints the turn as touch tells it, and as it is in truth.
+It prints the turn as touch measures it, and the true one.
 """
 
 import math
@@ -15,7 +15,7 @@ import tyro
 
 import palpate as pp
 from palpate.controllers.grip.belief import KnownSurface
-from palpate.controllers.grip.in_turn import InTurn
+from palpate.controllers.grip.controller_sequence import ControllerSequence
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
@@ -45,7 +45,7 @@ def main(angle: float = 15.0, seed: int = 1) -> None:
     tip = hand.tip.finger()
     backend = HandBackend(scene, PERIOD, sensor=white_noise(0.01, 1e-4, seed=seed))
     guard = pp.Supervisor(pp.Limits(grip_force=24.0))
-    result = pp.run(backend, pp.Touch(tip, tip, tip), InTurn(lift, turn), guard, duration=20.0)
+    result = pp.run(backend, pp.Touch(tip, tip, tip), ControllerSequence(lift, turn), guard, duration=20.0)
     w, _, _, z = backend.truth().quat_wxyz
     print(f"{result.ending.value}: as touch tells it, turned by {math.degrees(turn.turn):.2f} degrees")
     print(f"in truth by {math.degrees(2.0 * math.atan2(z, w)):.2f} degrees")

@@ -66,7 +66,7 @@ class ArmDevice(Device, Protocol):
         ...
 
     def move(self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector) -> None:
-        """Move with these velocities until told otherwise, or until the watchdog stops it.
+        """Move with these velocities until commanded otherwise, or until the watchdog stops it.
 
         Raises:
             DeviceError: As `read`.

@@ -27,7 +27,7 @@ from palpate.sim.objects.primitives import (
 )
 from palpate.sim.objects.sprung import SprungTarget
 from palpate.sim.objects.table import Table
-from palpate.sim.objects.target import StillObject, Target
+from palpate.sim.objects.target import StaticObject, Target
 from palpate.sim.objects.torus import Torus
 from palpate.sim.scene import Scene, build_scene
 from palpate.sim.sensor.model import SeededSensor, SensorModel, white_noise
@@ -67,7 +67,7 @@ __all__ = [
     "SphereObject",
     "SprungTarget",
     "Stage",
-    "StillObject",
+    "StaticObject",
     "Table",
     "Target",
     "Tip",

@@ -1,4 +1,4 @@
-"""A MuJoCo scene behind the seam."""
+"""A MuJoCo scene as a back end."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What really happens at a single fingertip's contact, and its numbers in logs and between processes."""
+"""Ground truth at a single fingertip's contact, and its form in logs and between processes."""
 
 import math
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ CONTACT_COLUMNS = (TOUCHING, *POSITION, *FORCE, *TORQUE, *OBJECT_POSITION, *OBJE
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What really happens at the contact, for checks; no controller sees it.
+    """Ground truth at the contact, for checks; no controller sees it.
 
     Attributes:
         touching: Whether tip and object are in contact.

@@ -28,4 +28,4 @@ if not importable(_asked):
     try:
         import mujoco as mujoco
     finally:
-        os.environ["MUJOCO_GL"] = _asked  # who wants pictures is told why there are none
+        os.environ["MUJOCO_GL"] = _asked  # rendering then reports why there are no pictures

@@ -1,4 +1,4 @@
-"""What every MuJoCo back end does with its simulation, whatever is in the scene."""
+"""What all MuJoCo back ends share."""
 
 import mujoco
 import numpy as np

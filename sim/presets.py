@@ -1,4 +1,4 @@
-"""What a scene of each kind is built with, if nothing else is said.
+"""Defaults of each kind of scene.
 
 `benchmarks/simulation` justifies every value: each preset lies on the front of speed against error among the
 choices that reach as far as its kind of scene needs, and the benchmark fails if one does not.

@@ -70,7 +70,7 @@ def build_scene(
     Args:
         tip: The fingertip on its sensor.
         target: The object. A surface alone is fixed at the origin of the base frame; an `ObjectBody` rubs by its
-            own friction, and may be pushed if it is free; a `MovingTarget` moves as told.
+            own friction, and may be pushed if it is free; a `MovingTarget` has a prescribed motion.
         law: Contact between the two.
         start: Where the sensor frame's origin starts, base frame [m].
         carrier: What carries the tip; a `Stage` if not given.

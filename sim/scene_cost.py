@@ -1,4 +1,4 @@
-"""What a scene costs: a scene holds only what it names, and this shows it."""
+"""Size of a compiled scene: counts of its bodies, geoms and sensors."""
 
 import time
 from dataclasses import dataclass

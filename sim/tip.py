@@ -75,7 +75,7 @@ class Tip:
         object.__setattr__(self, "_form", _form(surface, self.reach, self.sag))
 
     def finger(self) -> Finger:
-        """Return what touch is told of this tip on a perfect sensor: its surface, and what it weighs."""
+        """Return what contact sensing knows of this tip on a perfect sensor: its surface and its weight."""
         return Finger(self.surface, SensorPayload(self.mass, self.center_of_mass))
 
     @property

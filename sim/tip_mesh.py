@@ -16,7 +16,7 @@ from palpate.surfaces import CenteredQuadric, Composite, MeshSurface, Patch
 from palpate.surfaces.implicit import Implicit
 from palpate.surfaces.open_quadric import OpenQuadric
 
-MOST_VERTICES = 20_000
+MAX_VERTICES = 20_000
 """Of a tip's mesh: MuJoCo takes a second to compile so many."""
 
 LATTICE = 5.0
@@ -42,7 +42,7 @@ def tip_mesh(
         sag: Largest depth of the mesh below the surface [m].
 
     Raises:
-        InvalidValueError: A kind that is unbounded with no apex, or `sag` asks for more than `MOST_VERTICES`.
+        InvalidValueError: A kind that is unbounded with no apex, or `sag` asks for more than `MAX_VERTICES`.
     """
     if isinstance(surface, MeshSurface):
         return np.asarray(surface.center + surface.vertices @ surface.rotation.T)
@@ -174,10 +174,10 @@ def lattice(count: int) -> FloatArray:
 
 
 def _enough(count: int, sag: float) -> int:
-    if count > MOST_VERTICES:
+    if count > MAX_VERTICES:
         raise InvalidValueError(
             f"a mesh of this tip that lies at most sag = {sag:g} m deep asks for {count} vertices, the limit is "
-            f"{MOST_VERTICES}; is the tip that large? (sizes are in metres) If so, take a sag of at least "
-            f"{1.1 * sag * count / MOST_VERTICES:.2g} m"
+            f"{MAX_VERTICES}; is the tip that large? (sizes are in metres) If so, take a sag of at least "
+            f"{1.1 * sag * count / MAX_VERTICES:.2g} m"
         )
     return count

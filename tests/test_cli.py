@@ -276,7 +276,7 @@ def ending(monkeypatch):
             return result
 
         monkeypatch.setitem(sys.modules, "made_up", types.SimpleNamespace(run=runner))
-        made = {"made": CommandGroup({"up": TypedCommand(Nothing, "made_up:run", "Nothing.")}, "Nothing.")}
+        made = {"made": CommandGroup({"up": TypedCommand(Nothing, "made_up:run")}, "Nothing.")}
         monkeypatch.setattr("palpate.cli.typed_commands", lambda: made)
         return main(["made", "up"])
 

@@ -39,7 +39,7 @@ def said():
 
 def test_what_takes_longer_is_said_once(said):
     lines, heard = said
-    with compiling("a thing", told_after=0.0):
+    with compiling("a thing", warn_after=0.0):
         assert heard.wait(60.0)
     assert lines == [f"palpate: compiling a thing ({ONCE})"]
 
@@ -47,21 +47,21 @@ def test_what_takes_longer_is_said_once(said):
 def test_what_is_not_kept_is_not_called_kept(said):
     lines, heard = said
     before = list(module.KEPT)
-    with compiling("yours", EACH_TIME, told_after=0.0):
+    with compiling("yours", EACH_TIME, warn_after=0.0):
         assert heard.wait(60.0)
     assert "it is not kept" in lines[0]
     assert before == module.KEPT
 
 
 def test_what_is_done_in_time_is_not_said(said):
-    with compiling("a thing", told_after=NEVER):
+    with compiling("a thing", warn_after=NEVER):
         pass
     assert said[0] == []
 
 
 def test_nothing_is_said_after_an_error_and_nothing_counts_as_kept(said):
     before = list(module.KEPT)
-    with pytest.raises(ValueError, match="no"), compiling("a thing", told_after=NEVER):
+    with pytest.raises(ValueError, match="no"), compiling("a thing", warn_after=NEVER):
         raise ValueError("no")
     assert said[0] == []
     assert before == module.KEPT

@@ -9,7 +9,7 @@ import numpy as np
 from active_exploration.shapes import HALF, Shape
 from active_exploration.spline_map import SplineMap
 from active_exploration.touch import feel, means
-from palpate.controllers.paths import Active, ContactPeriod, Ended, Goal, GoalError, Hop, LegEnd, Stroke
+from palpate.controllers.paths import Active, ContactPeriod, Goal, GoalError, Hop, LegEnd, LegResult, Stroke
 
 RASTERS = (*range(2, 26), 28, 31, 35, 41)
 MOST_LEGS = 400
@@ -86,14 +86,14 @@ def explore(shape: Shape, rule: Rule, seed: int) -> Iterator[Step]:
             off = found.off(shape)
         yield Step(corners, isinstance(leg, Stroke), way, off)
         at = corners[-1]
-        leg = planner.next(Ended(LegEnd.REACHED, (1e-3 * at[0], 1e-3 * at[1], 0.0)))
+        leg = planner.next(LegResult(LegEnd.REACHED, (1e-3 * at[0], 1e-3 * at[1], 0.0)))
 
 
 def active_way(shape: Shape, rule: Rule, seed: int, longest: float) -> tuple[float, bool]:
     """Way until the rule is met [mm], and whether the planner stopped by itself before."""
     for step in explore(shape, rule, seed):
         if step.off is not None and rule.met(step.off):
-            return step.way, False
-        if step.way > longest:
+            return step.path_length, False
+        if step.path_length > longest:
             return math.inf, False
     return math.inf, True

@@ -17,7 +17,7 @@ def draw(family: Family, seed: int, path: Path) -> None:
     lines, way, off = [], 0.0, np.zeros_like(GRID_X)
     for step in explore(shape, rule, seed):
         lines.append(step.corners)
-        way = step.way
+        way = step.path_length
         if step.off is not None:
             off = step.off
             if rule.met(off):

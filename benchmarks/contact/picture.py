@@ -13,7 +13,7 @@ from matplotlib.ticker import NullLocator
 from contact.categories import FAILED, Category, Errors
 from contact.methods import Method
 from contact.speed import Speeds
-from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, dress, new_figure
+from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, new_figure, style_axes
 
 COLUMNS = 3
 LEAST = 3e-17  # below every error, a fifth of the rounding unit
@@ -91,7 +91,7 @@ def _slot(i: int) -> float:
 
 
 def _ground(panel: Axes, category: Category, floor: float, methods: int) -> None:
-    dress(panel, x="time per contact", y="largest error of the centroid, relative")
+    style_axes(panel, x="time per contact", y="largest error of the centroid, relative")
     panel.set_xscale("log")
     panel.set_yscale("log")
     top = _slot(methods + 1)

@@ -9,7 +9,7 @@ from palpate.errors import FloatArray
 from palpate.grasp import GraspForceOptimizer, GraspForces, Objective, SolveStatus
 from palpate.grasp.compiled import Compiled, Executor, Interpreted
 from palpate.grasp.dual_newton import RESERVE
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
 
 ENDED = {
@@ -57,7 +57,7 @@ class InteriorPointAlone:
     def __init__(self, problem: Problem, objective: Objective, executor: Executor) -> None:
         self._solver = _interior_point(len(problem), objective, executor)
         self._rows = np.ascontiguousarray(problem.rows[:, :RESERVE])
-        self._found: InteriorPointAnswer | None = None
+        self._found: InteriorPointResult | None = None
 
     def solve(self, load: Load, *, warm: bool) -> None:
         self._found = self._solver.solve(self._rows, load.scaled)

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from grasp_forces.asked import GAP, Times
-from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, dress, new_figure
+from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, new_figure, style_axes
 
 COLUMNS = 4
 LEAST, WRONG = 1e-17, 1.0
@@ -100,7 +100,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def _ground(panel: Axes, n: int) -> None:
-    dress(panel, x="time per period, warm", y="largest error, relative")
+    style_axes(panel, x="time per period, warm", y="largest error, relative")
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_xlim(*TIMES)

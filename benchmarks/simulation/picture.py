@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, dress, new_figure
+from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, new_figure, style_axes
 from simulation.choices import Group
 from simulation.measured import Findings, HoldFinding, TouchFinding
 from simulation.sensed import FACTS, STIFFNESS_ROWS, Row
@@ -241,7 +241,7 @@ def _stiffness(panel: Axes, rows: Sequence[Row]) -> None:
 
 
 def _sensors(panel: Axes, rows: Sequence[Row]) -> None:
-    dress(panel, x="error of its point [um], median to 99 %", y="")
+    style_axes(panel, x="error of its point [um], median to 99 %", y="")
     panel.set_title("sensor, 20 kN/m", fontsize=FONT_SIZE, color=INK, loc="left")
     wanted = [
         row
@@ -260,7 +260,7 @@ def _sensors(panel: Axes, rows: Sequence[Row]) -> None:
 
 
 def _ground(panel: Axes, x: str, y: str, title: str) -> None:
-    dress(panel, x=x, y=y)
+    style_axes(panel, x=x, y=y)
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_title(title, fontsize=FONT_SIZE, color=INK, loc="left")

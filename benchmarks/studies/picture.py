@@ -7,7 +7,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
-from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, dress, legend_above, new_figure
+from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, legend_above, new_figure, style_axes
 from studies.study import Row, Study
 
 SHAPES = "o^sDvP"
@@ -53,7 +53,7 @@ def _drawn(study: Study, series: dict[str, list[Row]], width: Width, columns: in
     _tick(axes.xaxis, [row.cost for row in drawn], study.cost_unit)
     if study.error_unit:
         _tick(axes.yaxis, [max(row.typical, FLOOR) for row in drawn], study.error_unit)
-    dress(axes, x=_words(study.cost, study.cost_unit), y=f"error {_words(study.error, study.error_unit)}")
+    style_axes(axes, x=_words(study.cost, study.cost_unit), y=f"error {_words(study.error, study.error_unit)}")
     if len(series) > 1:
         legend_above(figure, [axes], columns)
     return figure

@@ -277,11 +277,11 @@ def _bus_share(name: str, fault: str, share: float, count: Callable[[Cell], int]
     return Case(name, procedure, Safe.GOES_ON, "", ITSELF, 0.4, "a share of exchanges: until the first is hit")
 
 
-DAMAGED = r"servo [12] (answers, but damaged|does not answer).*check (the bus|its cable)"
+DAMAGED = r"servo [12] (sends damaged replies|does not reply).*check (the bus|its cable)"
 
 HAND_CASES = (
-    _bus("a servo is silent", "silent", 2, "servo 2 does not answer .* check its cable and its power", -1),
-    _bus("the wire back is broken", "mute", 1, "servo 1 does not answer"),
+    _bus("a servo is silent", "silent", 2, "servo 2 does not reply .* check its cable and its power", -1),
+    _bus("the wire back is broken", "mute", 1, "servo 1 does not reply"),
     _bus("every checksum wrong", "wrong_checksum", 1.0, DAMAGED),
     _bus("every answer lacks a byte", "lost_bytes", 1.0, DAMAGED),
     _bus("answers 20 ms late", "late", 0.02, DAMAGED),
@@ -298,7 +298,7 @@ HAND_CASES = (
         "a servo loses its power for a moment",
         Lost(Switch(HAND, "brown_out", 2), start_hand, presses=the_other_servo_presses),
         Safe.PARTLY,
-        r"servo 2 .*(lost its power|does not answer|watchdog).*start\(\)",
+        r"servo 2 .*(lost its power|does not reply|watchdog).*start\(\)",
         START,
     ),
     Case(

@@ -1,4 +1,4 @@
-"""What a grip controller is told from outside: what the contacts bear, and whether one begins to slip."""
+"""Inputs of a grip controller: the limit surface of each contact, and detection of slip."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from palpate.friction.limit_surface import LimitSurface
 
 
 class SurfaceBelief(Protocol):
-    """What each contact is taken to bear. One that learns does so in `watch`."""
+    """The limit surface assumed for each contact. An adaptive one learns in `watch`."""
 
     def start(self) -> None:
         """A new grip begins."""
@@ -31,11 +31,11 @@ class SurfaceBelief(Protocol):
 
 
 class SlipWatch(Protocol):
-    """Tells when a contact begins to slip."""
+    """Detects the onset of slip."""
 
     @property
     def slipping(self) -> bool:
-        """Whether a slip that was told goes on."""
+        """Whether a detected slip continues."""
         ...
 
     def start(self) -> None:
@@ -73,8 +73,8 @@ class KnownSurface:
         """It learns nothing."""
 
 
-class NobodyWatches:
-    """Never tells of a slip. A `SlipWatch`."""
+class NoSlipWatch:
+    """Never detects slip. A `SlipWatch`."""
 
     @property
     def slipping(self) -> bool:

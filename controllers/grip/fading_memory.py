@@ -1,4 +1,4 @@
-"""Follows noisy samples with their rate, and looks ahead along it."""
+"""Filters noisy samples and their rate, and extrapolates them."""
 
 import math
 from collections.abc import Callable
@@ -12,9 +12,9 @@ class FadingMemory:
     """A fading-memory filter of first order (Morrison 1969; a critically damped alpha-beta filter).
 
     It follows a ramp without lag. Of white noise sd it leaves sd sqrt(5 dt / 4 T) in the value and
-    sd sqrt(dt / 4 T^3) in the rate, T the smoothing time. A sample that is oddly far off what was foretold for it
-    is taken if the next one is, too: one period late, but a single glitch, with the rate that it seems to tell,
-    would raise a grip many times over.
+    sd sqrt(dt / 4 T^3) in the rate, T the smoothing time. A sample that is much farther from its prediction than
+    usual is taken if the next one is, too: one period late, but a single glitch, with the rate that it seems to
+    tell, would raise a grip many times over.
     """
 
     __slots__ = ("_far", "_odd", "_period", "_rate", "_to_rate", "_to_value", "_value")
@@ -34,7 +34,7 @@ class FadingMemory:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all samples: the next one is taken for what has been there for ever."""
+        """Forget all samples: the next one initialises the filter at rest."""
         self._value: Values | None = None
         self._rate: Values = ()
         self._odd = False
@@ -50,14 +50,14 @@ class FadingMemory:
             self._value, self._rate = values, (0.0,) * len(values)
             return
         dt, to_value, to_rate = self._period, self._to_value, self._to_rate
-        foretold = tuple([v + dt * r for v, r in zip(self._value, self._rate, strict=True)])
-        off = tuple([a - b for a, b in zip(values, foretold, strict=True)])
+        predicted = tuple([v + dt * r for v, r in zip(self._value, self._rate, strict=True)])
+        off = tuple([a - b for a, b in zip(values, predicted, strict=True)])
         far = self._far(off)
         if far and not self._odd:
-            self._value, self._odd = foretold, True
+            self._value, self._odd = predicted, True
             return
         self._odd = far
-        self._value = tuple([v + to_value * e for v, e in zip(foretold, off, strict=True)])
+        self._value = tuple([v + to_value * e for v, e in zip(predicted, off, strict=True)])
         self._rate = tuple([r + to_rate * e for r, e in zip(self._rate, off, strict=True)])
 
     def ahead(self, time: float) -> Values:

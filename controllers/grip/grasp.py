@@ -1,8 +1,8 @@
-"""A whole grasp: close, lift, hold, set down, let go; and where something is wrong, hold on.
+"""A whole grasp: close, lift, hold, set down and release; on a fault it keeps holding.
 
-The hand lets go in one case only: the object stands again where it stood, and every finger is believed. Where a
+The hand opens only when the object stands again where it stood and the reading of every finger is valid. Where a
 finger feels nothing, or nothing to be believed, for longer than `patience`, the run ends where it is with the grip
-as it is. So it does where something is met on the way down before it can be what it stood on: an object that has
+as it is. So it does where something is met while lowering, before it can be what it stood on: an object that has
 tilted in the hand comes down on an edge.
 """
 
@@ -31,15 +31,15 @@ or turns the object. Lowering alone takes up to 1.1 of it (noise, and 3 % of acc
 
 PUSHED, PUSHED_FOR = 0.1, 0.01
 """And by which share the load must have changed in all, and for how long [s]: three fingers share the same load in
-one of many ways, and come to another one while the hand moves or the grip is let down. Then it swings beyond for
-at most 5 ms; an edge pushes on. At the speed of lowering it is 0.2 mm of way."""
+one of many distributions, and settle on another one while the hand moves or the grip is reduced. Then it swings
+beyond for at most 5 ms; an edge pushes on. At the speed of lowering this takes 0.2 mm of travel."""
 
 FELT_UP = 0.2
 """Share of it above which that was no table: what had pushed is gone, and it is lowered on."""
 
 
 class GraspStage(StrEnum):
-    """What a grasp is at."""
+    """Stage of a grasp."""
 
     CLOSE = "close"
     NUDGE = "nudge"
@@ -49,8 +49,8 @@ class GraspStage(StrEnum):
     LET_GO = "let go"
 
 
-class Carry(Protocol):
-    """What closes, lifts and holds, and says DONE with the object held: `LiftController`, or one that nudges."""
+class LiftingController(Protocol):
+    """Closes, lifts and holds, and ends as DONE with the object held: `LiftController` or `NudgeAndLift`."""
 
     @property
     def live(self) -> LiveParameters:
@@ -117,7 +117,7 @@ class GraspController:
 
     def __init__(
         self,
-        carry: Carry,
+        lifting: LiftingController,
         grip: SlipSafeGrip,
         period: float,
         parameters: SetDownParameters | None = None,
@@ -127,13 +127,13 @@ class GraspController:
         """Take the pieces.
 
         Args:
-            carry: Closes, lifts and holds with `grip`.
+            lifting: Closes, lifts and holds with `grip`.
             grip: How it presses.
             period: Of control [s].
             parameters: How to set down.
             first: What closing is called: NUDGE where the fingers nudge first.
         """
-        self._carry, self.grip, self._period = carry, grip, positive("period", period, "s")
+        self._lifting, self.grip, self._period = lifting, grip, positive("period", period, "s")
         self._parameters, self._first = parameters or SetDownParameters(), first
         self._pulls: tuple[Vector, ...] = ()
         self._landed: float | None = None
@@ -145,11 +145,11 @@ class GraspController:
     @property
     def live(self) -> LiveParameters:
         """See `palpate.runtime.live.Tunable`."""
-        return self._carry.live
+        return self._lifting.live
 
     def start(self, first: Observation) -> None:
         """Take the first observation."""
-        self._carry.start(first)
+        self._lifting.start(first)
         self._forget(first.time)
 
     def step(self, now: Observation) -> Command:
@@ -166,7 +166,7 @@ class GraspController:
         return command
 
     def _carried(self, now: Observation) -> Command:
-        command = self._carry.step(now)
+        command = self._lifting.step(now)
         match command.phase:
             case Phase.LIFT:
                 self.stage = GraspStage.LIFT
@@ -212,7 +212,7 @@ class GraspController:
         return Command((0.0, 0.0, -self._speed), Phase.TRAVEL, kept)
 
     def _borne(self, now: Observation) -> float:
-        """Share of the load before lowering that the fingers bear; below 0 if it pushes the other way."""
+        """Share of the load before lowering that the fingers bear; below 0 if it is reversed."""
         before = sum(dot(pull, pull) for pull in self._pulls)
         borne = sum(dot(_pull_of(its), pull) for its, pull in zip(now.fingers, self._pulls, strict=True))
         return borne / before if before > 0.0 else 1.0

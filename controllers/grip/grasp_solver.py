@@ -1,4 +1,4 @@
-"""From a grasp and its load to normal forces that hold it: what a shared grip plans with."""
+"""Normal forces that hold the load of a grasp, as a shared grip plans them."""
 
 from dataclasses import replace
 from typing import Protocol
@@ -14,7 +14,7 @@ from palpate.grasp.result import SolveStatus
 from palpate.grasp.robust import RobustLeastEffort
 from palpate.grasp.uncertainty import GraspUncertainty
 
-LEAST_LEFT = 0.05
+MIN_LEFT = 0.05
 """Of mu and e: an error of three standard deviations must not make them nothing."""
 
 
@@ -26,7 +26,7 @@ class GraspSolver(Protocol):
     """Finds normal forces that hold a load."""
 
     def forces(self, grasp: GraspContacts, load: FloatArray) -> FloatArray | None:
-        """Return what each contact is to bear, shape (n, 4) [N, N, N, N m]; None if there is no answer to act on.
+        """Return what each contact is to bear, shape (n, 4) [N, N, N, N m]; None without a usable solution.
 
         Args:
             grasp: Contacts, hand frame.
@@ -35,8 +35,8 @@ class GraspSolver(Protocol):
         ...
 
 
-class LeastGrip:
-    """The least forces by what is believed: `GraspForceOptimizer`, warm from period to period. A `GraspSolver`."""
+class MinimumGrip:
+    """The least forces on the assumed limit surfaces, by `GraspForceOptimizer`. A `GraspSolver`."""
 
     def __init__(self, fingers: int) -> None:
         """Take how many fingers there are; compiles, so that no period has to."""
@@ -50,7 +50,7 @@ class LeastGrip:
         return found.forces if found.status in (SolveStatus.SOLVED, SolveStatus.INFEASIBLE) else None
 
 
-class LikelyGrip:
+class RobustGrip:
     """Forces that hold with a chosen probability where mu and e are known with their errors. A `GraspSolver`.
 
     Where no grip is that probable, or none was found in time: the least forces by a mu and an e that are as small
@@ -69,12 +69,12 @@ class LikelyGrip:
         self._friction = not_negative("friction", friction, "")
         self._spin_length = not_negative("spin_length", spin_length, "")
         self._probability = probability
-        self._worst = LeastGrip(fingers)
+        self._worst = MinimumGrip(fingers)
         self._robust: RobustLeastEffort | None = None
         self.forces(_any_grasp(fingers), ANY_LOAD)
         self._robust = None
         deviations = float(ndtri(probability))
-        self._left = tuple(max(1.0 - deviations * each, LEAST_LEFT) for each in (friction, spin_length))
+        self._left = tuple(max(1.0 - deviations * each, MIN_LEFT) for each in (friction, spin_length))
 
     def forces(self, grasp: GraspContacts, load: FloatArray) -> FloatArray | None:
         """See `GraspSolver`."""
@@ -94,7 +94,7 @@ class LikelyGrip:
 
 
 def _any_grasp(fingers: int) -> GraspContacts:
-    """A hand around a cylinder: compiled code does not care what it is tried with."""
+    """A hand around a cylinder, with which the code is compiled."""
     angles = 2.0 * np.pi / fingers * np.arange(fingers)
     frames = np.zeros((fingers, 3, 3))
     frames[:, 0, 0], frames[:, 1, 0] = -np.cos(angles), -np.sin(angles)

@@ -1,4 +1,4 @@
-"""From what the fingers bear to the normal force that each is to press with: the part of a grip that plans."""
+"""Plans the normal force of each finger from the loads of all fingers."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -15,7 +15,7 @@ Loads = Sequence[ContactLoad | None]
 
 
 class GripPlan(Protocol):
-    """What forces hold what the fingers feel."""
+    """Plans normal forces that hold the measured loads."""
 
     @property
     def needed(self) -> tuple[float, ...]:

@@ -1,10 +1,10 @@
 """Closes the fingers on an object, lifts it and holds it, with a slip-safe grip from the first touch on.
 
-Nobody has told what it weighs: that is felt while its weight comes into the fingers. Meanwhile the hand moves up
+The weight is unknown, and is measured as the fingers take it up. Meanwhile the hand moves up
 ever faster, by a factor of e in `GROWTH_TIME`. A contact of any stiffness K bears K s, and s is then the speed
-times that time: so its load, too, grows by that factor and no faster, and what it will need in `FORETOLD` is
-known. Where the fingers do not yet press with that and `ROOM`, the hand stands still and lets the grip catch up:
-servos that are position controlled may follow with no more than 15 N/s.
+times that time: so its load, too, grows by that factor and no faster, and what it will need in `LOOKAHEAD` is
+known. Where the fingers do not yet press with that and `GRIP_RESERVE`, the hand stands still and lets the grip
+catch up: servos that are position controlled may follow with no more than 15 N/s.
 
 It is DONE with an object that all fingers feel. If they do not all touch in time, or one feels nothing, or nothing
 to be believed, for longer than `patience`, or the grip does not come up to what the object takes, it is LOST: the
@@ -20,29 +20,29 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import ZERO
 
-SLOWEST = 5e-5
+START_SPEED = 5e-5
 """[m/s] With which a weight begins to be taken up: 6 N/s of grip where a contact bears 55 N/mm, with mu 0.5."""
 
 GROWTH_TIME = 0.03
 """[s] In which the speed grows by a factor of e, until the acceleration is all of what is allowed."""
 
-FORETOLD = 0.03
+LOOKAHEAD = 0.03
 """[s] So far ahead the needed grip is looked at: smoothing, bus and servos of hand and carrier, 10 + 20 ms."""
 
 RATE_TIME = 0.01
 """[s] Time constant of that grip's rate."""
 
-ROOM = 0.06
+GRIP_RESERVE = 0.06
 """Share beyond that: half of what a grip is usually planned with. The margin itself is live, and no lift is to be
 another one for that."""
 
-TAKING_UP = 1.5
+GRIP_FACTOR = 1.5
 """Of the needed grip: with that the fingers press while they lift, so that there is room for what comes on."""
 
 BRAKING = 3.0
 """[m/s^2] With which the hand stops where the grip is too small."""
 
-CATCHES_UP = 2.0
+GRIP_TIMEOUT = 2.0
 """[s] For which it waits for the grip at most: 15 N with 15 N/s take one."""
 
 
@@ -148,27 +148,27 @@ class LiftController:
         return Command((0.0, 0.0, self._speed), self.phase, forces)
 
     def _at_least(self) -> float:
-        """Grip that is wanted whatever the load [N]."""
+        """Least grip, whatever the load [N]."""
         if self.phase is Phase.HOLD:
             return 0.0
         first = self._parameters.first_grip
-        return max(first, TAKING_UP * self._needed) if self.phase is Phase.LIFT else first
+        return max(first, GRIP_FACTOR * self._needed) if self.phase is Phase.LIFT else first
 
     def _lift(self, now: Observation) -> None:
-        """Move on: as fast as lets it stop at the height, and as the grip keeps up with what comes on."""
+        """Advance the lift: no faster than allows a stop at the height, and than the grip follows the load."""
         p, dt = self._parameters, self._period
         share, needed = dt / RATE_TIME, self.grip.needed
         self._rate += share * ((needed - self._needed) / dt - self._rate)
-        self._needed, foretold = needed, needed + FORETOLD * max(self._rate, 0.0)
-        if self.grip.pressed(now) < foretold * (1.0 + ROOM):
+        self._needed, predicted = needed, needed + LOOKAHEAD * max(self._rate, 0.0)
+        if self.grip.pressed(now) < predicted * (1.0 + GRIP_RESERVE):
             self._speed = max(self._speed - BRAKING * dt, 0.0)
-            if now.time - self._moved >= CATCHES_UP:
+            if now.time - self._moved >= GRIP_TIMEOUT:
                 self._go_on(Phase.LOST, now.time)
         else:
             self._moved = now.time
             reach = max(p.height - self._lifted, 0.0)
             grown = min(self._speed * math.exp(dt / GROWTH_TIME), self._speed + p.acceleration * dt)
-            self._speed = min(p.speed, (2.0 * p.acceleration * reach) ** 0.5, max(grown, SLOWEST))
+            self._speed = min(p.speed, (2.0 * p.acceleration * reach) ** 0.5, max(grown, START_SPEED))
         self._lifted += self._speed * dt
         if p.height - self._lifted <= 0.0:
             self._speed = 0.0

@@ -6,7 +6,7 @@ from palpate.controllers.grip.fading_memory import FadingMemory, Values
 from palpate.friction.contact_load import ContactLoad
 
 ODD_FORCE, ODD_TORQUE = 0.3, 2e-3
-"""[N, N m] By which one sample may be off what was foretold for it: fifteen times the noise of one, and 300 N/s in
+"""[N, N m] By which one sample may differ from its prediction: fifteen times the noise of one, and 300 N/s in
 a period of 1 ms."""
 
 
@@ -24,7 +24,7 @@ class LoadAhead:
         self._memory = FadingMemory(smoothing, period, _far)
 
     def restart(self) -> None:
-        """Forget all samples: the next one is taken for what has been there for ever."""
+        """Forget all samples: the next one initialises the filter at rest."""
         self._memory.restart()
 
     def step(self, load: ContactLoad) -> None:

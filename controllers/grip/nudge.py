@@ -1,4 +1,4 @@
-"""A nudge before lifting: what the contacts bear is felt while the object still stands on something.
+"""A nudge before lifting measures the limit surface of the contacts while the object still stands.
 
 The fingers close lightly and move down a little: what the object stands on holds it, so that they slip along its
 sides, and friction over grip is mu. Then they twist about the line through the contacts, there and back: half the
@@ -22,24 +22,25 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import ZERO, Vector, cross, rotate, scale, unit
 
-STILL_GROWS = 0.05
+MAX_GROWTH = 0.05
 """Share by which the load may still grow from the third to the last quarter of a stroke that slips. Without slip a
 spring of any stiffness that starts unloaded grows by 40 % (7/8 over 5/8)."""
 
-AT_FIRST = 0.02
-"""Share of a stroke that counts as its beginning: of 2 mm 40 um, a sixth of what a contact of 5 kN/m gives way."""
+FIRST_SHARE = 0.02
+"""Share of a stroke that counts as its beginning: of 2 mm 40 um, a sixth of the deflection of a contact of 5
+kN/m."""
 
-BUILT_UP = 0.5
+MIN_CHANGE = 0.5
 """Share of a plateau by which the load must have changed since the stroke began: all of it where it began without
 load, twice as much where it is turned round. A sensor that stands still shows plateaus, too."""
 
-MOST_LEFT = 0.9
+MAX_SLIDE_SHARE = 0.9
 """Of f_t / mu f_n during the twist: above, the torque says nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class NudgeParameters:
-    """How an object is nudged.
+    """Parameters of a nudge.
 
     Attributes:
         grip: With which the fingers slip [N]. The twist's torque, 2 mu e f_n, must not tip the object over.
@@ -91,36 +92,36 @@ class NudgeParameters:
 
 
 class Ramped:
-    """A motion over a way, from rest to rest: up to speed, steady, and down, with one acceleration.
+    """A motion over a distance, from rest to rest: up to speed, steady, and down, with one acceleration.
 
     Attributes:
-        way: [m or rad].
+        distance: [m or rad].
         corner: How long it takes to get up to speed, and down again [s].
         duration: Of all of it [s].
     """
 
-    __slots__ = ("_acceleration", "corner", "duration", "way")
+    __slots__ = ("_acceleration", "corner", "distance", "duration")
 
-    def __init__(self, way: float, speed: float, acceleration: float) -> None:
-        """Take the way, and the largest speed and acceleration; a short way is over before it is at speed."""
-        self.way, self._acceleration = way, acceleration
-        self.corner = min(speed / acceleration, math.sqrt(way / acceleration))
-        self.duration = way / (acceleration * self.corner) + self.corner
+    def __init__(self, distance: float, speed: float, acceleration: float) -> None:
+        """Take the distance, and the largest speed and acceleration; a short motion does not reach the speed."""
+        self.distance, self._acceleration = distance, acceleration
+        self.corner = min(speed / acceleration, math.sqrt(distance / acceleration))
+        self.duration = distance / (acceleration * self.corner) + self.corner
 
     def speed(self, time: float) -> float:
         """Return the speed at a time since it began [s]."""
         return self._acceleration * max(0.0, min(time, self.corner, self.duration - time))
 
     def progress(self, time: float) -> float:
-        """Return the share of the way that is done at a time since it began [s]."""
+        """Return the share of the distance covered at a time since it began [s]."""
         at = min(max(time, 0.0), self.duration)
         rising, falling = min(at, self.corner), max(0.0, at - (self.duration - self.corner))
         done = rising * (at - 0.5 * rising) - 0.5 * falling * falling
-        return self._acceleration * done / self.way
+        return self._acceleration * done / self.distance
 
 
 class NudgedSurface:
-    """What a nudge taught of each finger's contact; until then, the worst that it can be. A `SurfaceBelief`."""
+    """Limit surfaces measured by a nudge; before it, the worst case. A `SurfaceBelief`."""
 
     def __init__(self, cautious: LimitSurface) -> None:
         """Take the least that the contacts can bear."""
@@ -169,7 +170,7 @@ class _Quarters:
 
     def take(self, progress: float, value: float, residual: float) -> None:
         """Take a sample at a share of the stroke."""
-        if progress < AT_FIRST:
+        if progress < FIRST_SHARE:
             self._first += value
             self._firsts += 1
         elif 0.5 <= progress < 1.0:
@@ -183,13 +184,13 @@ class _Quarters:
         if not all(self._count) or not self._firsts:
             return None
         (before, _), (last, residual) = ((a / n, b / n) for (a, b), n in zip(self._sum, self._count, strict=True))
-        if abs(last) > (1.0 + STILL_GROWS) * abs(before):
+        if abs(last) > (1.0 + MAX_GROWTH) * abs(before):
             return None
-        return (last, residual) if abs(last - self._first / self._firsts) > BUILT_UP * abs(last) else None
+        return (last, residual) if abs(last - self._first / self._firsts) > MIN_CHANGE * abs(last) else None
 
 
 class NudgeController:
-    """Closes, nudges, and says what was felt; then it stands still with the grip as it is.
+    """Closes, nudges and reports the limit surfaces; then stands still and keeps the grip.
 
     Attributes:
         friction: mu per finger; None where nothing slipped.
@@ -281,7 +282,7 @@ class NudgeController:
                 continue
             left = max(abs(one[1]), abs(other[1])) / mu
             e = 0.5 * abs(one[0] - other[0]) / mu
-            lengths.append(e / math.sqrt(1.0 - left * left) if left < MOST_LEFT else None)
+            lengths.append(e / math.sqrt(1.0 - left * left) if left < MAX_SLIDE_SHARE else None)
         self.friction, self.spin_length = tuple(friction), tuple(lengths)
 
     def _reset(self) -> None:
@@ -295,7 +296,7 @@ class NudgeController:
 
 
 class NudgeAndLift:
-    """Nudges, then lifts with what that taught."""
+    """Nudges, then lifts with the limit surfaces measured."""
 
     def __init__(self, nudge: NudgeController, belief: NudgedSurface, lift: LiftController) -> None:
         """Take the pieces; the lift's grip is planned with that very belief."""

@@ -1,17 +1,17 @@
-"""How a grip is to be kept safe, and what of it may be changed while it runs."""
+"""Parameters of a slip-safe grip, and those that may be changed while it runs."""
 
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.live import LiveParameter, LiveParameters
 
-MOST_MARGIN = 3.0
+MAX_MARGIN = 3.0
 """Largest live margin: four times the force that is needed."""
 
 
 @dataclass(frozen=True, slots=True)
 class GripParameters:
-    """How a grip is to be kept safe.
+    """Parameters of a slip-safe grip.
 
     Attributes:
         margin: Share of grip beyond what the limit surface needs: for what mu, e and the sensors are wrong by.
@@ -71,15 +71,15 @@ class GripParameters:
             raise InvalidValueError(
                 f"least_grip = {self.least_grip:g} N: must be below largest_grip = {self.largest_grip:g} N"
             )
-        if self.margin > MOST_MARGIN:
-            raise InvalidValueError(f"margin = {self.margin:g}: must be at most {MOST_MARGIN:g}")
+        if self.margin > MAX_MARGIN:
+            raise InvalidValueError(f"margin = {self.margin:g}: must be at most {MAX_MARGIN:g}")
 
 
 def live_grip(parameters: GripParameters) -> LiveParameters:
     """Return what may be changed while a grip is kept: `margin` and `least_grip`."""
     p = parameters
     return LiveParameters(
-        LiveParameter("margin", p.margin, 0.0, MOST_MARGIN, 1.0, "", "share of grip beyond what is needed"),
+        LiveParameter("margin", p.margin, 0.0, MAX_MARGIN, 1.0, "", "share of grip beyond what is needed"),
         LiveParameter(
             "least_grip", p.least_grip, min(0.1, p.least_grip), p.largest_grip, 5.0, "N", "grip wanted at least"
         ),

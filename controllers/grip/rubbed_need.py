@@ -1,4 +1,4 @@
-"""The grip a load needs where e was measured up to some normal force, and beyond is not trusted to grow."""
+"""The grip that a load needs where e was measured up to some normal force, and is taken as constant beyond."""
 
 from dataclasses import dataclass, replace
 

@@ -2,7 +2,7 @@
 
 All wrenches that the fingers feel, brought into the hand's frame, add up to what pulls at the object: weight,
 inertia and whatever else, with no need to know any of it. For that load, and for the one that comes, the least
-normal forces are found that hold it within all limits together, whichever way friction is shared now
+normal forces are found that hold it within all limits together, however friction is shared now
 (`palpate.grasp`). They are what is commanded; friction then bears what it has to. It need not be as the solution
 has it: if forces within the limits balance the load at all, rigid bodies with friction find some that do, where
 contacts at their limit creep a few micrometres and hand their part to the others (the lower-bound theorem of limit
@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.controllers.grip.belief import SurfaceBelief
-from palpate.controllers.grip.grasp_solver import GraspSolver, LeastGrip
+from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip
 from palpate.controllers.grip.grip_plan import Loads
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.wrench_ahead import WrenchAhead
@@ -37,7 +37,7 @@ RAISED = 1e-3
 
 
 class SharedGrip:
-    """Each finger presses with its part of the least grip that holds all of the load. A `GripPlan`."""
+    """Each finger presses with its share of the least grip that holds the whole load. A `GripPlan`."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class SharedGrip:
                 measured with.
         """
         p = parameters or SHARED
-        self._belief, self._hand, self._solver = belief, hand, solver or LeastGrip(fingers)
+        self._belief, self._hand, self._solver = belief, hand, solver or MinimumGrip(fingers)
         self._lead, self._largest = p.lead, p.largest_grip
         self._ahead = WrenchAhead(p.smoothing, period)
         self._fingers, self._trusted = fingers, positive("trusted", trusted, "N", infinite_allowed=True)

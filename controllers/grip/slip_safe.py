@@ -10,7 +10,7 @@ a bounded share, and not let down before all fingers feel again. It never opens.
 
 import math
 
-from palpate.controllers.grip.belief import NobodyWatches, SlipWatch, SurfaceBelief
+from palpate.controllers.grip.belief import NoSlipWatch, SlipWatch, SurfaceBelief
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
 from palpate.errors import InvalidValueError
@@ -20,9 +20,9 @@ from palpate.runtime.data import FingerObservation, Observation
 _TOO_FEW = 2
 """Fingers that a grip takes, at least."""
 
-ANSWER_TIME = 0.05
-"""[s] After which a slip that goes on is answered once more: about what it takes until a raised grip is felt (bus,
-servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
+REGRIP_INTERVAL = 0.05
+"""[s] After which a slip that goes on raises the grip once more: about what it takes until a raised grip is felt
+(bus, servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
 
 Forces = tuple[float, ...]
 """One per finger [N]."""
@@ -37,7 +37,7 @@ class SlipSafeGrip:
         watch: Who tells when a contact begins to slip.
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
-        regrips: How often a slip was answered.
+        regrips: How often a slip raised the grip.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class SlipSafeGrip:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
-        self.belief, self.watch = belief, watch or NobodyWatches()
+        self.belief, self.watch = belief, watch or NoSlipWatch()
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -103,14 +103,14 @@ class SlipSafeGrip:
         self.faulty = False
         self._safe = self._moved = self.targets
         self._commanded = nothing
-        self._floor, self._floor_until, self._answered = nothing, -math.inf, -math.inf
+        self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
 
     def step(self, now: Observation, at_least: float = 0.0) -> Forces:
         """Return with which force each finger is to press during the next period [N].
 
         Args:
             now: What is known.
-            at_least: Grip that is wanted whatever the load [N].
+            at_least: Least grip, whatever the load [N].
 
         Raises:
             InvalidValueError: Another number of fingers than the grip has.
@@ -129,8 +129,8 @@ class SlipSafeGrip:
             self._hold(now.time, now.time, _larger(self.targets, raised))
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
-        if slips and now.time >= self._answered + ANSWER_TIME:
-            self._answered, self.regrips = now.time, self.regrips + 1
+        if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
+            self._regripped_at, self.regrips = now.time, self.regrips + 1
             held = _larger(self.targets, self._plan.needed)
             self._hold(now.time, now.time + p.regrip_time, tuple(force * (1.0 + p.regrip) for force in held))
         least = max(at_least, self.live.value("least_grip"))
@@ -145,7 +145,7 @@ class SlipSafeGrip:
         return self._commanded
 
     def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
-        """Ask who listens for slip, teach what is believed; return whether one begins, and whether one goes on."""
+        """Update slip detection and limit surfaces; return whether a slip begins, and whether one continues."""
         onsets = self.watch.step(time, loads)
         ongoing = self.watch.slipping
         # a load under which something goes on slipping was not held
@@ -154,7 +154,7 @@ class SlipSafeGrip:
         return any(onsets), ongoing
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
-        """The grip of the next period on its way to the wanted one [N]: as fast as may be up, slowly down."""
+        """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""
         p, dt = self.parameters, self._period
         moved = []
         for most, at in zip(wanted, before, strict=True):
@@ -194,7 +194,7 @@ class SlipSafeGrip:
 
 
 def _load_of(finger: FingerObservation) -> ContactLoad | None:
-    """What a finger bears, if it can be believed."""
+    """Load of a finger; None if its reading is not valid."""
     return ContactLoad.of(finger.contact) if finger.believed else None
 
 

@@ -30,7 +30,7 @@ from palpate.spatial import ZERO, Vector, as_vector, cross, dot, subtract
 
 _AXIS: Vector = (0.0, 0.0, 1.0)
 
-_LEAST_LEVER = 1e-3
+_MIN_LEVER = 1e-3
 """[m] A contact nearer to the axis does not move when the object turns: its finger's travel sets no limit."""
 
 
@@ -67,9 +67,9 @@ class TurnParameters:
         rate: At most [rad/s].
         acceleration: To that and from it [rad/s^2].
         finger_speed: Of any finger, sideways, at most [m/s].
-        travel: Of any finger sideways, from where its joint is at 0, either way [m]: 1 mm less than what the
-            hand's joints allow is left for their lag.
-        gain: Rate per angle that is missing, and velocity per way that the object has gone astray [1/s].
+        travel: Of any finger sideways, from where its joint is at 0, in either direction [m]: 1 mm less than what
+            the hand's joints allow is left for their lag.
+        gain: Rate per angle that is missing, and velocity per distance that the object has drifted [1/s].
         tolerance: Of an angle that counts as reached [rad].
         settle_time: For which it then rests [s].
         patience: How long a finger may feel nothing, or nothing to be believed, and how long an angle may take
@@ -114,7 +114,7 @@ class TurnInHand:
         grip: How it presses.
         phase: SCAN while it turns, HOLD while it rests at an angle, then DONE or LOST.
         at: Index of the angle that it turns to.
-        wanted: Angle that is wanted now, on the way there [rad].
+        wanted: Set point of the angle now [rad].
         meter: How far it has turned and gone astray, as touch tells it.
         travel_ended: Whether the fingers' travel ended the last turn.
     """
@@ -145,7 +145,7 @@ class TurnInHand:
 
     @property
     def turn(self) -> float:
-        """How far it has turned since the start, as touch tells it [rad]."""
+        """How far it has turned since the start, as measured by touch [rad]."""
         return self.meter.turn
 
     def start(self, first: Observation) -> None:
@@ -166,17 +166,17 @@ class TurnInHand:
         self._middle = self._kinematics.sensor_poses((0.0,) * len(joints))
         self._feel(first)
         self.meter.start(self._kinematics.sensor_poses(joints), self._centroids)
-        if not any(math.hypot(x, y) > _LEAST_LEVER for x, y, _ in self.meter.points):
+        if not any(math.hypot(x, y) > _MIN_LEVER for x, y, _ in self.meter.points):
             raise InvalidValueError(
-                f"all contacts are within {1e3 * _LEAST_LEVER:g} mm of the hand's axis: no finger can turn it"
+                f"all contacts are within {1e3 * _MIN_LEVER:g} mm of the hand's axis: no finger can turn it"
             )
         self._reset(first.time)
 
     def step(self, now: Observation) -> Command:
         """Return what the fingers are to do during the next period; the arm stands still."""
         forces = self.grip.step(now)
-        # a finger that is pushed back is felt to press more, by its gear's friction, and is told to press less: no
-        # less than is wanted, for friction takes as much away when it follows again
+        # a finger pushed back presses harder by its gear friction and would get a lower command; keep the target
+        # as a lower bound, since friction takes as much away when it follows again
         forces = tuple(max(pair) for pair in zip(forces, self.grip.targets, strict=True))
         if not self.grip.faulty:
             self._trusted = now.time
@@ -222,15 +222,15 @@ class TurnInHand:
         return self.phase
 
     def _left(self, poses: tuple[Pose, ...], levers: list[float], left: float) -> float:
-        """What is left of a turn [rad], signed, as far as every finger's travel allows it."""
+        """The remaining turn [rad], signed, within the travel of every finger."""
         p, sign = self._parameters, math.copysign(1.0, left)
         lag = sign * (self.wanted - self.meter.turn)
         room = math.inf
         for pose, middle, lever in zip(poses, self._middle, levers, strict=True):
-            if abs(lever) < _LEAST_LEVER:
+            if abs(lever) < _MIN_LEVER:
                 continue
-            way = dot(_sideways(pose), subtract(pose.position, middle.position))
-            ahead = p.travel - (way if sign * lever > 0.0 else -way)
+            offset = dot(_sideways(pose), subtract(pose.position, middle.position))
+            ahead = p.travel - (offset if sign * lever > 0.0 else -offset)
             room = min(room, ahead / abs(lever) - lag)
         self.travel_ended = max(room, 0.0) < abs(left)
         return sign * max(0.0, min(abs(left), room))

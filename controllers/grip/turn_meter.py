@@ -2,10 +2,10 @@
 
 A contact that rolls holds material of the fingertip and of the object together: both move there with the same
 velocity. Where it is, touch says; how the tip's material moves there, the hand's joints say. So every finger tells
-how one point of the object moves, and points that move as one rigid body tell its turn and way, whatever its
-shape (D. Montana, "The kinematics of contact and grasp", 1988, with the contact points measured instead of
-integrated). What is wrong of a contact's place by d is a share d / r of the turn; a rounded joint position is
-wrong once, and not more with every turn, for it is differences of positions that are summed up.
+how one point of the object moves, and points that move as one rigid body determine its rotation and translation,
+whatever its shape (D. Montana, "The kinematics of contact and grasp", 1988, with the contact points measured
+instead of integrated). What is wrong of a contact's place by d is a share d / r of the turn; a rounded joint
+position is wrong once, and not more with every turn, for it is differences of positions that are summed up.
 
 A contact that slips is believed to roll: it is for the grip to see to it that none does.
 """
@@ -22,7 +22,7 @@ Points = tuple[Vector, ...]
 
 
 class TurnMeter:
-    """Sums up turn and way of an object between the fingers, in the plane across the hand's axis.
+    """Sums up rotation and translation of an object between the fingers, in the plane across the hand's axis.
 
     Attributes:
         turn: About z of the hand frame since `start`, past half a turn too [rad].
@@ -53,7 +53,7 @@ class TurnMeter:
         before, self.points = self.points, _places(poses, centroids)
         # halfway between both periods: exact to second order of what happened between them
         at = [scale(0.5, add(a, b)) for a, b in zip(before, self.points, strict=True)]
-        ways = [
+        displacements = [
             subtract(_at(pose, middle), _at(last, middle))
             for pose, last, middle in zip(
                 poses,
@@ -63,12 +63,12 @@ class TurnMeter:
             )
         ]
         self._poses, self._centroids = tuple(poses), tuple(centroids)
-        center, way = scale(1.0 / n, _sum(at)), scale(1.0 / n, _sum(ways))
+        center, mean = scale(1.0 / n, _sum(at)), scale(1.0 / n, _sum(displacements))
         # least squares of a turn about z: sum of (p x u)_z over sum of |p|^2, both from their means
         twist = spread = 0.0
-        for point, its in zip(at, ways, strict=True):
+        for point, displacement in zip(at, displacements, strict=True):
             x, y, _ = subtract(point, center)
-            u, v, _ = subtract(its, way)
+            u, v, _ = subtract(displacement, mean)
             twist += x * v - y * u
             spread += x * x + y * y
         turn = twist / spread if spread > 0.0 else 0.0
@@ -76,7 +76,7 @@ class TurnMeter:
         moved = self.moved
         for _ in range(2):  # the second time from halfway of the first
             halfway = scale(0.5, add(self.moved, moved))
-            moved = add(self.moved, add_scaled(way, turn, cross(_AXIS, subtract(halfway, center))))
+            moved = add(self.moved, add_scaled(mean, turn, cross(_AXIS, subtract(halfway, center))))
         self.moved = (moved[0], moved[1], 0.0)
 
 

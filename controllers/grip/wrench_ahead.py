@@ -7,7 +7,7 @@ from palpate.errors import FloatArray
 from palpate.spatial import Wrench
 
 ODD_FORCE, ODD_TORQUE = 0.5, 2e-2
-"""[N, N m] By which one sample may be off what was foretold for it: as `LoadAhead` has it for one finger, and
+"""[N, N m] By which one sample may differ from its prediction: as `LoadAhead` has it for one finger, and
 its force at the lever of a hand."""
 
 
@@ -21,7 +21,7 @@ class WrenchAhead:
         self._memory = FadingMemory(smoothing, period, _far)
 
     def restart(self) -> None:
-        """Forget all samples: the next one is taken for what has been there for ever."""
+        """Forget all samples: the next one initialises the filter at rest."""
         self._memory.restart()
 
     def step(self, wrench: Wrench) -> None:

@@ -1,12 +1,12 @@
 """Where the tip goes: strategies that decide leg by leg from what was felt."""
 
 from palpate.controllers.paths.active import Active, ActiveSettings
+from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.contour import Contour
 from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
-from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.follow import Follow, Path
-from palpate.controllers.paths.goal import Enough, Goal, GoalError
-from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd, Stroke, TouchOnce
+from palpate.controllers.paths.goal import Goal, GoalError, StopReason
+from palpate.controllers.paths.legs import Circuit, Hop, Leg, LegEnd, LegResult, SingleTouch, Stroke
 from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.controllers.paths.missed import TouchNoise
 from palpate.controllers.paths.path_follower import PathFollower
@@ -26,8 +26,6 @@ __all__ = [
     "ContactPeriod",
     "Contour",
     "EdgeSteering",
-    "Ended",
-    "Enough",
     "FeatureLimits",
     "FeatureWatch",
     "Follow",
@@ -36,6 +34,7 @@ __all__ = [
     "Hop",
     "Leg",
     "LegEnd",
+    "LegResult",
     "LevelSteering",
     "Mark",
     "Path",
@@ -45,13 +44,14 @@ __all__ = [
     "Point",
     "Raster",
     "RasterRows",
+    "SingleTouch",
     "Spiral",
     "Steering",
+    "StopReason",
     "Strategy",
     "Stroke",
     "Taps",
     "TouchNoise",
-    "TouchOnce",
     "Turn",
     "Waypoints",
     "tap_grid",

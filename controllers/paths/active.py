@@ -1,21 +1,21 @@
-"""Goes where the map would err most: a coarse pass, then strokes where something was felt that it would miss.
+"""Active exploration: a coarse pass, then strokes where the map is expected to err most.
 
 A Gaussian process of fixed length scale is as unsure everywhere between rows, whatever was felt. What was felt
 tells more. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
-would miss (`missed`); a row between two others tells how far they foretold it (`surprise`). The first rows thus
-choose the distance of the coarse pass; later, every strip between rows has an expected error, and the stroke comes
-next that takes away most of it per way: details that were met first, and between them rows that halve the widest
-strips, until no detail of the size that is sought can lie between two rows.
+would miss (`missed`); a row between two others shows how well they predicted it (`innovation_error`). The first
+rows thus choose the distance of the coarse pass; later, every strip between rows has an expected error, and the
+stroke comes next that removes most of it per path length: details that were met first, and between them rows that
+halve the widest strips, until no detail of the size that is sought can lie between two rows.
 """
 
 import math
 from dataclasses import dataclass, field
 
 from palpate.controllers.paths.coarse import CoarseGap
-from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.goal import Enough, Goal, GoalError
-from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.goal import Goal, GoalError, StopReason
+from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, Stroke
+from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.missed import TouchNoise
 from palpate.controllers.paths.plane import PathPlane, Point
@@ -29,20 +29,21 @@ __all__ = ["Active", "ActiveSettings", "Goal", "GoalError"]
 COLUMN = 5e-4
 """Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
 
-ASIDE = 3e-4
-"""Farther from its row than this the tip is still on the way to it [m]."""
+ROW_TOLERANCE = 3e-4
+"""Farther from its row than this the tip is still travelling to it [m]."""
 
 DETAIL = 0.3
 """Part of the sum of squared errors that one detail may leave. Chosen with `benchmarks/active.py --tune`: over the
-16 local explorations of `--seeds 8` the median RMS way is 0.70 of the best raster's with it, 0.75 with all."""
+16 local explorations of `--seeds 8` the median path length to the RMS goal is 0.70 of the best raster's with it,
+0.75 with all."""
 
 MARGIN = 0.6
 """Expected error over the wanted one at which the goal counts as reached. In `benchmarks/active.py --tune
---seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median way is the same. It
-does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
+--seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median path length is the
+same. It does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
 
-BERTH = 3e-3
-"""On the way to a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
+CLEARANCE = 3e-3
+"""Before a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +86,11 @@ class ActiveSettings:
 
 
 class Active:
-    """Explores a rectangle. All its choices follow from what it was told.
+    """Explores a rectangle. All its choices follow from the reports it was given.
 
     Attributes:
         plane: In which the rectangle lies.
-        way: Length of the legs asked for, lifted or not [m].
+        path_length: Total length of the requested legs, lifted or not [m].
     """
 
     def __init__(
@@ -115,7 +116,7 @@ class Active:
     @property
     def marks(self) -> tuple[Mark, ...]:
         """As `Strategy`."""
-        return self._diary.marks
+        return self._mark_recorder.marks
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -123,15 +124,15 @@ class Active:
         return tuple(self._rows)
 
     @property
-    def enough(self) -> Enough | None:
-        """Why it planned no further leg; None while it still does, or after a loss."""
-        return self._enough
+    def stop_reason(self) -> StopReason | None:
+        """Why it planned no further leg; None before that, or after a loss of contact."""
+        return self._stop_reason
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._enough: Enough | None = None
+        self._stop_reason: StopReason | None = None
         own = self._settings
-        self._diary = Diary()
+        self._mark_recorder = MarkRecorder()
         self._recorder = RowRecorder(own.stretch)
         self._rows: list[Row] = []
         self._coarse_gap = CoarseGap(own.noise, own.stretch, COLUMN)
@@ -145,22 +146,22 @@ class Active:
         self._slid: tuple[Point, Point] | None = None  # the present stroke, if the tip slid to its beginning
         self._failed = False  # the last leg did not end well
         self._obstacles: list[Point] = []  # where legs did not end well
-        self.way = 0.0
+        self.path_length = 0.0
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
-        self._diary.feel(felt)
+        self._mark_recorder.feel(felt)
         u, v, height = self.plane.flat(felt.tip)
-        if self._row is not None and self._stroke is None and abs(v - self._row) <= ASIDE:
+        if self._row is not None and self._stroke is None and abs(v - self._row) <= ROW_TOLERANCE:
             slopes = self.plane.slopes(felt.normal)
             if slopes is not None:
                 self._recorder.feel(u, height, *slopes)
         return False
 
-    def next(self, ended: Ended | None) -> Leg | None:
+    def next(self, ended: LegResult | None) -> Leg | None:
         """As `Strategy`. A loss ends it; a stroke that cannot be followed is marked, and its rest left out."""
         if ended is not None:
-            self._diary.end(ended)
+            self._mark_recorder.end(ended)
             if ended.how is LegEnd.LOST:
                 return None
             self._failed = ended.how is not LegEnd.REACHED
@@ -174,13 +175,13 @@ class Active:
             self._stroke = None
             felt = self._take_row()
             again, self._slid = self._slid, None
-            if self._failed and again is not None and not felt:  # stopped on the way there: from above, then
+            if self._failed and again is not None and not felt:  # stopped before it got there: from above, then
                 return self._go(*again)
         planned = self._plan()
         return None if planned is None else self._go(*planned)
 
     def _go(self, begin: Point, end: Point) -> Leg:
-        self.way += math.dist(self._at, begin) + math.dist(begin, end)
+        self.path_length += math.dist(self._at, begin) + math.dist(begin, end)
         slid = self._sliding and not self._failed and self._clear(self._at, begin)
         self._at, self._row = end, begin[1]
         if slid:
@@ -195,8 +196,8 @@ class Active:
         along = ((end[0] - begin[0]) / length, (end[1] - begin[1]) / length) if length > 0.0 else (0.0, 0.0)
         for place in self._obstacles:
             u, v = place[0] - begin[0], place[1] - begin[1]
-            way = min(max(u * along[0] + v * along[1], 0.0), length)
-            if math.dist((u, v), (way * along[0], way * along[1])) < BERTH:
+            projection = min(max(u * along[0] + v * along[1], 0.0), length)
+            if math.dist((u, v), (projection * along[0], projection * along[1])) < CLEARANCE:
                 return False
         return True
 
@@ -210,8 +211,8 @@ class Active:
         return len(row) > 1
 
     def _plan(self) -> tuple[Point, Point] | None:
-        if self.way >= self._goal.way:
-            self._enough = Enough.SPENT
+        if self.path_length >= self._goal.path_length:
+            self._stop_reason = StopReason.SPENT
             return None
         return (self._coarse_stroke() if self._coarse else None) or self._fine_stroke()
 
@@ -236,13 +237,13 @@ class Active:
         return max(gap, 2.0 * own.finest)
 
     def _fine_stroke(self) -> tuple[Point, Point] | None:
-        """The stroke that is worth most per way; None if the goal is reached, or nothing is left."""
+        """The stroke that is worth most per path length; None if the goal is reached, or nothing is left."""
         own = self._settings
         if not self._rows:
             return None
         self._columns.take(self._rows)
         if self._reached():
-            self._enough = Enough.REACHED
+            self._stop_reason = StopReason.REACHED
             return None
         open_strips = (
             ([] if self._known() else self._loud(1.0, tails=False))
@@ -251,9 +252,9 @@ class Active:
             or self._whole(2.0 * own.finest)
         )
         if not open_strips:
-            self._enough = Enough.EXHAUSTED
+            self._stop_reason = StopReason.EXHAUSTED
             return None
-        best = max(open_strips, key=self._worth_per_way)
+        best = max(open_strips, key=self._worth_per_length)
         self._tried.add(best.place)  # what could not be felt the first time is not asked for again
         return self._ends(best)
 
@@ -283,7 +284,7 @@ class Active:
         b = (middle + half if middle + half < far else self._u[1], v)
         return (a, b) if math.dist(self._at, a) <= math.dist(self._at, b) else (b, a)
 
-    def _worth_per_way(self, strip: Strip) -> float:
+    def _worth_per_length(self, strip: Strip) -> float:
         begin, end = self._ends(strip)
         return strip.worth / (math.dist(self._at, begin) + math.dist(begin, end))
 

@@ -2,16 +2,16 @@
 
 import math
 
-from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.legs import Circuit, Hop, Leg, LegEnd, LegResult
+from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.steering import Steering
 from palpate.errors import positive
 from palpate.spatial import Vector, add_scaled, dot, norm, subtract
 
-MOST_OF_A_TURN = 1.5 * math.pi
+MAX_OF_A_TURN = 1.5 * math.pi
 """A simple closed curve turns by 2 pi; less than three quarters of it is a bend that passes by the beginning."""
 
 LEFT = 5.0
@@ -39,7 +39,7 @@ class Contour:
     def __init__(
         self, at: Point, steering: Steering, plane: PathPlane, longest: float, tolerance: float = 1e-3
     ) -> None:
-        """Take where to land [m], how to steer, the longest way [m], and how close counts as closed [m]."""
+        """Take where to land [m], how to steer, the longest path [m], and how close counts as closed [m]."""
         self.plane = plane
         self._legs: tuple[Leg, ...] = (Hop(at), Circuit(steering, positive("longest", longest, "m")))
         self._steering = steering
@@ -49,11 +49,11 @@ class Contour:
     @property
     def marks(self) -> tuple[Mark, ...]:
         """As `Strategy`."""
-        return self._diary.marks
+        return self._mark_recorder.marks
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._diary = Diary()
+        self._mark_recorder = MarkRecorder()
         self._next = 0
         self.closed = False
         self.beginning: Vector | None = None
@@ -65,7 +65,7 @@ class Contour:
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`: true where the curve closes."""
-        self._diary.feel(felt)
+        self._mark_recorder.feel(felt)
         if self._next < 2 or self.closed:
             return self.closed
         if self.beginning is None:
@@ -75,15 +75,15 @@ class Contour:
         self._follow(felt.tip)
         away = norm(subtract(felt.tip, self.beginning))
         self._left = self._left or away > LEFT * self._tolerance
-        self.closed = self._left and away <= self._tolerance and abs(self._turned) > MOST_OF_A_TURN
+        self.closed = self._left and away <= self._tolerance and abs(self._turned) > MAX_OF_A_TURN
         return self.closed
 
-    def next(self, ended: Ended | None) -> Leg | None:
+    def next(self, ended: LegResult | None) -> Leg | None:
         """As `Strategy`."""
         if ended is not None:
             leg = self._legs[self._next - 1]
             height = self.plane.flat(ended.tip)[2]
-            self._diary.end(ended, self.plane.base(leg.to, height) if isinstance(leg, Hop) else None)
+            self._mark_recorder.end(ended, self.plane.base(leg.to, height) if isinstance(leg, Hop) else None)
             if ended.how is not LegEnd.REACHED:
                 return None
         if self._next == len(self._legs):
@@ -92,7 +92,7 @@ class Contour:
         return self._legs[self._next - 1]
 
     def _follow(self, tip: Vector) -> None:
-        """Add up the way and the turn of the heading about the axis."""
+        """Add up the path length and the turn of the heading about the axis."""
         last = self._last
         if last is None:
             return

@@ -9,7 +9,7 @@ its orientation; only how far the normal turns differs.
 import math
 from dataclasses import dataclass
 
-from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.errors import positive
 from palpate.spatial import Vector, add, dot, norm, scale, subtract
@@ -25,7 +25,7 @@ class FeatureLimits:
         window: A jump must happen while the tip moves less than this [m].
         contrast: On an edge the contact moves this many times less than the tip; in a corner, more: a convex
             radius below R / (contrast - 1), a concave one below R contrast / (contrast - 1).
-        together: Features within this way of the tip belong together [m]: about the width of the tip.
+        together: Features within this path length of the tip belong together [m]: about the width of the tip.
         step: Least difference of heights that makes a step [m].
     """
 
@@ -51,9 +51,9 @@ class FeatureWatch:
         self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
         self._level: ContactPeriod | None = None  # the last before the present group of features
         self._found: list[tuple[PathEvent, Vector]] = []
-        self._since = 0.0  # way of the tip since the last of them
+        self._since = 0.0  # path length of the tip since the last of them
         self._last: ContactPeriod | None = None
-        self._edge_told = False
+        self._edge_reported = False
 
     def feel(self, felt: ContactPeriod) -> Mark | None:
         """Take one period; return what was completed, usually nothing."""
@@ -68,15 +68,15 @@ class FeatureWatch:
         if moved > limits.contrast * went and dot(felt.normal, before.normal) < self._least_cos:
             self._note(PathEvent.TIGHT, scale(0.5, add(felt.contact, before.contact)), before)
             self._before = self._anchor = felt
-            self._edge_told = False
+            self._edge_reported = False
             return None
         if went >= limits.window:
             self._before = felt
         moved, went = norm(subtract(felt.contact, anchor.contact)), norm(subtract(felt.tip, anchor.tip))
         if went > limits.window and limits.contrast * moved > went:
-            self._calm, self._anchor, self._edge_told = anchor, felt, False
-        elif not self._edge_told and dot(felt.normal, anchor.normal) < self._least_cos:
-            self._edge_told = True
+            self._calm, self._anchor, self._edge_reported = anchor, felt, False
+        elif not self._edge_reported and dot(felt.normal, anchor.normal) < self._least_cos:
+            self._edge_reported = True
             self._note(PathEvent.EDGE, felt.contact, self._calm or anchor)
         if self._found and self._since > limits.together:
             return self.close()
@@ -99,7 +99,7 @@ class FeatureWatch:
         """Return what is still open, and forget where the tip was: it lifts."""
         mark = self.close()
         self._before = self._anchor = self._calm = self._last = None
-        self._edge_told = False
+        self._edge_reported = False
         return mark
 
     def _note(self, event: PathEvent, position: Vector, level: ContactPeriod) -> None:

@@ -1,4 +1,4 @@
-"""What is known of the rows of a raster that may go beyond the object: where it was felt, and where in vain."""
+"""Coverage of a raster that may extend beyond the object: cells felt, and cells probed without contact."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from palpate.controllers.paths.raster import Raster
 from palpate.errors import positive
 
 CELLS = 2
-"""Cells in the way that is left out at least: the tip is known to be no more exactly anywhere."""
+"""Number of cells that are skipped at least: the tip is known to be no more exactly anywhere."""
 
 GROWTH = 4
 """So many times as much is left out after each failure: what was passed over is swept back if something is met."""
@@ -84,7 +84,7 @@ class CellGrid:
         return (self._left + self._size * share, self.rows[row])
 
     def on_row(self, row: int, v: float) -> bool:
-        """Whether a tip at v [m] is on a row, not on its way there."""
+        """Whether a tip at v [m] is on a row, and not still travelling to it."""
         return abs(v - self.rows[row]) <= 0.25 * self._apart
 
     def known(self, row: int, cell: int) -> bool:
@@ -108,7 +108,7 @@ class CellGrid:
             self._states[row, cell] = Cell.FAILED
 
     def give_up(self, attempt: LandingSite) -> None:
-        """An attempt has met nothing: what lies before it is left out, and more of it the next time."""
+        """An attempt has met nothing: skip what lies before it, and more of it the next time."""
         row, cell, states = attempt.row, attempt.cell, self._states[attempt.row]
         between = slice(min(attempt.edge, cell), max(attempt.edge, cell) + 1)
         if not attempt.probe:

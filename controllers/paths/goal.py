@@ -16,7 +16,7 @@ class GoalError(Enum):
     """The largest anywhere: large errors count far more than small ones."""
 
 
-class Enough(Enum):
+class StopReason(Enum):
     """Why an active exploration planned no further leg."""
 
     REACHED = "the map should be as accurate as asked for"
@@ -31,9 +31,9 @@ class Goal:
     Attributes:
         error: Wanted error of the map [m].
         measure: Of which kind.
-        length: Way of the tip, lifted or not [m].
+        length: Path length of the tip, lifted or not [m].
         area: Part of the field over which `error` is wanted, between 0 and 1: the rest may stay unknown.
-        time: On the way at `speed` [s]. A leg that has begun is finished.
+        time: Duration of the motion at `speed` [s]. A leg that has begun is finished.
         speed: Of the tip along the surface [m/s]; it says how far the tip comes in `time`.
     """
 
@@ -53,6 +53,6 @@ class Goal:
             raise InvalidValueError(f"goal area = {self.area:g}: must lie between 0 and 1 (all of the field)")
 
     @property
-    def way(self) -> float:
-        """What `length` and `time` allow [m]."""
+    def path_length(self) -> float:
+        """Largest path length that `length` and `time` allow [m]."""
         return min(self.length, self.time * self.speed)

@@ -1,4 +1,4 @@
-"""What a strategy asks for next, and how it is told what came of it."""
+"""Legs that a strategy requests, and the results it gets back."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -14,7 +14,7 @@ class Hop:
     """Lift off, travel above the object at the height at which the run began, and land.
 
     It ends as REACHED in contact and settled; as MISSED, with the tip still down there, if nothing is met within
-    the approach distance; as BLOCKED if the way there is.
+    the approach distance; as BLOCKED if the travel to it is.
 
     Attributes:
         to: Where to land, in the plane of the path [m].
@@ -41,7 +41,7 @@ class Stroke:
 
 
 @dataclass(frozen=True, slots=True)
-class TouchOnce:
+class SingleTouch:
     """Approach along the axis, touch once, and retreat along it; from touch to touch travel at that height.
 
     Attributes:
@@ -62,7 +62,7 @@ class Circuit:
 
     Attributes:
         steering: Gives the direction in every period.
-        longest: The leg ends as OVERLONG after this way [m].
+        longest: The leg ends as OVERLONG after this path length [m].
     """
 
     steering: Steering
@@ -72,7 +72,7 @@ class Circuit:
         positive("longest", self.longest, "m")
 
 
-Leg = Hop | Stroke | TouchOnce | Circuit
+Leg = Hop | Stroke | SingleTouch | Circuit
 
 
 class LegEnd(Enum):
@@ -87,14 +87,14 @@ class LegEnd(Enum):
     STEEP = "steep"
     """The surface became too steep to follow."""
     BLOCKED = "blocked"
-    """The tip did not get on, though it was told to; what stood in the way of a flight could not be avoided; or
+    """The tip was commanded to slide and did not move; an obstacle in a flight could not be avoided; or
     the tip would have left its room."""
     OVERLONG = "overlong"
     """A circuit did not end by itself."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class LegResult:
     """The end of a leg.
 
     Attributes:

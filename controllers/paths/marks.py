@@ -1,4 +1,4 @@
-"""What a map should say besides its surface: where something was, or could not be felt, and why."""
+"""Marks on a map: features, and places that could not be felt, with the reason."""
 
 from dataclasses import dataclass
 from enum import StrEnum

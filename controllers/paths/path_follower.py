@@ -31,7 +31,7 @@ class PathFollower:
     """A corner at which the tip stops counts as reached this close to it [m]."""
 
     SLOWEST = 1e-3
-    """Least speed on the way to a corner [m/s]: without it the last tenth of a millimetre would take for ever."""
+    """Least speed towards a corner [m/s]: without it the last tenth of a millimetre would take for ever."""
 
     def __init__(self, corners: tuple[Point, ...], acceleration: float) -> None:
         """Take a path of at least two corners and a bound on acceleration [m/s^2]."""

@@ -3,12 +3,12 @@
 import math
 from enum import Enum, auto
 
-from palpate.controllers.paths.diary import Diary
+from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.features import FeatureLimits
-from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.field import CellGrid, LandingSite
 from palpate.controllers.paths.follow import LEFT_OUT
-from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
+from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, Stroke
+from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.raster import Raster
@@ -40,7 +40,7 @@ class _Edge:
         return dot(felt.normal, anchor.normal) < self._least_cos and self._limits.contrast * moved < went
 
 
-class _Doing(Enum):
+class _Stage(Enum):
     """What the present leg is for."""
 
     LANDING = auto()
@@ -60,7 +60,7 @@ class RasterRows:
     across, without a second landing if the rim is a sharp edge. Whatever a neighbouring row felt is looked for in
     a row, from both of its ends inwards: `left_out` from them, then ever farther, so that the number of tries
     grows with the logarithm of the row's length, and is one where the rim is as foreseen. When nothing is left to
-    be found in that way, it probes the middle of the largest island that may still be hidden: what it meets it
+    be found like that, it probes the middle of the largest island that may still be hidden: what it meets it
     explores likewise. It ends when as many probes one after the other as the logarithm of what is unknown met
     nothing: smaller islands than lie between such probes may be missed.
 
@@ -96,13 +96,13 @@ class RasterRows:
     @property
     def marks(self) -> tuple[Mark, ...]:
         """As `Strategy`."""
-        return self._diary.marks
+        return self._mark_recorder.marks
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._diary = Diary()
+        self._mark_recorder = MarkRecorder()
         self._field = CellGrid(self._raster, self._left_out)
-        self._doing = _Doing.LANDING
+        self._doing = _Stage.LANDING
         self._attempt = self._at(self._begin)
         self._aim = self._begin  # where it should land
         self._met = False  # ever
@@ -113,7 +113,7 @@ class RasterRows:
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
-        self._diary.feel(felt)
+        self._mark_recorder.feel(felt)
         u, v, _ = self.plane.flat(felt.tip)
         self._found = self._met = True
         if self._field.on_row(self._attempt.row, v):
@@ -121,21 +121,21 @@ class RasterRows:
         self._turned = self._edge is not None and self._edge.feel(felt)
         return self._turned
 
-    def next(self, ended: Ended | None) -> Leg | None:
+    def next(self, ended: LegResult | None) -> Leg | None:
         """As `Strategy`."""
         if ended is None:
             return self._land(self._begin)
         u, v, height = self.plane.flat(ended.tip)
-        landing = self._doing in (_Doing.LANDING, _Doing.BACK)
+        landing = self._doing in (_Stage.LANDING, _Stage.BACK)
         turned, self._turned, self._edge = self._turned, False, None
-        self._diary.end(ended, self.plane.base(self._aim, height) if landing else None)
+        self._mark_recorder.end(ended, self.plane.base(self._aim, height) if landing else None)
         if ended.how is LegEnd.LOST:
             return None
         if ended.how is LegEnd.REACHED:
             match self._doing:
-                case _Doing.LANDING:
+                case _Stage.LANDING:
                     return self._outwards() or self._across()
-                case _Doing.OUTWARDS | _Doing.BACK:
+                case _Stage.OUTWARDS | _Stage.BACK:
                     if turned:
                         self._field.stop(self._attempt.row, u, -self._attempt.inwards)
                     return self._across()
@@ -145,13 +145,13 @@ class RasterRows:
 
     def _after_failure(self, u: float, v: float) -> Leg | None:
         attempt, field = self._attempt, self._field
-        if self._doing is _Doing.SLIDING and not field.on_row(attempt.row, v):
+        if self._doing is _Stage.SLIDING and not field.on_row(attempt.row, v):
             field.give_up(attempt)
-        elif self._doing not in (_Doing.LANDING, _Doing.BACK) and self._found:
-            direction = -attempt.inwards if self._doing is _Doing.OUTWARDS else attempt.inwards
+        elif self._doing not in (_Stage.LANDING, _Stage.BACK) and self._found:
+            direction = -attempt.inwards if self._doing is _Stage.OUTWARDS else attempt.inwards
             field.stop(attempt.row, u, direction)
-            if self._doing is _Doing.OUTWARDS:
-                self._doing, self._aim = _Doing.BACK, field.place(attempt.row, attempt.cell)
+            if self._doing is _Stage.OUTWARDS:
+                self._doing, self._aim = _Stage.BACK, field.place(attempt.row, attempt.cell)
                 return Hop(self._aim)
         return self._choose((u, v), touching=False)
 
@@ -179,17 +179,17 @@ class RasterRows:
         place = field.place(attempt.row, attempt.cell)
         near = abs(attempt.row - before.row) == 1 and abs(place[0] - tip[0]) <= self._left_out
         if touching and near and attempt.cell == attempt.edge:
-            self._doing = _Doing.SLIDING
+            self._doing = _Stage.SLIDING
             return Stroke((place, field.place(attempt.row, self._end(attempt.inwards))))
         return self._land(place)
 
     def _at(self, place: Point) -> LandingSite:
-        """An attempt for which nothing speaks."""
+        """An attempt without a preferred place."""
         row, cell = self._field.row(place[1]), self._field.cell(place[0])
         return LandingSite(row, cell, 1 if 2 * cell < self._field.count else -1, cell, probe=True)
 
     def _land(self, place: Point) -> Leg:
-        self._doing, self._aim, self._found = _Doing.LANDING, place, False
+        self._doing, self._aim, self._found = _Stage.LANDING, place, False
         return Hop(place)
 
     def _outwards(self) -> Leg | None:
@@ -197,11 +197,11 @@ class RasterRows:
         attempt = self._attempt
         if self._field.known(attempt.row, attempt.cell - attempt.inwards):
             return None
-        self._doing, self._edge = _Doing.OUTWARDS, _Edge()
+        self._doing, self._edge = _Stage.OUTWARDS, _Edge()
         return self._sweep(-attempt.inwards)
 
     def _across(self) -> Leg:
-        self._doing = _Doing.ACROSS
+        self._doing = _Stage.ACROSS
         return self._sweep(self._attempt.inwards)
 
     def _sweep(self, direction: int) -> Leg:

@@ -1,30 +1,30 @@
-"""The way along a surface that a leg asks for, period by period, while force control keeps the tip on it."""
+"""The motion along a surface that a leg requests, period by period, while force control keeps the tip on it."""
 
 import math
 from typing import Protocol
 
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Circuit, LegEnd, Stroke, TouchOnce
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.legs import Circuit, LegEnd, SingleTouch, Stroke
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.progress import Progress
 from palpate.errors import positive
 from palpate.spatial import ZERO, Vector, add_scaled, dot, rotate, rotate_back, scale
 
-STEEPEST = math.radians(70.0)
+MAX_SLOPE = math.radians(70.0)
 """Steepest slope on which a stroke is followed [rad]: beyond it a path given along the axis makes no progress, and
 a tip that came over an edge would slide down the side for ever."""
 
 DWELL = 0.1
 """How long a touch rests on the surface after it has settled [s]: what is felt meanwhile goes into the map."""
 
-ASTRAY = 2e-3
+START_TOLERANCE = 2e-3
 """A tip farther than this from where its stroke should begin goes to it in a straight line from where it is [m];
 one that is nearer steers back to the stroke's own first line."""
 
 
 class Slide(Protocol):
-    """One leg's way along the surface."""
+    """One leg's motion along the surface."""
 
     def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
@@ -53,7 +53,7 @@ class StrokeSlide:
         self._follower = PathFollower(tuple(corners), acceleration) if len(corners) > 1 else None
         self._plane, self._period = plane, period
         self._progress = Progress(period)
-        self._least_cos = math.cos(STEEPEST)
+        self._least_cos = math.cos(MAX_SLOPE)
 
     def stop(self) -> None:
         """See `Slide`."""
@@ -80,7 +80,7 @@ class StrokeSlide:
         if follower.finished:
             return LegEnd.REACHED
         along = rotate(rotation, (vu, vv, -(nu * vu + nv * vv) / nh))
-        progress.told(along)
+        progress.command(along)
         return along
 
 
@@ -103,7 +103,7 @@ class CircuitSlide:
         """See `Slide`."""
         progress = self._progress
         progress.step(felt.tip)
-        if progress.way > self._circuit.longest:
+        if progress.distance > self._circuit.longest:
             return LegEnd.OVERLONG
         direction = self._circuit.steering.direction(felt)
         if direction is None or progress.stalled:
@@ -111,7 +111,7 @@ class CircuitSlide:
         self._current = min(self._current + self._most_change, speed)
         direction = add_scaled(direction, -dot(direction, felt.normal), felt.normal)
         along = scale(self._current, direction)
-        progress.told(along)
+        progress.command(along)
         return along
 
 
@@ -132,14 +132,14 @@ class Dwell:
 
 
 def slide(
-    leg: Stroke | Circuit | TouchOnce,
+    leg: Stroke | Circuit | SingleTouch,
     begin: Point,
     tip: Point,
     plane: PathPlane,
     acceleration: float,
     period: float,
 ) -> Slide:
-    """Return the way along the surface of a leg.
+    """Return the motion along the surface of a leg.
 
     Args:
         leg: Which.
@@ -150,7 +150,9 @@ def slide(
         period: Of control [s].
     """
     if isinstance(leg, Stroke):
-        return StrokeSlide(leg, begin if math.dist(begin, tip) <= ASTRAY else tip, plane, acceleration, period)
+        return StrokeSlide(
+            leg, begin if math.dist(begin, tip) <= START_TOLERANCE else tip, plane, acceleration, period
+        )
     if isinstance(leg, Circuit):
         return CircuitSlide(leg, acceleration, period)
     return Dwell(period)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
-from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.plane import PathPlane
 from palpate.errors import InvalidValueError, positive
 from palpate.spatial import Vector, add_scaled, cross, dot, norm, scale, subtract, unit
@@ -42,7 +42,7 @@ class LevelSteering:
 
     Attributes:
         plane: Its height 0 is the level that is kept.
-        turn: Which way round.
+        turn: Sense of rotation.
         lookahead: [m].
     """
 
@@ -74,7 +74,7 @@ class EdgeSteering:
         lean: Angle between axis and felt normal that is kept [rad], between 5 and 85 degrees.
         radius: Of the tip near the contact [m]; turns an error of the angle into one of length.
         outward: Towards the edge, base frame: where to go while the face itself is felt.
-        turn: Which way round.
+        turn: Sense of rotation.
         lookahead: [m].
     """
 
@@ -104,7 +104,7 @@ class EdgeSteering:
             raise InvalidValueError(
                 f"offset = {offset:g} m: must be above 0 and below the tip's radius = {radius:g} m"
             )
-        # round a corner of the object the way of the tip turns with the offset as its radius
+        # round a corner of the object the path of the tip turns with the offset as its radius
         return cls(plane, math.asin(offset / radius), radius, outward, turn, min(2e-3, 0.5 * offset))
 
     def offset(self, felt: ContactPeriod) -> float:
@@ -127,6 +127,6 @@ def _around(normal: Vector, axis: Vector, turn: Turn, above: float, lookahead: f
     if size * size < 1.0 - LEVEL_COS * LEVEL_COS:
         return None
     forward = scale(turn / size, sideways)
-    # of the two tangents across the way, the one that points along the axis
+    # of the two tangents across the path, the one that points along the axis
     upward = unit(subtract(axis, scale(dot(axis, normal), normal)))
     return unit(add_scaled(forward, -above / lookahead, upward))

@@ -6,43 +6,44 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from palpate.controllers.paths.innovation import innovation_error
 from palpate.controllers.paths.missed import TouchNoise, missed_around
 from palpate.controllers.paths.row import Row
-from palpate.controllers.paths.surprise import surprise
 from palpate.errors import FloatArray
 
-LOUD = 0.35
+ERROR_THRESHOLD = 0.35
 """A stroke of its own covers where the error is above this part of the strip's largest: the test over a gap rings
 for a gap beside a detail, more weakly. Measured by `benchmarks/active.py`."""
 
-NOTICED = 4.0
+DETECTION_RATIO = 4.0
 """Variance over that of noise, from which on something was felt: twice the deviation, over several stretches."""
 
-STANDS_OUT = 3.0
+DETAIL_RATIO = 3.0
 """Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
 
 HIDDEN = 0.02
-"""Error expected of a detail of which only the foot was felt, per gap. Chosen with `benchmarks/active.py --tune`:
-over `--seeds 15` the median way to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77 without."""
+"""Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py --tune`:
+over `--seeds 15` the median path length to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77
+without."""
 
-FOOT = 3.3e-3
-"""Strips wider than this may hide a detail of which a row felt the foot only [m]: a raised cosine 2 mm wide ends
+FLANK_GAP = 3.3e-3
+"""Strips wider than this may hide a detail of which a row felt the flank only [m]: a raised cosine 2 mm wide ends
 2 mm from its middle, so 1.7 mm to both sides of it a row feels a fortieth of it."""
 
 TAIL = 0.5
 """How far from a closer row's end the test over a gap rings, in gaps."""
 
-CLOSEST = 1.2e-3
+MIN_SPACING = 1.2e-3
 """A detail never asks for closer rows at once [m]: two stretches of path tell no more."""
 
-MOST = 6
+MAX_ROWS = 6
 """Nor for more rows in one gap: what a row says of a far smaller gap is noise."""
 
-BESIDE = 0.05
+STROKE_MARGIN = 0.05
 """How much farther to each side than the loud part of a strip its stroke goes, in gaps. From
 `benchmarks/active.py --tune`."""
 
-FLANK = 0.6
+FLANK_MARGIN = 0.6
 """The same for a stroke that goes less than half a gap from a row, in its distance: the loud part then ends on the
 flanks of the detail, and a stroke that ends there misleads the map."""
 
@@ -85,14 +86,14 @@ class Strip:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """How an error is expected from what was felt around.
+    """Parameters from which the error between rows is expected.
 
     Attributes:
         noise: Of the contacts.
         stretch: Over which contacts are averaged [m].
         unknown: Error expected of detail that no row met, per gap: a strip as wide as the field must hold
             something, a narrow one hardly.
-        prior: Gap over which the foot of a detail is looked for [m].
+        prior: Gap over which the flank of a detail is looked for [m].
     """
 
     noise: TouchNoise
@@ -142,15 +143,15 @@ class Columns:
         self._gap = np.where(below >= 0, self._v[:, None] - self._v[below], 0.0)
         height = np.array([np.interp(at, row.u, row.height) for row in ordered])
         cross = np.array([np.interp(at, row.u, row.cross_slope) for row in ordered])
-        error = surprise(self._v, height, cross, below, self._how.noise, self._width)
+        error = innovation_error(self._v, height, cross, below, self._how.noise, self._width)
         tails = np.zeros(error.shape, bool)
         for high, low in self._pairs():
             here = below[high] == low
             gap = float(self._v[high] - self._v[low])
             along = np.maximum(self._along_row(low, gap), self._along_row(high, gap))
-            if gap > FOOT:
-                foot = self._foot(low) | self._foot(high)
-                along = np.where(foot, np.maximum(along, HIDDEN * gap), along)
+            if gap > FLANK_GAP:
+                flank = self._flank(low) | self._flank(high)
+                along = np.where(flank, np.maximum(along, HIDDEN * gap), along)
             error[high, here] = np.maximum(error[high, here], along[here])
             self._mark_tails(tails[high], error[high], here, gap)
         self._error = error
@@ -188,8 +189,10 @@ class Columns:
             total = np.concatenate([[0.0], np.cumsum(error**power) * step * gap])
             for begin, end in _runs(self._below[high] == low, 1):
                 inside = np.zeros(len(error), bool)
-                inside[begin:end] = error[begin:end] > max(threshold, LOUD * float(error[begin:end].max()))
-                # what lies between two loud places closer than the gap is worth the way between them
+                inside[begin:end] = error[begin:end] > max(
+                    threshold, ERROR_THRESHOLD * float(error[begin:end].max())
+                )
+                # what lies between two loud places closer than the gap is worth the distance between them
                 for first, last in _runs(inside, max(int(gap / step), 1)):
                     worth = float(total[last] - total[first])
                     found.append(self._detail(low, high, (first, last), worth, power, tolerance))
@@ -213,7 +216,7 @@ class Columns:
         gap, inside = float(self._v[high] - self._v[low]), slice(*part)
         breadth = min(self._width * (part[1] - part[0]), gap)  # taken to be as broad as it is long
         count = 2
-        while count < MOST and gap / count > CLOSEST:
+        while count < MAX_ROWS and gap / count > MIN_SPACING:
             left = np.maximum(self._along_row(low, gap / count), self._along_row(high, gap / count))[inside]
             rest = float(left.max()) if power > 2.0 else float((left**2).sum()) * self._width * breadth
             if rest <= tolerance:
@@ -221,16 +224,16 @@ class Columns:
             count += 1
         if count == 2:
             middle = 0.5 * float(self._v[low] + self._v[high])
-            return self._strip(low, high, part, worth, middle, BESIDE * gap)
+            return self._strip(low, high, part, worth, middle, STROKE_MARGIN * gap)
         step = gap / count
         below, above = self._along_row(low, 2.0 * step)[inside], self._along_row(high, 2.0 * step)[inside]
         up = float((below**2).sum()) >= float((above**2).sum())
         felt = below if up else above
-        loud = np.flatnonzero(felt > LOUD * felt.max())
+        loud = np.flatnonzero(felt > ERROR_THRESHOLD * felt.max())
         if len(loud):
             part = (part[0] + int(loud[0]), part[0] + int(loud[-1]) + 1)
         v = float(self._v[low]) + step if up else float(self._v[high]) - step
-        return self._strip(low, high, part, worth, v, FLANK * step)
+        return self._strip(low, high, part, worth, v, FLANK_MARGIN * step)
 
     def _mark_tails(
         self, tail: npt.NDArray[np.bool_], error: FloatArray, here: npt.NDArray[np.bool_], gap: float
@@ -239,9 +242,9 @@ class Columns:
         band = max(int(TAIL * gap / self._width), 1)
         for begin, end in _runs(here, 1):
             stop, start = min(begin + band, end), max(end - band, begin)
-            if begin > 0 and error[stop - 1] <= LOUD * error[begin]:
+            if begin > 0 and error[stop - 1] <= ERROR_THRESHOLD * error[begin]:
                 tail[begin:stop] = True
-            if end < len(error) and error[start] <= LOUD * error[end - 1]:
+            if end < len(error) and error[start] <= ERROR_THRESHOLD * error[end - 1]:
                 tail[start:end] = True
 
     def _strip(
@@ -257,8 +260,8 @@ class Columns:
         keys = np.unique(upper * n + self._below[upper, column])
         return [(int(key // n), int(key % n)) for key in keys]
 
-    def _foot(self, place: int) -> npt.NDArray[np.bool_]:
-        """Where a row felt at least the foot of a detail: how small it is there says little of its height."""
+    def _flank(self, place: int) -> npt.NDArray[np.bool_]:
+        """Where a row felt at least the flank of a detail: how small it is there says little of its height."""
         index = int(self._order[place])
         if index not in self._feet:
             gap, row = self._how.prior, self._rows[index]
@@ -266,7 +269,7 @@ class Columns:
             noise = self._how.noise.missed_variance(gap, self._how.stretch)
             inside = felt[(self._at >= row.u[0]) & (self._at <= row.u[-1])]
             usual = float(np.median(inside)) if len(inside) else 0.0  # a row may lie between two columns
-            self._feet[index] = (felt**2 > NOTICED * noise) & (felt > STANDS_OUT * usual)
+            self._feet[index] = (felt**2 > DETECTION_RATIO * noise) & (felt > DETAIL_RATIO * usual)
         return self._feet[index]
 
     def _along_row(self, place: int, gap: float) -> FloatArray:

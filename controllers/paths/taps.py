@@ -2,9 +2,9 @@
 
 import math
 
-from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Ended, Leg, TouchOnce
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.legs import Leg, LegResult, SingleTouch
+from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.errors import InvalidValueError, positive
@@ -30,29 +30,29 @@ class Taps:
         if not points:
             raise InvalidValueError("there are no points to tap: give at least 1")
         self.plane = plane or PathPlane()
-        self._legs = tuple(TouchOnce(point, retreat) for point in points)
+        self._legs = tuple(SingleTouch(point, retreat) for point in points)
         self.start()
 
     @property
     def marks(self) -> tuple[Mark, ...]:
         """As `Strategy`."""
-        return self._diary.marks
+        return self._mark_recorder.marks
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._diary = Diary()
+        self._mark_recorder = MarkRecorder()
         self._next = 0
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
-        self._diary.feel(felt)
+        self._mark_recorder.feel(felt)
         return False
 
-    def next(self, ended: Ended | None) -> Leg | None:
+    def next(self, ended: LegResult | None) -> Leg | None:
         """As `Strategy`."""
         if ended is not None:
             at = self._legs[self._next - 1].at
-            self._diary.end(ended, self.plane.base(at, self.plane.flat(ended.tip)[2]))
+            self._mark_recorder.end(ended, self.plane.base(at, self.plane.flat(ended.tip)[2]))
         if self._next == len(self._legs):
             return None
         self._next += 1

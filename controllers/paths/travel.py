@@ -1,4 +1,4 @@
-"""The way above an object: up along the axis, then straight across."""
+"""Travel above an object: up along the axis, then straight across."""
 
 import math
 
@@ -30,7 +30,7 @@ class Travel:
         acceleration: float,
         period: float,
     ) -> None:
-        """Take the way.
+        """Take start, goal and limits of the motion.
 
         Args:
             tip: Where the tip is, base frame [m].

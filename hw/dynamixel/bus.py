@@ -1,4 +1,4 @@
-"""Questions and answers on a servo bus, each with its outcome."""
+"""Requests and replies on a servo bus, each with its outcome."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,27 +11,27 @@ from palpate.hw.dynamixel.port import Packets, Port
 from palpate.hw.dynamixel.registers import MODEL_NUMBER, Register
 
 SET_UP_TIME = 0.03
-"""How long an answer may take to begin outside of the loop [s], where nobody waits for it."""
+"""How long a reply may take to begin outside of the loop [s]."""
 
 QUIET = 1.5e-3
-"""Silence on the bus after which nobody is taken to be still speaking [s]: a USB frame and a half."""
+"""Silence on the bus after which no reply is taken to be still arriving [s]: a USB frame and a half."""
 
 LONGEST_DRAIN = 0.01
-"""For how long somebody who goes on speaking is listened to [s]."""
+"""For how long bytes that keep arriving are discarded [s]."""
 
 PING_LENGTH = 3
-"""Of a ping's answer [bytes]: model number and firmware. No other answer that is asked for here is as long."""
+"""Of a ping's reply [bytes]: model number and firmware. No other reply expected here has this length."""
 
 TRIES = 4
-"""How often a question is asked before a servo is given up: while setting up, never in the loop."""
+"""How often a request is repeated before a servo is given up: while setting up, never in the loop."""
 
 
 class MissedError(Exception):
-    """No answer, or none that can be believed, from one servo: the next may come through."""
+    """No valid reply from one servo; the next exchange may succeed."""
 
     def __init__(self, servo_id: int, silent: bool) -> None:
-        """Take who did not answer, and whether nothing came at all."""
-        super().__init__(f"servo {servo_id} {'does not answer' if silent else 'answers, but damaged'}")
+        """Take the servo that failed, and whether nothing arrived at all."""
+        super().__init__(f"servo {servo_id} {'does not reply' if silent else 'sends damaged replies'}")
         self.servo_id, self.silent = servo_id, silent
 
 
@@ -53,15 +53,15 @@ class Span:
 class Bus:
     """Servos on one port, for one thread. All of it may raise `DeviceError`: the port is lost."""
 
-    def __init__(self, port: Port, answer_time: float) -> None:
-        """Take a port that is open, and how long an answer may take to begin within the loop [s]."""
-        self._port, self._packets, self._answer_time = port, Packets(), answer_time
+    def __init__(self, port: Port, reply_timeout: float) -> None:
+        """Take a port that is open, and how long a reply may take to begin within the loop [s]."""
+        self._port, self._packets, self._reply_timeout = port, Packets(), reply_timeout
 
     def ping(self, servo_id: int) -> int | None:
-        """Return the model number of a servo; None if it does not answer."""
+        """Return the model number of a servo; None if it does not reply."""
         for _ in range(TRIES):
             self._ready(SET_UP_TIME)
-            # not the library's: it takes any answer of this servo for the one to a ping, a late one too
+            # not the library's: it takes any reply of this servo, even a late one, for the reply to a ping
             if self._packets.pingTx(self._port, servo_id) == COMM_SUCCESS:
                 data, result, _ = self._packets.readRx(self._port, servo_id, PING_LENGTH)
                 if result == COMM_SUCCESS and data:
@@ -73,14 +73,14 @@ class Bus:
         """Read from several servos in one transaction.
 
         Raises:
-            MissedError: One did not answer, or not rightly; what the others said is dropped.
+            MissedError: One sent no valid reply; those of the others are discarded.
         """
         port, packets = self._port, self._packets
         parameters: list[int] = []
         for span in spans:
             address, length = span.address, span.length
             parameters += (span.servo_id, address & 0xFF, address >> 8, length & 0xFF, length >> 8)
-        self._ready(self._answer_time)
+        self._ready(self._reply_timeout)
         result = packets.bulkReadTx(port, parameters, len(parameters), False)
         found = []
         for span in spans:
@@ -95,18 +95,18 @@ class Bus:
         return found
 
     def read(self, servo_id: int, register: Register) -> int:
-        """Return one value, asking again if need be.
+        """Return one value, repeating the request if need be.
 
         Raises:
-            DeviceError: The servo does not answer, or refuses.
+            DeviceError: The servo does not reply, or refuses.
         """
         return register.value(self.read_bytes(Span(servo_id, register.address, register.size)))
 
     def read_bytes(self, span: Span) -> bytes:
-        """Return bytes of one servo, asking again if need be.
+        """Return bytes of one servo, repeating the request if need be.
 
         Raises:
-            DeviceError: The servo does not answer, or refuses.
+            DeviceError: The servo does not reply, or refuses.
         """
         port, packets = self._port, self._packets
         result = COMM_RX_TIMEOUT
@@ -127,10 +127,10 @@ class Bus:
         )
 
     def write(self, servo_id: int, register: Register, value: int) -> None:
-        """Write one value and read it back: a damaged answer does not say whether the write was heard.
+        """Write one value and read it back: a damaged reply leaves open whether the write was received.
 
         Raises:
-            DeviceError: The servo does not answer, or does not take the value.
+            DeviceError: The servo does not reply, or does not take the value.
         """
         self.write_bytes(servo_id, register.address, register.bytes_of(value))
 
@@ -138,7 +138,7 @@ class Bus:
         """Write bytes of one servo and read them back.
 
         Raises:
-            DeviceError: The servo does not answer, or does not take them.
+            DeviceError: The servo does not reply, or does not take them.
         """
         port, error, kept = self._port, 0, b""
         for _ in range(TRIES):
@@ -158,15 +158,15 @@ class Bus:
         )
 
     def write_together(self, first: Register, data: Mapping[int, bytes]) -> None:
-        """Write as many bytes to each of several servos from one register on; nobody answers."""
+        """Write as many bytes to each of several servos from one register on; there is no reply."""
         port = self._port
         length = len(next(iter(data.values())))
         parameters = [byte for servo_id, its in data.items() for byte in (servo_id, *its)]
-        self._ready(self._answer_time)
+        self._ready(self._reply_timeout)
         self._packets.syncWriteTxOnly(port, first.address, length, parameters, len(parameters))
 
     def reboot(self, servo_id: int) -> None:
-        """Ask a servo to start anew. Whether it heard is for later questions to find out."""
+        """Reboot a servo. Whether it received this, later requests show."""
         self._ready(SET_UP_TIME)
         self._packets.reboot(self._port, servo_id)
 
@@ -174,12 +174,12 @@ class Bus:
         """Close the port."""
         self._port.closePort()
 
-    def _ready(self, answer_time: float) -> None:
-        self._port.is_using = False  # an exception may have left it so
-        self._port.answer_time = answer_time
+    def _ready(self, reply_timeout: float) -> None:
+        self._port.is_using = False  # an exception may have left it set
+        self._port.reply_timeout = reply_timeout
 
     def _settle(self, quiet: float) -> None:
-        """Let what is still under way come, and forget it."""
+        """Read and discard what is still arriving."""
         self._port.is_using = False
         self._port.drain(quiet, LONGEST_DRAIN + quiet)
 

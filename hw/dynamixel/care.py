@@ -12,8 +12,8 @@ from palpate.hw.dynamixel.registers import HardwareError
 REBOOT_TIME = 2.0
 """How long a servo may take to come back after a reboot [s]; a few tenths are assumed."""
 
-ANSWER_GONE = 0.05
-"""After which a servo that reboots has said so, and is deaf [s]; assumed."""
+REBOOT_REPLY_TIME = 0.05
+"""Within which a rebooting servo has replied and stopped listening [s]; assumed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ def health(bus: Bus, finger: FingerServo) -> ServoHealth:
     """Ask one servo how it is.
 
     Raises:
-        DeviceError: It does not answer.
+        DeviceError: It does not reply.
     """
     its = finger.servo_id
     return ServoHealth(
@@ -68,7 +68,7 @@ def reboot(bus: Bus, device: str, servo_id: int) -> None:
     """
     bus.reboot(servo_id)
     end = time.monotonic() + REBOOT_TIME
-    time.sleep(ANSWER_GONE)
+    time.sleep(REBOOT_REPLY_TIME)
     while bus.ping(servo_id) is None:
         if time.monotonic() > end:
             problem = f"servo {servo_id} did not come back from its reboot"

@@ -25,13 +25,14 @@ STATE_LENGTH = _STATE.size
 """Of these [bytes]."""
 
 LENGTHS = 8
-"""How many lengths of reads take turns when answers fail, so that a late one is told by its length. The XL330 has
-20 indirect addresses, 13 of them are the state's."""
+"""How many lengths of reads take turns when replies fail, so that a late reply is recognised by its length. One
+that is late by this many exchanges is not: keep `silence` below that. The XL330 has 20 indirect addresses, 13 of
+which hold the state."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServoReading:
-    """What a servo said of itself.
+    """A servo's reported state.
 
     Attributes:
         torque_on: Whether it drives.
@@ -114,7 +115,7 @@ class FingerServo:
         Args:
             force: Normal force [N]; 0 opens it.
             driving: Share of the current that makes up for the gear's friction, by `GearDirection`; the rest
-                gives way to it.
+                yields to it.
             q: Where the joint is [rad or m].
         """
         lever, motor = self._finger.lever(q, self._along), self.motor

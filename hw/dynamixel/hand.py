@@ -56,7 +56,7 @@ class DynamixelHand:
 
     @property
     def holding(self) -> bool:
-        """Whether a finger was last told to press, by this program or one before it."""
+        """Whether a finger was last commanded to press, by this program or one before it."""
         return self._found_pressing or any(force > 0.0 for force in self._forces)
 
     def start(self) -> None:
@@ -71,7 +71,7 @@ class DynamixelHand:
             self._bus.close()
             self._bus = None
         latency = adapter_latency(self._port_path)
-        if latency is not None and 2.0 * latency[0] > self.settings.answer_time:
+        if latency is not None and 2.0 * latency[0] > self.settings.reply_timeout:
             raise DeviceError(
                 self.name,
                 f"the adapter keeps bytes back for {1e3 * latency[0]:.0f} ms",
@@ -106,7 +106,7 @@ class DynamixelHand:
         return sample
 
     def state(self) -> tuple[ServoReading, ...]:
-        """Return what the servos said at the last `read` that came through."""
+        """Return the servos' states from the last `read` that succeeded."""
         self._connected()
         return self._readings
 
@@ -144,7 +144,7 @@ class DynamixelHand:
         """Ask every servo how it is; takes a few milliseconds each, so not in the loop.
 
         Raises:
-            DeviceError: One does not answer.
+            DeviceError: One does not reply.
         """
         bus = self._connected()
         return tuple(health(bus, finger) for finger in self._fingers)
@@ -169,7 +169,7 @@ class DynamixelHand:
     def close(self) -> None:
         """See `Device`: torque off, unless the hand presses; `closing_note` says which.
 
-        A hand that was last told to press keeps pressing with that force, its bus watchdog off.
+        A hand that was last commanded to press keeps pressing with that force, its bus watchdog off.
         """
         bus, self._bus = self._bus, None
         if bus is None:
@@ -184,7 +184,7 @@ class DynamixelHand:
                 failed.append(error.problem)
         bus.close()
         if not holding:
-            note = "told to switch its torque off" if failed else "torque off"
+            note = "commanded to switch its torque off" if failed else "torque off"
         elif self._found_pressing:
             note = "left with its torque on, as it was found"
         else:
@@ -194,8 +194,8 @@ class DynamixelHand:
     def _opened(self) -> Bus:
         port = Port(self._port_path, self.name, self.settings.baud_rate)
         port.open()
-        port.drain(QUIET, 0.05)  # what a program before us was still told
-        return Bus(port, self.settings.answer_time)
+        port.drain(QUIET, 0.05)  # replies to a program before this one
+        return Bus(port, self.settings.reply_timeout)
 
     def _connected(self) -> Bus:
         if self._bus is None:
@@ -220,14 +220,14 @@ class DynamixelHand:
         bus = self._connected()
         sent = time.monotonic()
         try:
-            answers = bus.exchange(self._spans)
+            replies = bus.exchange(self._spans)
         except MissedError as missed:
             return self._miss(missed, sent)
         if self._failures:
             self._failing_since, self._failures = math.inf, Counter()
         fingers = self._fingers
         self._readings = readings = tuple(
-            finger.reading(data) for finger, data in zip(fingers, answers, strict=True)
+            finger.reading(data) for finger, data in zip(fingers, replies, strict=True)
         )
         pairs = zip(fingers, readings, strict=True)
         self._sample = HandSample(sent, tuple(finger.joint_position(its.position) for finger, its in pairs))
@@ -239,7 +239,7 @@ class DynamixelHand:
             self._take()
 
     def _miss(self, missed: MissedError, sent: float) -> HandSample:
-        """Count a failed exchange; ask for another length next time, so that a late answer is told by its own."""
+        """Count a failed exchange; ask for another length next time, by which a late reply is recognised."""
         self.missed += 1
         self._ask((self._longer + 1) % LENGTHS)
         self._failing_since = min(self._failing_since, sent)
@@ -248,7 +248,7 @@ class DynamixelHand:
         # a failure or two may be this process having slept, however long it took
         if failing < self.settings.silence or self._failures.total() < FEWEST:
             return self._sample
-        # the one that failed most, not the last: on a busy computer an answer of a sound servo is late, too
+        # the one that failed most, not the last: on a busy computer a reply of a sound servo is late, too
         (servo_id, silent), _ = self._failures.most_common(1)[0]
         worst = MissedError(servo_id, silent)
         remedy = "check its cable and its power" if worst.silent else "check the bus for loose or noisy cables"

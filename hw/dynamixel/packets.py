@@ -20,10 +20,10 @@ LARGEST_ID = 252
 """Of a servo (e-manual, ID(7))."""
 
 STATUS = 0x55
-"""In place of the instruction: this is an answer."""
+"""In place of the instruction: this is a reply."""
 
 ALERT = 0x80
-"""Bit of an answer's error byte: Hardware Error Status(70) is not 0."""
+"""Bit of a reply's error byte: Hardware Error Status(70) is not 0."""
 
 OVERHEAD = 7
 """Bytes before the instruction."""
@@ -49,7 +49,7 @@ class Instruction(IntEnum):
 
 
 class DynamixelRefusal(IntEnum):
-    """Why an instruction was not carried out: the low seven bits of an answer's error byte."""
+    """Why an instruction was not carried out: the low seven bits of a reply's error byte."""
 
     NONE = 0
     RESULT = 1
@@ -105,7 +105,7 @@ def packet(servo_id: int, content: bytes) -> bytes:
 
     Args:
         servo_id: For whom, or from whom.
-        content: Instruction and parameters; of an answer `STATUS`, error byte and data.
+        content: Instruction and parameters; of a reply `STATUS`, error byte and data.
     """
     inner = stuffed(content)
     body = HEADER + bytes((servo_id,)) + (len(inner) + 2).to_bytes(2, "little") + inner

@@ -3,7 +3,7 @@
 Of dynamixel_sdk 4.1.0, `PortHandler` takes the time of day for its time-outs, waits 34 ms for a servo that is
 silent, spins on one core while it waits, waits for ever on a bus that babbles, and says "port in use" after any
 exception. `Protocol2PacketHandler` forgets the stuffing it has put into a packet, takes out too much of what it
-receives, and takes an answer that comes too late for the next one.
+receives, and takes a reply that comes too late for the next one.
 """
 
 import contextlib
@@ -31,10 +31,10 @@ _NO_PORT: tuple[type[Exception], ...] = (*_PORT_ERRORS, ValueError)
 """Likewise of a rate that it cannot have, or one that is closed."""
 
 LATEST = 1024
-"""How much is still read when the time is over [bytes]: the answers of 40 servos."""
+"""How much is still read when the time is over [bytes]: the replies of 40 servos."""
 
 ERROR_AT = 8
-"""Place of the error byte in an answer; data follow."""
+"""Place of the error byte in a reply; data follow."""
 
 LOST_REMEDY = "plug the adapter in and call start() again"
 """What to do about a port that is gone."""
@@ -56,8 +56,8 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         """
         super().__init__(path)
         self.device, self.wanted_rate = device, baud_rate
-        self.answer_time = 0.0
-        """How long an answer may take to begin, besides its own length [s]; to be set before every question."""
+        self.reply_timeout = 0.0
+        """How long a reply may take to begin, besides its own length [s]; to be set before every request."""
         self._overtime = 0
         self._problem = "the port is closed"
 
@@ -82,7 +82,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
     def setupPort(self, cflag_baud: int) -> bool:
         """Open the terminal; called by the library."""
         self.closePort()
-        # exclusive: another program on the same bus would take our answers
+        # exclusive: another program on the same bus would take our replies
         self.ser = serial.Serial(self.port_name, self.wanted_rate, timeout=0, exclusive=True)
         self.is_open = True
         self.tx_time_per_byte = 1e4 / self.wanted_rate
@@ -102,7 +102,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
 
     def setPacketTimeout(self, packet_length: int) -> None:
         """Start to wait for so many bytes."""
-        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.answer_time)
+        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.reply_timeout)
         self._overtime = LATEST
 
     def clearPort(self) -> None:
@@ -139,7 +139,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         return found
 
     def drain(self, quiet: float, longest: float) -> None:
-        """Wait until nobody has spoken for a while [s], or for so long at most [s], and forget what was said."""
+        """Discard what arrives until the line has been quiet for `quiet` [s], at most for `longest` [s]."""
         end = time.monotonic() + longest
         while time.monotonic() < end and self._read(4096, quiet):
             pass
@@ -176,7 +176,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
 
 
 class Packets(Protocol2PacketHandler):  # type: ignore[misc]  # the library has no types
-    """Instruction packets and answers as the e-manual has them."""
+    """Instruction packets and replies as the e-manual has them."""
 
     def updateCRC(self, crc_accum: int, data_blk_ptr: list[int], data_blk_size: int) -> int:
         """Return the checksum; the library builds its table anew at every call."""
@@ -191,29 +191,29 @@ class Packets(Protocol2PacketHandler):  # type: ignore[misc]  # the library has 
         return self._replace(packet, unstuffed(self._content(packet)))
 
     def pingTx(self, port: Port, dxl_id: int) -> int:
-        """Send a ping, whose answer `readRx` waits for."""
+        """Send a ping, whose reply `readRx` waits for."""
         result = self.txPacket(port, [0, 0, 0, 0, dxl_id, 3, 0, Instruction.PING, 0, 0])
         if result == COMM_SUCCESS:
             port.setPacketTimeout(14)
         return int(result)
 
     def readRx(self, port: Port, dxl_id: int, length: int) -> tuple[list[int], int, int]:
-        """Wait for an answer of exactly this length: another one is late, to an earlier question, and ignored.
+        """Wait for a reply of exactly this length; another is a late reply to an earlier request, and ignored.
 
         Returns:
             Data, result (COMM_SUCCESS or another of the library's), error byte. No data if a servo refuses.
         """
         while True:
-            answer, result = self.rxPacket(port, False)
+            reply, result = self.rxPacket(port, False)
             if result != COMM_SUCCESS:
                 return [], result, 0
-            if answer[4] != dxl_id:
+            if reply[4] != dxl_id:
                 continue
-            data = answer[ERROR_AT + 1 : OVERHEAD + (answer[5] | answer[6] << 8) - 2]
+            data = reply[ERROR_AT + 1 : OVERHEAD + (reply[5] | reply[6] << 8) - 2]
             if len(data) == length:
-                return data, result, answer[ERROR_AT]
-            if answer[ERROR_AT] & 0x7F and not data:
-                return [], result, answer[ERROR_AT]
+                return data, result, reply[ERROR_AT]
+            if reply[ERROR_AT] & 0x7F and not data:
+                return [], result, reply[ERROR_AT]
 
     @staticmethod
     def _content(packet: list[int]) -> bytes:

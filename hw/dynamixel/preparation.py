@@ -40,14 +40,14 @@ def prepare(bus: Bus, device: str, its: ServoCalibration, settings: HandSettings
     if number is None:
         raise DeviceError(
             device,
-            f"servo {servo_id} does not answer at {settings.baud_rate} baud",
+            f"servo {servo_id} does not reply at {settings.baud_rate} baud",
             "check its cable, its power, its id and its baud rate",
         )
     kind = KINDS.get(number)
     if kind is None:
         known = ", ".join(f"{kind.servo.name} ({number})" for number, kind in KINDS.items())
         raise DeviceError(device, f"servo {servo_id} is of the unknown model {number}", f"use one of {known}")
-    bus.write(servo_id, reg.STATUS_RETURN_LEVEL, 2)  # first: without it a servo may answer nothing but pings
+    bus.write(servo_id, reg.STATUS_RETURN_LEVEL, 2)  # first: without it a servo may reply to nothing but pings
     error = HardwareError(bus.read(servo_id, reg.HARDWARE_ERROR_STATUS))
     if error:
         raise shutdown_error(device, servo_id, error)
@@ -84,7 +84,7 @@ def _check_turn(bus: Bus, device: str, finger: FingerServo) -> None:
             raise DeviceError(
                 device,
                 f"servo {finger.servo_id} {what} position {position}, outside of the turn it knows at power-up",
-                "mount the horn so that the finger's way lies within 0 to 4095, and calibrate its zero",
+                "mount the horn so that the finger's range lies within 0 to 4095, and calibrate its zero",
             )
 
 
@@ -101,7 +101,7 @@ def presses(bus: Bus, finger: FingerServo) -> bool:
     """Return whether a servo presses, from before.
 
     Raises:
-        DeviceError: It does not answer.
+        DeviceError: It does not reply.
     """
     its = finger.servo_id
     return bool(bus.read(its, reg.TORQUE_ENABLE)) and bus.read(its, reg.GOAL_POSITION) == finger.range[1]
@@ -113,7 +113,7 @@ def hold_still(bus: Bus, finger: FingerServo) -> None:
     One that is on stays as it is, and so does what it holds.
 
     Raises:
-        DeviceError: It does not answer, or refuses.
+        DeviceError: It does not reply, or refuses.
     """
     servo_id = finger.servo_id
     if bus.read(servo_id, reg.TORQUE_ENABLE):

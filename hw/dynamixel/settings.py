@@ -1,4 +1,4 @@
-"""What a user says of a hand: which servo moves which finger, how, and how patient to be."""
+"""Settings of a Dynamixel hand: servos, finger geometry and time limits."""
 
 import math
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class ServoCalibration:
 
     Attributes:
         servo_id: On the bus.
-        zero: Where its shaft stands [rad] when the finger's joint is at 0: what `DynamixelHand.state` says then.
+        zero: Where its shaft stands [rad] when the finger's joint is at 0, as `DynamixelHand.state` reports.
         direction: 1 if its position grows as the finger closes, -1 if it shrinks.
         motor: Its figures, if they are known better than its maker's, as friction that was measured.
     """
@@ -69,10 +69,10 @@ class HandSettings:
         finger: How each of them moves.
         opening: From the hand's axis to the tips' centres with all joints at 0 [m].
         tip_along: From the sensor to the tip's centre, along the finger [m].
-        closing_speed: With which tips move while nothing is in the way [m/s].
+        closing_speed: With which tips move while nothing obstructs them [m/s].
         baud_rate: That all servos are set to [1/s].
         watchdog: Servos stop when the bus has been silent for so long [s], in steps of 20 ms; 0: they never do.
-        answer_time: How long an answer may take to begin [s]. Adapters keep bytes back for 1 ms, the operating
+        reply_timeout: How long a reply may take to begin [s]. Adapters keep bytes back for 1 ms, the operating
             system for longer now and then.
         silence: For how long exchanges may fail, one after the other, before the hand is given up [s].
         direction_span: Share of a force over which currents change sides of the gears' friction when it sinks
@@ -86,7 +86,7 @@ class HandSettings:
     closing_speed: float = 0.005
     baud_rate: int = 1_000_000
     watchdog: float = 0.1
-    answer_time: float = 0.006
+    reply_timeout: float = 0.006
     silence: float = 0.03
     direction_span: float = 0.0
 
@@ -97,7 +97,7 @@ class HandSettings:
         positive("opening", self.opening, "m")
         positive("closing_speed", self.closing_speed, "m/s")
         positive("baud_rate", self.baud_rate, "1/s")
-        positive("answer_time", self.answer_time, "s")
+        positive("reply_timeout", self.reply_timeout, "s")
         positive("silence", self.silence, "s")
         not_negative("direction_span", self.direction_span, "")
         if self.watchdog and not self.silence < self.watchdog <= 127 * WATCHDOG_UNIT:

@@ -23,10 +23,10 @@ _LONGEST_WAIT = 0.1
 
 
 @runtime_checkable
-class Telling(Protocol):
-    """A server that says what is going on in it, for tests; servers need not."""
+class Monitored(Protocol):
+    """A server that reports its internal state to tests; not every server does."""
 
-    def told(self) -> Mapping[str, object]:
+    def status(self) -> Mapping[str, object]:
         """Return its state: numbers, strings, and lists of them."""
         ...
 
@@ -165,12 +165,12 @@ class Host:
         """
         match request:
             case {"do": "state"}:
-                return self._told()
+                return self._status()
             case {"do": "fault", "device": str(name), "fault": str(fault), "value": int() | float() as value}:
                 return {"done": self._device(name).inject(fault, float(value))}
             case {"do": "log", "device": str(name)}:
                 device = self._device(name)
-                return {"lines": device.lines() if isinstance(device, Telling) else []}
+                return {"lines": device.lines() if isinstance(device, Monitored) else []}
             case {"do": "stop"}:
                 self._running = False
                 return {"done": "stopping"}
@@ -186,7 +186,7 @@ class Host:
             raise InvalidValueError(f"device = {name!r}: there are {', '.join(self._by_name)}")
         return device
 
-    def _told(self) -> dict[str, object]:
+    def _status(self) -> dict[str, object]:
         state = self._state
         return {
             "time": state.time,
@@ -199,6 +199,6 @@ class Host:
             "wrenches": [list(sample.wrench) for sample in state.wrenches],
             "servos": [[servo.position, servo.velocity, servo.current] for servo in state.servos],
             "devices": {
-                name: dict(s.told()) if isinstance(s, Telling) else {} for name, s in self._by_name.items()
+                name: dict(s.status()) if isinstance(s, Monitored) else {} for name, s in self._by_name.items()
             },
         }

@@ -1,4 +1,4 @@
-"""The plant behind an emulated sensor alone: a load that changes over time as it is told."""
+"""The plant behind an emulated sensor alone: a load that follows a function of time."""
 
 from collections.abc import Callable
 
@@ -51,7 +51,7 @@ class LoadPlant:
 
 
 STEADY_PERIOD = 0.01
-"""[s]: what does not change need not be told often."""
+"""[s]: what does not change need not be reported often."""
 
 
 def steady_plant(load: Wrench) -> LoadPlant:

@@ -96,12 +96,12 @@ class EmulatorProcess:
             DeviceError: It did not come up.
         """
         try:
-            answer = lifeline.recv() if lifeline.poll(_READY_WITHIN) else f"silent for {_READY_WITHIN:g} s"
+            reply = lifeline.recv() if lifeline.poll(_READY_WITHIN) else f"silent for {_READY_WITHIN:g} s"
         except EOFError:
-            answer = "it ended at once; its own messages say why"
-        if isinstance(answer, str):
-            raise DeviceError("emulator", f"did not start: {answer}", "see that its address is free")
-        control, addresses = answer
+            reply = "it ended at once; its own messages say why"
+        if isinstance(reply, str):
+            raise DeviceError("emulator", f"did not start: {reply}", "see that its address is free")
+        control, addresses = reply
         return control, addresses
 
 

@@ -28,7 +28,7 @@ class Server(Protocol):
         ...
 
     def receive(self, file: int, now: float) -> None:
-        """Read what has arrived at one of them, and answer."""
+        """Read what has arrived at one of them, and reply."""
         ...
 
     def due(self) -> float:

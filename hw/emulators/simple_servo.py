@@ -37,7 +37,7 @@ class ElasticWall:
     Attributes:
         position: Where it begins [rad].
         stiffness: [N m/rad].
-        below: Whether it is in the way of turning back, not forth.
+        below: Whether it blocks turning back, not forth.
     """
 
     position: float

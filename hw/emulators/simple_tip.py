@@ -73,10 +73,10 @@ class SimpleTip:
         self._velocity = _towards(before, velocity, share)
         self._turning = _towards(turning, angular_velocity, share)
         pose = self.pose_base_tip
-        way = scale(0.5 * period, add(before, self._velocity))
+        step = scale(0.5 * period, add(before, self._velocity))
         turn = scale(0.5 * period, add(turning, self._turning))
         rotation = orthonormal(times(rotation_from_rotvec(turn), pose.rotation))
-        self.pose_base_tip = Pose(add(pose.position, way), rotation)
+        self.pose_base_tip = Pose(add(pose.position, step), rotation)
 
     def measured(self, time: float) -> tuple[ArmSample, WrenchSample]:
         """Return what arm and sensor say at a time [s]."""
@@ -93,5 +93,5 @@ class SimpleTip:
 
 
 def _towards(a: Vector, b: Vector, share: float) -> Vector:
-    """What lies a share of the way from a to b."""
+    """Interpolate linearly between a and b."""
     return add_scaled(scale(1.0 - share, a), share, b)

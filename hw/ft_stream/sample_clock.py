@@ -70,7 +70,7 @@ class StreamClock:
         self._stamp = -float("inf")
         self._points: deque[tuple[float, float]] = deque(maxlen=BLOCKS)
         self._learning: list[tuple[float, float]] = []
-        # The line in use, from a reference point on; and the one fitted, by which the earliest of a block is told.
+        # The line in use, from a reference point on; and the fitted one, by which a block's earliest is found.
         self._pace = self._pace_fit
         self._at = 0.0
         self._line_at = 0.0

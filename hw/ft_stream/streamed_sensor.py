@@ -11,7 +11,7 @@ from palpate.hw.devices import DeviceError, SensorReading
 from palpate.hw.ft_stream.link import Link, StreamCounts, StreamReading
 from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.sensing.ft.arrays import positive_entries
-from palpate.sensing.ft.bias import FEWEST_READINGS, average_bias
+from palpate.sensing.ft.bias import MIN_READINGS, average_bias
 from palpate.spatial import Wrench
 
 TARE_TIME = 0.25
@@ -23,7 +23,7 @@ it may be the loop that runs first, and what the sensor sent meanwhile has not b
 
 _JOIN = 6.0
 """Longest to wait for the reading thread at the end [s]: it is never away for longer than a dialogue takes. A
-Bota's has 1.5 s to boot in, then four questions and answers of 0.5 s each."""
+Bota's has 1.5 s to boot in, then four requests and replies of 0.5 s each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class StreamedSensor:
         return SensorReading(time, wrench, not self._link.problem(record.status), self._link.counts.lost)
 
     def tare(self) -> None:
-        """Take the mean of the next readings for zero, `FEWEST_READINGS` of them or `TARE_TIME`.
+        """Take the mean of the next readings for zero, `MIN_READINGS` of them or `TARE_TIME`.
 
         Raises:
             DeviceError: It is silent or unhealthy, or the readings moved; the zero stays as it was.
@@ -136,7 +136,7 @@ class StreamedSensor:
         self._at_rest = rows
         begin = monotonic()
         try:
-            while len(rows) < FEWEST_READINGS or monotonic() - begin < TARE_TIME:
+            while len(rows) < MIN_READINGS or monotonic() - begin < TARE_TIME:
                 self._ending.wait(0.01)
                 self.read()
         finally:
@@ -207,7 +207,7 @@ class StreamedSensor:
         raise self._silence(f"no steady stream within {self._settings.start_within:g} s")
 
     def _read_on(self, ending: threading.Event) -> None:
-        """Read until told to end; whatever happens is said by `read`."""
+        """Read until asked to end; `read` raises whatever goes wrong."""
         silent, heard, asked = True, 0.0, -float("inf")
         link, again = self._link, self._settings.ask_again_after
         try:

@@ -25,7 +25,7 @@ ALIKE = 3
 
 UNDISTURBED = 0.02
 """Time without a record of the old stream before a new one replaces it [s]. Records that were swapped or held up
-on the way look like a new stream that counts from less; they come with those of the old one."""
+in transit look like a new stream that counts from less; they come with those of the old one."""
 
 
 UNEVEN = 2.0

@@ -40,7 +40,7 @@ TORQUE_UNITS = {
 
 @dataclass(frozen=True, slots=True)
 class BoxCalibration:
-    """The answer of a box.
+    """The calibration that a box reports.
 
     Attributes:
         force_unit: Its code, a key of `FORCE_UNITS`.
@@ -63,16 +63,16 @@ class BoxCalibration:
         )
 
 
-def parse_calibration(answer: bytes) -> BoxCalibration:
-    """Return what an answer says.
+def parse_calibration(reply: bytes) -> BoxCalibration:
+    """Return the calibration in a reply.
 
     Raises:
-        ValueError: It is no such answer, or cannot be; the message says what it is.
+        ValueError: It is no such reply, or its values are impossible; the message names what is wrong.
     """
     try:
-        header, force, torque, per_force, per_torque, *_ = CALIBRATION.unpack(answer)
+        header, force, torque, per_force, per_torque, *_ = CALIBRATION.unpack(reply)
     except struct.error:
-        raise ValueError(f"{len(answer)} bytes, not {CALIBRATION.size}") from None
+        raise ValueError(f"{len(reply)} bytes, not {CALIBRATION.size}") from None
     if header != HEADER:
         raise ValueError(f"it begins with {header:#06x}, not {HEADER:#06x}")
     if force not in FORCE_UNITS or torque not in TORQUE_UNITS:
@@ -92,30 +92,30 @@ def ask_calibration(name: str, address: str, port: int, patience: float) -> BoxC
         patience: For each step [s].
 
     Raises:
-        DeviceError: It cannot be reached, is silent, or answers something else.
+        DeviceError: It cannot be reached, is silent, or sends something else.
     """
-    answer = b""
+    reply = b""
     try:
         with socket.create_connection((address, port), patience) as wire:
             wire.settimeout(patience)
             wire.sendall(CALIBRATION_REQUEST)
-            while len(answer) < CALIBRATION.size:
-                more = wire.recv(CALIBRATION.size - len(answer))
+            while len(reply) < CALIBRATION.size:
+                more = wire.recv(CALIBRATION.size - len(reply))
                 if not more:
                     break
-                answer += more
+                reply += more
     except ConnectionRefusedError:
         raise DeviceError(
             name, f"nobody listens on TCP port {port}", "is it a Net F/T box? For others give their scales instead"
         ) from None
     except TimeoutError:
         raise DeviceError(
-            name, f"no answer on TCP port {port} within {patience:g} s", "check power, cable and IP addresses"
+            name, f"no reply on TCP port {port} within {patience:g} s", "check power, cable and IP addresses"
         ) from None
     except OSError as error:
         raise DeviceError(name, error.strerror or str(error), "check cable and IP addresses") from None
     try:
-        return parse_calibration(answer)
+        return parse_calibration(reply)
     except ValueError as problem:
         raise DeviceError(
             name, f"its calibration is useless: {problem}", "choose a configuration on its web page"

@@ -46,7 +46,7 @@ class Datagrams:
         """Put the next one into `data`, at once; return its size, or `NOTHING`.
 
         Raises:
-            OSError: The system's: nobody listens there, or there is no way to it; `ConnectionRefusedError` if so.
+            OSError: Nobody listens there (`ConnectionRefusedError`), or there is no route to it.
         """
         size = self._recv(self._wire.fileno(), self._memory, len(self.data), socket.MSG_DONTWAIT)
         if size >= 0:

@@ -60,7 +60,7 @@ class RdtLink:
         """Ask for the calibration, then open the socket.
 
         Raises:
-            DeviceError: As `ask_calibration`, or there is no way to the address.
+            DeviceError: As `ask_calibration`, or there is no route to the address.
         """
         self.close()
         settings = self._settings
@@ -83,7 +83,7 @@ class RdtLink:
         """Ask for one record per datagram, without end; the box forgets whom it sent them to before.
 
         Raises:
-            OSError: There is no way to it.
+            OSError: There is no route to it.
         """
         wire = self._wire()
         self._counts.requests += 1
@@ -97,7 +97,7 @@ class RdtLink:
         """Return the records that are there; wait for the first one, for up to `WAIT`.
 
         Raises:
-            OSError: Nobody listens there, or there is no way to it.
+            OSError: Nobody listens there, or there is no route to it.
         """
         datagrams = self._datagrams
         if datagrams is None:

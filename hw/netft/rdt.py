@@ -1,4 +1,4 @@
-"""Raw data transfer (RDT) on the wire: requests, records, the answer with the calibration. Big-endian.
+"""Raw data transfer (RDT) on the wire: requests, records, the reply with the calibration. Big-endian.
 
 Source: ATI's Net F/T manual, 9620-05-Net FT, "UDP interface using RDT" and "TCP interface".
 """
@@ -7,7 +7,7 @@ from enum import IntEnum
 from struct import Struct
 
 HEADER = 0x1234
-"""Begins every request, and the answer with the calibration."""
+"""Begins every request, and the reply with the calibration."""
 
 RDT_PORT = 49152
 """UDP: requests and records."""

@@ -60,7 +60,7 @@ class NetFtSettings:
 
     Attributes:
         stream: How the stream is watched.
-        scales: Of a count; None: ask the box itself, which every ATI box answers.
+        scales: Of a count; None: ask the box itself, as every ATI box allows.
         status_words: What its status bits mean.
         first: Sent before the stream is asked for.
         patience: For each step of asking for the calibration [s].

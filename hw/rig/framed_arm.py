@@ -1,4 +1,4 @@
-"""An arm told in another base frame than its own."""
+"""An arm commanded in another base frame than its own."""
 
 from palpate.hw.devices import ArmDevice
 from palpate.kinematics.pose import Pose, checked_pose, times

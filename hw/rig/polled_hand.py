@@ -1,7 +1,7 @@
 """A hand whose bus is slower than the loop: a thread talks to it, the loop takes the newest state at once.
 
-An exchange with servos takes one to several milliseconds, and up to `answer_time` where one is silent. The thread
-waits for the wire most of that time, and lets the loop run meanwhile.
+An exchange with servos takes one to several milliseconds, and up to `reply_timeout` where one is silent. Most of
+that time the thread waits for the wire, and the loop runs.
 """
 
 import threading
@@ -16,7 +16,7 @@ _JOIN = 3.0
 
 
 class PolledHand:
-    """A `HandDevice` around another one. The hand goes on pressing as last told while the loop says nothing."""
+    """A `HandDevice` around another one. The hand goes on pressing as last commanded while the loop is silent."""
 
     def __init__(self, hand: HandDevice, period: float) -> None:
         """Take a hand.
@@ -64,7 +64,7 @@ class PolledHand:
         """Return the newest state.
 
         Raises:
-            DeviceError: See `HandDevice`; of what the last exchange said.
+            DeviceError: See `HandDevice`; for the last exchange.
         """
         error, newest = self._error, self._newest
         if error is not None:
@@ -74,7 +74,7 @@ class PolledHand:
         return newest
 
     def press(self, grip_force: tuple[float, ...]) -> None:
-        """See `HandDevice`; a force that cannot be is told by the next `read`."""
+        """See `HandDevice`; an invalid force is reported by the next `read`."""
         self._force = grip_force
 
     def close(self) -> None:
@@ -95,7 +95,7 @@ class PolledHand:
                     hand.press(force)
                 self._newest = hand.read()
                 self._error = None
-            except Exception as error:  # the loop is told, whatever it is; the next exchange may do
+            except Exception as error:  # reported to the loop, whatever it is; the next exchange may succeed
                 self._error = error
             now = monotonic()
             deadline = max(deadline + self._period, now)

@@ -31,7 +31,7 @@ _GLANCES = 3
 """Times to look again, a millisecond apart, before a sample is called too old: after a stall of the whole machine
 it may be this thread that runs first."""
 
-Told = TypeVar("Told", ArmSample, HandSample, SensorReading)
+Reading = TypeVar("Reading", ArmSample, HandSample, SensorReading)
 
 
 @runtime_checkable
@@ -73,7 +73,7 @@ class RigSettings:
 class Rig(Closing):
     """A `Backend` of devices. Leaving its `with` block, like any exception in it, leaves the robot stopped.
 
-    Whatever fails, the arm is told to stand still, and the hand to go on as it was: no fault opens it.
+    Whatever fails, the arm is commanded to stand still, and the hand to go on as it was: no fault opens it.
     """
 
     def __init__(
@@ -224,7 +224,7 @@ class Rig(Closing):
             raise DeviceError("the rig", "it is not started", "call start() first")
 
     def _send(self, command: Command) -> Exception | None:
-        """Tell arm and hand; the one is told even if the other fails. Return what went wrong first."""
+        """Command arm and hand, each even if the other fails. Return the first error."""
         problem: Exception | None = None
         try:
             self._check(command)
@@ -300,21 +300,21 @@ class Rig(Closing):
         poses = kinematics.sensor_poses(hand.joint_position)
         return [times(rotation, pose.rotation) for pose in poses[: len(self.fingers)]]
 
-    def _fresh(self, device: Device, read: Callable[[], Told]) -> Told:
+    def _fresh(self, device: Device, read: Callable[[], Reading]) -> Reading:
         """Return the newest sample of a device, if it is young enough.
 
         Raises:
             DeviceError: It is not, or see the device.
         """
-        told, oldest = read(), self.settings.oldest
+        sample, oldest = read(), self.settings.oldest
         for _ in range(_GLANCES):
-            if monotonic() - told.time <= oldest:
-                return told
+            if monotonic() - sample.time <= oldest:
+                return sample
             sleep(1e-3)
-            told = read()
-        age = monotonic() - told.time
+            sample = read()
+        age = monotonic() - sample.time
         if age <= oldest:
-            return told
+            return sample
         raise DeviceError(
             device.name,
             f"its newest sample is {1e3 * age:.0f} ms old, the limit is {1e3 * oldest:.0f} ms",

@@ -33,13 +33,13 @@ SINC_LENGTHS = (51, 512)
 """Least and largest that the sensor takes; 51 give 1004 readings a second."""
 
 BOOTED = b"App Init"
-"""Said by a sensor that waits to be set up."""
+"""Sent by a sensor that waits to be set up."""
 
 BOOT = 1.5
 """Longest wait for `BOOTED` or a frame [s]."""
 
-ANSWER = 0.5
-"""Longest wait for an answer [s]."""
+REPLY_WITHIN = 0.5
+"""Longest wait for a reply [s]."""
 
 FASTEST = 2e6
 """Twice the rate at which its clock of microseconds counts [1/s]."""
@@ -88,7 +88,7 @@ class Bota:
         """Set it up: calibrated readings as binary frames at this baud rate, its filter, then run.
 
         Raises:
-            OSError: It does not answer as it should.
+            OSError: It does not reply as it should.
         """
         _wait_for_life(line)
         dialogue = (
@@ -97,9 +97,9 @@ class Bota:
             (b"f,%d,0,0,0" % self._sinc_length, b"r,0,f,0"),
             (b"R", b"r,0,R,0"),
         )
-        for question, answer in dialogue:
-            if not line.ask(question, answer, ANSWER):
-                raise OSError(f"no answer {answer.decode()!r} to {question.decode()!r}: is it a Bota sensor?")
+        for question, reply in dialogue:
+            if not line.ask(question, reply, REPLY_WITHIN):
+                raise OSError(f"no reply {reply.decode()!r} to {question.decode()!r}: is it a Bota sensor?")
         self._rest.clear()
         self._counts = counts
         self._succession = Succession((FASTEST,), counts)

@@ -50,8 +50,8 @@ class Line:
         """
         self._port.write(data)
 
-    def ask(self, question: bytes, answer: bytes, patience: float) -> bool:
-        """Send a question, and return whether its answer came within `patience` [s]; other bytes are skipped.
+    def ask(self, question: bytes, reply: bytes, patience: float) -> bool:
+        """Send a question, and return whether its reply came within `patience` [s]; other bytes are skipped.
 
         Raises:
             OSError: It was unplugged.
@@ -61,7 +61,7 @@ class Line:
         deadline = monotonic() + patience
         while (left := deadline - monotonic()) > 0.0:
             heard += self.receive(left)
-            if answer in heard:
+            if reply in heard:
                 return True
             del heard[: max(len(heard) - MOST, 0)]
         return False
@@ -88,7 +88,7 @@ class Make(Protocol):
         """Make it stream, and begin to count.
 
         Raises:
-            OSError: It does not answer as it should, or the line is gone.
+            OSError: It does not reply as it should, or the line is gone.
         """
         ...
 

@@ -54,7 +54,7 @@ class SerialLink:
         """Set the sensor up and let it stream; open the line again if that did not help before.
 
         Raises:
-            OSError: The line is gone, or the sensor does not answer.
+            OSError: The line is gone, or the sensor does not reply.
         """
         self._counts.requests += 1
         try:

@@ -23,7 +23,7 @@ from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, ro
 from palpate.runtime.data import ArmSample
 from palpate.spatial import Vector
 
-_ANSWER_WITHIN = 5.0
+_REPLY_WITHIN = 5.0
 """[s] for what takes the controller some of its cycles; the library itself would wait for 300 s."""
 
 _RECOVER_WITHIN = 90.0
@@ -102,7 +102,7 @@ class UrArm:
             self._begin(UrTask.BRING_UP, self.settings.start_within)
 
     def recover(self) -> None:
-        """Make it fit to go on after whatever has happened: the cause must be gone, and the way free.
+        """Make it fit to go on after whatever has happened: the cause must be gone, and the path clear.
 
         Unlocks a protective stop, powers it and releases the brakes if need be, starts a new client process if the
         old one has ended, loads the script anew. Sensors are not tared.
@@ -131,7 +131,7 @@ class UrArm:
     # What it says
 
     def state(self) -> UrState:
-        """Return all that the controller said last.
+        """Return the controller's latest state.
 
         Raises:
             DeviceError: The arm is lost, stopped, or silent for longer than `UrSettings.stale_after`.
@@ -162,7 +162,7 @@ class UrArm:
     # How it moves: one of these, once per period
 
     def move(self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector) -> None:
-        """Move with these velocities [m/s, rad/s] until told otherwise, or until the watchdog's time is over.
+        """Move with these velocities [m/s, rad/s] until commanded otherwise, or until the watchdog's time is over.
 
         Raises:
             DeviceError: As `state`.
@@ -280,7 +280,7 @@ class UrArm:
             self._write(
                 client, MotionCommand.NONE, ()
             )  # a motion that was not followed yet must not be after this
-        client.ask(task, values, _ANSWER_WITHIN)
+        client.ask(task, values, _REPLY_WITHIN)
 
     def _write(self, client: Client, motion: MotionCommand, values: tuple[float, ...]) -> None:
         self._number += 1

@@ -1,7 +1,7 @@
 """The client process, from outside: started, asked, buried.
 
 The library that talks to the controller may crash, hang, and stop all threads for half a second: it does so in a
-process of its own. What is left of it after any death is a number and what it said last.
+process of its own. What is left of it after any death is an exit code and its last messages.
 """
 
 import os
@@ -27,7 +27,7 @@ HANGS = 0.5
 
 _KILLED_WITHIN = 5.0
 _SHOWN = 300
-"""Letters of what it said last that a message repeats."""
+"""Characters of its last output that an error message repeats."""
 
 
 class Client:
@@ -114,7 +114,7 @@ class Client:
             if monotonic() > deadline:
                 raise DeviceError(
                     self._device,
-                    f"the process that talks to it is not up within {within:g} s{self._said()}",
+                    f"the process that talks to it is not up within {within:g} s{self._last_output()}",
                     "try again with a longer start_within",
                 )
             sleep(1e-3)
@@ -129,18 +129,18 @@ class Client:
             try:
                 self._asked += 1
                 self._pipe.send(UrRequest(task, self._asked, values))
-                answer = self._answer_by(monotonic() + within)
+                reply = self._reply_by(monotonic() + within)
             except (EOFError, BrokenPipeError, ConnectionResetError) as error:
                 raise self._lost() from error
-        if answer is None:
+        if reply is None:
             self._kill()
             raise DeviceError(
                 self._device,
-                f"no answer to {task} within {within:g} s{self._said()}",
+                f"no reply to {task} within {within:g} s{self._last_output()}",
                 "see that the controller is up, then recover()",
             )
-        if answer.problem:
-            raise DeviceError(self._device, answer.problem, answer.remedy)
+        if reply.problem:
+            raise DeviceError(self._device, reply.problem, reply.remedy)
 
     def close(self) -> None:
         """Stop the arm and end the process, by force if it does not; may be called more than once."""
@@ -157,11 +157,11 @@ class Client:
             os.close(self._log)
             self._log = -1
 
-    def _answer_by(self, deadline: float) -> UrReply | None:
+    def _reply_by(self, deadline: float) -> UrReply | None:
         while self._pipe.poll(max(0.0, deadline - monotonic())):
-            answer: UrReply = self._pipe.recv()
-            if answer.number == self._asked:
-                return answer
+            reply: UrReply = self._pipe.recv()
+            if reply.number == self._asked:
+                return reply
         return None
 
     def _kill(self) -> None:
@@ -169,7 +169,7 @@ class Client:
         self._process.wait(_KILLED_WITHIN)
 
     def _lost(self) -> DeviceError:
-        """Why it does not answer any more."""
+        """Return why it no longer replies."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(LEAVE_WITHIN)
         try:
@@ -182,14 +182,14 @@ class Client:
         how = f"was ended by signal {-code}" if code < 0 else f"ended with {code}"
         return DeviceError(
             self._device,
-            f"the process that talks to it {how}; the controller's watchdog has stopped the arm{self._said()}",
+            f"the process that talks to it {how}; the controller's watchdog stopped the arm{self._last_output()}",
             WORDS[Problem.FAILED][1],
         )
 
-    def _said(self) -> str:
+    def _last_output(self) -> str:
         if self._log < 0:
             return ""
         size = os.fstat(self._log).st_size
         lines = os.pread(self._log, _SHOWN, max(0, size - _SHOWN)).decode(errors="replace").split("\n")
-        said = " | ".join(filter(None, map(str.strip, lines)))
-        return f" (it said last: {said})" if said else ""
+        output = " | ".join(filter(None, map(str.strip, lines)))
+        return f" (its last output: {output})" if output else ""

@@ -50,14 +50,14 @@ class ConnectionMonitor:
 
         Args:
             exchange: With the arm.
-            opening: What the process was told.
+            opening: The process's settings.
             state_receiver: Of states.
             rest: Asks the worker to bring the arm to rest.
             log: Descriptor of the file in memory to which the library prints; the loop reads it.
         """
         self.phase = ClientPhase.LISTENING
         self.state: UrState | None = None
-        self._exchange, self._told, self._reception = exchange, opening, state_receiver
+        self._exchange, self._opening, self._reception = exchange, opening, state_receiver
         self._rest, self._log, self._log_size = rest, log, 0
         self._problem, self._problem_since = Problem.NONE, 0.0
         self._refused_since: float | None = None
@@ -83,7 +83,7 @@ class ConnectionMonitor:
         self._problem, self._refused_since = Problem.NONE, None
         self.phase = ClientPhase.READY
         rounds = self._rounds
-        while self._rounds < rounds + 2:  # one may have been on its way already
+        while self._rounds < rounds + 2:  # one may have begun before
             sleep(1e-4)
 
     def forget_commands(self) -> None:
@@ -146,7 +146,7 @@ class ConnectionMonitor:
             self._found(Problem.PROGRAM_STOPPED, now)
         elif self._refused_since is not None and now - self._refused_since > _REASON_WITHIN:
             self._found(Problem.REFUSED, now)
-        elif self._silence > self._told.stale_after:
+        elif self._silence > self._opening.stale_after:
             self._found(Problem.SILENT, now)
 
     def _says_reconnecting(self) -> bool:
@@ -179,7 +179,7 @@ class ConnectionMonitor:
         command = self._exchange.command()
         if command is not None and command.number != self._followed:
             self._take(command, now, session)
-        elif now - self._sent > _KEEP_ALIVE * self._told.watchdog:
+        elif now - self._sent > _KEEP_ALIVE * self._opening.watchdog:
             if command is not None and self._wanted and session.motion is command.motion:
                 self._repeat(command, now, session)
             else:
@@ -198,7 +198,7 @@ class ConnectionMonitor:
         self._sent = now
 
     def _repeat(self, command: Order, now: float, session: Session) -> None:
-        if now - command.time > self._told.watchdog:
+        if now - command.time > self._opening.watchdog:
             self._wanted, self._lapses = False, self._lapses + 1
             self._rest()
         else:

@@ -3,8 +3,8 @@
 import math
 
 WINDOW = 0.25
-"""[s] over which the quickest way of a state is looked for. Two are kept: clocks that part by 100 ppm, a poor
-quartz, err by 0.05 ms in them. Shorter ones may see no quick way; longer ones believe too long that states are old
+"""[s] over which the shortest delay of a state is sought. Two are kept: clocks that part by 100 ppm, a poor
+quartz, err by 0.05 ms in them. Shorter ones may see no short delay; longer ones take states for old too long
 after a clock has slipped, as that of an emulator on a busy machine does."""
 
 _STEP = 1e-6
@@ -15,7 +15,7 @@ class ControllerClock:
     """Learns how far the two clocks are apart.
 
     A state is seen later than it was sampled by a delay that is never negative, and now and then small: the least
-    of (seen - sampled) over some seconds is the difference of the clocks, but for the quickest way, a tenth of a
+    of (seen - sampled) over some seconds is the difference of the clocks, but for the shortest delay, a tenth of a
     millisecond or so.
     """
 

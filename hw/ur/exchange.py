@@ -44,7 +44,7 @@ _COMMAND_WIDTH = 3 + COMMAND_NUMBERS
 
 @dataclass(frozen=True, slots=True)
 class UrState:
-    """What the controller said of one of its cycles.
+    """The controller's state in one of its cycles.
 
     Attributes:
         time: When it was sampled, `time.monotonic` [s].
@@ -128,7 +128,7 @@ class Status:
 
 
 class Exchange:
-    """The memory: commands one way, states and status the other. It has no name and leaves nothing behind.
+    """The memory: commands go down, states and status come up. It has no name and leaves nothing behind.
 
     It is a file in memory (memfd) whose descriptor the child inherits: named shared memory would outlive a killed
     process, or be taken away by a killed child's tracker.

@@ -62,11 +62,11 @@ def checked_pose_goal(settings: UrSettings, goal: Pose, state: UrState) -> tuple
     checked_pose("pose_base_tip", goal)
     x, y, z, rx, ry, rz = state.tool_pose
     time = settings.lookahead + settings.watchdog
-    way = norm(subtract(goal.position, (x, y, z)))
+    distance = norm(subtract(goal.position, (x, y, z)))
     turn = norm(rotvec_from_rotation(times(goal.rotation, transposed(rotation_from_rotvec((rx, ry, rz))))))
-    if not way <= settings.speed * time or not turn <= settings.angular_speed * time:
+    if not distance <= settings.speed * time or not turn <= settings.angular_speed * time:
         raise InvalidValueError(
-            f"pose_base_tip is {1e3 * way:.3g} mm and {turn:.3g} rad away; at most "
+            f"pose_base_tip is {1e3 * distance:.3g} mm and {turn:.3g} rad away; at most "
             f"{1e3 * settings.speed * time:.3g} mm and {settings.angular_speed * time:.3g} rad can be reached at "
             "UrSettings.speed and angular_speed: give a stream of goals that begins where it is"
         )

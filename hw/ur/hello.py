@@ -30,7 +30,7 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
         Major, minor, bug fix, build.
 
     Raises:
-        DeviceError: Nobody answers, it is no such controller, or too old.
+        DeviceError: There is no reply, it is no such controller, or too old.
     """
     try:
         deadline = monotonic() + timeout
@@ -47,7 +47,7 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
     except (OSError, struct.error, ValueError) as error:
         raise DeviceError(
             device,
-            f"no controller answers on port {RTDE_PORT} ({error})",
+            f"no controller replies on port {RTDE_PORT} ({error})",
             "check its address, that it is switched on and started, and that no firewall is in between",
         ) from error
     version = (major, minor, bug_fix, build)

@@ -11,7 +11,7 @@ _LOOK_EVERY = 2e-3
 
 
 class Latest:
-    """What the controller said last."""
+    """The controller's latest state."""
 
     def __init__(self, newest: Callable[[], UrState | None]) -> None:
         """Take where it comes from."""

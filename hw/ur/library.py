@@ -1,6 +1,6 @@
 """The part of ur_rtde that is used, and nothing else; only the client process imports it.
 
-ur_rtde 1.6.5 has calls that must not be made: real-time getters that answer with old registers, forward and
+ur_rtde 1.6.5 has calls that must not be made: real-time getters that reply with old registers, forward and
 inverse kinematics (the one takes the last command's numbers for the tool, the other ends the program),
 setExternalForceTorque (wrong recipe), upper range registers (wrong offset), analog outputs (an uninitialised
 number), stopL and stopJ (the script takes one for the other), servoC (works every other time), waitPeriod (whole

@@ -25,11 +25,11 @@ class Pendant:
         """Begin, without a connection.
 
         Args:
-            opening: What the process was told.
+            opening: The process's settings.
             library: Makes the connection.
             latest: State, which tells whether something has worked.
         """
-        self._told, self._library, self._latest = opening, library, latest
+        self._opening, self._library, self._latest = opening, library, latest
 
     def require_remote_control(self) -> None:
         """See that programs may command the arm.
@@ -37,7 +37,7 @@ class Pendant:
         Raises:
             Refusal: They may not.
         """
-        if self._told.version[0] != 5:  # CB3 has no such mode; later ones no dashboard to ask: the library tells
+        if self._opening.version[0] != 5:  # CB3 has no such mode, later ones no dashboard: the library knows
             return
         client = self._connected()
         remote = client.isInRemoteControl()
@@ -89,8 +89,8 @@ class Pendant:
         self._latest.wait_for(lambda s: s.robot_mode == RUNNING, _POWER_WITHIN, Problem.NOT_POWERED)
 
     def _connected(self) -> PendantClient:
-        if self._told.version[0] >= DASHBOARD_BELOW:
+        if self._opening.version[0] >= DASHBOARD_BELOW:
             raise UrRefusal("this version has no dashboard server", "do it at the pendant, then recover()")
-        client = self._library.dashboard(self._told.address)
+        client = self._library.dashboard(self._opening.address)
         client.connect()
         return client

@@ -65,7 +65,7 @@ WORDS: dict[Problem, tuple[str, str]] = {
     ),
     Problem.PROTECTIVE_STOP: (
         "it is in protective stop",
-        "see what it ran into and that its way is free, then recover()",
+        "clear whatever it ran into, then recover()",
     ),
     Problem.EMERGENCY_STOP: (
         "its emergency stop is pressed",
@@ -83,7 +83,7 @@ WORDS: dict[Problem, tuple[str, str]] = {
     Problem.REFUSED: ("it refused a command", "look at the pendant's log, then recover()"),
     Problem.RESTARTED: ("its clock went back: the controller was started anew", "recover()"),
     Problem.RUBBISH: ("it sends states that cannot be", "check versions and network, then recover()"),
-    Problem.FAILED: ("the process that talks to it failed", "recover(); if it comes again, report what it said"),
+    Problem.FAILED: ("the process that talks to it failed", "recover(); if it recurs, report its last output"),
 }
 """Problem and remedy of each."""
 
@@ -102,7 +102,7 @@ def safety_problem(robot_mode: int, safety_bits: int) -> Problem:
 
 
 class UrRefusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm's process
-    """Something cannot be done; what the client process raises, and its answer tells."""
+    """The client process cannot carry out a request; its reply carries the reason."""
 
     def __init__(self, problem: str, remedy: str) -> None:
         """Take what is wrong, and what to do about it."""

@@ -1,4 +1,4 @@
-"""What the arm asks of the client process besides commands, and its answer."""
+"""What the arm asks of the client process besides commands, and its reply."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -23,7 +23,7 @@ class UrTask(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """First thing that the client process is told; plain numbers, so that it is up in a tenth of the time.
+    """First message to the client process; plain numbers, so that it is up in a tenth of the time.
 
     Attributes:
         address: Of the controller.
@@ -64,7 +64,7 @@ class UrRequest:
 
     Attributes:
         task: What is to be done.
-        number: Counts requests: an answer that nobody waited for, after Ctrl-C, is not taken for the next one's.
+        number: Counts requests: a reply that nobody waited for, after Ctrl-C, is not taken for the next one's.
         values: What the task needs.
     """
 

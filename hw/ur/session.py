@@ -31,7 +31,7 @@ _PROGRAM_WITHIN = 5.0
 
 
 class RefusedError(RuntimeError):
-    """The library returned False: the controller does not execute what it is told, for a reason yet to be seen."""
+    """The library returned False: the controller does not execute a command, for a reason yet to be found."""
 
 
 class Session:
@@ -45,12 +45,12 @@ class Session:
         """Begin, without a connection.
 
         Args:
-            opening: What the process was told.
+            opening: The process's settings.
             library: Makes the connections.
             newest: Returns the newest state.
         """
         self.lock = threading.Lock()
-        self._told, self._library, self._newest = opening, library, newest
+        self._opening, self._library, self._newest = opening, library, newest
         self._latest = Latest(newest)
         self._pendant = Pendant(opening, library, self._latest)
         self._cycle = 1.0 / cycle_rate(opening.version)
@@ -78,14 +78,14 @@ class Session:
 
     def follow(self, command: Order) -> None:
         """Send a command of the kind that already goes on, or from standing still."""
-        controls, told, values = self._commanded(), self._told, command.values
+        controls, opening, values = self._commanded(), self._opening, command.values
         if command.motion is MotionCommand.VELOCITY:
             # for one cycle: longer, or 0, and speedl would reach its target before it takes the next
-            done = controls.speedL([*values[:6]], told.acceleration, self._cycle)
+            done = controls.speedL([*values[:6]], opening.acceleration, self._cycle)
         elif command.motion is MotionCommand.JOINTS:
-            done = controls.servoJ([*values[:6]], 0.0, 0.0, self._cycle, told.lookahead, told.gain)
+            done = controls.servoJ([*values[:6]], 0.0, 0.0, self._cycle, opening.lookahead, opening.gain)
         elif command.motion is MotionCommand.POSE:
-            done = controls.servoL([*values[:6]], 0.0, 0.0, self._cycle, told.lookahead, told.gain)
+            done = controls.servoL([*values[:6]], 0.0, 0.0, self._cycle, opening.lookahead, opening.gain)
         elif command.motion is MotionCommand.FORCE:
             selection = [int(v) for v in values[6:12]]
             done = controls.forceMode(
@@ -107,16 +107,16 @@ class Session:
 
     def rest(self) -> None:
         """End whatever moves the arm, and let it come to rest."""
-        controls, told = self._controls, self._told
+        controls, opening = self._controls, self._opening
         if controls is None:
             return
         motion, self._motion = self._motion, MotionCommand.NONE
         if motion is not MotionCommand.NONE:
             self._settle()
         if motion is MotionCommand.VELOCITY:
-            self._accepted("speedStop", controls.speedStop(told.deceleration))
+            self._accepted("speedStop", controls.speedStop(opening.deceleration))
         elif motion in (MotionCommand.JOINTS, MotionCommand.POSE):
-            self._accepted("servoStop", controls.servoStop(told.deceleration))
+            self._accepted("servoStop", controls.servoStop(opening.deceleration))
         elif motion is MotionCommand.FORCE:
             self._accepted("forceModeStop", controls.forceModeStop())
         if self._free:
@@ -133,21 +133,21 @@ class Session:
         """
         self._latest.refuse_unsafe()
         self._pendant.require_remote_control()
-        told = self._told
+        opening = self._opening
         if self._slider is None:
-            self._slider = self._library.slider(self._told.address)
+            self._slider = self._library.slider(self._opening.address)
         self._motion, self._free = MotionCommand.NONE, False
         if self._controls is None:
-            self._controls = self._library.controls(self._told.address, cycle_rate(self._told.version))
+            self._controls = self._library.controls(self._opening.address, cycle_rate(self._opening.version))
         else:
             self._accepted("reuploadScript", self._controls.reuploadScript())
         self._latest.wait_for(lambda s: s.runtime_state == PLAYING, _PROGRAM_WITHIN, Problem.PROGRAM_STOPPED)
         self._watch()
-        self.set_tool(*told.tool)
-        if told.payload:
-            self.set_payload(*told.payload)
-        if told.speed_slider is not None:
-            self.set_slider(told.speed_slider)
+        self.set_tool(*opening.tool)
+        if opening.payload:
+            self.set_payload(*opening.payload)
+        if opening.speed_slider is not None:
+            self.set_slider(opening.speed_slider)
 
     def _watch(self) -> None:
         """Set the watchdog: the first call that a new script must execute.
@@ -156,7 +156,7 @@ class Session:
         its own, which begins a moment later.
         """
         controls, deadline = self._commanded(), monotonic() + _PROGRAM_WITHIN
-        while not controls.setWatchdog(1.0 / self._told.watchdog):
+        while not controls.setWatchdog(1.0 / self._opening.watchdog):
             if monotonic() > deadline:
                 raise RefusedError("setWatchdog")
             self._latest.refuse_unsafe()
@@ -198,7 +198,7 @@ class Session:
 
     def free(self) -> None:
         """Let the arm be led by hand."""
-        if not has_freedrive(self._told.version):
+        if not has_freedrive(self._opening.version):
             raise UrRefusal("this version has no freedrive for programs", "use the button on the pendant")
         self.rest()
         self._free = True  # before it is: better ended once too often

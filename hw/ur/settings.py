@@ -1,4 +1,4 @@
-"""What an arm is told once, before it moves."""
+"""Settings of a UR arm."""
 
 import math
 from dataclasses import dataclass, field
@@ -98,7 +98,7 @@ class UrSettings:
             checked_fraction("speed_slider", self.speed_slider)
 
     def opening(self, address: str, version: Version, library: str, memory: int) -> Opening:
-        """Return what the client process is told: see `Opening`."""
+        """Return the first message to the client process: see `Opening`."""
         pose, payload = self.pose_flange_tip, self.payload
         return Opening(
             address=address,

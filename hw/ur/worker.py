@@ -20,14 +20,14 @@ class Worker:
 
     Attributes:
         left: Set when it has let go of the arm.
-        leaving: Whether it was told to.
+        leaving: Whether it was asked to.
     """
 
     def __init__(self, pipe: Connection) -> None:
         """Make the thread, without starting it.
 
         Args:
-            pipe: For answers.
+            pipe: For replies.
         """
         self.left = threading.Event()
         self.leaving = False
@@ -38,7 +38,7 @@ class Worker:
         threading.Thread(target=self._serve, args=(session, monitor), name="UR worker", daemon=True).start()
 
     def ask(self, request: UrRequest) -> None:
-        """Have something done, and answered."""
+        """Queue a request to be carried out and replied to."""
         self.leaving |= request.task is UrTask.LEAVE
         self._tasks.put((request, True))
 
@@ -50,16 +50,16 @@ class Worker:
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, 0)  # of this thread: see the process's own niceness
         while True:
-            request, answered = self._tasks.get()
-            answer = _answer(request, session, monitor)
-            if answered:
+            request, expects_reply = self._tasks.get()
+            reply = _reply(request, session, monitor)
+            if expects_reply:
                 with suppress(OSError):  # the arm has gone; the loop finds that
-                    self._pipe.send(answer)
+                    self._pipe.send(reply)
             if request.task is UrTask.LEAVE:
                 self.left.set()
 
 
-def _answer(request: UrRequest, session: Session, monitor: ConnectionMonitor) -> UrReply:
+def _reply(request: UrRequest, session: Session, monitor: ConnectionMonitor) -> UrReply:
     try:
         with session.lock:
             _perform(request, session, monitor)

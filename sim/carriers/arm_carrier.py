@@ -14,8 +14,8 @@ from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
 from palpate.spatial import Vector
 
 ELBOW_UP = tuple(np.radians((180.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
-"""[rad] Upper arm raised, forearm forward (along x, away from the robot base), flange down: the way to a start
-that is nearest to this is taken."""
+"""[rad] Upper arm raised, forearm forward (along x, away from the robot base), flange down: the solution
+nearest to this is taken."""
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""
@@ -24,7 +24,7 @@ OWN = TURNING_SENSORS + len(JOINTS)
 """How many readings are the carrier's own."""
 
 
-FOOT = -0.45
+BASE_X = -0.45
 """[m] Where the arm's robot base is, behind the origin: by half its reach."""
 
 TOOL = 0.1
@@ -33,7 +33,7 @@ TOOL = 0.1
 
 def arm_above_the_origin() -> Ur5e:
     """Return a UR5e that reaches what lies about the origin of the base frame."""
-    return Ur5e(Pose((FOOT, 0.0, 0.0)), Pose((0.0, 0.0, TOOL), LOOKING_DOWN))
+    return Ur5e(Pose((BASE_X, 0.0, 0.0)), Pose((0.0, 0.0, TOOL), LOOKING_DOWN))
 
 
 @dataclass(frozen=True, slots=True)

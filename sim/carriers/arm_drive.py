@@ -1,4 +1,4 @@
-"""The way from a wanted twist of the tip to the servos of a simulated arm, time step by time step."""
+"""From a wanted twist of the tip to the servo references of a simulated arm, time step by time step."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Parts that carriers share: a body that slides, a joint's servo, a load that is known, a frame that is told."""
+"""Parts that carriers share: a sliding body, a joint servo, a balanced load, sensors of a frame."""
 
 import mujoco
 
@@ -10,7 +10,7 @@ LARGEST_SERVO_STEP = 0.4
 """Of bandwidth times time step where damping is explicit (Euler, RK4): half of 2 (sqrt 2 - 1) = 0.83,
 where 4 - 4 h - h^2, the characteristic polynomial of a critically damped servo at z = -1, changes its sign."""
 
-_SPECK = 1e-6
+_NEGLIGIBLE_MASS = 1e-6
 """Mass of a body that stands for a load's centre of mass [kg]: too light to be felt by any machine."""
 
 
@@ -58,7 +58,7 @@ def add_position_servo(spec: mujoco.MjSpec, joint: str, stiffness: float, dampin
 
 
 def lift_load(flange: mujoco.MjsBody, load: CarriedMass) -> None:
-    """Take the weight of a load off the joints that carry a body, whichever way it turns.
+    """Balance the weight of a load on the joints that carry a body, in any orientation.
 
     As a robot does that knows mass and centre of mass of its payload: what the load's own joints and sensors feel
     stays. MuJoCo lifts at the centre of mass of a body; this one has no mass of its own, so it gets the load's
@@ -69,10 +69,10 @@ def lift_load(flange: mujoco.MjsBody, load: CarriedMass) -> None:
         load: What is put on it.
     """
     flange.explicitinertial = True
-    flange.mass = _SPECK
+    flange.mass = _NEGLIGIBLE_MASS
     flange.ipos = load.center_of_mass
-    flange.inertia = [_SPECK * 1e-6] * 3  # of a millimetre
-    flange.gravcomp = (_SPECK + load.mass) / _SPECK
+    flange.inertia = [_NEGLIGIBLE_MASS * 1e-6] * 3  # of a millimetre
+    flange.gravcomp = (_NEGLIGIBLE_MASS + load.mass) / _NEGLIGIBLE_MASS
 
 
 TURNING_SENSORS = 12

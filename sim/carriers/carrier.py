@@ -10,7 +10,7 @@ from palpate.spatial import ZERO, Vector
 
 
 class CarriedMass(Protocol):
-    """What is carried, as far as its carrier knows it: a robot is told the same two of its payload."""
+    """Payload of a carrier, in the two quantities that a robot's controller asks for."""
 
     @property
     def mass(self) -> float:

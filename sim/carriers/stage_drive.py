@@ -1,4 +1,4 @@
-"""The way from a wanted velocity of the tip to the servos of a stage, time step by time step."""
+"""From a wanted velocity of the tip to the servo references of a stage, time step by time step."""
 
 import mujoco
 

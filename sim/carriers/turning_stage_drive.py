@@ -1,4 +1,4 @@
-"""The way from a wanted twist of the tip to the servos of a turning stage, time step by time step."""
+"""From a wanted twist of the tip to the servo references of a turning stage, time step by time step."""
 
 import math
 
@@ -79,7 +79,7 @@ class TurningStageDrive:
         *slides, a, b, c, d, w, x, y, z = state
         self._slides.restore(tuple(slides))
         self._reference = (a, b, c, d)
-        # the very object: between periods a stage that does not turn is told by it
+        # the very object: between periods a stage that does not turn is recognised by it
         self._turn = UNTURNED if (w, x, y, z) == UNTURNED else (w, x, y, z)
 
     def _limited(self) -> Quaternion:

@@ -4,7 +4,7 @@ Every body's frame is the DH frame behind its joint, so that MuJoCo's kinematics
 the arm; they touch nothing and weigh nothing.
 
 The joints are held by position servos, on top of what the real robot's controller feeds forward as well: gravity
-(of the links and, once told, of the tip), and the velocity of the reference, so that a ramp is followed without
+(of the links and, once set, of the tip), and the velocity of the reference, so that a ramp is followed without
 lag. A motor's torque, gravity included, ends at its limit.
 """
 

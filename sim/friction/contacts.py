@@ -37,7 +37,7 @@ _NEARLY_SAME = 0.5
 
 @compiled
 def pair_of(first: int, second: int, pairs: IntArray) -> int:
-    """Return k + 1 if the geoms are pair k, -(k + 1) if they are it the other way round, 0 if none."""
+    """Return k + 1 if the geoms are pair k, -(k + 1) if they are pair k reversed, 0 if none."""
     for k in range(len(pairs)):
         if pairs[k, 0] == first and pairs[k, 1] == second:
             return k + 1

@@ -33,8 +33,8 @@ class FrictionLaw:
         load_exponent: gamma, 0 to 1/3.
         norm_exponent: p, 1 to 2.
         stiffness: Tangential stiffness K of the bristle [N/m]; about the normal it is K spin_length^2. Where a
-            pair of geoms touches at several points they share it, so the travel before slip is mu f_n / K either
-            way. Of two elastic bodies it is 2/3 to 1 of the normal stiffness (Mindlin 1949).
+            pair of geoms touches at several points they share it, so the travel before slip is mu f_n / K in
+            both cases. Of two elastic bodies it is 2/3 to 1 of the normal stiffness (Mindlin 1949).
         damping_ratio: Of the bristle with the mass of the bodies on it.
     """
 

@@ -18,7 +18,8 @@ LARGEST_BRISTLE_STEP = 3.0
 
 _REACH = 0.1
 """How near a contact must be to one of the step before to be the same, over the smaller geom's bounding radius:
-then the corners of a box are told apart. A contact that is its pair's only one, as before, is the same anyway."""
+then the corners of a box are distinguished. A contact that is its pair's only one, as before, is the same
+anyway."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -222,15 +222,19 @@ class FrictionPlant:
 
 
 def check_friction(state: FrictionState | None, plant: FrictionPlant | None) -> None:
-    """Refuse a state with a plant's memory in a scene without a plant, and the other way round.
+    """Refuse a state with a plant's memory in a scene without a plant, and vice versa.
 
     Raises:
         InvalidValueError: It is such a one.
     """
     if (state is None) == (plant is None):
         return
-    told, here = ("MuJoCo's own friction", "a friction plant") if state is None else ("a friction plant", "none")
-    raise InvalidValueError(f"the state is of a scene with {told}, this one has {here}: take one of this scene")
+    recorded, here = (
+        ("MuJoCo's own friction", "a friction plant") if state is None else ("a friction plant", "none")
+    )
+    raise InvalidValueError(
+        f"the state is of a scene with {recorded}, this one has {here}: take one of this scene"
+    )
 
 
 def _vector(row: list[float], at: int) -> Vector:

@@ -1,4 +1,4 @@
-"""What several rubbing contacts come to."""
+"""Resultant of several rubbing contacts."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""A grasp scene behind the seam."""
+"""A MuJoCo grasp scene as a back end."""
 
 from dataclasses import dataclass
 
@@ -148,13 +148,13 @@ class HandBackend(Closing):
         x, y, z, u, v, w, qw, qx, qy, qz, a, b, c = s[6:SENSORS_AT_ALL]
         contacts = None if self._plant is None else self._plant.contacts
         fingers = []
-        for i, (current, q, way) in enumerate(self._grip.last()):
+        for i, (current, q, sideways) in enumerate(self._grip.last()):
             if contacts is None:
                 at = SENSORS_AT_ALL + SENSORS_PER_FINGER * i
-                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current, q, way))
+                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current, q, sideways))
             else:
                 its = tuple(contact for contact in contacts if contact.pair is self.scene.rubbing[i])
-                fingers.append(truth_of_contacts(its, current, q, way))
+                fingers.append(truth_of_contacts(its, current, q, sideways))
         return HandTruth(self._time, tuple(fingers), (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
 
     @property

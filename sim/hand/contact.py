@@ -85,7 +85,7 @@ def grasp_pair_parameters(
         law: The wanted behaviour.
         inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
         time_step: Of the simulation [s].
-        force: Normal force [N] for which creep and lift-off speed are told; both grow with it.
+        force: Normal force [N] at which creep and lift-off speed are stated; both grow with it.
 
     Raises:
         InvalidValueError: The contact is too stiff for mass and time step; the message says what would do.

@@ -3,7 +3,7 @@
 The force that a finger shall press with becomes a torque through the finger's lever (its Jacobian, one number),
 and that a goal current through the torque constant and a model of the gear's friction: `driving_current` while
 the force is to rise, `yielding_current` when it is to sink, for friction then holds it up; `GearDirection` goes
-over between them. A finger on its way
+over between them. A finger in motion
 sideways follows a surface that may fall away at any time: it always gets the former, so that friction never takes
 its force away, and presses by up to `Hand.grip_band` more where it is pushed back. Behind the object
 lies the goal position that no finger reaches, so that the goal current is what counts.
@@ -126,7 +126,7 @@ class Grip:
         self._sideways.advance()
 
     def last(self) -> tuple[tuple[float, float, float], ...]:
-        """Return current [A], joint position and way sideways [m] of each finger at the last time step."""
+        """Return current [A], joint position and sideways position [m] of each finger at the last time step."""
         pairs = enumerate(zip(self._servos, self._positions, strict=True))
         return tuple((servo.current, q, self._sideways.last(i)) for i, (servo, q) in pairs)
 

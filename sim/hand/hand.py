@@ -14,7 +14,7 @@ import numpy as np
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.kinematics.pose import Pose
 from palpate.sim.hand.finger import FingerJoint, HingeFinger, SlideFinger
-from palpate.sim.hand.sideways import NoSideways, SidewaysDrive
+from palpate.sim.hand.sideways import FixedSideways, SidewaysDrive
 from palpate.sim.tip import Tip
 from palpate.spatial import Matrix, Vector
 from palpate.surfaces import Sphere
@@ -47,7 +47,7 @@ class Hand:
         tip: What each carries; its centre lies on the sensor's z axis.
         opening: From the hand's axis to the tips' centres with all joints at 0 [m].
         depth: From the palm to the sensors with all joints at 0 [m].
-        closing_speed: With which tips move while nothing is in the way [m/s]. Fingers hit with it, and the inertia
+        closing_speed: With which tips move in free space [m/s]. Fingers hit with it, and the inertia
             of a geared motor is large: by v sqrt(K m), 0.9 N for 5 mm/s, 1.5 kg and 20 kN/m.
         housing_mass: Of the palm without the servos, which sit in it [kg].
         direction_span: Share of a force over which currents change sides of the gears' friction when it sinks
@@ -169,7 +169,7 @@ class Hand:
 
     def sideways_drive(self, model: mujoco.MjModel, data: mujoco.MjData) -> SidewaysDrive:
         """Return what moves the fingers sideways in a compiled scene: nothing does, they only close."""
-        return NoSideways()
+        return FixedSideways()
 
     @property
     def _finger_length(self) -> float:

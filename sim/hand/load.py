@@ -1,6 +1,6 @@
-"""What pulls at a held object: a load that grows, jumps or shakes, at a point off the line of the contacts.
+"""External loads on a held object: ramps, steps or oscillations, at a point off the line of the contacts.
 
-A load is told as a function of time and of how the object is turned: a force that acts at a point of the object
+A load is a function of time and of the object's orientation: a force that acts at a point of the object
 keeps its direction, and its lever turns with the object, as a weight on a hook does. It remembers nothing, so that
 a snapshot needs nothing of it.
 """

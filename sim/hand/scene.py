@@ -103,7 +103,7 @@ def build_grasp_scene(
             the object's frame, around it.
         fidelity: How it is computed; as in `palpate.sim.presets.GRASP` if not given.
         friction: How fingertips and object rub, by the friction plant; MuJoCo's own friction with `law` if not
-            given. Table and object rub by MuJoCo's law either way. A light object needs a softer bristle than the
+            given. Table and object rub by MuJoCo's law in any case. A light object needs a softer bristle than the
             law has by itself: at the first contact the plant refuses one too stiff, and says what would do.
         texture: How the plant's friction varies over the object.
 

@@ -18,7 +18,7 @@ from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.servo_model import PULSE, PWM_UNITS, VELOCITY_UNIT, ServoModel
 
 BRISTLE_STEP = 0.1
-"""Of k dt^2 / J: the bristle's stiffness follows from it. 0.3 rings (tried at 1 ms); the bristle gives way by
+"""Of k dt^2 / J: the bristle's stiffness follows from it. 0.3 rings (tried at 1 ms); the bristle yields by
 friction / k, 0.1 mrad for an XM430-W210, an eighth of a pulse."""
 
 BRISTLE_DAMPING = 0.5

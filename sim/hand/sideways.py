@@ -17,7 +17,7 @@ from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.kinematics.servo_model import PULSE, XL330_M288, ServoModel
 from palpate.sim.hand.servo import Servo
 
-LEASH = 2e-3
+MAX_LEAD = 2e-3
 """[m] As far the goal may be ahead of where a finger is: one that is held does not leap when it is let go. At 20
 mm/s an XL330-M288 on a 5 mm pinion lags 0.8 mm (its back-EMF over its proportional gain)."""
 
@@ -30,7 +30,7 @@ class SidewaysRack:
         servo: What drives the pinion.
         pinion: Its radius [m].
         mass: Of rack and carriage, without the servo that rides on it [kg].
-        travel: From the middle either way [m].
+        travel: From the middle to either side [m].
     """
 
     servo: ServoModel = XL330_M288
@@ -59,7 +59,7 @@ class SidewaysDrive(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether the fingers are under way sideways, be it with no speed at the moment."""
+        """Whether a sideways motion is commanded, even at zero speed."""
         ...
 
     def start(self) -> None:
@@ -91,7 +91,7 @@ class SidewaysDrive(Protocol):
         ...
 
 
-class NoSideways:
+class FixedSideways:
     """Of a hand whose fingers only close. A `SidewaysDrive`."""
 
     moving = False
@@ -134,7 +134,7 @@ class RackDrive:
     """Servos of racks, fed with goals that follow commanded velocities. A `SidewaysDrive`.
 
     A commanded velocity is summed up to a goal position, which ends at the travel as the servo's own position
-    limits make it, and which runs ahead of the finger by `LEASH` at most.
+    limits make it, and which runs ahead of the finger by `MAX_LEAD` at most.
     """
 
     def __init__(
@@ -186,18 +186,18 @@ class RackDrive:
         """See `SidewaysDrive`."""
         rack, model = self._rack, self._rack.servo
         step = PULSE * rack.pinion
-        told = tuple(step * round(y / step) for y in self._where())
+        measured = tuple(step * round(y / step) for y in self._where())
         goals = []
         velocities = self._velocities or (0.0,) * len(self._servos)
-        for servo, goal, v, y in zip(self._servos, self._goals, velocities, told, strict=True):
+        for servo, goal, v, y in zip(self._servos, self._goals, velocities, measured, strict=True):
             wanted = goal
             if v:
                 wanted = max(-rack.travel, min(rack.travel, goal + v * bus_period))
-                wanted = max(y - LEASH, min(y + LEASH, wanted))
+                wanted = max(y - MAX_LEAD, min(y + MAX_LEAD, wanted))
             servo.write_goals(wanted / rack.pinion, model.current_limit, model.velocity_limit)
             goals.append(wanted)
         self._goals = tuple(goals)
-        return told
+        return measured
 
     def advance(self) -> None:
         """See `SidewaysDrive`."""

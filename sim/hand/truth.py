@@ -1,4 +1,4 @@
-"""What really happens in a grasp, for checks; no controller sees it."""
+"""Ground truth of a grasp, for checks; no controller sees it."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Targets that move as told: on slides and hinges that no force holds up.
+"""Targets with a prescribed motion, on slides and hinges that no force holds up.
 
 A mocap body would have no velocity, and a tip would rub on it as if it stood still. Here the joints' position and
 velocity are set before every time step, and a force gives them the acceleration in between. What makes them too
@@ -99,7 +99,7 @@ _MUJOCO_KIND = {
 
 @dataclass(frozen=True, slots=True)
 class DrivenJoint:
-    """A joint that moves as told.
+    """A joint with a prescribed motion.
 
     Attributes:
         kind: Slide or hinge.

@@ -181,7 +181,7 @@ def distances_to_heights(p: Any, points: Any) -> Any:
 def nearest_on_mesh(tree: Any, x: Any, y: Any, z: Any) -> Any:
     """Nearest point of a triangle mesh, packed by `palpate.surfaces.triangle_tree.triangle_tree`.
 
-    The normal points from the nearest point to the given one; inside, as the pseudonormal tells, the other way.
+    The normal points from the nearest point to the given one; inside (by the pseudonormal), the reverse.
     """
     _, bx, by, bz, fx, fy, fz = nearest_in_tree(tree, x, y, z)
     nx, ny, nz = x - bx, y - by, z - bz
@@ -195,7 +195,7 @@ def nearest_on_mesh(tree: Any, x: Any, y: Any, z: Any) -> Any:
 
 @njit(error_model="numpy", cache=True)
 def lay(found: Any, position: Any, quat_wxyz: Any) -> None:
-    """Write the pose of the tangent plane: z turned to the normal by the shortest way."""
+    """Write the pose of the tangent plane: z turned to the normal by the smallest rotation."""
     x, y, z, nx, ny, nz = found
     position[0], position[1], position[2] = x, y, z
     if nz > -1.0 + 1e-12:

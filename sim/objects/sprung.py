@@ -1,4 +1,4 @@
-"""A target that gives way: on a slide with a spring and a damper."""
+"""A compliant target: on a slide with a spring and a damper."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a fingertip can touch: a thing that stands, moves as told, or may be pushed."""
+"""What a fingertip can touch: a fixed object, one with a prescribed motion, or a free one."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -40,7 +40,7 @@ class Nowhere:
 
 @runtime_checkable
 class Target(Protocol):
-    """A body with one geom, for a tip to touch: `StillObject`, `ObjectBody`, `MovingTarget`, `SprungTarget`."""
+    """A body with one geom, for a tip to touch: `StaticObject`, `ObjectBody`, `MovingTarget`, `SprungTarget`."""
 
     @property
     def shape(self) -> SceneObject:
@@ -81,7 +81,7 @@ class Target(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class StillObject:
+class StaticObject:
     """A surface at the origin of the base frame, where nothing moves it. A `Target`.
 
     Attributes:
@@ -123,4 +123,4 @@ def placer_of(shape: SceneObject, model: mujoco.MjModel, data: mujoco.MjData, na
 
 def as_target(given: SceneObject | Target) -> Target:
     """Return a target: a surface alone stands still at the origin."""
-    return given if isinstance(given, Target) else StillObject(given)
+    return given if isinstance(given, Target) else StaticObject(given)

@@ -1,6 +1,6 @@
-"""Surfaces that MuJoCo cannot hold, touched through their tangent plane.
+"""Surfaces that MuJoCo cannot represent, touched through their tangent plane.
 
-MuJoCo 4 collides convex geoms only. Its ways around that were measured with a spherical tip of 8 mm, 0.1 mm deep
+MuJoCo 4 collides convex geoms only. Its alternatives were measured with a spherical tip of 8 mm, 0.1 mm deep
 (stiffness of all contacts over the wanted one, median and 99th percentile; errors of the contact point and of the
 normal, medians; time of the collision):
 

@@ -1,4 +1,4 @@
-"""What is what in a compiled scene, told by names and by what hangs on what: machine, tips, ground, objects."""
+"""Roles of the bodies of a compiled scene, from names and the tree: machine, tips, ground, objects."""
 
 from collections.abc import Iterator
 from enum import Enum

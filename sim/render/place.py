@@ -18,7 +18,7 @@ _Joint = mujoco.mjtJoint
 
 
 class ScenePlacement:
-    """Moves all that can move: what carries tip or hand, the fingers, free bodies, targets that move as told.
+    """Moves all that can move: carrier, fingers, free bodies, targets with a prescribed motion.
 
     What there is, it finds in the model: tip or palm by name, what carries it from there down to the base, a
     hand's joints from there on, free bodies by their joints.
@@ -34,7 +34,7 @@ class ScenePlacement:
 
         Args:
             model: The scene; stays as it is.
-            motions: Of joints that move as told, by name.
+            motions: Of joints with a prescribed motion, by name.
 
         Raises:
             InvalidValueError: There is neither tip nor palm.

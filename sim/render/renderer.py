@@ -25,7 +25,7 @@ from palpate.spatial import Vector, add_scaled, norm
 Picture = npt.NDArray[np.uint8]
 """Rows from above, shape (height, width, 3), RGB."""
 
-MOST_PIXELS = 4096
+MAX_PIXELS = 4096
 """Largest side of a picture: drivers take at least this (OpenGL 3's usual GL_MAX_RENDERBUFFER_SIZE)."""
 
 ARROW_LENGTH = 0.015
@@ -148,15 +148,15 @@ class SceneRenderer(Closing):
             width: Of the pictures [pixels].
             height: Likewise.
             camera: Where to look from; the whole scene if not given.
-            placement: Of this model's bodies; needed where some move as told.
+            placement: Of this model's bodies; needed where some have a prescribed motion.
 
         Raises:
             NoRendererError: This machine cannot draw off screen.
             InvalidValueError: The size is impossible.
         """
         for name, pixels in (("width", width), ("height", height)):
-            if not 1 <= pixels <= MOST_PIXELS:
-                raise InvalidValueError(f"{name} = {pixels}: must be from 1 to {MOST_PIXELS} pixels")
+            if not 1 <= pixels <= MAX_PIXELS:
+                raise InvalidValueError(f"{name} = {pixels}: must be from 1 to {MAX_PIXELS} pixels")
         self._model, self._placement = model, placement or ScenePlacement(model)
         self._roles, self._palm = roles_of(model), palm_disc(model)
         self._gl = offscreen_context(width, height)

@@ -9,7 +9,7 @@ from palpate.sensing.ft.sensor_file import ContactEntry, PayloadEntry, SensorFil
 from palpate.sim.sensor.model import SensorModel
 
 TOUCH_SIGMAS = 6.0
-"""Of the filtered noise of an axis: more than `touch_detector.LEAST_SIGMAS`; noise alone exceeds it once in 1e7
+"""Of the filtered noise of an axis: more than `touch_detector.MIN_SIGMAS`; noise alone exceeds it once in 1e7
 samples (chi law)."""
 
 TOUCH_SAMPLES = 3

@@ -1,7 +1,7 @@
-"""What an imperfect force/torque sensor is made of, in the order in which things happen to a load.
+"""The model of an imperfect force/torque sensor, in the order of the signal chain.
 
     load -> cross-talk -> bandwidth -> bias and drift -> noise -> quantisation -> saturation
-         -> sampled by the device's clock -> on its way for `latency` -> lost, or read
+         -> sampled by the device's clock -> delayed by `latency` -> lost, or read
 
 - The structure and its strain gauges mix the axes (cross-talk) and follow with their own dynamics (bandwidth).
   Both are linear and the dynamics are the same for every axis, so that which comes first makes no difference.
@@ -68,7 +68,7 @@ class SensorModel:
         saturation: Where its readings end.
         clock: When it samples; None: whenever it is read.
         latency: From sampling until it can be read [s].
-        dropouts: Samples lost on the way.
+        dropouts: Samples lost in transmission.
     """
 
     name: str = "perfect sensor"

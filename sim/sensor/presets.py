@@ -1,4 +1,4 @@
-"""Sensors that people have, by the figures of their makers.
+"""Presets of common sensors, from their data sheets.
 
 A maker states limits, not one sensor: a preset is one specimen of its kind, drawn within them (`specimen`). The
 same number is the same sensor, with the same errors, in every run; the seed of a run is another thing.
@@ -31,7 +31,7 @@ __all__ = ["PresetSensor", "axia80", "ft300s", "nano17", "sensor_preset", "ur5e_
 OVERLOAD = 1.05
 """Of the rated load, where ATI's Axia reports that its range is exceeded: manual 9610-05-Ethernet Axia-09, section
 4.8, and 9620-05-C-Ethernet Axia-02, section 5.5.1. ASSUMPTION: readings end there, and so for the Nano17 and the
-UR5e, for which nothing is said. Above 1, so that an overload is seen."""
+UR5e, whose maker states none. Above 1, so that an overload is seen."""
 
 CROSS_TALK = 0.01
 """ASSUMPTION: of a full load, how much of it another axis may show; makers claim 1 to 2 % for all errors together
@@ -239,6 +239,6 @@ def _cross_talk(rated: Wrench, specimen: int) -> CrossTalk:
 
 
 def _thermal_drift(rated: Wrench, specimen: int) -> ThermalDrift:
-    """Of one specimen: each axis drifts by up to `ZERO_DRIFT`, either way. Not the numbers of its cross-talk."""
+    """Of one specimen: each axis drifts by up to `ZERO_DRIFT` in magnitude. Not the numbers of its cross-talk."""
     a, b, c, d, e, f = np.random.default_rng((specimen, 1)).uniform(-ZERO_DRIFT, ZERO_DRIFT, 6) * np.array(rated)
     return ThermalDrift((float(a), float(b), float(c), float(d), float(e), float(f)), WARM_UP)

@@ -1,6 +1,6 @@
-"""What a force/torque sensor does to the load on it, one small piece each.
+"""Elements of the model of a force/torque sensor, one effect each.
 
-Where a piece stands in the chain, and why, is said in `palpate.sim.sensor.model`. Axes are Fx Fy Fz Mx My Mz, of
+The order of the pieces in the chain is explained in `palpate.sim.sensor.model`. Axes are Fx Fy Fz Mx My Mz, of
 the sensor frame.
 """
 
@@ -216,7 +216,7 @@ class SampleClock:
 
 @dataclass(frozen=True, slots=True)
 class Dropouts:
-    """Samples that get lost on the way, each by itself; the reader is left with the one before, old stamp and all.
+    """Samples lost independently in transmission; the reader keeps the last one with its time stamp.
 
     Attributes:
         probability: That a sample is lost, below 1.

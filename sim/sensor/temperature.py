@@ -1,4 +1,4 @@
-"""What warmth does to a force/torque sensor: its zero moves.
+"""Thermal drift of a force/torque sensor's zero.
 
 A strain-gauge bridge shows a load when it warms up, by its electronics, by the robot that it is bolted to or by
 what it touches. Compensated bridges show less of it, none shows nothing.

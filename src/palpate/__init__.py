@@ -94,7 +94,6 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "surfaces.symbolic": ("SymbolicSurface",),
 }
 """What scripts need, by the module that has it. Every experiment adds what its package offers."""
-__all__ = [name for names in _NAMES.values() for name in names]
 
 
 @cache
@@ -111,7 +110,9 @@ def _homes() -> dict[str, str]:
 
 def __getattr__(name: str) -> Any:
     # Imported when first used: numba alone takes longer to import than everything else together.
-    if name.startswith("_"):  # what Python itself asks for
+    if name == "__all__":  # of `from palpate import *`
+        return [name for names in _NAMES.values() for name in names]
+    if name.startswith("_"):  # what Python itself looks up
         raise AttributeError(f"module 'palpate' has no attribute {name!r}")
     home = _homes().get(name)
     if home is None:

@@ -8,7 +8,7 @@ from palpate.one_thread import LINEAR_ALGEBRA
 
 
 def main() -> int:
-    """Run the command with the words that were typed; returns its exit code."""
+    """Run the command line; returns its exit code."""
     start_up.begin()
     for name, value in LINEAR_ALGEBRA.items():
         os.environ.setdefault(name, value)

@@ -44,36 +44,44 @@ DESCRIPTION = (
     "Example: palpate {first}; then open the report that it names. `palpate {first} --help` explains every "
     "option.\n\n"
     "Experiments come first below; one of your own is typed as module:Class or file.py:Class. "
-    "Every command takes --json; where something moves, --dry-run says what it would do. "
-    "Exit code: 0 done; 1 not finished, or something is not as it should be; 2 wrong input, nothing was done; "
-    "130 interrupted by Ctrl-C. palpate --version says which palpate this is."
+    "Every command takes --json; where something moves, --dry-run shows what it would do. "
+    "Exit code: 0 done; 1 not finished, or a check failed; 2 wrong input, nothing was done; "
+    "130 interrupted by Ctrl-C. palpate --version prints the version."
 )
 
 
 CALIBRATION = (
-    "Find out about a force/torque sensor, and keep it in its sensor file.\n\n"
+    "Calibrate a force/torque sensor; the sensor file keeps the result.\n\n"
     "In this order: `new` makes the file; `matrix` finds the calibration matrix from known loads (only for a "
     "sensor that gives raw channels); `payload` finds what it carries; `tare` finds the bias, before every "
     "use.\n\n"
     "Example: palpate calibrate new sensor.yaml --preset nano17"
 )
-"""What `palpate calibrate` says of itself."""
+"""Help of `palpate calibrate`."""
 
 
 class TypedCommand(NamedTuple):
-    """What people can type.
+    """A command of the command line.
 
     Attributes:
-        config: Its options, light to import.
-        runner: What runs it, as module:function; need not be light.
-        summary: One line.
-        document: What carries it out for --json, where its runner writes its rows to standard output.
+        config: Its options, light to import; the docstring is its help.
+        runner: Function that runs it, as module:function; imported when the command runs.
+        document: Function that runs it with --json, if `runner` writes rows to standard output.
     """
 
     config: type
     runner: str
-    summary: str
     document: str = ""
+
+    @property
+    def about(self) -> str:
+        """Its help."""
+        return inspect.getdoc(self.config) or ""
+
+    @property
+    def summary(self) -> str:
+        """First line of its help."""
+        return self.about.partition("\n")[0]
 
 
 class CommandGroup(NamedTuple):
@@ -81,161 +89,76 @@ class CommandGroup(NamedTuple):
 
     Attributes:
         commands: By the word that follows.
-        summary: One line.
-        about: More of them, for their help; the summary, if not given.
+        about: Their help.
     """
 
     commands: Mapping[str, TypedCommand]
-    summary: str
-    about: str = ""
+    about: str
+
+    @property
+    def summary(self) -> str:
+        """First line of their help."""
+        return self.about.partition("\n")[0]
 
 
 EXPERIMENT_FLAGS = (Flag.DRY_RUN, Flag.JSON)
 
 COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
-    "sweep": TypedCommand(
-        SweepConfig,
-        "palpate.commands.sweep.command:run_sweep",
-        "Do an experiment for every combination of some options, with several seeds; tables and a picture.",
-    ),
+    "sweep": TypedCommand(SweepConfig, "palpate.commands.sweep.command:run_sweep"),
     "contact": TypedCommand(
-        ContactConfig,
-        "palpate.commands.contact.tool:run_contact",
-        "Turn wrenches, from a file or standard input, into contacts.",
-        document="palpate.commands.contact.tool:answer_contact",
+        ContactConfig, "palpate.commands.contact.tool:run_contact", "palpate.commands.contact.tool:contact_result"
     ),
-    "compare": TypedCommand(
-        CompareConfig,
-        "palpate.commands.compare.command:run_compare",
-        "Compare a map with a reference mesh, or runs of one experiment side by side.",
-    ),
+    "compare": TypedCommand(CompareConfig, "palpate.commands.compare.command:run_compare"),
     "calibrate": CommandGroup(
         {
-            "new": TypedCommand(
-                NewSensorConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Make a first sensor file, with comments and units, to start from.",
-            ),
-            "matrix": TypedCommand(
-                MatrixConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Find the calibration matrix from known loads.",
-            ),
-            "payload": TypedCommand(
-                PayloadConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Find mass, centre of mass and bias from static poses.",
-            ),
-            "tare": TypedCommand(
-                TareConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Find the bias from readings at rest: from a CSV file, or live.",
-            ),
+            "new": TypedCommand(NewSensorConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "matrix": TypedCommand(MatrixConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "payload": TypedCommand(PayloadConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "tare": TypedCommand(TareConfig, "palpate.commands.calibrate.run:run_calibrate"),
         },
-        "Find out about a force/torque sensor, and keep it in its sensor file.",
         CALIBRATION,
     ),
     "log": CommandGroup(
         {
-            "info": TypedCommand(
-                LogInfoConfig,
-                "palpate.commands.log.command:run_log_info",
-                "Tell what is in a log: how long, how regular, what happened, what is missing.",
-            ),
-            "export": TypedCommand(
-                LogExportConfig,
-                "palpate.commands.log.command:run_log_export",
-                "Write a log as tables, CSV or Parquet.",
-            ),
+            "info": TypedCommand(LogInfoConfig, "palpate.commands.log.command:run_log_info"),
+            "export": TypedCommand(LogExportConfig, "palpate.commands.log.command:run_log_export"),
         },
-        "Logs of runs: what is in them, and as tables.",
         "Logs of runs: what is in them, and as tables.\n\nExample: palpate log info runs/explore",
     ),
-    "replay": TypedCommand(
-        ReplayConfig,
-        "palpate.commands.replay.command:run_replay",
-        "Feed the log of a run through sensing and control again, and compare the commands.",
-    ),
-    "view": TypedCommand(
-        ViewConfig,
-        "palpate.commands.view.command:run_view",
-        "Watch a run in the browser, live or from its log; or draw it.",
-    ),
+    "replay": TypedCommand(ReplayConfig, "palpate.commands.replay.command:run_replay"),
+    "view": TypedCommand(ViewConfig, "palpate.commands.view.command:run_view"),
     "robot": CommandGroup(
         {
-            "list": TypedCommand(
-                RobotListConfig,
-                "palpate.commands.robot.tool:run_list",
-                "List the robots that come with palpate.",
-            ),
-            "show": TypedCommand(
-                RobotShowConfig,
-                "palpate.commands.robot.tool:run_show",
-                "Print a robot file: a start for your own.",
-            ),
-            "check": TypedCommand(
-                RobotCheckConfig,
-                "palpate.commands.robot.tool:run_check",
-                "Say how palpate understands a robot file, or what is wrong with it.",
-            ),
+            "list": TypedCommand(RobotListConfig, "palpate.commands.robot.tool:run_list"),
+            "show": TypedCommand(RobotShowConfig, "palpate.commands.robot.tool:run_show"),
+            "check": TypedCommand(RobotCheckConfig, "palpate.commands.robot.tool:run_check"),
         },
-        "Robot files: those that there are, and yours.",
-        "Robot files: those that there are, and yours.\n\nExample: palpate robot check mine.yaml",
+        "Robot files: those that come with palpate, and yours.\n\nExample: palpate robot check mine.yaml",
     ),
-    "doctor": TypedCommand(
-        DoctorConfig,
-        "palpate.commands.doctor.command:run_doctor",
-        "Connect to a robot's devices, measure how they are, and say what to fix. Moves nothing.",
-    ),
+    "doctor": TypedCommand(DoctorConfig, "palpate.commands.doctor.command:run_doctor"),
     "emulate": CommandGroup(
         {
-            "ur": TypedCommand(
-                EmulateUrConfig,
-                "palpate.commands.emulate.command:run_emulate",
-                "Emulate a controller of Universal Robots, on its ports at an address of this computer.",
-            ),
-            "dynamixel": TypedCommand(
-                EmulateDynamixelConfig,
-                "palpate.commands.emulate.command:run_emulate",
-                "Emulate a bus of Dynamixel servos on a terminal.",
-            ),
-            "netft": TypedCommand(
-                EmulateNetftConfig,
-                "palpate.commands.emulate.command:run_emulate",
-                "Emulate an ATI Net F/T box or an OnRobot HEX.",
-            ),
-            "fault": TypedCommand(
-                EmulateFaultConfig,
-                "palpate.commands.emulate.command:run_fault",
-                "Switch a fault of a device that is being emulated.",
-            ),
+            "ur": TypedCommand(EmulateUrConfig, "palpate.commands.emulate.command:run_emulate"),
+            "dynamixel": TypedCommand(EmulateDynamixelConfig, "palpate.commands.emulate.command:run_emulate"),
+            "netft": TypedCommand(EmulateNetftConfig, "palpate.commands.emulate.command:run_emulate"),
+            "fault": TypedCommand(EmulateFaultConfig, "palpate.commands.emulate.command:run_fault"),
         },
-        "Emulated devices, for palpate or any other software that speaks to the real ones.",
-        "Emulated devices, for palpate or any other software that speaks to the real ones.\n\n"
+        "Emulated devices, for palpate or any other software that talks to the real ones.\n\n"
         "Example: palpate emulate ur",
     ),
-    "warm-up": TypedCommand(
-        WarmUpConfig,
-        "palpate.commands.warm_up.command:run_warm_up",
-        "Compile once what would otherwise be compiled when it is first needed.",
-    ),
-    "completion": TypedCommand(
-        CompletionConfig,
-        "palpate.cli:run_completion",
-        "Print a script that makes a shell complete all of this.",
-    ),
+    "warm-up": TypedCommand(WarmUpConfig, "palpate.commands.warm_up.command:run_warm_up"),
+    "completion": TypedCommand(CompletionConfig, "palpate.cli:run_completion"),
 }
 
-
 Typed = Mapping[str, "TypedCommand | CommandGroup | Experiment"]
-"""What can be typed, by the word that does so."""
+"""Commands and experiments by name."""
 
 
 @cache
 def typed_commands() -> Typed:
-    """Return all that can be typed after the program's name: experiments first.
+    """Return every command by name, experiments first.
 
-    An experiment that cannot be loaded is left out, so that the others can be used; typing its name says why.
+    An experiment that cannot be loaded is left out, so that the others can be used; typing its name shows why.
     """
     experiments = {}
     for name in experiment_names():
@@ -250,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
-    return _manner(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
+    return _output_format(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
 
 
 def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
@@ -258,8 +181,8 @@ def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
     return _run(commands, "palpate", DESCRIPTION.format(first=next(iter(commands))), arguments)
 
 
-def _manner(arguments: Sequence[str]) -> OutputFormat:
-    """How to say what there is to say, before anybody has judged what is typed: a refusal has to be said, too."""
+def _output_format(arguments: Sequence[str]) -> OutputFormat:
+    """Return the output format, before the arguments are checked: errors need it, too."""
     if "--json" not in arguments or HELP_WORDS & set(arguments):
         return TextOutput()
     words: list[str] = []
@@ -279,8 +202,7 @@ def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> C
     if chosen is None and not word.startswith("-") and (":" in word or word in experiment_names()):
         chosen = experiment_named(word)
     if isinstance(chosen, CommandGroup):
-        about = chosen.about or chosen.summary
-        return _run(chosen.commands, f"{typed} {word}", about, arguments[1:] or ["--help"])
+        return _run(chosen.commands, f"{typed} {word}", chosen.about, arguments[1:] or ["--help"])
     if isinstance(chosen, TypedCommand):
         return _carry_out(chosen, f"{typed} {word}", arguments[1:])
     if chosen is not None:
@@ -289,11 +211,11 @@ def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> C
         raise InvalidValueError(_no_command(word, commands, typed))
     with parser_colours(arguments):  # help, or a mistake: show the commands, one line each
         tyro.cli(_subcommands(commands), prog=typed, description=about, args=arguments)
-    raise AssertionError(f"{word!r} is no command, and nobody has said so")
+    raise AssertionError(f"{word!r} is no command, and the parser accepted it")
 
 
 def _no_command(word: str, commands: Typed, typed: str) -> str:
-    """What to say of a word that is no command."""
+    """Return the message for a word that is no command."""
     flags = ("--help", "--version") if commands is typed_commands() else ("--help",)
     near = nearest(word, (*commands, *flags))
     meant = f"did you mean {typed} {near}? " if near else ""
@@ -302,14 +224,13 @@ def _no_command(word: str, commands: Typed, typed: str) -> str:
 
 
 def _carry_out(command: TypedCommand, typed: str, arguments: Sequence[str]) -> CommandResult | int:
-    about = inspect.getdoc(command.config)
     config: Any
-    config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=about)
+    config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=command.about)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
     runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
     start_up.over()
-    answer: CommandResult | int = runner(config)
-    return answer
+    result: CommandResult | int = runner(config)
+    return result
 
 
 def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> CommandResult:
@@ -335,7 +256,7 @@ def _function(name: str) -> Any:
 
 
 def _subcommands(commands: Typed) -> Any:
-    """The type by which tyro knows commands: a union of what each takes, by its name."""
+    """Return the union type from which tyro makes subcommands."""
     return Union[  # noqa: UP007
         tuple(
             Annotated[_taken(name, what), tyro.conf.subcommand(name, description=what.summary)]

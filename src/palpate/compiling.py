@@ -1,7 +1,7 @@
-"""numba's `njit`, and what is said where compiling takes a while.
+"""numba's `njit`, with a log message where compiling takes a while.
 
-Compiled kernels are kept on disk (`cache=True`), so that only the first run after an install waits. It is told on
-the logger `palpate`, which writes to standard error unless a program says otherwise.
+Compiled kernels are kept on disk (`cache=True`), so that only the first run after an install waits. The logger
+`palpate` announces it, on standard error unless configured otherwise.
 """
 
 import hashlib
@@ -21,10 +21,10 @@ from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 
 FIRST = 2.0
-"""[s] of compiling after which somebody who waits is told what for."""
+"""[s] of compiling after which the first message is logged."""
 
 NEXT = 10.0
-"""[s] of compiling from one such line to the next, where one kernel follows another."""
+"""[s] of compiling between messages, where one kernel follows another."""
 
 ONCE = "once: it is kept; `palpate warm-up` compiles everything"
 EACH_TIME = "each time: it is not kept"
@@ -100,15 +100,15 @@ class _ClosureCache(FunctionCache):
 
 
 @contextmanager
-def compiling(what: str, how: str = ONCE, *, told_after: float = FIRST) -> Iterator[None]:
-    """Say what is being compiled, if the block is not done within a time.
+def compiling(what: str, how: str = ONCE, *, warn_after: float = FIRST) -> Iterator[None]:
+    """Log what is being compiled, if the block takes longer than a time.
 
     Args:
-        what: Is compiled.
+        what: Name of what is compiled.
         how: `ONCE`, `EACH_TIME` or `NOWHERE`.
-        told_after: [s].
+        warn_after: Time until the message [s].
     """
-    timer = threading.Timer(told_after, _log.warning, (f"palpate: compiling {what} ({how})",))
+    timer = threading.Timer(warn_after, _log.warning, (f"palpate: compiling {what} ({how})",))
     timer.daemon = True
     timer.start()
     try:
@@ -122,19 +122,19 @@ def compiling(what: str, how: str = ONCE, *, told_after: float = FIRST) -> Itera
 def name_for_people(function: Callable[..., Any]) -> str:
     """Return what a kernel is for, as its module's docstring begins; of what is not palpate's, where it is."""
     name = f"{function.__module__}.{function.__qualname__}"
-    told = sys.modules[function.__module__].__doc__ if function.__module__ in sys.modules else None
-    if not told or not name.startswith("palpate."):
+    documented = sys.modules[function.__module__].__doc__ if function.__module__ in sys.modules else None
+    if not documented or not name.startswith("palpate."):
         return name
-    first: str = re.split(r"[,.:;(]\s", told.strip() + " ", maxsplit=1)[0]
+    first: str = re.split(r"[,.:;(]\s", documented.strip() + " ", maxsplit=1)[0]
     return f"code for {first[:1].lower()}{first[1:]}"
 
 
 class _Kernels(events.Listener):
-    """Hears of each function that numba compiles; what that calls is compiled meanwhile, and counts with it."""
+    """Listens to numba's compilations; functions compiled for a caller count as part of the caller's."""
 
     def __init__(self) -> None:
         self._depth, self._began, self._left = 0, 0.0, FIRST
-        self._told: Any = None
+        self._warning: Any = None
 
     def on_start(self, event: events.Event) -> None:
         self._depth += 1
@@ -142,13 +142,13 @@ class _Kernels(events.Listener):
             data: Any = event.data
             kernel = data["dispatcher"]
             self._began = monotonic()
-            self._told = compiling(name_for_people(kernel.py_func), _how(kernel), told_after=self._left)
-            self._told.__enter__()
+            self._warning = compiling(name_for_people(kernel.py_func), _how(kernel), warn_after=self._left)
+            self._warning.__enter__()
 
     def on_end(self, event: events.Event) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self._told.__exit__(None, None, None)
+            self._warning.__exit__(None, None, None)
             left = self._left - (monotonic() - self._began)
             self._left = left if left > 0.0 else NEXT
 

@@ -18,7 +18,7 @@ class NumberTable:
 
     Attributes:
         name: What messages call it.
-        columns: Their names; none if the text does not say them.
+        columns: Their names; none if the text has no header.
         rows: Fields of each line but that of the names, without spaces around them.
         lines: Where in the text each row stands, from 1 on.
         holds: What a line must hold, for messages.
@@ -82,7 +82,7 @@ def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -
 
 
 def is_comment(line: str) -> bool:
-    """Return whether a line says nothing, or begins with #."""
+    """Return whether a line is blank or begins with #."""
     return line.lstrip().startswith("#") or not line.strip()
 
 

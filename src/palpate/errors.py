@@ -18,7 +18,7 @@ class PalpateError(Exception):
 
 
 class InvalidValueError(PalpateError, ValueError):
-    """A value that can never be right: the message says which would be."""
+    """An invalid value; the message names the value, the limit and the remedy."""
 
 
 class OverrunError(PalpateError, TimeoutError):
@@ -109,7 +109,7 @@ def rotation_matrix(name: str, value: Sequence[Sequence[float]] | FloatArray) ->
 
 
 def shown(value: object, longest: int = 60) -> str:
-    """Return any value as a message repeats it, in at most `longest` letters, even one that cannot show itself."""
+    """Return the representation of a value for messages, in at most `longest` characters, even if `repr` fails."""
     try:
         text = repr(value)
     except Exception:

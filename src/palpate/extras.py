@@ -6,7 +6,7 @@ from palpate.errors import PalpateError
 
 
 class MissingLibraryError(PalpateError, ImportError):
-    """A library that this needs is not installed: the message says how to install it."""
+    """A library that is needed is not installed; the message gives the command that installs it."""
 
 
 def require(library: str, extra: str, what: str) -> None:

@@ -13,6 +13,7 @@ UNITS = (
     "kg_m2",
     "N_per_m",
     "Nm",
+    "W",
     "N",
     "kg",
     "rad",
@@ -20,7 +21,7 @@ UNITS = (
     "Hz",
     "s",
 )
-"""Endings of keys that say a unit, the longer before those that they end in."""
+"""Unit suffixes of keys, longer ones first."""
 
 # fmt: off
 OTHER_UNITS = (

@@ -9,7 +9,7 @@ import math
 from palpate.errors import FloatArray
 
 Vector = tuple[float, float, float]
-"""A 3-vector; unit and frame are said where it is used."""
+"""A 3-vector; unit and frame are documented where it is used."""
 
 Wrench = tuple[float, float, float, float, float, float]
 """(f, m): force [N], then moment [N m] about the origin of the frame it is expressed in."""
@@ -63,10 +63,10 @@ def norm(a: Vector) -> float:
 
 
 def toward(a: Vector, b: Vector, most: float) -> Vector:
-    """Return b, or the point on the way from a to b that lies `most` from a, if b lies farther."""
-    way = subtract(b, a)
-    distance = norm(way)
-    return b if distance <= most else add_scaled(a, most / distance, way)
+    """Return b, or the point at distance `most` from a towards b, if b lies farther."""
+    difference = subtract(b, a)
+    distance = norm(difference)
+    return b if distance <= most else add_scaled(a, most / distance, difference)
 
 
 def unit(a: Vector) -> Vector:

@@ -1,6 +1,6 @@
 """From YAML text to frozen types, strictly: what is misspelt, in another unit or impossible is refused.
 
-Every refusal says where (`fingers[0].surface.radius_mm`, line and column), what is wrong, and what would be right.
+Every error names the place (`fingers[0].surface.radius_mm`, line and column), what is wrong, and what is expected.
 Types are `msgspec.Struct`s, whose keys carry units (`mass_kg`), or dataclasses, whose keys carry none.
 """
 
@@ -43,7 +43,7 @@ def load_text(path: str | os.PathLike[str], what: str) -> str:
 
 
 def load(path: str | os.PathLike[str], read: Callable[[str], T], what: str) -> T:
-    """Return what a file says.
+    """Return the decoded contents of a file.
 
     Args:
         path: The file.
@@ -76,7 +76,7 @@ def read_mapping(text: str, what: str) -> dict[str, object]:
 
 
 def decode_file(text: str, kind: type[T], what: str, version_key: str, version: int) -> T:
-    """Return what the text of a file with a version says.
+    """Return the decoded contents of a file that states a version.
 
     Args:
         text: YAML.
@@ -86,7 +86,7 @@ def decode_file(text: str, kind: type[T], what: str, version_key: str, version: 
         version: its value.
 
     Raises:
-        InvalidValueError: Something is wrong; the message says where, and what would be right.
+        InvalidValueError: Something is wrong; the message names the place and what is expected.
     """
     found = read_yaml(text)
     if not isinstance(found, dict) or version_key not in found:
@@ -101,7 +101,7 @@ def decode_file(text: str, kind: type[T], what: str, version_key: str, version: 
 
 
 def decode(found: object, kind: type[T], text: str = "") -> T:
-    """Return a value of a type from what YAML said.
+    """Return a value of a type from decoded YAML.
 
     Args:
         found: As `read_yaml` returns it.
@@ -118,13 +118,13 @@ def decode(found: object, kind: type[T], text: str = "") -> T:
         except msgspec.ValidationError as error:
             raise refusal(*parted(str(error)), found, kind) from None
     except DecodeRefusal as found_wrong:
-        raise InvalidValueError(found_wrong.told(text)) from None
+        raise InvalidValueError(found_wrong.located(text)) from None
 
 
 def decode_some(found: Mapping[str, object], kind: type, text: str = "") -> dict[str, object]:
     """Return the fields of a dataclass that a mapping gives, each of the right type.
 
-    What the values are together is not judged here: others may still come on top.
+    Their combination is not checked: other values may still be merged.
 
     Raises:
         InvalidValueError: A key is no field, or its value of another type.
@@ -141,7 +141,7 @@ def decode_some(found: Mapping[str, object], kind: type, text: str = "") -> dict
                 raise refusal(message, (key, *path), found, kind) from None
         return values
     except DecodeRefusal as found_wrong:
-        raise InvalidValueError(found_wrong.told(text)) from None
+        raise InvalidValueError(found_wrong.located(text)) from None
 
 
 def _refuse_unknown(found: object, kind: object, path: tuple[Key, ...]) -> None:
@@ -186,4 +186,4 @@ def _checked_tag(found: dict[str, object], tag: str, known: list[str], path: tup
 def _decode_path(kind: type, value: object) -> object:
     if kind is Path and isinstance(value, str) and value and "\0" not in value:
         return Path(value)
-    raise InvalidValueError("Expected `path`, got `str`")  # as msgspec says it, which adds where
+    raise InvalidValueError("Expected `path`, got `str`")  # msgspec's own wording; it adds the place

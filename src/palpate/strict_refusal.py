@@ -1,4 +1,4 @@
-"""What is wrong in a YAML file: where, what, and what would be right."""
+"""Errors in a YAML file: the place, what is wrong, and what is expected."""
 
 import re
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ LONGEST_SHOWN = 60
 
 
 class DecodeRefusal(Exception):  # noqa: N818  # becomes an InvalidValueError once the place is known
-    """What is wrong at a place, before the line is looked up."""
+    """An error at a place, before its line is looked up."""
 
     def __init__(self, path: Sequence[Key], message: str) -> None:
         """Take where it is, and what is wrong there."""
@@ -21,8 +21,8 @@ class DecodeRefusal(Exception):  # noqa: N818  # becomes an InvalidValueError on
         self.path = tuple(path)
         self.message = message
 
-    def told(self, text: str) -> str:
-        """Return it in one line."""
+    def located(self, text: str) -> str:
+        """Return the message with its place, in one line."""
         place = place_of(text, self.path) if text else ""
         where = shown_path(self.path)
         return (where + self.message if where else self.message.removeprefix(": ")) + place
@@ -41,7 +41,7 @@ def shown_path(path: Sequence[Key]) -> str:
 
 
 def not_among(given: object, known: Sequence[str]) -> str:
-    """Return what is wrong with a word that is none of those that are known."""
+    """Return the message for a word that is not among the known ones."""
     near = nearest(given, known) if isinstance(given, str) else None
     meant = f"did you mean {near}? " if near else ""
     return f" = {shown(given)}: {meant}known: {', '.join(known)}"
@@ -56,7 +56,7 @@ _NAME_IN_FRONT = re.compile(r"([A-Za-z_]\w*)(?= |,|\[|:)")
 
 
 def parted(message: str) -> tuple[str, tuple[Key, ...]]:
-    """Part what msgspec says from where (it writes "... - at `$.payload.mass_kg`")."""
+    """Split msgspec's message into text and path (it writes "... - at `$.payload.mass_kg`")."""
     found = _PLACE.search(message)
     if found is None:
         return message, ()
@@ -65,7 +65,7 @@ def parted(message: str) -> tuple[str, tuple[Key, ...]]:
 
 
 def refusal(message: str, path: tuple[Key, ...], found: object, kind: object) -> DecodeRefusal:
-    """Make what msgspec says, or a type's own check, into a refusal with its full path."""
+    """Return the error of msgspec, or of a type's own check, with its full path."""
     value = _at(found, path)
     missing = _MISSING.fullmatch(message)
     if missing:
@@ -76,8 +76,8 @@ def refusal(message: str, path: tuple[Key, ...], found: object, kind: object) ->
     if mistyped:
         return DecodeRefusal(path, _mistyped(mistyped[1].split(" | "), path, value, kind))
     if message.startswith("Expected "):  # a size or a limit: "Expected `array` of length 3, got 2"
-        told = _TYPE.sub(lambda found: _alternatives(found[1].split(" | ")), message.removeprefix("Expected "))
-        return DecodeRefusal(path, f": must be {told}")
+        expected = _TYPE.sub(lambda found: _alternatives(found[1].split(" | ")), message.removeprefix("Expected "))
+        return DecodeRefusal(path, f": must be {expected}")
     if message.startswith("Invalid "):
         return DecodeRefusal(path, f": {message}")
     name = _NAME_IN_FRONT.match(message)
@@ -105,17 +105,17 @@ _TYPES = {
     "object": "a mapping (`key: value` lines)",
     "path": "the path of a file",
 }
-"""What msgspec's names of types are to people who write YAML."""
+"""msgspec's type names, in words for people who write YAML."""
 
 
 def _alternatives(names: Sequence[str]) -> str:
-    """Return one or several of msgspec's types in words; that a value may be left out goes without saying."""
+    """Return one or several of msgspec's types in words, without null."""
     kept = [name for name in names if name != "null" and not (name == "int" and "float" in names)]
     return " or ".join(_TYPES.get(name, name) for name in kept)
 
 
 def _mistyped(names: Sequence[str], path: Sequence[Key], value: object, kind: object) -> str:
-    """Return what is wrong with a value of another type than one of these."""
+    """Return the message for a value of the wrong type."""
     words = choices(kind, path)
     if words and value is not None and all(isinstance(word, str) for word in words):
         return not_among(value, words)
@@ -124,15 +124,15 @@ def _mistyped(names: Sequence[str], path: Sequence[Key], value: object, kind: ob
 
 
 def _wanted(names: Sequence[str], value: object, kind: object) -> str:
-    """Return what a value of another type should have been, with the keys if it should have some."""
-    told = _alternatives(names)
+    """Return the expected type in words, with the keys of a mapping."""
+    expected = _alternatives(names)
     if "object" in names and records(kind):
-        return f"{told} with {_keys(records(kind))}"
+        return f"{expected} with {_keys(records(kind))}"
     if "array" not in names:
-        return told
+        return expected
     if records(item_type(kind)):
-        return f"{told} of mappings with {_keys(records(item_type(kind)))}"
-    return told if value is None or isinstance(value, dict) else f"{told}, as in [{_written(value)}]"
+        return f"{expected} of mappings with {_keys(records(item_type(kind)))}"
+    return expected if value is None or isinstance(value, dict) else f"{expected}, as in [{_written(value)}]"
 
 
 def _keys(kinds: Sequence[type]) -> str:
@@ -141,7 +141,7 @@ def _keys(kinds: Sequence[type]) -> str:
 
 
 def _written(value: object) -> str:
-    """Return a value about as it stands in the file."""
+    """Return a value as it is written in the file."""
     return str(value).lower() if isinstance(value, bool) else shown(value)
 
 

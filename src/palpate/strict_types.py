@@ -1,4 +1,4 @@
-"""What the types that YAML is decoded into say of themselves: their keys, kinds and choices."""
+"""Introspection of the types that YAML is decoded into: their keys, kinds and choices."""
 
 import dataclasses
 import enum
@@ -27,7 +27,7 @@ def known_keys(kind: type) -> dict[str, typing.Any]:
 
 
 def tags(kinds: Sequence[typing.Any]) -> tuple[str | None, dict[str, typing.Any]]:
-    """The key that tells several structs apart, and what it says for each."""
+    """Return the key that discriminates a union of structs, and the struct for each of its values."""
     tag: str | None = None
     named: dict[str, typing.Any] = {}
     for option in kinds:
@@ -59,7 +59,7 @@ def item_type(kind: object) -> object:
 
 
 def type_at(kind: object, path: Sequence[Key]) -> object:
-    """The type where a path leads; None if nothing is known of that."""
+    """The type where a path leads; None if unknown."""
     for step in path:
         if isinstance(step, int):
             kind = item_type(kind)

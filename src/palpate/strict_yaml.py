@@ -1,4 +1,4 @@
-"""YAML as people read it: what looks like a number is one, and nothing else is anything.
+"""A strict subset of YAML: what looks like a number is one, and every other word is a string.
 
 PyYAML follows YAML 1.1, in which `1e-3` is a string, `12:30` is 750, `010` is 8 and `no` is false, and in which a
 repeated key silently wins. Here plain words are null, true, false, decimal numbers, or strings (the core schema
@@ -40,11 +40,11 @@ _PLAIN_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("str", "seq", "map")}
 
 
 def read_yaml(text: str) -> object:
-    """Return what a YAML document says, as dict, list, str, int, float, bool and None.
+    """Return the contents of a YAML document as dict, list, str, int, float, bool and None.
 
     Raises:
         InvalidValueError: No YAML, several documents, repeated keys, aliases, tags, keys that are no text, too
-            long or too deep; the message says where.
+            long or too deep; the message names the place.
     """
     if len(text) > LONGEST:
         raise InvalidValueError(f"{len(text)} characters: at most {LONGEST} are read; is it the right file?")

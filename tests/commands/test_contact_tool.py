@@ -19,7 +19,7 @@ import pytest
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.commands.command_result import ExitCode
 from palpate.commands.contact.config import ContactConfig
-from palpate.commands.contact.tool import answer_contact, fingertip, run_contact
+from palpate.commands.contact.tool import contact_result, fingertip, run_contact
 from palpate.commands.wrench_csv import LONGEST_LINE, WrenchReader
 from palpate.errors import InvalidValueError
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
@@ -320,7 +320,7 @@ def test_moments_in_another_unit_are_told_of(factors, said, tmp_path, capsys):
     source = file_with(tmp_path, "\n".join([HEADER, *(",".join(map(str, row)) for row in wrenches)]))
     config = ContactConfig(source=source, ellipsoid=TIP, out=tmp_path / "out")
     assert run_contact(config) == 0
-    warnings = answer_contact(config).warnings
+    warnings = contact_result(config).warnings
     if said is None:
         assert warnings == ()
         assert capsys.readouterr().err == ""

@@ -27,7 +27,7 @@ def test_a_sweep_is_never_written_over(tmp_path):
 
 def test_the_files_that_go_are_counted(tmp_path):
     (said,) = earlier_run(left(tmp_path, "report.html", *NAMES, "mine.txt"), "regulate", NAMES)
-    assert said == f"{tmp_path / 'report.html'} and 1 more file are written over."
+    assert said == f"{tmp_path / 'report.html'} and 1 more file are overwritten."
 
 
 def test_a_log_that_nobody_can_read_stands_in_no_ones_way(tmp_path):
@@ -43,7 +43,7 @@ def test_a_log_tells_whose_folder_it_is(tmp_path, capsys):
     assert main(["regulate", "--dry-run", *out]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Note: " in said
-    assert "report.html and 1 more file of an earlier run are written over; its log stays." in said
+    assert "report.html and 1 more file of an earlier run are overwritten; its log stays." in said
     for name in ("report.html", *NAMES):
         (tmp_path / name).unlink()
     assert earlier_run(tmp_path, "regulate", NAMES) == ()

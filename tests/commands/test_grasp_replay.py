@@ -85,7 +85,7 @@ def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
 
 
 def test_a_control_that_ignores_spin_can_be_tried_on_what_was_recorded(grasped):
-    found = replay_log(grasped["two"], {"ignore_spin": True})
+    found = replay_log(grasped["two"], {"controller": "coulomb"})
     assert not found.identical
     assert found.sensing.first is None
 
@@ -98,7 +98,7 @@ def test_a_controller_of_ones_own_is_given_the_plan_of_the_hand(grasped):
 
 
 def test_what_sensing_and_control_go_by_can_be_changed():
-    assert {"margin", "known", "ignore_spin", "friction_file"} <= set(changeable(GraspConfig))
+    assert {"margin", "known", "controller", "friction_file"} <= set(changeable(GraspConfig))
 
 
 @pytest.mark.parametrize(

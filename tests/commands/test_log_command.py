@@ -46,7 +46,7 @@ def test_info_tells_what_is_in_a_log(log_path, capsys, wide):
     told = info(log_path, capsys)
     for words in (
         "complete, every check sum is right",
-        "300, asked for every 1 ms",
+        "300, nominally every 1 ms",
         "0.299 s, 1000 periods per second",
         "experiment.yaml, versions.yaml",
         "numpy: 2.4",
@@ -99,7 +99,7 @@ def test_info_of_a_log_with_gaps_counts_what_is_missing(tmp_path, capsys, wide):
 @pytest.mark.parametrize("count", [1, 2])
 def test_info_of_a_short_log_is_no_reason_to_fail(count, tmp_path, capsys):
     write(tmp_path / "a.mcap", a_run(count))
-    assert f" {count}, asked for every 1 ms" in info(tmp_path / "a.mcap", capsys)
+    assert f" {count}, nominally every 1 ms" in info(tmp_path / "a.mcap", capsys)
 
 
 def exported(log_path, to, folder):

@@ -441,6 +441,7 @@ MISTAKES = {
     "impossible": (["LOG", "--set", "force=100"], ["force = 100 N", "15 N"]),
     "in millimetres": (["LOG", "--set", "speed=20"], ["speed = 20 m/s", "for 20 mm/s give 0.02"]),
     "changes out of bounds": (["LOG", "--set", "stiffness=1900"], ["recorded at t = 1.5", "force_gain"]),
+    "a robot of another kind": (["LOG", "--set", "robot=ur5e-sim"], ["as recorded, of stage", "of that kind"]),
     "no robot": (["LOG", "--set", "robot=stag"], ["stag"]),
     "no colon": (["LOG", "--controller", "mine"], ["MODULE:NAME", "mine:make"]),
     "a path": (["LOG", "--controller", "./mine.py:make"], ["there is no file ./mine.py"]),
@@ -486,7 +487,7 @@ def test_a_log_of_something_else_is_refused(nano, tmp_path):
     with pytest.raises(InvalidValueError, match="is no log of an experiment"):
         replay_log(replace(log, attachments=without))
     newer = log.attachments | {"experiment.yaml": log.attachments["experiment.yaml"] + "colour: blue\n"}
-    with pytest.raises(InvalidValueError, match=r"another version wrote it\? .*colour"):
+    with pytest.raises(InvalidValueError, match=r"was it written by another version\? .*colour"):
         replay_log(replace(log, attachments=newer))
 
 

@@ -13,7 +13,7 @@ from palpate.commands.command_result import ExitCode
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,
-    asked_differently,
+    changed_options,
     compared_figures,
     comparison_report,
 )
@@ -75,7 +75,7 @@ def test_only_what_was_asked_differently_is_said_so(explored):
     runs = read_runs(list(explored))
     assert dict(changed_fields(runs)) == {"force": (1.0, 3.0), "speed": (0.05, 0.04)}
     assert not {"force", "speed", "out"} & set(dict(common_fields(runs)))
-    assert asked_differently(runs) == (("force", "N", "1", "3"), ("speed", "m/s", "0.05", "0.04"))
+    assert changed_options(runs) == (("force", "N", "1", "3"), ("speed", "m/s", "0.05", "0.04"))
 
 
 def test_differences_are_to_the_first_and_turn_with_the_order(explored):

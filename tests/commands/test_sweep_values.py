@@ -14,6 +14,7 @@ from palpate.commands.sweep.plan import MOST_RUNS, expected_durations, sweep_pla
 from palpate.commands.typed_values import set_options, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import read_config
+from palpate.experiments.kit.options import option
 from palpate.experiments.kit.registry import experiment_names
 from support.sweep_runs import SHORT, config_of, planned
 from support.tiny_experiment import TINY
@@ -32,7 +33,7 @@ class Kinds:
     surface: Literal["still", "sine"] = "still"
     identify: bool = False
     tip: tuple[float, ...] = ()
-    friction: float = 0.5
+    friction: float = option(0.5, symbol="mu")
 
 
 def values(word):

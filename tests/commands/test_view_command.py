@@ -160,6 +160,11 @@ def test_without_an_argument_it_is_shown_what_to_type(capsys):
     assert "Example: palpate view explore --set " in capsys.readouterr().err
 
 
+def test_what_is_neither_an_experiment_nor_a_folder_is_refused_with_what_there_is():
+    with pytest.raises(InvalidValueError, match=r"neither an experiment nor a folder .*; experiments are"):
+        run_view(ViewConfig("nothing"))
+
+
 def test_no_such_log(tmp_path):
     with pytest.raises(InvalidValueError, match="no such file"):
         run_view(ViewConfig(str(tmp_path / "nothing")))

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import DirectForce, NormalForce, force_gain, surface_filter
-from palpate.controllers.contact_stiffness import MOST_WRONG, ContactStiffness
-from palpate.controllers.gains import MOST_LIVE_LOOP_GAIN
+from palpate.controllers.contact_stiffness import MAX_RATIO, ContactStiffness
+from palpate.controllers.gains import MAX_LIVE_LOOP_GAIN
 
 PERIOD, DELAY, FORCE = 1e-3, 0.0215, 2.0
 STEPS = 21
@@ -74,7 +74,7 @@ def test_a_surface_that_is_followed_is_no_excitation(frequency):
 
 
 @pytest.mark.parametrize("angular", [10.0, 30.0, 60.0])
-def test_what_control_answers_to_a_fast_surface_is_not_taken_for_the_contact(angular):
+def test_the_reaction_of_control_to_a_fast_surface_is_not_taken_for_the_contact(angular):
     """Closed loop on a surface that swings: force against depth is the controller's inverse, not a spring."""
     gain = force_gain(20e3, DELAY)
     law, watch = DirectForce(gain), ContactStiffness(20e3, DELAY, PERIOD)
@@ -90,7 +90,7 @@ def test_what_control_answers_to_a_fast_surface_is_not_taken_for_the_contact(ang
 
 def test_it_is_bounded_and_begins_anew():
     watch = told(ContactStiffness(1e3, DELAY, PERIOD), swinging, 200e3, 0.0)
-    assert watch.stiffness == MOST_WRONG * 1e3
+    assert watch.stiffness == MAX_RATIO * 1e3
     watch.reset()
     assert (watch.known, watch.stiffness) == (False, 1e3)
 
@@ -147,7 +147,7 @@ def test_a_loop_that_swings_is_calmed_to_its_bound(ratio):
     assert min(forces) > 0.0
     assert control.guard.trips == 0, "before the guard has to halve it"
     lowered = control._lowered * gain.gain * ratio * 20e3 * DELAY
-    assert lowered == pytest.approx(MOST_LIVE_LOOP_GAIN, rel=0.1)
+    assert lowered == pytest.approx(MAX_LIVE_LOOP_GAIN, rel=0.1)
 
 
 def test_a_gain_that_the_contact_bears_is_left_alone():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.controllers import ExploreController, ExploreParameters, force_gain
-from palpate.controllers.explore import LEAST_TOUCH_IN_FLIGHT
+from palpate.controllers.explore import MIN_TOUCH_IN_FLIGHT
 from palpate.controllers.paths import Hop, LegEnd, PathPlane, Stroke
 from palpate.runtime.data import Phase
 from support.spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
@@ -44,7 +44,7 @@ class Drifted(SpringWorld):
 @pytest.mark.parametrize("zero", [(0.0, 0.0, -0.15), (0.0, 0.0, 0.15), (0.1, -0.1, -0.05)])
 def test_a_lift_leads_up_whatever_the_zero_says(zero):
     """0.15 N are 45 s of 0.2 N/min, more than a touch of this finger is, and no touch at 2 N."""
-    assert np.linalg.norm(zero) < LEAST_TOUCH_IN_FLIGHT * FORCE
+    assert np.linalg.norm(zero) < MIN_TOUCH_IN_FLIGHT * FORCE
     world = Drifted(zero)
     script = Script(PathPlane(), Hop((0.0, 0.0)), Stroke(((0.004, 0.0),)), Hop((0.008, 0.0)))
     e = Explored(ExploreController(WANTED, script, PERIOD), world, 6.0)

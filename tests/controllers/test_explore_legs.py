@@ -17,9 +17,9 @@ from palpate.controllers.paths import (
     LegEnd,
     LevelSteering,
     PathPlane,
+    SingleTouch,
     Stroke,
     Taps,
-    TouchOnce,
     Waypoints,
 )
 from palpate.controllers.paths.path_follower import PathFollower
@@ -196,8 +196,8 @@ def test_each_leg_may_seek_once(back):
 # touches
 
 
-def test_a_touch_rests_on_the_surface_and_goes_back_the_way_it_came():
-    script = Script(FLAT, TouchOnce((0.0, 0.0), 2e-3), TouchOnce((5e-3, 0.0), 2e-3))
+def test_a_touch_rests_on_the_surface_and_goes_back_the_path_it_came():
+    script = Script(FLAT, SingleTouch((0.0, 0.0), 2e-3), SingleTouch((5e-3, 0.0), 2e-3))
     e = run(script, start=(0.0, 0.0, RADIUS + 6e-3))
     one = [Phase.APPROACH, Phase.SETTLE, Phase.SCAN, Phase.LIFT]
     assert e.phases == [*one, Phase.TRAVEL, *one, Phase.DONE]
@@ -211,9 +211,9 @@ def test_a_touch_rests_on_the_surface_and_goes_back_the_way_it_came():
     assert e.position[travel, 2] == pytest.approx(np.full(travel.sum(), first[2]), abs=3e-4)
 
 
-def test_a_touch_on_the_way_to_the_next_is_got_over():
+def test_a_touch_in_flight_to_the_next_is_got_over():
     """The block is 3 mm high; the way to the next touch is 1 mm above the floor."""
-    script = Script(FLAT, TouchOnce((0.0, 0.0), 1e-3), TouchOnce((0.015, 0.0), 1e-3))
+    script = Script(FLAT, SingleTouch((0.0, 0.0), 1e-3), SingleTouch((0.015, 0.0), 1e-3))
     e = run(script, step_up, start=(0.0, 0.0, RADIUS + 7e-3), wanted=replace(WANTED, lift_distance=2e-3))
     assert script.how == [LegEnd.REACHED, LegEnd.REACHED]
     assert script.ends[1].tip[2] == pytest.approx(RADIUS + 4e-3, abs=3e-4)
@@ -283,7 +283,7 @@ def test_a_circuit_that_is_steered_nowhere_is_blocked():
 TOUR = (
     Hop((0.008, 0.0)),
     Circuit(LevelSteering(LEVEL), 0.01),
-    TouchOnce((2e-3, 0.0), 2e-3),
+    SingleTouch((2e-3, 0.0), 2e-3),
     Stroke(((0.0, 2e-3),)),
 )
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import ExploreParameters, PathFollower, Room, force_gain
-from palpate.controllers.flight import MOST_BUMPS, Airspace, Flight
+from palpate.controllers.flight import MAX_BUMPS, Airspace, Flight
 from palpate.controllers.paths import PathPlane
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
@@ -81,7 +81,7 @@ def test_a_tip_on_the_surface_first_leaves_it_along_the_normal(slope):
     assert flight.arrived
 
 
-def test_a_way_back_along_the_axis_is_all_that_is_asked_for():
+def test_a_return_along_the_axis_is_all_that_is_asked_for():
     flight = begin((0.0, 0.0, 0.0), (0.6, 0.0, -0.8), back=3e-3)
     rows = fly(flight, (0.0, 0.0, 0.0))
     assert flight.arrived
@@ -121,7 +121,7 @@ def test_rising_along_a_wall_goes_on_and_under_a_ledge_does_not():
     assert under.arrived
 
 
-def test_what_stands_in_the_way_is_got_over():
+def test_what_obstructs_a_flight_is_got_over():
     """A post 6 mm high."""
 
     def post(tip, time):
@@ -162,7 +162,7 @@ def test_knock_after_knock_it_gives_up():
     flight = begin((0.0, 0.0, 0.0), goal=((0.9, 0.0), 2e-3))
     fly(flight, (0.0, 0.0, 0.0), feels, seconds=60.0)
     assert flight.arrived is False
-    assert len(knocks) <= MOST_BUMPS + 1
+    assert len(knocks) <= MAX_BUMPS + 1
 
 
 def test_a_goal_outside_of_the_room_is_refused_where_it_stands():

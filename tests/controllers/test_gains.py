@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import ForceGain, force_gain, series_stiffness, tracking_delay
-from palpate.controllers.gains import LEAST_LIVE_LOOP_GAIN, MOST_LIVE_LOOP_GAIN
+from palpate.controllers.gains import MAX_LIVE_LOOP_GAIN, MIN_LIVE_LOOP_GAIN
 from palpate.errors import InvalidValueError
 
 STIFFNESS, DELAY = 15e3, 0.02
@@ -83,7 +83,7 @@ def test_what_makes_no_gain_is_refused_by_name(bad):
 
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(
-    st.lists(st.tuples(st.integers(1, 400), st.floats(LEAST_LIVE_LOOP_GAIN, MOST_LIVE_LOOP_GAIN)), min_size=1),
+    st.lists(st.tuples(st.integers(1, 400), st.floats(MIN_LIVE_LOOP_GAIN, MAX_LIVE_LOOP_GAIN)), min_size=1),
     st.floats(0.1, 1.0),
 )
 def test_a_gain_that_leaps_about_within_its_live_range_cannot_make_the_loop_unstable(pieces, saturation):
@@ -104,8 +104,8 @@ def test_every_gain_in_the_live_range_is_a_stable_one_and_the_first_is_in_it(sti
     gain = force_gain(stiffness, delay, loop_gain)
     least, most = gain.live_range
     assert least <= gain.gain <= most
-    assert most * stiffness * delay <= max(MOST_LIVE_LOOP_GAIN, loop_gain) * (1 + 1e-12)
-    if loop_gain <= MOST_LIVE_LOOP_GAIN:
+    assert most * stiffness * delay <= max(MAX_LIVE_LOOP_GAIN, loop_gain) * (1 + 1e-12)
+    if loop_gain <= MAX_LIVE_LOOP_GAIN:
         assert ForceGain(most, stiffness, delay).gain_margin > 2.6
         assert ForceGain(most, stiffness, delay).phase_margin_deg > 55.0
 

@@ -24,7 +24,7 @@ sizes = st.floats(1e-3, 1e2)
 
 @settings(max_examples=200)
 @given(sizes, sizes, sizes, st.floats(0.0, 1.0))
-def test_the_way_is_the_integral_of_the_speed(way, speed, acceleration, share):
+def test_the_distance_is_the_integral_of_the_speed(way, speed, acceleration, share):
     """By trapezoids, exact on each straight piece."""
     motion = Ramped(way, speed, acceleration)
     end = share * motion.duration
@@ -46,7 +46,7 @@ def test_neither_speed_nor_acceleration_exceed_theirs(way, speed, acceleration, 
     assert abs(motion.speed(t + dt) - motion.speed(t)) <= acceleration * dt + 1e-9 * speed
 
 
-def test_a_way_too_short_for_its_speed_takes_no_longer_than_it_must():
+def test_a_distance_too_short_for_its_speed_takes_no_longer_than_it_must():
     """From rest to rest with one acceleration takes 2 sqrt(way / acceleration), whatever the speed."""
     for speed in (1.0, 100.0):
         assert Ramped(0.01, speed, 1.0).duration == pytest.approx(0.2)

@@ -54,7 +54,7 @@ EDGE = 0.006
 @pytest.mark.parametrize(
     "pushed", [(2.0, 0.0), (0.0, 0.006), (-2.0, 0.0)], ids=["harder down", "turned", "lifted off"]
 )
-def test_an_edge_that_is_met_on_the_way_ends_it_there_with_the_grip_as_it_is(pushed):
+def test_an_edge_that_is_met_while_lowering_ends_it_there_with_the_grip_as_it_is(pushed):
     controller, commands, lefts = lowered(lambda left: pushed if left < EDGE else (WEIGHT, 0.0))
     last = commands[-1]
     assert last.phase is Phase.LOST
@@ -89,14 +89,14 @@ def test_what_counts_as_grown_goes_with_what_was_borne_before():
     assert grown.met_early
 
 
-def test_another_way_to_share_the_same_load_is_no_edge():
+def test_another_distribution_of_the_same_load_is_no_edge():
     """Torques that fingers turn against one another come from no table: that takes a part of the weight."""
     controller, _, lefts = lowered(lambda left: (WEIGHT if left > 0.0 else -3.0 * WEIGHT, 0.006))
     assert not controller.met_early
     assert lefts[-1] < 0.0
 
 
-def test_one_odd_sample_on_the_way_is_neither_edge_nor_table():
+def test_one_odd_sample_while_lowering_is_neither_edge_nor_table():
     lefts_seen = []
 
     def spiked(left):

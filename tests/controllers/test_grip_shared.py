@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from palpate import contact_from_wrench
 from palpate.controllers.grip.belief import KnownSurface
-from palpate.controllers.grip.grasp_solver import LeastGrip, LikelyGrip
+from palpate.controllers.grip.grasp_solver import MinimumGrip, RobustGrip
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
@@ -171,7 +171,7 @@ def test_a_finger_that_feels_nothing_leaves_what_was_wanted():
 @given(loads)
 def test_a_likely_grip_holds_with_friction_that_is_worse_in_99_of_100_cases(load):
     now, grasp = felt(3, load)
-    likely = shared(3, solver=LikelyGrip(3, 0.15, 0.25, 0.99))
+    likely = shared(3, solver=RobustGrip(3, 0.15, 0.25, 0.99))
     least = np.array(shared(3).wanted(now, loads_of(now), 0.0))
     wanted = np.array(likely.wanted(now, loads_of(now), 0.0))
     assert wanted.sum() > 1.2 * least.sum()
@@ -232,13 +232,13 @@ def test_a_load_is_followed_without_lag_and_one_odd_sample_is_not():
 @pytest.mark.parametrize("bad", [-0.1, math.nan])
 def test_errors_that_cannot_be_are_refused(bad):
     with pytest.raises(InvalidValueError, match="friction"):
-        LikelyGrip(3, bad, 0.25)
+        RobustGrip(3, bad, 0.25)
     with pytest.raises(InvalidValueError, match="trusted"):
         shared(3, trusted=bad)
 
 
 def test_solvers_have_compiled_before_the_first_period():
-    solver = LeastGrip(3)
+    solver = MinimumGrip(3)
     now, grasp = felt(3, (0.0, 0.0, -3.0, 0.0, 0.0, 0.0))
     assert solver.forces(grasp, np.array([0.0, 0.0, -3.0, 0.0, 0.0, 0.0]))[:, 0] == pytest.approx([2.0 / 1.6] * 3)
     assert now.fingers

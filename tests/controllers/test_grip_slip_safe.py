@@ -74,7 +74,7 @@ class Rings:
 
 
 @given(surfaces, forces, moments, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_no_way_of_sharing_needs_less_than_equal_shares(surface, force, moment, of_force, of_moment):
+def test_no_distribution_needs_less_than_equal_shares(surface, force, moment, of_force, of_moment):
     """Whatever share of force and torque the first finger takes, the one that needs more needs at least this."""
     contacts = ((0.03, 0.0, 0.0), (-0.03, 0.0, 0.0))
     least = least_grip_of_two(surface, (*force, *moment), *contacts)
@@ -254,7 +254,7 @@ def test_under_a_fault_the_other_finger_still_raises_the_grip():
     assert grip.target >= 1.1 * SURFACE.least_normal_force(4.0, 0.0)
 
 
-def test_a_slip_is_answered_at_once_and_let_down_later():
+def test_a_slip_raises_the_grip_at_once_and_let_down_later():
     grip = grip_of(watch=Rings(1.0))
     follow(grip, lambda t: (1.5, 0.0), 999)
     before = grip.target
@@ -267,7 +267,7 @@ def test_a_slip_is_answered_at_once_and_let_down_later():
     assert grip.target == pytest.approx(before, rel=1e-2)
 
 
-def test_a_slip_that_goes_on_is_answered_again_but_not_in_every_period():
+def test_a_slip_that_goes_on_raises_the_grip_again_but_not_in_every_period():
     grip = grip_of(watch=Rings(1.0, 0.12))
     follow(grip, lambda t: (1.5, 0.0), 1000)
     before = grip.target
@@ -279,7 +279,7 @@ def test_a_slip_that_goes_on_is_answered_again_but_not_in_every_period():
     assert max(max(each) for each in commands) == PLAIN.largest_grip
 
 
-def test_a_slip_that_a_detector_sees_go_on_is_answered_again_until_it_is_over_and_not_under_a_fault():
+def test_a_slip_that_a_detector_sees_go_on_raises_the_grip_again_until_it_is_over_and_not_under_a_fault():
     """A detector tells its beginning once only. Friction of 0.3 where 0.5 is believed takes 1.3 twice."""
     watch = FingerSlips(lambda: MarginCrossing(LimitSurface(0.3, 0.004), PERIOD))
     grip = grip_of(watch=watch)

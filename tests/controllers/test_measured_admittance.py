@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.measured_admittance import LEAST_PHASE_MARGIN, STIFFER, measured_admittance
+from palpate.controllers.measured_admittance import MIN_PHASE_MARGIN, STIFFER, measured_admittance
 from palpate.controllers.measured_loop import ForceResponse
 
 PERIOD = 1e-3
@@ -32,7 +32,7 @@ def test_a_damped_contact_bears_a_larger_gain_with_a_lag_and_keeps_the_margins(s
     w = np.geomspace(2.0, 200.0, 20000) * 2.0 * math.pi
     P = stiffness * (1.0 + 1j * w * damping_time) * np.exp(-1j * w * (delay + 0.5 * PERIOD))
     L = gain * P / (1j * w * (1.0 + 1j * w * lag))
-    for share, least in ((1.0, 90.0 - math.degrees(0.5)), (STIFFER, LEAST_PHASE_MARGIN)):
+    for share, least in ((1.0, 90.0 - math.degrees(0.5)), (STIFFER, MIN_PHASE_MARGIN)):
         over = np.flatnonzero(share * np.abs(L) >= 1.0)
         if len(over) and over[-1] < len(w) - 1:
             # 14 measured frequencies are interpolated: a degree or two

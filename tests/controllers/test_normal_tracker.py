@@ -104,7 +104,7 @@ def test_normals_stay_unit_vectors_whatever_is_measured(measured):
 
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(rotations(), st.floats(-5, 5), directions)
-def test_turning_the_world_turns_the_answer(rotation, rate, wobble):
+def test_turning_the_world_turns_the_result(rotation, rate, wobble):
     here, there = (NormalTracker(PERIOD, SMOOTHING, LEAD) for _ in range(2))
     for i in range(30):
         n = np.array(turned(rate * PERIOD * i)) + 0.1 * math.sin(i) * np.array(wobble)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from palpate.controllers.paths import (
     Active,
     ActiveSettings,
-    Ended,
     Goal,
     GoalError,
     Hop,
     LegEnd,
+    LegResult,
     PathEvent,
     Stroke,
 )
@@ -110,10 +110,10 @@ def test_a_rough_surface_gets_closer_rows_than_a_smooth_one():
     assert rows(0.024) / rows(0.012) == pytest.approx(2.0, rel=0.25)
 
 
-def test_the_way_and_a_loss_end_it():
+def test_the_path_length_and_a_loss_end_it():
     active = Active(0.04, 0.04, Goal(length=0.1))
     explore(active, HeightWorld(bump))
-    assert 0.1 <= active.way < 0.2
+    assert 0.1 <= active.path_length < 0.2
     lost = Active(0.04, 0.04)
     legs = explore(lost, HeightWorld(bump, lost=lambda u, v: v > 0.0))
     assert [mark.event for mark in lost.marks] == [PathEvent.LOST]
@@ -140,7 +140,7 @@ def test_the_tip_slides_from_stroke_to_stroke_but_not_past_what_stopped_it():
     assert all(b[0] != a[0] for a, b in strokes(legs))
 
 
-def test_time_at_a_speed_is_a_way():
+def test_time_at_a_speed_is_a_path_length():
     by_time = explore(Active(0.03, 0.03, Goal(time=10.0, speed=0.02)), HeightWorld(bump))
     assert by_time == explore(Active(0.03, 0.03, Goal(length=0.2)), HeightWorld(bump))
 
@@ -149,14 +149,14 @@ def test_a_part_of_the_field_is_less_work_than_all_of_it():
     def way(area):
         active = Active(0.03, 0.03, Goal(area=area, length=5.0))
         explore(active, HeightWorld(bump))
-        return active.way
+        return active.path_length
 
     assert way(0.3) < way(0.7) < way(1.0)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1.1e-3, 2.2e-3])
 def test_a_seam_along_the_rows_is_found_and_gets_rows_of_its_own(offset):
-    # along a row nothing changes: only what its neighbours foretold tells of the seam
+    # along a row nothing changes: only what its neighbours predicted reveals the seam
     def seam(u, v):
         return 5e-4 * math.exp(-((v - 1.3e-3 - offset) ** 2) / (2 * 1e-3**2))
 
@@ -171,7 +171,7 @@ def test_a_goal_met_later_costs_more():
     def way(error):
         active = Active(0.03, 0.03, Goal(error, GoalError.LARGEST, length=5.0))
         explore(active, HeightWorld(bump))
-        return active.way
+        return active.path_length
 
     # greedy: a little more travel for a little less work may happen
     assert way(2e-4) <= 1.1 * way(1e-4)
@@ -189,4 +189,4 @@ def test_goals_and_fields_that_cannot_be_are_refused():
         Goal(speed=math.nan)
     with pytest.raises(InvalidValueError, match="width"):
         Active(-1.0, 0.02)
-    assert Active(0.02, 0.02).next(Ended(LegEnd.LOST, (0.0, 0.0, 0.0))) is None
+    assert Active(0.02, 0.02).next(LegResult(LegEnd.LOST, (0.0, 0.0, 0.0))) is None

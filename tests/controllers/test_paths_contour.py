@@ -11,8 +11,8 @@ from palpate.controllers.paths import (
     ContactPeriod,
     Contour,
     EdgeSteering,
-    Ended,
     LegEnd,
+    LegResult,
     LevelSteering,
     PathEvent,
     PathPlane,
@@ -133,7 +133,7 @@ def test_passing_close_to_the_beginning_is_not_closing():
     # a hairpin: the way back runs 0.8 mm beside the way out, within the tolerance
     contour = Contour((0.0, 0.0), LevelSteering(PathPlane()), PathPlane(), 1.0)
     contour.next(None)
-    contour.next(Ended(LegEnd.REACHED, (0.0, 0.0, 0.0)))
+    contour.next(LegResult(LegEnd.REACHED, (0.0, 0.0, 0.0)))
     out = [(x, 0.0, 0.0) for x in np.arange(0.0, 0.03, STEP)]
     back = [(x, 8e-4, 0.0) for x in np.arange(0.03, -0.02, -STEP)]
     assert not any(contour.feel(ContactPeriod(p, p, (0.0, 1.0, 0.0))) for p in out + back)

@@ -60,12 +60,12 @@ def test_each_feature_has_its_name_and_place(name, noise):
 
 
 @pytest.mark.parametrize(("height", "word"), [(1.5e-3, "higher"), (-1.5e-3, "lower")])
-def test_a_step_says_how_much_and_which_way(height, word):
+def test_a_step_says_how_much_and_in_which_direction(height, word):
     (mark,) = marks(lambda x: np.where(x < 0.0, 0.0, height))
     assert "1.50 mm " + word in mark.reason
 
 
-def test_the_tighter_concavity_is_told_from_the_one_that_fits():
+def test_the_tighter_concavity_is_distinguished_from_the_one_that_fits():
     def bowl(radius):  # a round groove between shoulders at 45 degrees
         edge = radius * math.sin(math.pi / 4)
         return lambda x: np.where(

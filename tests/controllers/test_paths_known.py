@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from palpate.controllers import Raster
 from palpate.controllers.paths import (
-    Ended,
     Follow,
     Hop,
     LegEnd,
+    LegResult,
     PathEvent,
     PathFollower,
     PathPlane,
@@ -221,7 +221,7 @@ def test_after_something_was_met_again_little_is_left_out_again():
     assert hops[1:] == pytest.approx([0.0121, 0.0161, 0.0241, 0.0421], abs=3e-4)
 
 
-def test_after_a_steep_place_a_fine_curve_goes_on_some_way_further():
+def test_after_a_steep_place_a_fine_curve_goes_on_further():
     spiral = Spiral(8e-3, 4e-3)
     follow = Follow(spiral)
     world = HeightWorld(lambda u, v: 10.0 * max(u - 5e-3, 0.0), steep=math.radians(70.0))
@@ -261,15 +261,15 @@ def test_paths_that_cannot_be_are_refused():
         PathFollower(((0.0, 0.0), (0.0, 0.0)), 0.5)
 
 
-def test_the_end_of_a_blocked_leg_is_told_with_its_reason():
+def test_the_end_of_a_blocked_leg_is_reported_with_its_reason():
     follow = Follow(SQUARE)
     follow.next(None)
-    follow.next(Ended(LegEnd.REACHED, (0.0, 0.0, 0.0)))
-    leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
+    follow.next(LegResult(LegEnd.REACHED, (0.0, 0.0, 0.0)))
+    leg = follow.next(LegResult(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
     assert isinstance(leg, Hop)
     assert leg.to == pytest.approx((0.012, 0.0))
     # beside the object at the second try: a landing that is blocked is marked where it should have been
-    leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
+    leg = follow.next(LegResult(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
     assert follow.marks[1].event is PathEvent.UNREACHABLE
     assert follow.marks[1].position == pytest.approx((0.012, 0.0, 0.05))
     assert isinstance(leg, Hop)

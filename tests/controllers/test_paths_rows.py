@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import Raster
-from palpate.controllers.paths import ContactPeriod, Ended, Hop, LegEnd, PathEvent, Stroke
+from palpate.controllers.paths import ContactPeriod, Hop, LegEnd, LegResult, PathEvent, Stroke
 from palpate.controllers.paths.rows import RasterRows
 from palpate.errors import InvalidValueError
 from support.paths_world import HeightWorld, explore
@@ -228,7 +228,7 @@ def test_a_loss_ends_it_with_a_mark():
     assert swept.strategy.marks[-1].event is PathEvent.LOST
 
 
-def test_what_lies_across_the_way_to_the_next_row_is_passed_by():
+def test_what_lies_across_the_path_to_the_next_row_is_passed_by():
     """A wall between two rows, at their ends only: the next row is landed on instead."""
     raster = Raster(0.02, 0.008, 0.004)
 
@@ -243,7 +243,7 @@ def test_what_lies_across_the_way_to_the_next_row_is_passed_by():
 def test_told_the_same_again_it_asks_for_the_same_and_forgets_in_between():
     strategy = RasterRows(RASTER)
     first = strategy.next(None)
-    strategy.next(Ended(LegEnd.MISSED, (0.0, 0.0, 0.0)))
+    strategy.next(LegResult(LegEnd.MISSED, (0.0, 0.0, 0.0)))
     strategy.start()
     assert strategy.next(None) == first
     assert strategy.marks == ()

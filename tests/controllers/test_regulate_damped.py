@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from palpate.controllers import SurfaceFilter, SurfaceMotion, force_gain
 from palpate.controllers.damped_contact import (
-    LEAST_GAIN_MARGIN,
-    LEAST_MODULUS_MARGIN,
+    MIN_GAIN_MARGIN,
+    MIN_MODULUS_MARGIN,
     DampedContact,
     SpringMounting,
 )
@@ -42,8 +42,8 @@ def test_the_gain_for_a_spring_is_that_of_the_default_loop_gain(stiffness, delay
 def test_the_margins_are_kept_however_it_is_damped(stiffness, delay, damping, servo):
     contact = DampedContact(stiffness, damping, servo)
     found = contact.margins(contact.gain(delay))
-    assert found.gain_margin >= LEAST_GAIN_MARGIN * (1.0 - 1e-3)
-    assert found.modulus_margin >= LEAST_MODULUS_MARGIN * (1.0 - 1e-6)
+    assert found.gain_margin >= MIN_GAIN_MARGIN * (1.0 - 1e-3)
+    assert found.modulus_margin >= MIN_MODULUS_MARGIN * (1.0 - 1e-6)
 
 
 def grows(contact, gain, delay):
@@ -139,7 +139,7 @@ FILTER = SurfaceFilter(20e3, 0.02, 0.06)
 
 @settings(deadline=None, max_examples=20)
 @given(st.sampled_from([-1.0, 1.0]), st.floats(0.2, 0.9))
-def test_a_contact_that_is_softer_than_thought_is_no_surface_that_gives_way_while_the_force_steps(way, ratio):
+def test_a_contact_that_is_softer_than_thought_is_no_surface_that_yields_while_the_force_steps(way, ratio):
     gated, following = GatedSurfaceMotion(FILTER, PERIOD), SurfaceMotion(FILTER, PERIOD)
     force = 2.0
     for _ in range(100):

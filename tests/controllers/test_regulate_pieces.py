@@ -95,7 +95,7 @@ def test_tones_that_would_pull_are_refused():
 
 @settings(deadline=None, max_examples=50)
 @given(st.floats(0.005, 0.1), st.floats(2e-4, 8e-3), st.floats(0.5, 5.0), st.floats(0.5, 5.0))
-def test_the_reference_answers_a_step_exactly_without_overshoot_whatever_the_period(tau, period, first, second):
+def test_the_reference_follows_a_step_exactly_without_overshoot_whatever_the_period(tau, period, first, second):
     reference = ReferenceForce(tau, period)
     reference.reset(first, 0.0)
     for i in range(1, 40):
@@ -140,7 +140,7 @@ def test_the_overshoot_of_an_oscillator_is_that_of_its_damping(damping):
     assert found.overshoot == pytest.approx(math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2)), abs=2e-3)
 
 
-def test_steps_that_are_not_whole_are_no_answer():
+def test_steps_that_are_not_whole_are_no_response():
     time = np.arange(0.0, 1.0, 1e-3)
     assert step_response(time, np.ones(1000), [(0.8, 1.0, 2.0)], 0.5) is None
     assert step_response(time, np.full(1000, np.nan), [(0.2, 1.0, 2.0)], 0.5) is None
@@ -168,7 +168,7 @@ def test_the_answer_to_sines_of_a_lag_and_delay_is_what_it_must_be(corner, delay
     assert found.bandwidth == pytest.approx(corner, rel=0.06)
 
 
-def test_sines_that_were_not_finished_are_no_answer():
+def test_sines_that_were_not_finished_are_no_response():
     tones = Tones(2.0, 1.0, (1.0, 2.0))
     time = np.arange(0.0, tones.begins[1] - 1.6, 1e-3)
     wanted = np.array([tones.at(t)[0] for t in time])

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers.rub_program import Survey, SurveyWanted
-from palpate.controllers.rubs import FeltRub, Rub
+from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.errors import InvalidValueError
 
 
@@ -16,7 +16,7 @@ def asked_of(wanted, e, rise):
     felt, asked = None, []
     while (rub := survey.next(felt)) is not None:
         asked.append(rub)
-        felt = FeltRub(rub, 0.5 if rub.speed else 0.0, 0.5 * e if rub.spin else 0.0, rise)
+        felt = RubMeasurement(rub, 0.5 if rub.speed else 0.0, 0.5 * e if rub.spin else 0.0, rise)
         assert len(asked) < 500
     return asked
 
@@ -29,7 +29,7 @@ def asked_of(wanted, e, rise):
     st.sampled_from([0.0, 1.0]),
     st.sampled_from([0, 18]),
 )
-def test_no_way_turns_farther_or_faster_than_it_may(most_angle, most_spin, e, rise, exponent_slips):
+def test_no_motion_turns_farther_or_faster_than_it_may(most_angle, most_spin, e, rise, exponent_slips):
     wanted = SurveyWanted(
         (1.0, 4.0), 0.01, most_angle=most_angle, most_spin=most_spin, exponent_slips=exponent_slips
     )

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.controllers.rub_program import FIRST_SHARE, RAMPS, Survey, SurveyWanted
-from palpate.controllers.rubs import RAMP, FeltRub, Rub
+from palpate.controllers.rubs import RAMP, Rub, RubMeasurement
 from palpate.errors import InvalidValueError
 
 ACCELERATION = st.floats(0.05, 200.0)
@@ -21,7 +21,7 @@ def rubs(wanted, rise=0.0, friction=0.5, length=0.003):
     asked, felt = [], None
     while (rub := survey.next(felt)) is not None:
         asked.append(rub)
-        felt = FeltRub(rub, friction if rub.speed else 0.0, friction * length if rub.spin else 0.0, rise)
+        felt = RubMeasurement(rub, friction if rub.speed else 0.0, friction * length if rub.spin else 0.0, rise)
     return asked
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.rub_program import SHORTEST, Survey, SurveyWanted
+from palpate.controllers.rub_program import MIN_DURATION, Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
-from palpate.controllers.rubs import FeltRub, Rub
+from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Phase
 from support.rubbed_plane import GAIN, PERIOD, WANTED, RubbedPlane, rub
@@ -89,7 +89,7 @@ def test_it_waits_in_free_air_lands_rubs_lifts_off_and_waits_again(tilt):
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
-def test_the_way_back_reverses_the_way_there_and_ends_where_it_began(tilt):
+def test_the_motion_back_reverses_the_motion_there_and_ends_where_it_began(tilt):
     plane = RubbedPlane(tilt=tilt)
     controller, rows = rubbed(plane, SLIDE)
     there, back = controller.spans
@@ -152,7 +152,7 @@ def test_what_is_felt_is_what_the_plane_bears_however_it_lies(friction, spin_len
     assert abs(turned.rise) < 0.15
 
 
-def test_what_only_gives_way_rises_all_the_way():
+def test_what_only_yields_rises_to_the_end():
     controller, _ = rubbed(RubbedPlane(friction=50.0, skin=60.0), SLIDE)
     assert felt(controller)[0].rise > 0.5
 
@@ -216,15 +216,15 @@ def answered(wanted, mu=0.5, e=0.003, rise=lambda rub: 0.0):
     felt = None
     while (motion := survey.next(felt)) is not None:
         asked.append(motion)
-        felt = FeltRub(motion, mu if motion.speed else 0.0, mu * e if motion.spin else 0.0, rise(motion))
+        felt = RubMeasurement(motion, mu if motion.speed else 0.0, mu * e if motion.spin else 0.0, rise(motion))
         assert len(asked) < 200
     return asked, survey
 
 
-def test_a_survey_rubs_and_turns_both_ways_at_every_load_and_every_speed_at_one():
+def test_a_survey_rubs_and_turns_in_both_directions_at_every_load_and_every_speed_at_one():
     asked, survey = answered(SURVEY)
     assert survey.stuck_sliding == survey.stuck_turning == []
-    assert survey.exponents_told
+    assert survey.exponents_measured
     assert {(r.normal_force, r.speed) for r in asked if not r.spin} == {
         (1.0, 0.01),
         (4.0, 0.005),
@@ -235,7 +235,7 @@ def test_a_survey_rubs_and_turns_both_ways_at_every_load_and_every_speed_at_one(
         spins = [r.spin for r in asked if r.normal_force == load and not r.speed]
         assert len(spins) == 2
         assert sum(spins) == 0.0
-    assert all(r.duration >= SHORTEST and (r.speed == 0.0 or r.travel >= 0.999 * SURVEY.travel) for r in asked)
+    assert all(r.duration >= MIN_DURATION and (r.speed == 0.0 or r.travel >= 0.999 * SURVEY.travel) for r in asked)
 
 
 @settings(deadline=None, max_examples=30)
@@ -262,20 +262,20 @@ def test_what_slips_late_is_rubbed_just_far_enough():
     ways = [r.travel for r in asked if r.normal_force == 1.0 and r.speed]
     assert ways[-2] < 0.008 <= ways[-1] < 0.017
     assert survey.stuck_sliding == survey.stuck_turning == []
-    assert survey.exponents_told
+    assert survey.exponents_measured
 
 
 def test_exponents_take_slips_of_both_kinds_at_once_and_known_e_at_both_loads():
     asked, survey = answered(replace(SURVEY, exponent_slips=18))
     mixed = [r for r in asked if r.speed and r.spin]
     assert survey.stuck_sliding == survey.stuck_turning == []
-    assert survey.exponents_told
+    assert survey.exponents_measured
     assert {r.normal_force for r in mixed} == {1.0, 4.0}
     ratios = {round(r.speed / (0.003 * r.spin), 2) for r in mixed}
     assert {0.4, 2.5} <= ratios
     assert all(abs(r.spin) <= SURVEY.most_spin for r in asked)
     _, stuck = answered(replace(SURVEY, exponent_slips=18), rise=lambda rub: 1.0 if rub.spin else 0.0)
-    assert not stuck.exponents_told
+    assert not stuck.exponents_measured
 
 
 def test_a_tip_that_cannot_turn_is_never_asked_to():

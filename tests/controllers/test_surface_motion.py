@@ -18,7 +18,7 @@ from palpate.controllers import (
     stiffness_range,
     surface_filter,
 )
-from palpate.controllers.force_guard import LEAST_SHARE
+from palpate.controllers.force_guard import MIN_SHARE
 from palpate.controllers.surface_motion import closed_loop
 
 PERIOD, STIFFNESS, STEPS = 1e-3, 20e3, 21
@@ -182,7 +182,7 @@ def test_the_guard_halves_without_a_jump_and_not_for_ever():
     assert shares[-1] == 0.5
     assert np.abs(np.diff([before, *shares])).max() < 0.01
     worst = swings([40] * 200, [1.0] * 200, guard())
-    assert worst.share == LEAST_SHARE
+    assert worst.share == MIN_SHARE
     worst.reset()
     assert worst.share == 1.0
 

@@ -84,7 +84,9 @@ tilts = st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 3), min_size=4, max_size=4)
 
 @settings(max_examples=25, deadline=None)
 @given(around(), turns, ways, st.floats(0.0, 1.2), tilts)
-def test_touch_tells_turn_and_way_of_any_rigid_body_however_its_contacts_migrate(points, turn, way, share, tilts):
+def test_touch_tells_rotation_and_translation_of_any_rigid_body_however_its_contacts_migrate(
+    points, turn, way, share, tilts
+):
     meter = Rolled(points, turn, way, share, tilts[: len(points)]).meter
     assert meter.turn == pytest.approx(turn, abs=1e-4)
     assert meter.moved == pytest.approx(way, abs=2e-6)

@@ -17,16 +17,16 @@ from hostile_scenes import SCENES, Truth, Wall, carried_out, most_force
 from unseen_meshes import CASES
 
 from palpate.controllers import LandingModel
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.explored_contacts import felt_in_scan
-from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.run_account import (
-    LIKE,
+from palpate.experiments.explore.assumption_check import (
+    SAME_RATIO,
     landed_stiffness,
     other_stiffness,
     zero_offset,
     zero_shift,
 )
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_contacts import felt_in_scan
+from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.wall_bound import WallBound
 from palpate.runtime import Finger, Phase
 from palpate.surfaces import Sphere
@@ -58,23 +58,23 @@ def stiff():
 
 
 def test_another_stiffness_is_felt_on_landing_and_widens_the_band_by_what_it_does(stiff):
-    account = stiff.account
+    account = stiff.assumptions
     assert account.stiffness == pytest.approx(200e3, rel=0.1)
     assert account.offset == pytest.approx(2.0 * (1 / 20e3 - 1 / 200e3), rel=0.02)
     assert stiff.map.budget.shown == account.offset
     assert np.abs(stiff.map.error).max() < stiff.map.budget.total
     assert "give --stiffness 200000" in outcome(stiff)
     rows = dict(exploration_report(stiff).settings)
-    assert "N at this speed" in rows["a wall in its way"]
+    assert "N at this speed" in rows["a wall in its path"]
 
 
 def test_what_was_assumed_rightly_needs_no_words():
     found = carried_out(BALL, Truth())
-    assert found.account.stiffness == pytest.approx(20e3, rel=0.1)
-    assert found.account.offset == 0.0
-    assert not found.account.zero_shift.any()
+    assert found.assumptions.stiffness == pytest.approx(20e3, rel=0.1)
+    assert found.assumptions.offset == 0.0
+    assert not found.assumptions.zero_shift.any()
     assert outcome(found).endswith("at rest.")
-    assert found.account.most_force == pytest.approx(most_force(found), rel=1e-3)
+    assert found.assumptions.most_force == pytest.approx(most_force(found), rel=1e-3)
 
 
 def test_a_zero_that_moved_is_found_whatever_it_is_and_noise_is_none(stiff):
@@ -109,9 +109,9 @@ def test_stiffness_is_told_only_by_landings_that_show_it(stiff):
     noise = 0.01 * np.random.default_rng(0).normal(size=len(record))
     assert math.isnan(landed_stiffness(replace(record, normal_force=resting + noise)))
     assert not other_stiffness(math.nan, 20e3)
-    assert not other_stiffness(20e3 * LIKE * 0.99, 20e3)
-    assert other_stiffness(20e3 * LIKE * 1.01, 20e3)
-    assert other_stiffness(20e3 / LIKE * 0.99, 20e3)
+    assert not other_stiffness(20e3 * SAME_RATIO * 0.99, 20e3)
+    assert other_stiffness(20e3 * SAME_RATIO * 1.01, 20e3)
+    assert other_stiffness(20e3 / SAME_RATIO * 0.99, 20e3)
 
 
 @given(st.floats(1e3, 1e6), st.floats(1e-3, 0.05), st.floats(0.0, 10.0), st.floats(0.5, 5.0), st.floats(0.05, 1.0))

@@ -12,7 +12,7 @@ from mapping.raster import cloud_of, sphere_cap
 from palpate.controllers import Raster
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour import foreseen_contour
+from palpate.experiments.explore.contour import predicted_contour
 from palpate.experiments.explore.explored_map import points_per_row, tap_distance
 from palpate.experiments.explore.explored_object import scene_object
 from palpate.experiments.explore.fit import region_on
@@ -45,21 +45,21 @@ def test_a_tip_that_rests_on_a_ball_is_a_ball_larger_by_its_radius(radius, tip):
 @given(st.floats(0.012, 0.05), st.floats(0.002, 0.006), st.sampled_from(["left", "right"]))
 def test_a_level_curve_round_a_ball_is_a_circle(radius, below, turn):
     config = ExploreConfig(tip=TIP, size=(radius,), strategy="contour", below=below, turn=turn)
-    found = foreseen_contour(SphereObject(radius), config)
+    found = predicted_contour(SphereObject(radius), config)
     r = math.sqrt(2.0 * (radius + 0.008) * below - below**2)
     assert np.abs(np.hypot(*found.points.T) - r).max() < 3e-4
     assert found.length == pytest.approx(2.0 * math.pi * r, rel=0.01)
     x, y = found.points.T
     area = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
     assert (area > 0.0) == (turn == "left")
-    assert found.way_there < 2e-3
+    assert found.approach_length < 2e-3
 
 
 @FEW
 @given(st.floats(0.02, 0.08), st.floats(0.02, 0.08), st.floats(0.004, 0.012))
 def test_along_a_sharp_edge_the_way_is_that_edge_and_quarter_circles(length, width, tip):
     config = ExploreConfig(object="box", size=(length, width, 0.03), strategy="contour", curve="edge", tip=(tip,))
-    found = foreseen_contour(Box((length, width, 0.03)), config)
+    found = predicted_contour(Box((length, width, 0.03)), config)
     true = 2.0 * (length + width) + 2.0 * math.pi * tip * math.sin(math.radians(45.0))
     # an edge between grid lines is seen up to a step further in, at both ends of four sides; arcs are inscribed
     assert found.length == pytest.approx(true, abs=8.0 * STEP + 1e-3)
@@ -72,11 +72,11 @@ def test_along_a_sharp_edge_the_way_is_that_edge_and_quarter_circles(length, wid
 
 def test_a_contour_goes_round_the_nearest_peak_and_not_over_the_rim_of_what_is_known():
     config = ExploreConfig(tip=TIP, object="bumps", strategy="contour")
-    found = foreseen_contour(scene_object(config), config)
+    found = predicted_contour(scene_object(config), config)
     assert found.length < 4.0 * 0.06
     for other in ({"curve": "edge"}, {"below": 0.01}):
         with pytest.raises(InvalidValueError):
-            foreseen_contour(
+            predicted_contour(
                 bumps(0.003, 0.06, 0.18), ExploreConfig(tip=TIP, object="bumps", strategy="contour", **other)
             )
 

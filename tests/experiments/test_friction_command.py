@@ -141,10 +141,10 @@ def test_the_report_shows_how_often_the_librarys_materials_are_confused_and_whic
     page = (folder / "report.html").read_text(encoding="utf-8")
     part = page.partition("<h2>Which surface it may be")[2].partition("</section>")[0]
     for text in (
-        "Materials told apart by touch",
+        "Materials recognised by touch",
         "<img",
         "drawn 50 times for each material",
-        "of the answers are",
+        "are recognised correctly",
     ):
         assert text in part
     for name in simulated_materials().names:
@@ -173,7 +173,7 @@ def test_without_twists_steel_and_tile_are_confused():
     """Both have the same mu by the library: strokes alone cannot tell them apart, and say so."""
     run = rubbed(friction=0.33, quick=True, loads=(2.0,), robot="stage", library=Path("simulated"))
     known = run.recognised
-    assert known.recognition.answer is RecognitionOutcome.UNDECIDED
+    assert known.recognition.outcome is RecognitionOutcome.UNDECIDED
     steel, tile = (known.confusion.truths.index(name) for name in ("polished steel", "glazed tile"))
     shares = known.confusion.shares
     assert shares[steel, tile] + shares[tile, steel] > 0.5

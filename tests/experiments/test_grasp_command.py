@@ -191,7 +191,7 @@ def test_a_configuration_reads_back_as_it_was_written(known):
         ({"size": (0.05,)}, "takes 3"),
         ({"pull": 50.0}, "at most 8"),
         ({"offset": 0.05}, "within the object"),
-        ({"ignore_spin": True, "against_ignoring_spin": True}, "leave one out"),
+        ({"controller": "coulomb", "against_ignoring_spin": True}, "leave one out"),
         ({"friction": -1.0}, "friction"),
         ({"margin": 50.0}, "margin = 50: must be at most 3; 0.12 stands for 12 %"),
     ],
@@ -219,7 +219,7 @@ def test_nothing_slips_or_spins_and_the_object_stands_again_where_it_stood(grasp
 
 @pytest.mark.slow
 def test_ignoring_spin_lets_it_spin_while_alarms_tell_and_are_not_heeded(grasped):
-    other = grasped.beside
+    other = grasped.comparison
     assert other.spin > math.radians(20.0)
     assert other.regrips == 0
     assert len(other.onsets) == 2

@@ -79,10 +79,10 @@ def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(t
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({}, "nobody knows how a real object rubs"),
-        ({"believed_friction": 0.4}, "nobody knows how a real object rubs"),
+        ({}, "the friction of a real object is unknown"),
+        ({"believed_friction": 0.4}, "the friction of a real object is unknown"),
         ({**BELIEVED, "friction": 0.5}, "friction = 0.5: is the truth of a simulated object"),
-        ({**BELIEVED, "load": "shake"}, "nothing pulls at a real object"),
+        ({**BELIEVED, "load": "shake"}, "nothing is simulated that pulls at a real object"),
         ({**BELIEVED, "against_ignoring_spin": True}, "leave them out on a robot"),
     ],
 )
@@ -106,7 +106,7 @@ def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
     finger = planned.fingers[0]
     assert isinstance(finger, Finger)
     assert finger.touch_force == pytest.approx(0.25)  # five times that
-    assert planned.limits == load_robot(file).file.limits.limits() != Limits()
+    assert planned.limits == load_robot(file).file.limits != Limits()
     # 10 mm farther to close, with 5 mm/s
     assert planned.times.begin - usual.times.begin == pytest.approx(2.0)
     # as far as anybody knows, contacts bear what they are believed to

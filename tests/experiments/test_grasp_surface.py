@@ -225,11 +225,11 @@ def told(config):
 
 def test_it_is_said_beforehand_when_another_surface_is_simulated_and_what_makes_it_the_same(written):
     said = told(GraspConfig(friction_file=written(), friction=0.5, spin_length=0.004))
-    assert "does not rub as" in said
+    assert "does not have the friction of" in said
     assert "Leave out --friction --spin-length," in said
     assert "mu = 0.8, e = 2 mm at 1 N, gamma = 0.2, p = 1.5 was found" in said
     same = told(GraspConfig(friction_file=written(), friction=0.803))  # within its interval
-    assert "The simulated object rubs as" in same
+    assert "The simulated object has the friction of" in same
     assert not notes_on(plan_of())
 
 
@@ -253,8 +253,8 @@ def test_the_command_says_it_before_the_run_and_the_report_afterwards(written, t
     arguments = ["--load", "none", "--rise", "0.1", "--lift-height", "0.01", "--out", str(out)]
     assert main(["grasp", "--friction-file", str(written()), *arguments]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert said.index("The simulated object rubs as") < said.index("dropped")
-    assert "The simulated object rubs as" in (out / "report.html").read_text()
+    assert said.index("The simulated object has the friction of") < said.index("dropped")
+    assert "The simulated object has the friction of" in (out / "report.html").read_text()
 
 
 # --- what the hand can do

@@ -220,7 +220,7 @@ def test_figures_report_and_files_are_of_the_same_run(tmp_path):
     assert figures["bandwidth_hz"] is None
     assert figures["contact"] == "never lost"
     page = report_page(REGULATE.report(found))
-    headings = ("Over time", "Answer to steps", "What limits it", "Margins", "gain margin", "Computing")
+    headings = ("Over time", "Step response", "What limits it", "Margins", "gain margin", "Computing")
     assert all(heading in page for heading in headings)
     assert "http://" not in page.replace("http://www.w3.org", "")
     ((name, write),) = REGULATE.files(found).items()
@@ -426,7 +426,7 @@ def test_texts_read_back_the_same():
         ({"force": 14.0, "profile": "step"}, "together at most 15 N"),
         ({"profile": "sine", "swing": 2.0}, r"swing = 2 N: must be less than the force of 2 N"),
         ({"profile": "step", "duration": 1.0}, "twice the hold"),
-        ({"motion": "table"}, "a file must say which"),
+        ({"motion": "table"}, "needs a file"),
         ({"motion": "circle", "motion_size": 0.2}, "at most 0.05 m"),
         ({"motion_size": 0.01}, "motion_size = 0.01: is for --motion sine or circle; still takes no such options"),
         ({"motion": "sine", "motion_file": "a.csv"}, "motion_file = a.csv: is for --motion path or table"),

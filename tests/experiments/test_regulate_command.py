@@ -22,7 +22,7 @@ def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
     names = {path.name for path in out.iterdir() if path.suffix != ".mcap"}
     assert names == {"report.html", "forces.csv"}
     html = (out / "report.html").read_text()
-    assert "Answer to steps" in html
+    assert "Step response" in html
     assert "http://" not in html.replace("http://www.w3.org", "")
     assert "What limits it" in html
     assert main(["replay", str(out)]) == 0

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.controllers.paths import Enough
+from palpate.controllers.paths import StopReason
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
-from palpate.experiments.kit.change_account import account_of_changes, change_rows, change_sentences
 from palpate.experiments.kit.change_names import EXPLORED
+from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
@@ -53,7 +53,7 @@ def made_in(asked, first, duration):
 def test_a_change_took_effect_when_it_was_due_or_the_run_was_over_before(times, first, duration):
     asked = [Change(time, "force", 1.0 + time) for time in times]
     made = made_in(asked, first, duration)
-    told = account_of_changes(asked, made, {"force": "N"}, first=first, work=None)
+    told = change_outcomes(asked, made, {"force": "N"}, first=first, work=None)
     assert [each.asked.time for each in told] == sorted(times)
     for each in told:
         if each.made is None:
@@ -66,13 +66,13 @@ def test_a_change_took_effect_when_it_was_due_or_the_run_was_over_before(times, 
 def test_what_was_changed_live_or_before_is_not_what_was_asked_for():
     asked = [Change(0.01, "force", 3.0), Change(0.5, "force", 3.0)]
     made = [Change(0.002, "force", 3.0), Change(0.01, "force", 3.0), Change(0.02, "force", 4.0)]
-    told = account_of_changes(asked, made, {"force": "N"}, first=0.0, work=0.0)
+    told = change_outcomes(asked, made, {"force": "N"}, first=0.0, work=0.0)
     assert [each.made for each in told] == [0.01, None]
 
 
 def test_what_became_of_changes_is_said():
     asked = [Change(0.01, "force", 4.0), Change(0.1, "force", 3.0), Change(500.0, "force", 2.5)]
-    told = account_of_changes(asked, made_in(asked, 0.0, 0.2), {"force": "N"}, first=0.0, work=0.05)
+    told = change_outcomes(asked, made_in(asked, 0.0, 0.2), {"force": "N"}, first=0.0, work=0.05)
     early, late, never = change_sentences(told, 0.2, "anything was held")
     assert early.startswith("Changed before anything was held: force to 4 N after 0.01 s; times count from")
     assert late == "Changed: force to 3 N after 0.1 s."
@@ -197,11 +197,15 @@ def test_an_interruption_without_marks_speaks_of_none(raster):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "enough"),
-    [({"time": 0.5}, Enough.SPENT), ({"accuracy": 1e-3}, Enough.REACHED), ({"accuracy": 1e-7}, Enough.EXHAUSTED)],
+    [
+        ({"time": 0.5}, StopReason.SPENT),
+        ({"accuracy": 1e-3}, StopReason.REACHED),
+        ({"accuracy": 1e-7}, StopReason.EXHAUSTED),
+    ],
 )
 def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, enough):
     found = explore(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given))
-    assert found.enough is enough
+    assert found.stop_reason is enough
     assert outcome(found).startswith("Finished: ")
     assert f"; {enough.value}; the robot is at rest." in outcome(found)
     if found.map.claimed.any():

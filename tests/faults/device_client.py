@@ -11,13 +11,13 @@ from palpate.spatial import IDENTITY
 
 PERIOD = 2e-3
 """[s]"""
-FIRST_ANSWER = 30.0
+FIRST_REPLY = 30.0
 """How long it may take [s]."""
 PUSH = (0.1, 0.0, 2.0, 0.0, 0.0, 0.0)
 
 
 class DeviceBackend:
-    """Sends a command, waits for the end of the period, and takes the last answer that has come.
+    """Sends a command, waits for the end of the period, and takes the last reply that has come.
 
     The device's clock is its own: what it says is moved by what it differed by at the start.
     """
@@ -31,7 +31,7 @@ class DeviceBackend:
 
     def start(self) -> Sample:
         self._send(Command())
-        self._link.settimeout(FIRST_ANSWER)
+        self._link.settimeout(FIRST_REPLY)
         self._state = STATE.unpack(self._link.recv(256))
         self._link.setblocking(False)
         self._began = time.monotonic()
@@ -65,7 +65,7 @@ class DeviceBackend:
     def _sample(self) -> Sample:
         now = time.monotonic()
         stamp, *rest = self._state
-        taken = min(stamp + self._offset, now)  # the first answer was on its way for a while
+        taken = min(stamp + self._offset, now)  # the first reply was delayed
         arm = ArmSample(taken, tuple(rest[:3]), IDENTITY, tuple(rest[3:]))
         return Sample(now, arm, (WrenchSample(taken, PUSH, (0.0, 0.0, 9.81)),))
 

@@ -24,7 +24,7 @@ Away = Callable[[int], Vector]
 
 
 def is_safe(command: Command, reaction: Reaction, away: Vector, grip: tuple[float, ...] | None) -> bool:
-    """Whether the robot may be told this from the trip on."""
+    """Whether the robot may be sent this from the trip on."""
     velocity = command.velocity_base_tip
     if command.grip_force != grip:
         return False
@@ -39,8 +39,8 @@ def periods_until_safe(
     outcome: Outcome, fault: Fault, at: int, away: Away, grip: tuple[float, ...] | None = None
 ) -> int:
     """From the period that trips, or at which the signal came, to the first from which on all is safe."""
-    first, told = outcome.tripped_at(at), outcome.commands
-    unsafe = [i for i in range(first, len(told)) if not is_safe(told[i], fault.reaction, away(i), grip)]
+    first, sent = outcome.tripped_at(at), outcome.commands
+    unsafe = [i for i in range(first, len(sent)) if not is_safe(sent[i], fault.reaction, away(i), grip)]
     return unsafe[-1] + 1 - first if unsafe else 0
 
 

@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Protocol
+
+import msgspec
 
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import Event, Level, MemoryLog, Recorder, Sink
@@ -14,7 +16,7 @@ from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Touch
 
 ChangedSample = Callable[[Sample, Sample], Sample]
-"""From what the device says, and what it said last before the fault, to what arrives."""
+"""Maps the device's sample, and its last one before the fault, to what arrives."""
 
 
 class FaultyBackend:
@@ -53,7 +55,7 @@ class FaultyBackend:
         assert self.closed_after is None, "moved after it was closed"
         self.commands.append(command)
         if len(self.commands) in self.errors:
-            self.sound.step(command)  # it did arrive; the answer did not
+            self.sound.step(command)  # it did arrive; the reply did not
             self.samples.append(self.samples[-1])
             self.truly.append(self.truly[-1])
             raise self.errors[len(self.commands)]
@@ -123,7 +125,7 @@ class LostDevice:
     """`step` raises so many times in a row."""
 
     times: int
-    error: Callable[[], Exception] = lambda: OSError("no answer")
+    error: Callable[[], Exception] = lambda: OSError("no reply")
 
     def into(self, rig: Rig, at: int) -> None:
         # the exception comes with the command of index `at`, instead of the sample after it
@@ -212,7 +214,7 @@ class Limited:
     other: Injection | None = None
 
     def into(self, rig: Rig, at: int) -> None:
-        rig.limits = replace(rig.limits, **self.limits)
+        rig.limits = msgspec.structs.replace(rig.limits, **self.limits)
         if self.other is not None:
             self.other.into(rig, at)
 

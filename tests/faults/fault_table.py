@@ -79,11 +79,11 @@ def reading(change: Callable[..., object]) -> Samples:
     return finger(lambda now, before: replace(now, wrench=change(*now.wrench)))
 
 
-def arm(**told: Callable[..., object]) -> Samples:
+def arm(**changes: Callable[..., object]) -> Samples:
     """The arm's sample is changed, field by field: `field=change(now, before)`."""
 
     def changed(now: Sample, before: Sample) -> Sample:
-        return replace(now, arm=replace(now.arm, **{name: f(now.arm, before.arm) for name, f in told.items()}))
+        return replace(now, arm=replace(now.arm, **{name: f(now.arm, before.arm) for name, f in changes.items()}))
 
     return Samples(changed)
 
@@ -98,8 +98,8 @@ def _stamped_back(now: Sample, before: Sample) -> Sample:
     )
 
 
-def _commanded(**told: object) -> Commands:
-    return Commands(lambda command: replace(command, **told))
+def _commanded(**changes: object) -> Commands:
+    return Commands(lambda command: replace(command, **changes))
 
 
 def _signal(number: int) -> Commands:
@@ -199,8 +199,8 @@ ANYWHERE = (
         delay=20,
     ),
     Fault("a wrench is missing", Samples(lambda now, before: replace(now, wrenches=())), "touch", "0 wrenches"),
-    Fault("a device is lost for one period", LostDevice(1), "back end", "OSError: no answer"),
-    Fault("a device is lost for good", LostDevice(10_000), "back end", "OSError: no answer"),
+    Fault("a device is lost for one period", LostDevice(1), "back end", "OSError: no reply"),
+    Fault("a device is lost for good", LostDevice(10_000), "back end", "OSError: no reply"),
     Fault(
         "an overrun that is not tolerated",
         LostDevice(1, lambda: OverrunError("late")),
@@ -286,11 +286,13 @@ ON_A_SENSOR = (
 """Where a sensor file describes the sensor: what its health monitor knows."""
 
 
-def hand(**told: Callable[..., object]) -> Samples:
+def hand(**changes: Callable[..., object]) -> Samples:
     """The hand's sample is changed."""
 
     def changed(now: Sample, before: Sample) -> Sample:
-        return replace(now, hand=replace(now.hand, **{name: f(now.hand, before.hand) for name, f in told.items()}))
+        return replace(
+            now, hand=replace(now.hand, **{name: f(now.hand, before.hand) for name, f in changes.items()})
+        )
 
     return Samples(changed)
 

@@ -21,7 +21,7 @@ def stage_line(fault: Fault, finger) -> tuple[str, int, int]:
     fault.injection.into(rig, AT)
     outcome = carry_out(rig)
     safe = periods_until_safe(outcome, fault, AT, lambda index: away(rig, index))
-    return said(outcome), outcome.tripped_at(AT) - AT, safe
+    return outcome_text(outcome), outcome.tripped_at(AT) - AT, safe
 
 
 def held_line(fault: Fault) -> tuple[str, int, int, float]:
@@ -30,10 +30,10 @@ def held_line(fault: Fault) -> tuple[str, int, int, float]:
     outcome = carry_out(rig)
     safe = periods_until_safe(outcome, fault, HELD_AT, lambda index: (0.0, 0.0, 0.0), (GRIP, GRIP))
     rig.backend.sound.coast(1.0)
-    return said(outcome), outcome.tripped_at(HELD_AT) - HELD_AT, safe, 1e3 * rig.backend.sound.fallen
+    return outcome_text(outcome), outcome.tripped_at(HELD_AT) - HELD_AT, safe, 1e3 * rig.backend.sound.fallen
 
 
-def said(outcome) -> str:
+def outcome_text(outcome) -> str:
     trip = outcome.result.trip
     return outcome.result.ending.value if trip is None else f"{trip.measure} was {trip.value}; limit {trip.limit}"
 

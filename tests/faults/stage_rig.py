@@ -42,7 +42,7 @@ _SCENE = build_scene(TIP, TARGET, LAW, (_CORNER_X, _CORNER_Y, _START_Z), STAGE)
 
 
 def plain_finger() -> Finger:
-    """A sensor that says what it is told."""
+    """A sensor that reports what it is given."""
     return Finger(SENSED, SensorPayload(TIP.mass))
 
 

@@ -35,11 +35,11 @@ def _arm(name, value):
     return lambda now, before: replace(now, arm=replace(now.arm, **{name: value}))
 
 
-def _first_wrench(**told):
+def _first_wrench(**commanded):
     def change(now, before):
         if not now.wrenches:
             return now
-        return replace(now, wrenches=(replace(now.wrenches[0], **told), *now.wrenches[1:]))
+        return replace(now, wrenches=(replace(now.wrenches[0], **commanded), *now.wrenches[1:]))
 
     return change
 
@@ -135,7 +135,7 @@ def check_commands(commands: list[Command], bounds: Limits) -> None:
         if command.grip_force is not None:
             assert all(0.0 <= force <= bounds.grip_force * SLACK for force in command.grip_force)
     stopped = [command.phase is Phase.STOP for command in commands]
-    assert sorted(stopped) == stopped  # once it is told to stop, that is all it is told
+    assert sorted(stopped) == stopped  # after the first stop command only stop commands follow
     for before, now in pairwise((Command(), *commands)):
         if now.velocity_base_tip != ZERO and norm(now.velocity_base_tip) > RETRACT_SPEED * SLACK:
             change = norm(subtract(now.velocity_base_tip, before.velocity_base_tip))
@@ -187,11 +187,11 @@ def test_whatever_goes_wrong_what_is_held_is_not_dropped(history):
     except KeyboardInterrupt:
         return  # as above
     check_commands(outcome.commands, bounds)
-    told = [command.grip_force for command in outcome.commands if command.grip_force is not None]
+    commanded = [command.grip_force for command in outcome.commands if command.grip_force is not None]
     assert rig.backend.closed_after == len(outcome.commands)
-    if all(min(grip) >= 3.0 for grip in told):
+    if all(min(grip) >= 3.0 for grip in commanded):
         rig.backend.sound.coast(0.5)
         assert rig.backend.sound.fallen < 1e-6
-    last = told[-1] if told else None
+    last = commanded[-1] if commanded else None
     after = [c.grip_force for c in outcome.commands if c.phase is Phase.STOP]
     assert set(after) <= {last}

@@ -38,9 +38,9 @@ class Device:
         self.process = subprocess.Popen(
             [sys.executable, "-I", str(HERE / "watchdog_device.py"), str(port)], stdout=subprocess.PIPE, text=True
         )
-        self.port = int(self.told("port")[0])
+        self.port = int(self.reported("port")[0])
 
-    def told(self, what: str) -> list[float]:
+    def reported(self, what: str) -> list[float]:
         """Wait for the next line of a kind; return its numbers."""
         for line in self.process.stdout:
             kind, *numbers = line.split()
@@ -128,16 +128,16 @@ def test_after_kill_nine_at_any_time_the_device_stops_and_the_log_is_readable(tr
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "kill")])
-def test_told_to_stop_the_process_ends_in_good_order(number, name, tmp_path):
+def test_a_process_asked_to_stop_ends_in_good_order(number, name, tmp_path):
     path = tmp_path / "run.mcap"
     with Device() as device, loop_against(device, path) as loop:
         time.sleep(0.2)
         asked = time.monotonic()
         loop.send_signal(number)
-        _, said = loop.communicate(timeout=PATIENCE)
+        _, message = loop.communicate(timeout=PATIENCE)
         *_, final = device.rest()
     assert loop.returncode == 130
-    assert said == "interrupted; the robot was stopped; at rest: True\n"
+    assert message == "interrupted; the robot was stopped; at rest: True\n"
     assert float(final.split()[1]) < RESTS
     log = read_log(path)
     assert log.complete
@@ -154,10 +154,10 @@ def test_a_device_that_dies_ends_the_run_with_a_word(tmp_path):
     with Device() as device, loop_against(device, path) as loop:
         died = time.monotonic()
         device.process.kill()
-        _, said = loop.communicate(timeout=PATIENCE)
+        _, message = loop.communicate(timeout=PATIENCE)
     assert loop.returncode == 1
-    assert "back end was ConnectionRefusedError" in said
-    assert "at rest: False" in said  # nobody knows
+    assert "back end was ConnectionRefusedError" in message
+    assert "at rest: False" in message  # nobody knows
     log = read_log(path)
     assert log.complete
     (trip,) = [event for event in log.events if event.source == "supervisor"]
@@ -171,13 +171,13 @@ def test_a_device_that_hangs_is_noticed_by_its_own_time_stamps_and_finds_only_st
     with Device() as device, loop_against(device, path) as loop:
         device.process.send_signal(signal.SIGSTOP)
         hung = time.monotonic()
-        _, said = loop.communicate(timeout=PATIENCE)
+        _, message = loop.communicate(timeout=PATIENCE)
         device.process.send_signal(signal.SIGCONT)
         time.sleep(0.1)
         *_, final = device.rest()
     assert loop.returncode == 1
-    assert "age of the sample of the arm" in said
-    assert "at rest: False" in said
+    assert "age of the sample of the arm" in message
+    assert "at rest: False" in message
     assert float(final.split()[1]) < RESTS
     record = read_log(path).record()
     late = record.time > hung + LIMITS.sample_age + 2 * PERIOD + LATE
@@ -192,9 +192,9 @@ def test_a_device_that_restarts_is_not_moved_until_somebody_looks(tmp_path):
         device.process.kill()
         device.process.wait()
         with Device(device.port) as again:
-            _, said = loop.communicate(timeout=PATIENCE)
+            _, message = loop.communicate(timeout=PATIENCE)
             left = again.rest()
     assert loop.returncode == 1
-    assert "stopped by the supervisor" in said
-    assert left == ["final 0.0 0.0"]  # nothing to be stopped by the watchdog: it was never told to move
+    assert "stopped by the supervisor" in message
+    assert left == ["final 0.0 0.0"]  # nothing to be stopped by the watchdog: it was never commanded to move
     assert read_log(path).complete

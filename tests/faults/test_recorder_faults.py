@@ -88,7 +88,7 @@ def test_a_fault_is_dealt_with_as_ever_while_the_disk_is_full(tmp_path):
 
 
 def test_a_sink_that_hangs_does_not_hold_up_the_loop(tmp_path, monkeypatch):
-    """A disk that does not answer at all: the writer's thread waits, nobody else does."""
+    """A disk that does not reply at all: the writer's thread waits, nobody else does."""
     from palpate.runtime.log.log_file import LogFile
 
     free, held, append = threading.Event(), [], LogFile.append

@@ -55,7 +55,7 @@ def test_a_reaction_of_ones_own_is_held_to_the_limits_too():
     guard = Guard(AtMost(CONTACT_FORCE, 5.0), reaction=(Wild(),))
     backend = PuppetBackend(dict.fromkeys(FOR_EVER, FIRM))
     go(backend, supervisor=Supervisor(guards=(guard,)))
-    assert backend.moved_as_told_finitely
+    assert backend.moved_by_finite_commands
 
 
 @pytest.mark.parametrize("container", [list, np.array])
@@ -98,7 +98,7 @@ def test_a_trip_whose_reaction_outlasts_the_time_is_a_trip_and_the_reaction_is_f
 
 @pytest.mark.parametrize("at", [AT + 10, 110], ids=["while it retracts", "while it comes to rest"])
 def test_a_signal_is_not_swallowed_because_the_run_ends_for_another_reason(at):
-    """Found: a process told to end, by Ctrl-C or by the system going down, goes on with the next run."""
+    """Found: a process asked to end, by Ctrl-C or by the system going down, goes on with the next run."""
     seen = []
 
     def watch(*_):
@@ -114,11 +114,11 @@ def test_a_signal_is_not_swallowed_because_the_run_ends_for_another_reason(at):
 class Unclosable(PuppetBackend):
     def close(self):
         super().close()
-        raise OSError("no answer to the last stop")
+        raise OSError("no reply to the last stop")
 
 
 def test_a_back_end_that_cannot_be_closed_does_not_cost_the_result():
-    """A lost device: the very case in which the trip must be told."""
+    """A lost device: the very case in which the trip must be reported."""
     cable = OSError("the cable is out")
     result = go(Unclosable({AT: cable}))
     assert result.error is cable
@@ -146,7 +146,7 @@ def test_the_robot_is_closed_before_the_log_which_may_take_long():
 @pytest.mark.parametrize(
     "nonsense", [None, "sample", replace(sample(), time=None)], ids=["None", "str", "no time"]
 )
-def test_a_back_end_that_gives_no_sample_is_a_trip_and_the_robot_is_told_to_stop(nonsense):
+def test_a_back_end_that_gives_no_sample_is_a_trip_and_the_robot_is_stopped(nonsense):
     """Found: AttributeError out of run(), and no stop command."""
 
     class Broken(PuppetBackend):
@@ -257,13 +257,13 @@ def spoilt(change):
 
 
 @pytest.mark.parametrize(
-    "told",
+    "changes",
     [{"velocity_base_tip": (0.0, 0.0)}, {"velocity_base_tip": None}, {"time": None}],
     ids=["two numbers", "none", "no time"],
 )
-def test_an_arm_that_makes_no_sense_while_it_is_brought_to_rest_is_no_exception_out_of_the_run(told):
+def test_an_arm_that_makes_no_sense_while_it_is_brought_to_rest_is_no_exception_out_of_the_run(changes):
     """Found: an IndexError or TypeError instead of the result, after one stop command."""
-    backend = spoilt(lambda now: replace(now, arm=replace(now.arm, **told)))
+    backend = spoilt(lambda now: replace(now, arm=replace(now.arm, **changes)))
     result = go(backend)
     assert result.ending is Ending.TRIPPED
     assert not result.stopped  # nobody knows
@@ -283,7 +283,7 @@ def test_what_comes_in_the_middle_of_a_run_is_noticed(change):
     assert go(spoilt(change)).trip is not None
 
 
-def test_a_hand_that_was_never_told_how_to_grip_does_not_retract_either():
+def test_a_hand_without_a_grip_command_does_not_retract_either():
     """It may hold something from before, with "as before" for a grip."""
 
     class Handed(PuppetBackend):

@@ -1,6 +1,6 @@
 """A robot in a process of its own, behind a UDP socket on loopback, with its own watchdog.
 
-It moves as commanded, at 1 kHz by its own clock, which begins at 0 when it starts, and answers every command with
+It moves as commanded, at 1 kHz by its own clock, which begins at 0 when it starts, and replies every command with
 its state. When no command has come for `WATCHDOG` it stops by itself. It counts ticks: while a busy machine keeps
 it from running, its clock stands. What it did, it tells on standard output, one line each:
 

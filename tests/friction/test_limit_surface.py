@@ -117,7 +117,7 @@ def test_slip_takes_more_power_from_its_load_than_from_any_other(data, surface, 
 
 @settings(deadline=None)
 @given(surfaces(exponents=st.floats(1.05, 2.0)), st.floats(0.01, 100.0), SIGNED, SIGNED, SIGNED)
-def test_the_load_for_a_slip_is_on_the_surface_and_slips_that_way(surface, normal_force, x, y, spin):
+def test_the_load_for_a_slip_is_on_the_surface_and_slips_in_that_direction(surface, normal_force, x, y, spin):
     e = surface.spin_length_at(normal_force)
     slip = Slip((x, y, 0.0), spin / e)
     assume(math.hypot(x, y, spin) > 1e-2)

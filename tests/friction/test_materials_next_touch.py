@@ -109,7 +109,7 @@ def test_more_scatter_tells_less():
     assert bits[0] > bits[1] > bits[2] > 0.0
 
 
-def test_enough_is_said_when_it_is_known_unknown_or_beyond_telling():
+def test_enough_is_reported_when_it_is_known_unknown_or_beyond_telling():
     sure = recognise(LIBRARY, [TouchEvidence.stroke(NAMED["PTFE"].friction_at(0.02), 0.004, 0.02)])
     assert (next_touch(sure, CANDIDATES).advice, next_touch(sure, CANDIDATES).slip) == (Advice.RECOGNISED, None)
     odd = recognise(LIBRARY, [TouchEvidence.stroke(2.0, 0.004, 0.02)])
@@ -167,7 +167,7 @@ def test_a_confusion_matrix_counts_every_case_once():
         [(m.name, recognise(LIBRARY, drawn_touches(m, slips, rng))) for m in LIBRARY.materials for _ in range(5)],
     )
     assert trials.truths == LIBRARY.names
-    assert trials.answers == (*LIBRARY.names, UNKNOWN)
+    assert trials.predictions == (*LIBRARY.names, UNKNOWN)
     assert (trials.counts.sum(axis=1) == 5).all()
     np.testing.assert_allclose(trials.shares.sum(axis=1), 1.0)
     assert trials.right > 0.8

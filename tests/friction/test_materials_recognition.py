@@ -70,7 +70,7 @@ def test_the_order_of_touches_says_nothing(seed):
     other = recognise(THREE, [touches[i] for i in rng.permutation(len(touches))])
     np.testing.assert_allclose(one.posterior, other.posterior, rtol=1e-9, atol=1e-300)
     np.testing.assert_allclose(one.fit, other.fit, rtol=1e-9, atol=1e-300)
-    assert one.answer is other.answer
+    assert one.outcome is other.outcome
 
 
 @given(st.floats(0.1, 5.0), st.floats(0.1, 5.0), st.integers(0, 2**32 - 1))
@@ -102,7 +102,7 @@ def test_ten_thousand_touches_neither_underflow_nor_convince_of_the_wrong():
     assert np.isfinite(found.posterior).all()
     assert found.posterior.sum() == pytest.approx(1.0)
     assert found.best == "b"
-    assert found.answer is RecognitionOutcome.RECOGNISED
+    assert found.outcome is RecognitionOutcome.RECOGNISED
     # densities themselves are beyond any float
     assert found.known.log_likelihood.min() > 1000.0
 
@@ -113,7 +113,7 @@ def test_what_is_particular_to_a_specimen_is_not_averaged_away():
     both = library(material("a", 0.4, specimen=loose), material("b", 0.44, specimen=loose))
     half = material("half", math.sqrt(0.4 * 0.44), specimen=Deviations(friction=0.0, spin_length=0.0))
     found = recognise(both, drawn_touches(half, [STROKE] * 1000, np.random.default_rng(0)))
-    assert found.answer is RecognitionOutcome.UNDECIDED
+    assert found.outcome is RecognitionOutcome.UNDECIDED
     assert found.posterior.min() > 0.4
 
 
@@ -121,7 +121,7 @@ def test_an_error_of_calibration_that_all_touches_share_makes_nothing_unknown():
     exact = library(material("a", 0.4, specimen=Deviations(friction=0.0, spin_length=0.0)))
     off = [TouchEvidence.stroke(0.4 * 1.005, 0.004, 0.02)] * 400
     assert recognise(exact, off, calibration=0.003).fit[0] > 0.05
-    assert recognise(exact, off, calibration=0.0).answer is RecognitionOutcome.UNKNOWN
+    assert recognise(exact, off, calibration=0.0).outcome is RecognitionOutcome.UNKNOWN
 
 
 # 4 standard deviations of chance above the promised rate
@@ -131,7 +131,7 @@ def test_the_true_material_is_refused_as_rarely_as_promised(slips):
     rng, rate, trials = np.random.default_rng(len(slips)), 0.05, 300
     alone = library(THREE.materials[1])
     refused = sum(
-        recognise(alone, drawn_touches(alone.materials[0], slips, rng), false_rejection=rate).answer
+        recognise(alone, drawn_touches(alone.materials[0], slips, rng), false_rejection=rate).outcome
         is RecognitionOutcome.UNKNOWN
         for _ in range(trials)
     )
@@ -142,22 +142,22 @@ def test_the_true_material_is_refused_as_rarely_as_promised(slips):
 
 def test_outsiders_fit_nothing_by_place_or_by_scatter():
     sure = {"speed": 0.02, "error": 0.004}
-    assert recognise(THREE, [TouchEvidence.stroke(0.9, **sure)] * 3).answer is RecognitionOutcome.UNKNOWN
+    assert recognise(THREE, [TouchEvidence.stroke(0.9, **sure)] * 3).outcome is RecognitionOutcome.UNKNOWN
     assert (
-        recognise(THREE, [TouchEvidence.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3).answer
+        recognise(THREE, [TouchEvidence.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3).outcome
         is RecognitionOutcome.UNKNOWN
     )
     # two surfaces on one object: on average as "a"
     mixed = [TouchEvidence.stroke(0.4 * math.exp(sign * 0.12), **sure) for sign in (1.0, -1.0) * 4]
     alone = library(THREE.materials[0])
-    assert recognise(alone, [TouchEvidence.stroke(0.4, **sure)] * 8).answer is RecognitionOutcome.RECOGNISED
-    assert recognise(alone, mixed).answer is RecognitionOutcome.UNKNOWN
+    assert recognise(alone, [TouchEvidence.stroke(0.4, **sure)] * 8).outcome is RecognitionOutcome.RECOGNISED
+    assert recognise(alone, mixed).outcome is RecognitionOutcome.UNKNOWN
 
 
 def test_nothing_is_recognised_without_touching_it():
-    assert recognise(library(THREE.materials[0]), []).answer is RecognitionOutcome.UNDECIDED
+    assert recognise(library(THREE.materials[0]), []).outcome is RecognitionOutcome.UNDECIDED
     assert (
-        recognise(library(THREE.materials[0]), [NeverSlipped.stroke(0.0)]).answer is RecognitionOutcome.UNDECIDED
+        recognise(library(THREE.materials[0]), [NeverSlipped.stroke(0.0)]).outcome is RecognitionOutcome.UNDECIDED
     )
     found = recognise(THREE, [], {"a": 3.0, "c": 1.0})
     np.testing.assert_allclose(found.posterior, [0.75, 0.0, 0.25])
@@ -174,7 +174,7 @@ def test_what_never_slipped_only_rules_out_less_friction():
     once, often = (recognise(both, [NeverSlipped.stroke(0.205)] * n) for n in (1, 50))
     np.testing.assert_allclose(once.posterior, often.posterior)
     assert 0.1 < once.posterior[0] < 0.4
-    assert recognise(both, [NeverSlipped.stroke(2.0)]).answer is RecognitionOutcome.UNKNOWN
+    assert recognise(both, [NeverSlipped.stroke(2.0)]).outcome is RecognitionOutcome.UNKNOWN
     turned = recognise(both, [NeverSlipped.twist(0.5 * weak.spin_length_at(4.0), 4.0)])
     assert turned.posterior[1] > 0.999
 
@@ -196,7 +196,7 @@ def test_speeds_tell_what_grows_from_what_does_not():
     for force in (0.5, 2.0, 8.0):
         e = film.spin_length_at(force)
         turned = recognise(both, [at_one, TouchEvidence.twist(0.7 * e, 0.004, force, 0.1 / e)])
-        assert turned.answer is RecognitionOutcome.RECOGNISED
+        assert turned.outcome is RecognitionOutcome.RECOGNISED
         np.testing.assert_allclose(turned.known.mean[1], film.parameters, rtol=1e-9)
 
 
@@ -211,7 +211,7 @@ def test_a_fitted_surface_tells_materials_that_differ_in_p_alone():
     fitted = fit_limit_surface(loads, scatter=0.02)
     found = recognise(library(round_one, diamond), [TouchEvidence.of_fit(fitted, 0.02)])
     assert found.best == "diamond"
-    assert found.answer is RecognitionOutcome.RECOGNISED
+    assert found.outcome is RecognitionOutcome.RECOGNISED
 
 
 @pytest.mark.parametrize(

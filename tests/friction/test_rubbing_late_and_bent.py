@@ -10,7 +10,7 @@ from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.slip_test import Resistance, ends_level
 from palpate.friction.rubbing.stick_slip import stick_slip
 from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
-from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, bound_spin, measure_spin
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty, bound_spin, measure_spin
 from support.closed_strokes import Sensed, elastic_turns, gives_way, nothing, slips
 
 E, MU = 0.004, 0.5
@@ -25,7 +25,7 @@ def rubbed(sensed):
 @pytest.mark.slow
 @pytest.mark.parametrize("duration", [0.5, 1.0])
 @pytest.mark.parametrize("angle", [0.05, 0.25, 0.3, 0.35, 0.4])
-def test_a_twist_that_slips_late_tells_the_e_of_slip_not_of_giving_way(angle, duration):
+def test_a_twist_that_slips_late_tells_the_e_of_slip_not_of_yielding(angle, duration):
     """The torque turns from one sign to the other within `angle`: whatever passes for slip tells e of slip."""
     held, errors = 0, []
     for seed in range(12):
@@ -101,7 +101,7 @@ def test_what_lets_go_is_counted_and_a_ripple_is_none():
     assert stick_slip(ramps, 0.5, 0.1) is None  # nor does a poor one
 
 
-def test_stick_slip_widens_what_is_said_of_kinetic_friction():
+def test_stick_slip_widens_the_interval_of_kinetic_friction():
     sensed = Sensed(noise=1.0)
     smooth = rubbed(sensed)
     stuck = measure_friction([sensed.two_way(sawtooth(0.4, 0.6, 3.37e-4), nothing, 0.02)])
@@ -111,14 +111,14 @@ def test_stick_slip_widens_what_is_said_of_kinetic_friction():
     assert low < 0.5 < high < stuck.static_friction
 
 
-def test_a_way_that_ends_level_is_told_from_one_that_rises_to_its_end():
+def test_a_motion_that_ends_level_is_distinguished_from_one_that_rises_to_its_end():
     s = np.linspace(1e-3, 0.025, 400)
     assert ends_level(Resistance(s, np.minimum(0.5, 40.0 * s)))
     assert not ends_level(Resistance(s, 40.0 * s))
     assert not ends_level(Resistance(s, -0.5 + 40.0 * s))
 
 
-def test_one_way_alone_that_slips_is_a_bound_that_says_so():
+def test_one_motion_alone_that_slips_is_a_bound_that_says_so():
     sensed = Sensed(noise=1.0)
 
     def there_only(s):
@@ -140,10 +140,10 @@ def test_without_mu_twists_still_bound_mu_e_and_say_why_that_is_all():
     sensed = Sensed(noise=1.0)
     slipped = bound_spin([sensed.two_way(nothing, slips(2e-3, 0.1), spin=2.0)], sensed.normal)
     assert isinstance(slipped, SpinBound)
-    assert slipped.doubt is SpinDoubt.FRICTION_UNKNOWN
+    assert slipped.doubt is SpinUncertainty.FRICTION_UNKNOWN
     assert 1.7e-3 < slipped.least_torque_ratio <= 2e-3
     stuck = bound_spin([elastic_turns(sensed, 2e-3, 0.5, 2.0)], sensed.normal)
-    assert stuck.doubt is SpinDoubt.NEVER_SLIPPED
+    assert stuck.doubt is SpinUncertainty.NEVER_SLIPPED
     assert stuck.least_torque_ratio <= 1e-3
 
 

@@ -26,7 +26,7 @@ def test_tilted_by_2_degrees_with_an_origin_half_a_millimetre_off_mu_and_e_are_f
     assert low <= 0.0025 <= high
 
 
-def test_a_skin_that_only_gives_way_is_a_bound():
+def test_a_skin_that_only_yields_is_a_bound():
     law = FrictionLaw(0.8, 0.8, stiffness=50.0)  # 1.6 N after 32 mm
     finger = Rubber(Place(0.8, 0.004, 2.0, seed=7, law=law))
     found = measure_friction([finger.two_way(Motion(speed=0.02))])

@@ -12,7 +12,7 @@ from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
 from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay, steady_part
-from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, measure_spin, torque_share
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty, measure_spin, torque_share
 from support.closed_strokes import Sensed, elastic_pair, elastic_turns, gives_way, nothing, rotation, slips
 
 seeds = st.integers(0, 2**32 - 1)
@@ -146,7 +146,7 @@ def test_an_interval_widens_with_noise_model_and_level_and_with_few_samples():
 
 @settings(max_examples=40, deadline=None)
 @given(seeds, st.floats(0.02, 2.0), st.floats(-0.5, 1.5))
-def test_what_only_gives_way_is_never_friction_wherever_it_began(seed, level, rest):
+def test_what_only_yields_is_never_friction_wherever_it_began(seed, level, rest):
     sensed = Sensed(np.random.default_rng(seed), noise=1.0)
     found = measure_friction([elastic_pair(sensed, level / 0.01, rest * 0.01, 0.02)])
     assert isinstance(found, FrictionBound)
@@ -167,11 +167,11 @@ def test_the_bound_is_the_narrowest_cone_that_holds_all_forces():
 
 @settings(max_examples=25, deadline=None)
 @given(seeds, st.floats(1e-4, 5e-3), st.floats(-0.5, 1.5))
-def test_what_only_gives_way_to_a_twist_is_a_bound_of_the_torque(seed, torque, rest):
+def test_what_only_yields_to_a_twist_is_a_bound_of_the_torque(seed, torque, rest):
     sensed = Sensed(np.random.default_rng(seed), noise=1.0)
     turned = measure_spin([elastic_turns(sensed, torque, rest, 2.0)], rubbed(sensed, 0.5))
     assert isinstance(turned, SpinBound)
-    assert turned.doubt is SpinDoubt.NEVER_SLIPPED
+    assert turned.doubt is SpinUncertainty.NEVER_SLIPPED
     # torque runs over `torque` per radian times 0.96 rad: half of it, whatever the preload
     assert turned.least_torque_ratio <= 0.5 * torque * 0.97 + 2e-5
     assert turned.least_torque_ratio >= 0.4 * torque - 3e-4
@@ -195,7 +195,7 @@ def test_slip_is_seen_from_twice_its_travel_on(travel, slipped):
 
 
 @pytest.mark.parametrize("travel", [2e-4, 5e-4, 1e-3, 2e-3, 3e-3])
-def test_a_skin_that_slips_late_tells_the_mu_of_slip_not_of_giving_way(travel):
+def test_a_skin_that_slips_late_tells_the_mu_of_slip_not_of_yielding(travel):
     """The resistance turns from -mu to mu within `travel`: as long as that passes for slip, mu is that of slip."""
     held = 0
     for seed in range(20):
@@ -213,7 +213,7 @@ def test_a_twist_too_far_beside_the_contact_is_a_bound_with_its_reason():
     found = rubbed(sensed, 0.5)
     turned = measure_spin([sensed.two_way(nothing, slips(5e-4, 0.1), spin=2.0, aside=0.49)], found)
     assert isinstance(turned, SpinBound)
-    assert turned.doubt is SpinDoubt.SLID
+    assert turned.doubt is SpinUncertainty.SLID
     assert turned.least_torque_ratio == pytest.approx(5e-4, rel=1e-6)
 
 
@@ -230,7 +230,7 @@ def test_evidence_has_no_unit():
     assert not slip_evidence([Resistance(s, np.full(100, -3.0))] * 2).slipped
 
 
-def test_noise_does_not_make_slip_of_what_gives_way():
+def test_noise_does_not_make_slip_of_what_yields():
     """Resistance just above the noise: the rise alone, 1 with a standard deviation of 0.3, would often pass."""
     rng, s, slipped = np.random.default_rng(12), np.linspace(0.2, 1.0, 160), 0
     for _ in range(300):
@@ -243,7 +243,7 @@ def sawtooth(low, high, travel):
     return lambda s: low + (high - low) * np.mod(s, travel) / travel
 
 
-def test_stick_slip_is_flagged_and_told_apart_from_noise():
+def test_stick_slip_is_flagged_and_distinguished_from_noise():
     sensed = Sensed(noise=1.0)
     stuck = measure_friction([sensed.two_way(sawtooth(0.4, 0.6, 3.37e-4), nothing, 0.02)])
     assert isinstance(stuck, FrictionMeasured)

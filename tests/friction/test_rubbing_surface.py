@@ -164,7 +164,7 @@ def point(speed, mu, noise=0.002):
 SPEEDS = (1e-3, 2e-3, 4e-3, 8e-3, 16e-3, 32e-3, 64e-3)
 
 
-def test_a_constant_is_told_as_one_and_no_curve_is_seen_in_noise():
+def test_a_constant_is_found_as_one_and_no_curve_is_seen_in_noise():
     rng, curved = np.random.default_rng(1), 0
     for _ in range(40):
         curve = fit_speed_curve([point(v, 0.4 * (1.0 + 0.002 * rng.normal())) for v in SPEEDS])

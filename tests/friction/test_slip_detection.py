@@ -150,7 +150,7 @@ def test_one_odd_sample_is_no_slip():
     assert times_told(crossing, [held] * 100 + [odd] + [held] * 100) == []
 
 
-def test_a_rising_load_is_told_ahead_by_what_was_asked():
+def test_a_rising_load_is_predicted_by_what_was_asked():
     rate, first = 2.0, []
     for ahead in (0.0, 10e-3):
         crossing = MarginCrossing(SURFACE, PERIOD, None, MarginParameters(ahead=ahead))

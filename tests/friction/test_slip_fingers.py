@@ -59,7 +59,7 @@ def test_holding_more_and_more_makes_the_cautious_surface_grow_but_never_beyond_
     assert after < 0.95 * TRUE.friction
 
 
-def test_the_loads_until_a_slip_is_told_are_no_evidence_of_holding():
+def test_the_loads_until_a_slip_is_detected_are_no_evidence_of_holding():
     """They climb to 1.3 times what the contact bears, as static friction may be larger, and then it slips."""
     warned, unaware = LearntSurface(wide), LearntSurface(wide)
     ratios = np.concatenate([np.full(100, 0.5), np.linspace(1.0, 1.3, 35), np.full(5, 1.0)])

@@ -51,14 +51,14 @@ def latency(told_by, rng, lag, phase):
 
 
 @pytest.mark.parametrize("lag", [0.0, 1e-3])
-def test_slip_is_told_as_soon_whether_friction_follows_at_once_or_a_millisecond_late(lag):
+def test_slip_is_found_as_soon_whether_friction_follows_at_once_or_a_millisecond_late(lag):
     rng = np.random.default_rng(1)
     late = [latency(detector(), rng, lag, phase) for phase in np.linspace(0.0, 6.0, 60)]
     assert min(late) > 0
     assert np.median(late) <= 15
 
 
-def test_friction_that_follows_late_is_told_sooner_than_by_who_does_not_allow_for_it():
+def test_friction_that_follows_late_is_detected_sooner_than_by_who_does_not_allow_for_it():
     rng = np.random.default_rng(1)
     allowed, not_allowed = (
         [latency(detector(lag=lag), rng, 1e-3, phase) for phase in np.linspace(0.0, 6.0, 60)]

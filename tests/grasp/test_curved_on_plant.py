@@ -145,7 +145,7 @@ def test_answers_hold_on_the_plant_and_3_percent_more_slips(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITS)
-def test_many_answers_hold_on_the_plant_and_3_percent_more_slips(name):
+def test_many_solutions_hold_on_the_plant_and_3_percent_more_slips(name):
     check_answers(np.random.default_rng(2), LIMITS[name], 25)
 
 

@@ -88,7 +88,7 @@ def test_what_is_known_for_cones_alone_refuses_the_rest_by_name():
                 asked()
 
 
-def test_the_way_out_that_is_named_keeps_the_true_limit():
+def test_the_remedy_that_is_named_keeps_the_true_limit():
     """For p below 2 a friction smaller by 2^(1/2 - 1/p), with p = 2: the p-norm is at most so much larger."""
     rng = np.random.default_rng(0)
     for p in (1.0, 1.3, 1.7):

@@ -117,7 +117,7 @@ def test_sixteen_facets_lie_inside_the_sphere_and_touch_it():
     assert reach.min() == pytest.approx(RADIUS, rel=1e-2)
 
 
-def test_a_wrong_answer_is_told_from_a_right_one(easy, load):
+def test_a_wrong_solution_is_distinguished_from_a_right_one(easy, load):
     judge = EffortJudge(easy)
     solver = OPTIMIZER.prepare(easy)
     solver.solve(load, warm=False)
@@ -184,7 +184,7 @@ def test_loads_move_a_thousandth_to_a_hundredth_of_their_size_each_period():
 
 
 @pytest.mark.slow
-def test_times_are_kept_cold_and_warm_and_answers_judged():
+def test_times_are_kept_cold_and_warm_and_solutions_judged():
     found = measure([NEWTON, CLARABEL], 3, TINY, EffortJudge, lambda: None)
     for timing in found.values():
         assert len(timing.cold) >= 2

@@ -133,7 +133,7 @@ def test_contacts_come_go_and_move(grasp):
             assert balanced(some, result, LOAD) < 1e-8
 
 
-def test_a_load_that_is_no_number_is_answered_and_bad_shapes_and_names_are_refused(grasp):
+def test_a_load_that_is_no_number_gets_a_status_and_bad_shapes_and_names_are_refused(grasp):
     optimizer = GraspForceOptimizer(grasp)
     assert optimizer.solve(LOAD * math.nan).status is SolveStatus.INVALID
     assert optimizer.solve(LOAD).status is SolveStatus.SOLVED

@@ -14,7 +14,7 @@ from palpate.grasp.attempts import ATTEMPTS, Attempt
 from palpate.grasp.compiled import Compiled, Interpreted, cache_folder
 from palpate.grasp.contact_problem import ContactProblem
 from palpate.grasp.grasp_proof import proof_value
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
 from palpate.grasp.objective import Objective
 from palpate.grasp.statement import optimality, state_contact
 from support.hard_grasps import antipodal, around, contact, held, instances, pushed, pushes, unit
@@ -38,7 +38,7 @@ def assert_optimal(
     objective: Objective,
     contacts: FloatArray,
     load: FloatArray,
-    answer: InteriorPointAnswer,
+    answer: InteriorPointResult,
     rows: FloatArray | None = None,
     limits: FloatArray | None = None,
 ) -> None:
@@ -260,7 +260,7 @@ def test_nothing_to_hold_needs_nothing() -> None:
     assert solver(3, Objective.MIN_PEAK).solve(contacts, np.zeros(6)).theta == pytest.approx(0.0, abs=1e-8)
 
 
-def test_theta_without_end_is_told() -> None:
+def test_theta_without_end_is_reported() -> None:
     # two fingers against each other press without limit: no largest margin, no largest load
     contacts, load = antipodal(0.5, 0.2, 0.5)
     contacts[:, 15] = np.inf

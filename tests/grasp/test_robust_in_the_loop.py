@@ -14,7 +14,7 @@ from palpate.grasp.dual_newton import MU
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.robust import IN_ALL, RobustLeastEffort
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.sharing import LEANT_ON, STIFF, YIELDING, spread
+from palpate.grasp.sharing import KAPPA, MIN_LOAD_SHARE, STIFF, spread
 from palpate.grasp.uncertainty import GraspUncertainty
 
 RADIUS = 0.03
@@ -66,7 +66,7 @@ def failing(grasp, load, press, rng, count=400):
 @pytest.mark.slow
 @pytest.mark.parametrize("alike", [True, False])
 @pytest.mark.parametrize("n", [2, 3])
-def test_every_load_of_two_and_three_fingers_is_answered(n, alike):
+def test_every_load_of_two_and_three_fingers_is_solved(n, alike):
     """Newton's method alone leaves a twentieth of the loads on two fingers undecided."""
     rng = np.random.default_rng(10 * n + alike)
     for i in range(200):
@@ -83,7 +83,7 @@ def test_every_load_of_two_and_three_fingers_is_answered(n, alike):
 
 
 @pytest.mark.slow
-def test_a_warm_answer_is_as_good_as_a_cold_one_and_takes_few_rounds():
+def test_a_warm_solution_is_as_good_as_a_cold_one_and_takes_few_rounds():
     rng = np.random.default_rng(5)
     dearer, rounds = [], []
     for _ in range(6):
@@ -172,7 +172,7 @@ def test_friction_is_shared_as_the_minimum_says(seed, n):
     places, axes = scaled.rows[:, :3], scaled.rows[:, 3:12].reshape(n, 3, 3)
     g2 = (mu * f) ** 2
     mean = g2.mean()
-    g2 = g2 + LEANT_ON * mean
+    g2 = g2 + MIN_LOAD_SHARE * mean
     wrenches = np.concatenate([axes, np.cross(places[:, None], axes)], axis=2)  # of N, t1, t2
     spins = np.concatenate([np.zeros((n, 3)), lengths[:, None] * axes[:, 0]], axis=1)
     aside = np.concatenate([wrenches[:, 1:], spins[:, None]], axis=1)
@@ -180,7 +180,7 @@ def test_friction_is_shared_as_the_minimum_says(seed, n):
     quadratic, linear, balance = np.zeros((4 * n, 4 * n)), np.zeros((4 * n, n)), np.zeros((6, 4 * n))
     for i in range(n):
         at = slice(3 * i, 3 * i + 3)
-        quadratic[at, at] = (np.outer(direction[i], direction[i]) + YIELDING * np.eye(3)) / g2[i]
+        quadratic[at, at] = (np.outer(direction[i], direction[i]) + KAPPA * np.eye(3)) / g2[i]
         quadratic[3 * n + i, 3 * n + i] = STIFF / mean
         linear[at, i] = direction[i] / g2[i]
         balance[:, at], balance[:, 3 * n + i] = aside[i].T, wrenches[i, 0]

@@ -38,7 +38,7 @@ def error(kinematics, q, wanted):
 
 
 @given(joints)
-def test_every_answer_holds_the_pose_and_the_nearest_comes_first(q):
+def test_every_solution_holds_the_pose_and_the_nearest_comes_first(q):
     wanted = ARM.pose(q)
     answers = all_joint_positions(ARM, wanted, q)
     assert 1 <= len(answers) <= 8

@@ -89,7 +89,7 @@ def test_the_smallest_singular_value_is_that_of_the_weighted_jacobian(q, twist):
 
 
 @given(poses, slow)
-def test_what_is_told_of_the_motion_is_true(q, twist):
+def test_the_motion_reported_is_true(q, twist):
     motion = solve(q, twist)
     told = motion.velocity + motion.angular_velocity
     assert np.allclose(KINEMATICS.jacobian(q) @ motion.joint_velocity, told, atol=1e-13)
@@ -202,7 +202,7 @@ def test_what_is_not_finite_moves_nothing(bad):
 @pytest.mark.slow
 @settings(deadline=None)
 @given(poses)
-def test_the_curvature_is_how_the_twist_changes_along_the_way(q):
+def test_the_curvature_is_how_the_twist_changes_along_the_path(q):
     """u . (dJ/dt) v of the compiled code against central differences of the Jacobian."""
     U, _, Vt = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q))
     u, v, h, q = U[:, -1].copy(), Vt[-1].copy(), 1e-5, np.array(q)
@@ -215,7 +215,7 @@ def test_the_curvature_is_how_the_twist_changes_along_the_way(q):
 
 
 @pytest.mark.parametrize("seconds", [2.0, 20.0])
-def test_pushing_on_at_the_edge_of_the_reach_costs_nothing_on_the_way_back(seconds):
+def test_pushing_on_at_the_edge_of_the_reach_costs_nothing_on_the_return(seconds):
     q = np.radians((0.0, -60.0, 25.0, -40.0, -90.0, 0.0))
     dt, out = 1e-2, np.zeros(6)
     p = np.array(KINEMATICS.pose(q).position) - (0.0, 0.0, 0.1625)

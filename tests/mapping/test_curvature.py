@@ -64,7 +64,7 @@ def test_before_anything_is_felt_curvature_is_as_uncertain_as_the_model_says():
     np.testing.assert_allclose(np.einsum("ni,ij,nj->n", row, bend_variance(model), row), 70.0**2)
 
 
-def test_a_saddle_is_curved_both_ways():
+def test_a_saddle_is_curved_in_both_directions():
     found = surface_curvature(mapped(saddle()), np.zeros((1, 3)))
     np.testing.assert_allclose(found.principal[0], [40.0, -60.0], atol=0.5)
     assert abs(found.directions[0, 0] @ [1.0, 0.0, 0.0]) == pytest.approx(1.0, abs=1e-3)

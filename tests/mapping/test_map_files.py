@@ -97,7 +97,7 @@ def test_a_failed_write_leaves_the_former_file_and_nothing_else(tmp_path, monkey
     assert [p.name for p in tmp_path.iterdir()] == ["cloud"]
 
 
-def test_a_write_that_breaks_off_half_way_leaves_nothing(tmp_path):
+def test_a_write_that_breaks_off_halfway_leaves_nothing(tmp_path):
     def write_half():
         with replacing(tmp_path / "half") as file:
             file.write(b"half")
@@ -114,6 +114,6 @@ def test_files_are_as_readable_as_others(tmp_path):
     assert (tmp_path / "cloud.csv").stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
-def test_a_missing_folder_is_said(tmp_path):
+def test_a_missing_folder_is_reported(tmp_path):
     with pytest.raises(FileNotFoundError):
         write_cloud_ply(CLOUD, tmp_path / "nowhere" / "cloud.ply")

@@ -76,7 +76,7 @@ def test_slopes_are_those_of_the_residuals(seed):
 
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds)
-def test_the_foot_of_a_point_is_on_the_ellipsoid_and_the_way_there_is_its_normal(seed):
+def test_the_nearest_point_is_on_the_ellipsoid_and_the_line_to_it_is_its_normal(seed):
     rng = np.random.default_rng(seed)
     axes = 10.0 ** rng.uniform(-1.0, 1.0, 3)
     shape = EllipsoidShape(rng.normal(size=3), random_rotation(rng), axes)

@@ -93,7 +93,7 @@ def test_a_noisy_plane_is_no_sphere():
     assert fit_sphere(flat).status != SphereFitStatus.OK
 
 
-def test_errors_common_to_a_row_are_covered_when_points_per_row_are_told():
+def test_errors_common_to_a_row_are_covered_when_points_per_row_are_given():
     """Rows pushed out together: with the points of a row the sd holds, without it is far too small."""
     rng = np.random.default_rng(11)
     x, y = np.meshgrid(np.linspace(-0.5, 0.5, 40), np.linspace(-0.5, 0.5, 11))

@@ -63,7 +63,7 @@ def test_claimed_deviations_are_those_of_the_errors():
     assert abs(score.mean()) < 0.3
 
 
-def test_two_materials_are_told_apart():
+def test_two_materials_are_distinguished():
     found = local_stiffness(*pressed(lambda x: np.where(x < 0.03, 1e3, 5e3), swing=1.0, seed=1), noise=NOISE)
     soft, hard = found.position[:, 0] < 0.026, found.position[:, 0] > 0.034
     assert found.known[soft].all()
@@ -109,7 +109,7 @@ def test_a_landing_tells_the_stiffness_of_one_place():
     assert found.stiffness[0] == pytest.approx(3e3, rel=0.005)  # the noise here is far smaller than that
 
 
-def test_what_the_tip_gives_way_is_taken_off():
+def test_what_the_tip_yields_is_taken_off():
     tip, soft = 1.0 / 4e3, 1.0 / 2e3
     found = local_stiffness(*pressed(even(1.0 / (tip + soft))), noise=QUIET, force_noise=0.0, known_compliance=tip)
     np.testing.assert_allclose(found.stiffness, 2e3, rtol=0.02)

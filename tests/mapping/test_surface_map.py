@@ -64,7 +64,7 @@ def test_a_sphere_felt_without_noise_is_known_to_a_micrometre():
     answer = mapped(cap(), QUIET).query(x)
     np.testing.assert_allclose(answer.distance, 0.4e-3, atol=1e-6)
     np.testing.assert_allclose(answer.normal, normal, atol=2e-4)
-    np.testing.assert_allclose(answer.foot, x - 0.4e-3 * normal, atol=2e-6)
+    np.testing.assert_allclose(answer.nearest, x - 0.4e-3 * normal, atol=2e-6)
     assert answer.observed.all()
 
 
@@ -111,7 +111,7 @@ def test_the_order_of_strokes_changes_less_than_what_is_unknown():
     np.testing.assert_allclose(here.sd, there.sd, rtol=0.2)
 
 
-def test_ten_times_the_size_is_ten_times_the_answer():
+def test_ten_times_the_size_is_ten_times_the_result():
     small, x = cap(noise=2e-5), inner_points()[0]
     large = dataclasses.replace(small, position=10.0 * small.position)
     model = SurfaceModel()
@@ -164,7 +164,7 @@ def test_contacts_felt_twice_say_nothing_new():
     assert once < one.query(x).sd[0]
 
 
-def test_more_noise_told_of_some_contacts_makes_the_map_trust_the_others():
+def test_more_noise_stated_for_some_contacts_makes_the_map_trust_the_others():
     low, high = plane_cloud(raster(0.004)), plane_cloud(raster(0.004), z=1e-4)
     trusted = dataclasses.replace(low, noise=np.full(len(low), 1e-5), tilt=np.full(len(low), 1e-2))
     doubted = dataclasses.replace(high, noise=np.full(len(high), 1e-4), tilt=np.full(len(high), 1e-2))

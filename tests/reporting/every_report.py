@@ -96,7 +96,7 @@ def _sweep(typed, folder):
     combinations = tuple(replace(each, values=(value,)) for each, value in pairs)
     plan = replace(
         plan,
-        asked=replace(plan.asked, vary=((f"robot=usual,{typed}",),)),
+        config=replace(plan.config, vary=((f"robot=usual,{typed}",),)),
         varied=(Varied("robot", ("usual", typed)),),
         combinations=combinations,
         runs=tuple(replace(run, combination=combinations[run.number // 2]) for run in plan.runs),

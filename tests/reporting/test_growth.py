@@ -41,9 +41,9 @@ def texts(figure):
 
 
 def test_more_and_more_is_known(growth, exploration):
-    """Area never shrinks, way, time and contacts neither, and the end is the map that was made."""
+    """Area never shrinks, path length, time and contacts neither, and the end is the map that was made."""
     curve = growth.curve
-    for value in (curve.time, curve.contacts, curve.way):
+    for value in (curve.time, curve.contacts, curve.path_length):
         assert (np.diff(value) >= 0.0).all()
     assert (np.diff(curve.area) >= -0.02 * curve.area[-1]).all(), "but for ragged edges"
     whole = MeshFigures.of(exploration.map.mesh)
@@ -55,12 +55,12 @@ def test_more_and_more_is_known(growth, exploration):
     assert curve.contacts[-1] == len(exploration.cloud)
 
 
-def test_snapshots_show_shares_of_the_way(growth):
-    shares = [growth.curve.way[each.moment] / growth.curve.way[-1] for each in growth.snapshots]
+def test_snapshots_show_shares_of_the_path(growth):
+    shares = [growth.curve.path_length[each.moment] / growth.curve.path_length[-1] for each in growth.snapshots]
     assert shares == pytest.approx(SHOWN, abs=0.01)
     for each in growth.snapshots:
         done = float(np.linalg.norm(np.diff(each.done[:, :2], axis=0), axis=1).sum())
-        assert done <= growth.curve.way[each.moment] + 1e-3
+        assert done <= growth.curve.path_length[each.moment] + 1e-3
         assert len(each.mesh.triangles) == 0 or growth.curve.area[each.moment] > 0.0
     assert not len(growth.snapshots[-1].to_go), "nothing is left at the end"
     middle = growth.snapshots[1]
@@ -80,7 +80,7 @@ def test_marks_come_when_they_were_made(exploration):
 
 
 def test_the_report_has_it(exploration):
-    assert set(pictures(exploration_report(exploration), GREW)) == {"What was known when", "The map while it grew"}
+    assert set(pictures(exploration_report(exploration), GREW)) == {"Growth of the map", "The map while it grew"}
 
 
 def test_nothing_felt_nothing_grown(exploration):
@@ -92,8 +92,8 @@ def test_nothing_felt_nothing_grown(exploration):
 def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
     marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(PathEvent))
     last = dataclasses.replace(growth.snapshots[-1], marks=marks)
-    told = dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last))
-    picture = snapshots_picture(told)
+    changed = dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last))
+    picture = snapshots_picture(changed)
     for figure in (picture.full, picture.narrow):
         panels = [axes for axes in figure.axes if axes.get_xlabel() == "x [mm]"]
         assert len(panels) == len(SHOWN)
@@ -102,15 +102,15 @@ def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
         assert (low, high) == (0.0, pytest.approx(1e6 * growth.largest_sd))
         assert any(axes.get_xlabel() == "standard deviation [µm]" for axes in figure.axes)
         (legend,) = figure.legends
-        said = {text.get_text() for text in legend.get_texts()}
-        assert said == {"way of the tip", "tip", "still to go", *(event.value for event in PathEvent)}
-        assert "100 % of the way" in " ".join(texts(figure))
+        labels_shown = {text.get_text() for text in legend.get_texts()}
+        assert labels_shown == {"path of the tip", "tip", "still to go", *(event.value for event in PathEvent)}
+        assert "100 % of the path" in " ".join(texts(figure))
     lines = [line for line in panels[-1].lines if line.get_label() in set(PathEvent)]
     assert len({str(line.get_marker()) for line in lines}) == len(PathEvent), "a symbol each"
     assert "1 x edge" in picture.caption
     curve = growth_picture(growth)
     labels = {axes.get_xlabel() for axes in curve.full.axes}
-    assert labels == {"", "way of the tip [mm]", "time [s]", "contacts"}
+    assert labels == {"", "path length [mm]", "time [s]", "contacts"}
     entries = {
         text.get_text(): line
         for text, line in zip(curve.full.legends[0].get_texts(), curve.full.legends[0].get_lines(), strict=True)

@@ -10,7 +10,7 @@ import pytest
 import palpate.reporting as reporting
 import palpate.viewing as viewing
 from palpate.reporting.encode import svg_text
-from palpate.reporting.style import DASH_DOT, DASHED, MEASURED, SIDE_BY_SIDE, Width, dress, new_figure
+from palpate.reporting.style import DASH_DOT, DASHED, MEASURED, SIDE_BY_SIDE, Width, new_figure, style_axes
 from palpate.runtime import palette
 from palpate.sim.render.renderer import ARROW_COLOUR as DRAWN
 from palpate.viewing.drawing import ARROW_COLOUR as VIEWED
@@ -112,7 +112,7 @@ def test_a_picture_follows_the_theme():
     figure = new_figure(Width.HALF, 2.0)
     axes = figure.subplots()
     axes.plot([0.0, 1.0], [0.0, 1.0], color=palette.FELT.light)
-    dress(axes, x="time [s]", y="force [N]")
+    style_axes(axes, x="time [s]", y="force [N]")
     svg = svg_text(figure)
     sheet, drawing = svg.split("</style>", 1)
     assert "var(--felt)" in drawing

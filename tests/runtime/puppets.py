@@ -57,10 +57,10 @@ class PuppetBackend:
         return self._now(len(self.commands))
 
     def _now(self, step):
-        told = self.script.get(step, {})
-        if isinstance(told, BaseException):
-            raise told
-        return sample(**{"time": step * PERIOD, "position": self._position, "velocity": self._velocity} | told)
+        scripted = self.script.get(step, {})
+        if isinstance(scripted, BaseException):
+            raise scripted
+        return sample(**{"time": step * PERIOD, "position": self._position, "velocity": self._velocity} | scripted)
 
     def close(self):
         self.closed += 1
@@ -74,12 +74,12 @@ class PuppetBackend:
 
     @property
     def at_rest(self):
-        """Whether the last thing it was told before it was closed was to stand still, and it does."""
+        """Whether its last command before closing was to stand still, and it does."""
         stands = self._velocity == REST
         return bool(self.commands) and self.commands[-1].velocity_base_tip == REST and stands
 
     @property
-    def moved_as_told_finitely(self):
+    def moved_by_finite_commands(self):
         return all(math.isfinite(sum(c.velocity_base_tip)) for c in self.commands)
 
 
@@ -97,7 +97,7 @@ class PuppetController:
 
     def step(self, now):
         self.seen.append(now)
-        told = self.script.get(len(self.seen) - 1, Command(self.velocity, Phase.SCAN))
-        if isinstance(told, BaseException):
-            raise told
-        return told
+        scripted = self.script.get(len(self.seen) - 1, Command(self.velocity, Phase.SCAN))
+        if isinstance(scripted, BaseException):
+            raise scripted
+        return scripted

@@ -120,9 +120,9 @@ def steps(run: Run):
     backend.close()
 
 
-def touched(said: list[tuple[Sample, object]]) -> bool:
+def touched(history: list[tuple[Sample, object]]) -> bool:
     """Whether anything was felt, so that a comparison is worth something."""
-    loads = [max(map(abs, wrench.wrench[:3])) for sample, _ in said for wrench in sample.wrenches]
+    loads = [max(map(abs, wrench.wrench[:3])) for sample, _ in history for wrench in sample.wrenches]
     return max(loads) > 1.0
 
 
@@ -133,5 +133,5 @@ def said_in(run: Run) -> list[str]:
 
 def digest(run: Run) -> tuple[str, bool]:
     """Everything that a run says, in short, and whether it felt anything."""
-    said = list(steps(run))
-    return hashlib.sha256("\n".join(map(repr, said)).encode()).hexdigest(), touched(said)
+    history = list(steps(run))
+    return hashlib.sha256("\n".join(map(repr, history)).encode()).hexdigest(), touched(history)

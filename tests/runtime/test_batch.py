@@ -49,10 +49,10 @@ def test_any_number_of_processes_gives_the_numbers_of_a_plain_loop_in_the_order_
 
 
 @pytest.mark.slow
-def test_a_case_that_raises_is_told_with_its_traceback_and_the_others_go_on():
+def test_a_case_that_raises_is_reported_with_its_traceback_and_the_others_go_on():
     cases = [Toss(0), Toss(1, error="nothing there"), Toss(2)]
-    told = []
-    outcomes = run_batch(toss, cases, 2, told.append)
+    reported = []
+    outcomes = run_batch(toss, cases, 2, reported.append)
     assert [type(outcome) for outcome in outcomes] == [Success, Failure, Success]
     failure = outcomes[1]
     assert isinstance(failure, Failure)
@@ -65,11 +65,11 @@ def test_a_case_that_raises_is_told_with_its_traceback_and_the_others_go_on():
     assert "raise LookupError(case.error)" in failure.traceback
     with pytest.raises(BatchError, match=r"1 of 3 cases failed; .*seed=1(.|\n)*LookupError: nothing there"):
         results_of(outcomes)
-    ended = [progress for progress in told if progress.index is not None]
+    ended = [progress for progress in reported if progress.index is not None]
     assert sorted(progress.index for progress in ended) == [0, 1, 2]
     assert all(progress.outcome is outcomes[progress.index] for progress in ended)
     assert [progress.done for progress in ended] == [1, 2, 3]
-    assert (told[-1].cases, told[-1].done, told[-1].failed) == (3, 3, 1)
+    assert (reported[-1].cases, reported[-1].done, reported[-1].failed) == (3, 3, 1)
 
 
 @pytest.mark.slow
@@ -102,8 +102,8 @@ def test_what_is_defined_on_the_spot_travels_along():
 @pytest.mark.slow
 def test_workers_are_one_thread_deaf_to_ctrl_c_and_no_more_than_cases():
     found = results_of(run_batch(surroundings, range(2), 7, quiet))
-    for told, numba_threads, threads, deaf, _ in found:
-        assert set(told) == {"1"}
+    for reported, numba_threads, threads, deaf, _ in found:
+        assert set(reported) == {"1"}
         # the one that works, and the one that listens
         assert (numba_threads, threads, deaf) == (1, 2, True)
     assert os.getpid() not in {pid for *_, pid in found}
@@ -195,8 +195,8 @@ def test_a_kernel_that_was_prepared_is_compiled_by_no_worker(tmp_path):
     def compiled(*arguments):
         environment = os.environ | {"PYTHONPATH": PYTHONPATH, "NUMBA_CACHE_DIR": str(tmp_path / str(arguments))}
         program = [sys.executable, "-m", "runtime.batch_kernel", *arguments]
-        said = subprocess.run(program, env=environment, capture_output=True, text=True, check=True).stdout
-        found = ast.literal_eval(said)
+        printed = subprocess.run(program, env=environment, capture_output=True, text=True, check=True).stdout
+        found = ast.literal_eval(printed)
         assert [answer for answer, *_ in found] == [0.0, 2.0, 4.0, 6.0]
         return sum(misses for *_, misses in found)
 

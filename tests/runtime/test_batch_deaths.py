@@ -172,13 +172,13 @@ def test_no_worker_outlives_its_parent(tmp_path, how, when):
         else:
             until(lambda: len(members(program.pid)) >= 3)
         (os.killpg if how is signal.SIGINT else os.kill)(program.pid, how)
-        _, said = program.communicate(timeout=PATIENCE)  # ends when nobody holds standard error any more
+        _, message = program.communicate(timeout=PATIENCE)  # ends when nobody holds standard error any more
         assert program.returncode == -how
         until(lambda: members(program.pid) == [])
         if how is signal.SIGINT:
             # the parent's, and nobody else's
-            assert said.count("Traceback") == 1
-            assert said.rstrip().endswith("KeyboardInterrupt")
+            assert message.count("Traceback") == 1
+            assert message.rstrip().endswith("KeyboardInterrupt")
         if when == "at work":
             assert len(list(tmp_path.iterdir())) == 2
     finally:

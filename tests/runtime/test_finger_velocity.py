@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.controllers.grip.belief import KnownSurface
-from palpate.controllers.grip.in_turn import InTurn
+from palpate.controllers.grip.controller_sequence import ControllerSequence
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.turn import TurnInHand, TurnParameters
@@ -82,7 +82,7 @@ def test_room_is_kept_where_every_finger_has_a_second_joint():
 def lifts_and_turns(hand):
     grip = SlipSafeGrip(3, KnownSurface(KNOWN), PERIOD)
     lift = LiftController(grip, PERIOD, LiftParameters(height=0.005, hold_time=0.1))
-    return InTurn(lift, TurnInHand(grip, hand, PERIOD, TurnParameters((0.05, 0.0))))
+    return ControllerSequence(lift, TurnInHand(grip, hand, PERIOD, TurnParameters((0.05, 0.0))))
 
 
 @pytest.mark.slow

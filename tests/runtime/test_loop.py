@@ -59,8 +59,8 @@ BAD_SAMPLES = {
 
 @pytest.mark.parametrize("name", BAD_SAMPLES)
 def test_a_sample_out_of_bounds_trips(name):
-    told, measure = BAD_SAMPLES[name]
-    backend = PuppetBackend({20: told})
+    bad, measure = BAD_SAMPLES[name]
+    backend = PuppetBackend({20: bad})
     result = go(backend)
     assert result.ending is Ending.TRIPPED
     assert measure in result.trip.measure
@@ -82,7 +82,7 @@ def test_a_command_out_of_bounds_never_reaches_the_robot(velocity):
     result = go(backend, PuppetController({20: Command(velocity, Phase.SCAN)}))
     assert result.ending is Ending.TRIPPED
     assert result.trip.measure in ("commanded velocity", "commanded speed")
-    assert backend.moved_as_told_finitely
+    assert backend.moved_by_finite_commands
     assert max(math.hypot(*c.velocity_base_tip) for c in backend.commands) <= 0.25
     assert backend.at_rest
     assert backend.closed == 1
@@ -121,7 +121,7 @@ def test_what_ends_the_process_propagates_once_the_robot_rests(error):
     assert backend.closed_after == len(backend.commands)
 
 
-def test_an_exception_with_words_for_people_is_told_in_them_alone():
+def test_an_exception_with_a_user_message_is_reported_by_that_alone():
     """And the log keeps what raised it: the extent of a replay is read from there."""
     lost = DeviceError(
         "UR arm at 127.0.0.2", "its newest sample is 104 ms old, the limit is 100 ms", "close programs"

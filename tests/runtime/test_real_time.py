@@ -144,10 +144,10 @@ def test_stopping_says_by_how_much_once_and_then_keeps_the_pace(clock):
     clock.now += 3.5 * PERIOD
     with pytest.raises(
         OverrunError, match=r"2\.44 ms after its deadline; the limit is the period of 0\.97"
-    ) as told:
+    ) as raised:
         pacer.wait()
-    assert "SKIP" in str(told.value)
-    assert isinstance(told.value, TimeoutError)
+    assert "SKIP" in str(raised.value)
+    assert isinstance(raised.value, TimeoutError)
     clock.now += 0.25 * PERIOD
     pacer.wait()
     assert clock.now == 5 * PERIOD
@@ -211,7 +211,7 @@ def test_there_is_no_pace_before_start_or_after_stop(clock, stopped):
 
 
 @pytest.mark.parametrize(
-    ("period", "more", "said"),
+    ("period", "more", "message"),
     [
         (0.0, {}, "period = 0"),
         (math.nan, {}, "period = nan"),
@@ -222,8 +222,8 @@ def test_there_is_no_pace_before_start_or_after_stop(clock, stopped):
         (1e-3, {"overrun": "wait"}, "skip, catch up, stop"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(period, more, said):
-    with pytest.raises(InvalidValueError, match=said):
+def test_what_cannot_be_is_refused_by_name(period, more, message):
+    with pytest.raises(InvalidValueError, match=message):
         RealTime(period, **more)
 
 
@@ -287,12 +287,12 @@ def test_only_the_calling_thread_is_urgent_not_those_that_it_starts():
         thread.start()
         thread.join()
     finally:
-        said = pacer.stop().note
+        message = pacer.stop().note
     assert seen[0][:2] == (os.SCHED_OTHER, 0)
     assert seen[0][2] >= 0
     granted = mine[0] == os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-    assert granted == (said == "real-time priority 10 (SCHED_FIFO)")
-    assert granted or "going on" in said
+    assert granted == (message == "real-time priority 10 (SCHED_FIFO)")
+    assert granted or "going on" in message
 
 
 @linux

@@ -51,8 +51,8 @@ def made_up(index, wrenches=None, **changes):
     )
     hand = HandSample(time, tuple(rng.uniform(0, 1, 3).tolist()))
     acceleration = (0.0, 0.0, 9.81)
-    told = Sample(time, arm, tuple(WrenchSample(time, one, acceleration) for one in felt), hand)
-    return replace(told, **changes)
+    made = Sample(time, arm, tuple(WrenchSample(time, one, acceleration) for one in felt), hand)
+    return replace(made, **changes)
 
 
 class Robot:
@@ -63,13 +63,13 @@ class Robot:
         self.hand = hand
 
     def start(self):
-        return self.told()
+        return self.next_sample()
 
     def step(self, command):
         self.index += 1
-        return self.told()
+        return self.next_sample()
 
-    def told(self):
+    def next_sample(self):
         found = self.faults.get(self.index) or made_up(self.index)
         if isinstance(found, Exception):
             raise found

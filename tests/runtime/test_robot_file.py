@@ -1,7 +1,6 @@
 """Robot files: what people write is read as they mean it, and what they get wrong is named."""
 
 import math
-from dataclasses import fields
 from pathlib import Path
 
 import msgspec
@@ -10,14 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.nearest_name import without_unit
+from palpate.nearest_name import unit_of, without_unit
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
 from palpate.runtime.robot_backend import StageEntry
 from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file
-from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
-from palpate.strict_types import known_keys
 from palpate.surfaces import Ellipsoid
 from support.robot_file_text import robot_file_text
 
@@ -53,15 +50,13 @@ def test_what_people_write_is_read_as_they_mean_it():
     assert robot.fingers[0].payload == PayloadEntry(mass=0.03, center_of_mass=(0.0, 0.0, 0.02))
     assert robot.fingers[0].noise is None
     assert robot.fingers[0].simulated_sensor is None
-    assert robot.limits.limits() == Limits()
+    assert robot.limits == Limits()
 
 
-def test_left_out_limits_are_the_supervisors_own_and_none_is_forgotten():
-    assert LimitsEntry().limits() == Limits()
-    assert [field.name for field in msgspec.structs.fields(LimitsEntry)] == [
-        field.name for field in fields(Limits)
-    ]
-    assert [without_unit(key) for key in known_keys(LimitsEntry)] == [field.name for field in fields(Limits)]
+def test_the_key_of_a_limit_is_its_name_with_a_unit():
+    keys = {field.name: field.encode_name for field in msgspec.structs.fields(Limits)}
+    assert {name: without_unit(key) for name, key in keys.items()} == {name: name for name in keys}
+    assert all(unit_of(key) for key in keys.values())
 
 
 @pytest.mark.parametrize("name", shipped_robots())
@@ -88,7 +83,7 @@ vectors = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
     name=st.text(min_size=1, max_size=30).filter(lambda s: s.strip() and s.isprintable()),
 )  # fmt: skip
 def test_every_number_and_name_reads_back_to_the_same_bits(radius, center, force, lower, period, name):
-    limits = LimitsEntry(force=force, workspace_lower=lower, workspace_upper=(3.0, 3.0, 3.0))
+    limits = Limits(force=force, workspace_lower=lower, workspace_upper=(3.0, 3.0, 3.0))
     base = read_robot_file(MINIMAL)
     finger = msgspec.structs.replace(base.fingers[0], surface=sphere(radius, center))
     robot = RobotFile(name=name, backend=base.backend, period=period, fingers=(finger,), limits=limits)

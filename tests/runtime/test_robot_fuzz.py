@@ -232,28 +232,28 @@ KINDS = (
 )  # fmt: skip
 
 
-def same(said, value):
+def same(written, value):
     """Whether a value is what plain text says: float() is the judge, no code of ours."""
     if isinstance(value, list):
-        return isinstance(said, list) and len(said) == len(value) and all(map(same, said, value))
+        return isinstance(written, list) and len(written) == len(value) and all(map(same, written, value))
     if value is None:
-        return said in ("", "~", "null", "Null", "NULL")
+        return written in ("", "~", "null", "Null", "NULL")
     if isinstance(value, str):
-        return said == value
-    return not isinstance(said, list | dict) and float(said) == value
+        return written == value
+    return not isinstance(written, list | dict) and float(written) == value
 
 
 def check_right(text, robot):
     """Every key of the file is in the robot with its value, and the rest of the robot is default."""
-    said = {shown_path(path): value for path, value in leaves(yaml.load(text, Loader=yaml.BaseLoader))}
+    written = {shown_path(path): value for path, value in leaves(yaml.load(text, Loader=yaml.BaseLoader))}
     found = {shown_path(path): value for path, value in leaves(msgspec.json.decode(msgspec.json.encode(robot)))}
-    for path, value in said.items():
+    for path, value in written.items():
         if value in ({}, "", "~", "null", "Null", "NULL") and path not in found:  # an empty group: all default
             assert any(other.startswith(f"{path}.") or other == path for other in (*found, *DEFAULTS)), path
             continue
         assert same(value, found[path]), (path, value, found[path])
     for path, value in found.items():
-        if path not in said:
+        if path not in written:
             assert value == DEFAULTS[path], path
 
 

@@ -1,4 +1,4 @@
-"""A fingertip on a sensor as its file describes it, in the loop: biased, noisy, filtered, and its delay told."""
+"""A fingertip on a sensor as its file describes it, in the loop: biased, noisy, filtered, and its delay known."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ contact: {touch_force_N: 0.2, release_force_N: 0.1}
 
 
 def explored(finger, delay):
-    """Sweep two rows over a sphere, with the delay that the controller is told."""
+    """Sweep two rows over a sphere, with the delay that the controller knows."""
     tip, stage = Tip(Sphere(0.008)), Stage()
     raster = Raster(0.02, 0.004, 0.004)
     x, y = raster.corners()[0]

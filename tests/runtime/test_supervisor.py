@@ -28,8 +28,8 @@ GOOD = Command((0.01, 0.0, 0.0), Phase.SCAN)
 STOP = Command(REST, Phase.STOP)
 
 
-def observation(fingers=1, **told):
-    return touch(fingers).sense(sample(**told))
+def observation(fingers=1, **changes):
+    return touch(fingers).sense(sample(**changes))
 
 
 def started(limits=None, guards=()):
@@ -105,9 +105,9 @@ OUT_OF_BOUNDS = {
 
 @pytest.mark.parametrize("name", OUT_OF_BOUNDS)
 def test_a_trip_names_measure_value_and_limit(name):
-    limits, told, text, limit = OUT_OF_BOUNDS[name]
+    limits, changes, text, limit = OUT_OF_BOUNDS[name]
     supervisor = started(limits)
-    assert not supervisor.admits(observation(**told))
+    assert not supervisor.admits(observation(**changes))
     assert text in str(supervisor.trip)
     assert limit in supervisor.trip.limit
 
@@ -308,9 +308,9 @@ def retracting(limits=None):
 
 
 def test_retracting_is_broken_off_by_anything_new_but_not_by_a_contact_that_presses_harder():
-    def goes_on(**told):
+    def goes_on(**changes):
         supervisor = retracting()
-        moving = supervisor.react(observation(**({"time": PERIOD, "wrench": HARD} | told))) != STOP
+        moving = supervisor.react(observation(**({"time": PERIOD, "wrench": HARD} | changes))) != STOP
         assert moving is not supervisor.finished
         return moving
 
@@ -327,7 +327,7 @@ def test_retracting_is_broken_off_by_anything_new_but_not_by_a_contact_that_pres
 
 
 def play(supervisor, wrench_of, periods):
-    """The heights at which a tip is that moves as it is told, and the commands."""
+    """The heights of a tip that moves as commanded, and the commands."""
     height, heights, commands = 0.0, [], []
     for i in range(1, periods):
         now = observation(time=i * PERIOD, wrench=wrench_of(i * PERIOD, height), position=(0.0, 0.0, height))
@@ -355,7 +355,7 @@ def test_a_tip_that_is_pressed_no_more_gets_clear_and_watches_before_the_run_end
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(st.floats(0.03, 0.09), st.floats(1e3, 1e5))
 def test_a_surface_that_keeps_coming_never_presses_harder_than_when_it_tripped_but_for_the_first_moments(u, K):
-    """The tip moves as told at once: what it cannot help is only what the surface does until force says so."""
+    """The tip follows commands at once: only what the surface does before force shows it is beyond control."""
     supervisor = retracting()
     worst = 0.0
 
@@ -410,17 +410,17 @@ def test_a_hand_that_holds_something_does_not_retract():
     "name", ["force", "moment", "spin_torque", "grip_force", "speed", "acceleration", "sample_age"]
 )
 def test_limits_that_limit_nothing_are_refused(name, bad):
-    with pytest.raises(InvalidValueError, match=f"{name.replace('_', ' ')} limit"):
+    with pytest.raises(InvalidValueError, match=f"^{name}_[^ ]+ = "):
         Limits(**{name: bad})
 
 
 @pytest.mark.parametrize("upper", [-1.0, -2.0, math.nan])
 def test_an_empty_workspace_or_joint_range_is_refused(upper):
-    with pytest.raises(InvalidValueError, match="workspace along y"):
+    with pytest.raises(InvalidValueError, match=r"workspace_(lower_m, y|upper_m = nan)"):
         Limits(workspace_upper=(1.0, upper, 1.0))
-    with pytest.raises(InvalidValueError, match="range of joint 2"):
+    with pytest.raises(InvalidValueError, match=r"joint_(lower_rad, joint 2|upper_rad = nan)"):
         Limits(joint_lower=(-1.0, -1.0), joint_upper=(1.0, upper))
-    with pytest.raises(InvalidValueError, match="1 lower and 2 upper"):
+    with pytest.raises(InvalidValueError, match="joint_lower_rad has 1 numbers and joint_upper_rad 2"):
         Limits(joint_lower=(-1.0,), joint_upper=(1.0, 2.0))
 
 

@@ -56,8 +56,8 @@ def timing(compute, lateness=(), overruns=0, note=""):
 
 def test_in_words_with_units():
     assert str(Distribution.of(np.array([3e-5, 4e-5, 2e-3]))) == "median 40 µs, 99 % 2000 µs, max 2000 µs (3)"
-    said = str(timing([4e-5, 2e-3], [1e-4, 2e-4], 1, "real-time priority 50 (SCHED_FIFO)"))
-    assert said == (
+    text = str(timing([4e-5, 2e-3], [1e-4, 2e-4], 1, "real-time priority 50 (SCHED_FIFO)"))
+    assert text == (
         "period 1 ms; compute median 2000 µs, 99 % 2000 µs, max 2000 µs (2); "
         "start to start median 1000 µs, 99 % 1000 µs, max 1000 µs (1); "
         "lateness median 200 µs, 99 % 200 µs, max 200 µs (2); overruns 1; real-time priority 50 (SCHED_FIFO)"

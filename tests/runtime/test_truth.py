@@ -1,4 +1,4 @@
-"""What really happened, kept beside a run: each sample's row as the back end told it; of a robot nobody knows."""
+"""What really happened, kept beside a run: each row as the back end reported it; a real robot has none."""
 
 import numpy as np
 import pytest
@@ -28,28 +28,28 @@ class TellingBackend(PuppetBackend):
 
 
 def recorded(folder, backend, controller, fingers=1, duration=0.06):
-    """What memory and log have of a run, and what was told in each of its periods."""
-    source, memory, told = truth_source(backend), MemoryLog(), []
+    """What memory and log have of a run, and what was reported in each of its periods."""
+    source, memory, reported = truth_source(backend), MemoryLog(), []
     recorder = Recorder(memory, LogWriter(folder / "a.mcap"))
-    notes = () if source is None else (lambda *_: told.append(source.truth_row()),)
+    notes = () if source is None else (lambda *_: reported.append(source.truth_row()),)
     run(backend, touch(fingers), controller, duration=duration, recorder=recorder, observers=notes)
-    return memory.truth(), read_log(folder / "a.mcap"), np.array(told)
+    return memory.truth(), read_log(folder / "a.mcap"), np.array(reported)
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.integers(1, 80), st.integers(0, 2**31))
-def test_every_bit_comes_back_and_is_told_again_in_a_replay(tmp_path_factory, width, seed):
-    told_by = WrappedBackend(TellingBackend(width, seed))
-    memory, log, told = recorded(tmp_path_factory.mktemp("log"), told_by, PuppetController())
-    assert memory.columns == log.truth.columns == told_by.backend.truth_columns
-    assert memory.rows.tobytes() == log.truth.rows.tobytes() == told.tobytes()
+def test_every_bit_comes_back_and_again_in_a_replay(tmp_path_factory, width, seed):
+    telling_backend = WrappedBackend(TellingBackend(width, seed))
+    memory, log, reported = recorded(tmp_path_factory.mktemp("log"), telling_backend, PuppetController())
+    assert memory.columns == log.truth.columns == telling_backend.backend.truth_columns
+    assert memory.rows.tobytes() == log.truth.rows.tobytes() == reported.tobytes()
     again = ReplayWithTruth(log.samples(), PERIOD, log.truth)
     again.start()
-    said = [again.truth_row()]
-    for _ in told[1:]:
+    replayed = [again.truth_row()]
+    for _ in reported[1:]:
         again.step(Command())
-        said.append(again.truth_row())
-    assert np.array(said).tobytes() == told.tobytes()
+        replayed.append(again.truth_row())
+    assert np.array(replayed).tobytes() == reported.tobytes()
 
 
 @pytest.mark.slow
@@ -57,10 +57,10 @@ def test_every_bit_comes_back_and_is_told_again_in_a_replay(tmp_path_factory, wi
 def test_a_simulation_tells_what_its_log_keeps(kind, tmp_path):
     backend, command = BACKENDS[kind](1)
     fingers, script = 2 if "hand" in kind else 1, {k: command(k) for k in range(400)}
-    memory, log, told = recorded(tmp_path, backend, PuppetController(script), fingers, 0.4)
-    assert len(told) == len(log) >= 400, "a row per sample, until the robot is at rest"
-    assert memory.rows.tobytes() == log.truth.rows.tobytes() == told.tobytes()
-    assert np.ptp(told, axis=0).any(), "nothing happened"
+    memory, log, reported = recorded(tmp_path, backend, PuppetController(script), fingers, 0.4)
+    assert len(reported) == len(log) >= 400, "a row per sample, until the robot is at rest"
+    assert memory.rows.tobytes() == log.truth.rows.tobytes() == reported.tobytes()
+    assert np.ptp(reported, axis=0).any(), "nothing happened"
     with pytest.raises(InvalidValueError, match=r"no column mass_kg; there are \w+"):
         log.truth.column("mass_kg")
 

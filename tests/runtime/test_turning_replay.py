@@ -1,4 +1,4 @@
-"""A run that turns: log and replay keep every bit of the angular velocity, told and commanded."""
+"""A run that turns: log and replay keep every bit of the angular velocity, reported and commanded."""
 
 import math
 import struct

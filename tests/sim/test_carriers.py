@@ -49,7 +49,7 @@ def wander(backend, first, count):
 
 
 @carriers
-def test_it_starts_upright_where_it_was_told_and_stays_there(carrier):
+def test_it_starts_upright_where_it_was_placed_and_stays_there(carrier):
     backend = backend_of(carrier, height=0.06, noise=None)
     first = backend.start()
     for _ in range(300):
@@ -63,7 +63,7 @@ def test_it_starts_upright_where_it_was_told_and_stays_there(carrier):
 
 
 @carriers
-def test_it_moves_as_it_is_told(carrier):
+def test_it_moves_as_commanded(carrier):
     backend = backend_of(carrier, height=0.06, noise=None)
     backend.start()
     velocity = (0.02, -0.01, 0.015)

@@ -74,7 +74,7 @@ def slipped(after, before):
 
 @every
 @hands
-def test_it_starts_upright_where_it_was_told_and_stays_there(carrier, hand, shape):
+def test_it_starts_upright_where_it_was_placed_and_stays_there(carrier, hand, shape):
     """Its weight is known to what carries it: nothing sags, empty or not yet closed."""
     backend = backend_of(carrier, hand, shape)
     sample = move(backend, 500)

@@ -43,7 +43,7 @@ def gripped(scene, load, force=8.0, periods=1200):
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 0.3))
-def test_a_ramp_never_leaves_the_way_from_its_beginning_to_its_end(time, duration):
+def test_a_ramp_never_leaves_the_line_from_its_beginning_to_its_end(time, duration):
     load = RampLoad((0.0, 0.0, -0.5), (1.0, 0.0, -4.0), 0.2, duration)
     share = load.force(time)[0]
     assert 0.0 <= share <= 1.0

@@ -25,7 +25,7 @@ from palpate.sim.fidelity import GRAVITY
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
 from palpate.sim.objects.table import Table
-from palpate.sim.objects.target import StillObject
+from palpate.sim.objects.target import StaticObject
 from palpate.surfaces import Sphere
 
 RADIUS = 0.008
@@ -205,7 +205,7 @@ def test_what_stands_still_is_where_it_was_put():
     for target, where in (
         (SphereObject(), (0.0, 0.0, 0.0)),
         (Torus(), (0.0, 0.0, 0.0)),
-        (StillObject(SphereObject()), (0.0, 0.0, 0.0)),
+        (StaticObject(SphereObject()), (0.0, 0.0, 0.0)),
         (ObjectBody(SphereObject(), position=(0.1, 0.0, 0.02)), (0.1, 0.0, 0.02)),
     ):
         backend = MujocoBackend(build_scene(TIP, target, ContactLaw(), start))

@@ -78,7 +78,7 @@ def test_the_tip_is_drawn_where_it_is(renderer):
         assert right - left == pytest.approx(PIXELS_PER_METRE * 0.016, rel=0.1)
 
 
-def test_the_arrow_is_as_long_as_the_force_and_points_its_way(renderer):
+def test_the_arrow_is_as_long_as_the_force_and_has_its_direction(renderer):
     away = at((0.0, 0.0, 9.0))
     empty, point = renderer.picture(away), (0.0, 0.0, 0.04)
     for force in (1.0, 2.0, 4.0):
@@ -192,7 +192,7 @@ def test_links_are_where_the_simulation_has_them():
             assert data.body(name).xmat == pytest.approx(np.ravel(pose.rotation), abs=1e-9)
 
 
-def test_a_target_that_moves_as_told_is_where_it_belongs_at_that_time():
+def test_a_target_that_with_prescribed_motion_is_where_it_belongs_at_that_time():
     slide, turn = Sine(0.05, 1.0), Sine(0.5, 2.0)
     joints = [
         DrivenJoint(JointKind.SLIDE, (1.0, 0.0, 0.0), slide),
@@ -299,7 +299,7 @@ def test_videos_that_cannot_be(tmp_path, pictures, interval):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_video_that_fails_half_way_leaves_nothing(tmp_path):
+def test_a_video_that_fails_halfway_leaves_nothing(tmp_path):
     def pictures():
         yield np.zeros((2, 2, 3), np.uint8)
         raise OSError("the scene is gone")

@@ -196,7 +196,7 @@ joints = st.builds(
 
 @settings(max_examples=25, deadline=None)
 @given(st.lists(joints, min_size=1, max_size=3))
-def test_a_target_accelerates_as_told_whatever_its_joints_do_to_one_another(joints):
+def test_a_target_accelerates_as_prescribed_whatever_its_joints_do_to_one_another(joints):
     """What it was told is what contacts reckon with: neither inertia that axes share nor centrifugal forces."""
     backend = MujocoBackend(build_scene(TIP, MovingTarget(Box(), joints), ContactLaw(), (0.0, 0.0, 0.5)))
     backend.start()

@@ -37,7 +37,7 @@ def test_a_preset_alone_is_that_specimen(preset):
     assert model_of(SimulatedSensorEntry(preset=preset, specimen=4), None) == sensor_preset(preset, 4)
 
 
-def test_nothing_said_is_perfect():
+def test_without_an_entry_it_is_perfect():
     assert model_of(None, None).is_perfect
     assert model_of(None, NoiseEntry()).is_perfect
 
@@ -79,7 +79,7 @@ def test_zeros_take_everything_away():
     assert left == {"name", "source", "rated", "saturation"}
 
 
-def test_what_is_said_is_what_is_simulated():
+def test_what_is_stated_is_what_is_simulated():
     entry = SimulatedSensorEntry(
         range=RangeEntry(**SIX),
         bandwidth=SecondOrderEntry(natural_frequency=80.0, damping=0.5),
@@ -98,7 +98,7 @@ def test_what_is_said_is_what_is_simulated():
     )
 
 
-def test_a_drift_ends_where_it_is_said_to_and_is_at_63_percent_after_its_time_constant():
+def test_a_drift_ends_where_it_is_stated_to_and_is_at_63_percent_after_its_time_constant():
     model = model_of(SimulatedSensorEntry(drift=DriftEntry(**SIX, time_constant=2.0)), None)
     sensor = simulated_sensor(model, 1.0)
     shown = [np.array(sensor.step(float(t), (0.0,) * 6, UP).wrench) / ALL for t in range(41)]

@@ -183,7 +183,7 @@ def test_a_clock_in_step_with_its_reader_misses_no_beat_by_rounding(every):
 
 @pytest.mark.parametrize("probability", [0.01, 0.3, 0.9])
 @pytest.mark.parametrize("clock", [None, SampleClock(1000.0), SampleClock(7000.0, 0.2e-4), SampleClock(130.0)])
-def test_samples_are_lost_as_often_as_said_each_by_itself(probability, clock):
+def test_samples_are_lost_as_often_as_stated_each_by_itself(probability, clock):
     n = 20_000
     model = SensorModel(dropouts=Dropouts(probability), clock=clock, latency=0.4e-3)
     sensor = simulated_sensor(model, DT, 7)

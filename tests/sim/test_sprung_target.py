@@ -50,7 +50,7 @@ def test_nothing_holds_its_weight_but_it_does_not_fall():
     assert data.qpos[0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_pressed_it_gives_way_by_force_over_stiffness_and_the_truth_says_where_it_is():
+def test_pressed_it_yields_by_force_over_stiffness_and_the_truth_says_where_it_is():
     tip, target = Tip(Sphere(0.008), 0.03), SprungTarget(PLATE, 2e3, 60.0, 1.0)
     assert target.mount is Mount.SPRUNG
     scene = build_scene(tip, target, ContactLaw(stiffness=20e3), (0.0, 0.0, 0.02 + 0.0081))

@@ -146,7 +146,7 @@ def test_moving_and_turning_do_not_disturb_one_another(carrier):
 
 
 @turning
-def test_the_angular_velocity_told_is_how_fast_the_rotation_changes(carrier):
+def test_the_angular_velocity_reported_is_how_fast_the_rotation_changes(carrier):
     backend = backend_of(carrier)
     samples = []
     for i in range(700):

@@ -17,7 +17,7 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import finger_name, three_finger_hand, two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.hand.servo import Servo
-from palpate.sim.hand.sideways import LEASH, SidewaysRack
+from palpate.sim.hand.sideways import MAX_LEAD, SidewaysRack
 from palpate.sim.hand.turning_hand import TurningHand, sideways_name, turning_hand
 from palpate.sim.objects.table import Table
 
@@ -98,7 +98,7 @@ def test_the_scene_weighs_what_the_hand_says():
     assert (SCENE.model.npair, SCENE.model.nu) == (4, 7)
 
 
-def test_fingers_go_sideways_as_fast_as_they_are_told_and_stop():
+def test_fingers_go_sideways_as_fast_as_commanded_and_stop():
     backend = started()
     first = go(backend, 300, 0.006, -0.003, 0.0)
     later = go(backend, 300, 0.006, -0.003, 0.0)
@@ -135,18 +135,18 @@ def test_the_goal_does_not_run_away_from_a_finger_that_is_held():
     try:
         go(backend, 1000, 0.01, 0.01, 0.01)
         assert abs(backend.truth().fingers[0].sideways) < 1e-4
-        assert backend.truth().fingers[1].sideways > 4.0 * LEASH
+        assert backend.truth().fingers[1].sideways > 4.0 * MAX_LEAD
     finally:
         model.dof_damping[dof] = 0.0
     most = 0.0
     for _ in range(300):
         go(backend, 1)
         most = max(most, backend.truth().fingers[0].sideways)
-    assert most < 1.1 * LEASH
+    assert most < 1.1 * MAX_LEAD
 
 
 @pytest.mark.parametrize("force", [2.0, 4.0])
-def test_a_push_from_the_side_gives_way_by_the_servos_stiffness(force):
+def test_a_push_from_the_side_yields_by_the_servos_stiffness(force):
     """What friction in the gear does not bear, the proportional gain does: torque per error of the servo alone."""
     backend = started()
     rack = HAND.rack

@@ -100,7 +100,7 @@ def test_the_angular_velocity_is_how_fast_the_rotation_changes():
         assert np.allclose(R.T @ R, np.eye(3), atol=1e-14)
 
 
-def test_a_long_way_round_does_not_drift():
+def test_a_long_detour_does_not_drift():
     """A hundred seconds of turning, and back by as much: the reference is where it was."""
     backend = backend_of(fidelity=Fidelity(1e-3))
     first = turn(backend, ZERO, 10).arm.rotation_base_tip

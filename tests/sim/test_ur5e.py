@@ -90,7 +90,7 @@ def test_the_flange_is_where_the_dh_product_has_it():
     assert worst < 1e-14  # asked for: 1e-12; the fast code against 40 digits: test_forward_kinematics
 
 
-def test_it_starts_where_it_is_told_with_the_tip_where_the_kinematics_say():
+def test_it_starts_where_it_is_reported_with_the_tip_where_the_kinematics_say():
     arm = Ur5e(Pose((0.5, -0.1, 0.2), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))), ARM.pose_flange_tip)
     model = model_of(arm)
     data = mujoco.MjData(model)

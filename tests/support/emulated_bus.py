@@ -59,10 +59,10 @@ class EmulatedBus:
         """Have the thread do it: a terminal that somebody waits for is not closed under his hands."""
         done = queue.SimpleQueue()
         self._asked.put((fault, value, done))
-        answer = done.get(timeout=WITHIN)
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
+        reply = done.get(timeout=WITHIN)
+        if isinstance(reply, Exception):
+            raise reply
+        return reply
 
     def _inject(self):
         while not self._asked.empty():
@@ -120,7 +120,7 @@ def settings(n=2, **given):
     All wait longer than by default: this machine alone is silent for 0.3 s now and then.
     """
     servos = given.pop("servos", tuple(ServoCalibration(i + 1) for i in range(n)))
-    patient = {"watchdog": 2.0, "answer_time": 0.1, "silence": 1.0}
+    patient = {"watchdog": 2.0, "reply_timeout": 0.1, "silence": 1.0}
     return HandSettings(servos, FINGER, **{"opening": 0.04, "tip_along": 0.012, **patient, **given})
 
 

@@ -72,7 +72,7 @@ def forget() -> None:
 
 
 class FakeReceiver:
-    """Every getter answers for the cycle that is on when it is asked, as the real ones do."""
+    """Every getter replies for the cycle that is on when it is asked, as the real ones do."""
 
     def __init__(self, controller: FakeController) -> None:
         self.c = controller

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from palpate.controllers.paths import Circuit, ContactPeriod, Ended, Hop, LegEnd, Stroke, TouchOnce
+from palpate.controllers.paths import Circuit, ContactPeriod, Hop, LegEnd, LegResult, SingleTouch, Stroke
 from palpate.spatial import add_scaled, dot, unit
 
 STEP = 2e-4
@@ -29,15 +29,15 @@ class HeightWorld:
         return ContactPeriod(point, point, (-hu * s, -hv * s, s))
 
     def ended(self, how):
-        return Ended(how, (*self.at, 0.0))
+        return LegResult(how, (*self.at, 0.0))
 
     def do(self, leg, strategy):
         self.legs.append(leg)
-        if isinstance(leg, Hop | TouchOnce):
+        if isinstance(leg, Hop | SingleTouch):
             self.at = leg.to if isinstance(leg, Hop) else leg.at
             if self.missing(*self.at):
                 return self.ended(LegEnd.MISSED)
-            if isinstance(leg, TouchOnce):  # a landing is not swept
+            if isinstance(leg, SingleTouch):  # a landing is not swept
                 strategy.feel(self.felt(*self.at))
             return self.ended(LegEnd.REACHED)
         assert isinstance(leg, Stroke)
@@ -132,5 +132,5 @@ def circle_round(strategy, world):
                 p = world.slide(p, direction)
                 path.append(p)
                 gone += STEP
-        leg = strategy.next(Ended(how, p or (0.0, 0.0, 0.0)))
+        leg = strategy.next(LegResult(how, p or (0.0, 0.0, 0.0)))
     return np.array(path)

@@ -12,7 +12,7 @@ from palpate.spatial import ZERO, rotate_back
 class MadeUp:
     def __init__(self, name, diary, age=0.0):
         self.name, self.diary, self.age = name, diary, age
-        self.faults, self.told = {}, []
+        self.faults, self.reported = {}, []
 
     def did(self, what, *values):
         self.diary.append((self.name, what, *values))
@@ -26,8 +26,8 @@ class MadeUp:
         self.did("close")
 
     def time(self):
-        self.told.append(monotonic() - self.age)
-        return self.told[-1]
+        self.reported.append(monotonic() - self.age)
+        return self.reported[-1]
 
     def lose(self, *calls):
         for call in calls:

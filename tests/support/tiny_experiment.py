@@ -80,7 +80,7 @@ class Tap:
     )
 
     def plan(self, config, robot, texts):
-        limits = robot.file.limits.limits()
+        limits = robot.file.limits
         check_force(config.force, config.force, limits)
         finger, stiffness, tip = robot.file.fingers[0], STIFFNESS[config.surface], tip_sizes(robot)
         start = (*(-each for each in finger.surface.center[:2]), RADIUS + max(tip) + 0.001)

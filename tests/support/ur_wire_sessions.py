@@ -36,11 +36,11 @@ class ClientProcess:
     def hear(self, within: float = 30.0) -> Any:
         """Return what the session tells next; its exceptions are raised here."""
         if not self._ours.poll(within):
-            raise TimeoutError(f"the client has said nothing for {within} s")
-        told = self._ours.recv()
-        if isinstance(told, Exception):
-            raise told
-        return told
+            raise TimeoutError(f"the client has sent nothing for {within} s")
+        result = self._ours.recv()
+        if isinstance(result, Exception):
+            raise result
+        return result
 
     def go_on(self) -> None:
         """Tell the session to go on."""
@@ -56,7 +56,7 @@ class ClientProcess:
         self.process.close()
 
 
-def told_by(session: Session, *arguments: object, within: float = 30.0) -> Any:
+def session_result(session: Session, *arguments: object, within: float = 30.0) -> Any:
     """Return what a session returns."""
     client = ClientProcess(session, *arguments)
     try:
@@ -67,10 +67,10 @@ def told_by(session: Session, *arguments: object, within: float = 30.0) -> Any:
 
 def _run(session: Session, pipe: Connection, arguments: tuple[object, ...]) -> None:
     try:
-        told = session(pipe, *arguments)
+        result = session(pipe, *arguments)
     except Exception as error:
-        told = RuntimeError(f"{type(error).__name__}: {error}")
-    pipe.send(told)
+        result = RuntimeError(f"{type(error).__name__}: {error}")
+    pipe.send(result)
     # destructors of ur_rtde take half a second each, or crash: nothing is left to lose
     pipe.close()
     os._exit(0)
@@ -93,37 +93,37 @@ def moves(pipe: Connection, address: str) -> dict[str, Any]:
     pose, joints = receive.getActualTCPPose(), receive.getActualQ()
     there = [pose[0] + 0.02, pose[1], pose[2] - 0.03, *pose[3:]]
     turned = [joints[0] + 0.1, *joints[1:5], joints[5] - 0.1]
-    told: dict[str, Any] = {"pose": pose, "there": there, "joints": joints, "turned": turned, "ok": []}
-    told["ok"].append(control.moveL(there, 0.25, 1.2))
-    told["moveL"] = receive.getActualTCPPose()
-    told["ok"].append(control.moveJ(turned, 1.05, 1.4))
-    told["moveJ"] = receive.getActualQ()
-    told["ok"].append(control.moveL_FK(joints, 0.25, 1.2))
-    told["moveL_FK"] = receive.getActualTCPPose()
-    told["ok"].append(control.moveJ_IK(there, 1.05, 1.4))
-    told["moveJ_IK"] = receive.getActualTCPPose()
-    told["ok"].append(control.moveL([[*pose, 0.25, 1.2, 0.0], [*there, 0.25, 1.2, 0.0]]))
-    told["path"] = receive.getActualTCPPose()
-    told["ok"].append(control.moveL(pose, 0.02, 1.2, True))
+    result: dict[str, Any] = {"pose": pose, "there": there, "joints": joints, "turned": turned, "ok": []}
+    result["ok"].append(control.moveL(there, 0.25, 1.2))
+    result["moveL"] = receive.getActualTCPPose()
+    result["ok"].append(control.moveJ(turned, 1.05, 1.4))
+    result["moveJ"] = receive.getActualQ()
+    result["ok"].append(control.moveL_FK(joints, 0.25, 1.2))
+    result["moveL_FK"] = receive.getActualTCPPose()
+    result["ok"].append(control.moveJ_IK(there, 1.05, 1.4))
+    result["moveJ_IK"] = receive.getActualTCPPose()
+    result["ok"].append(control.moveL([[*pose, 0.25, 1.2, 0.0], [*there, 0.25, 1.2, 0.0]]))
+    result["path"] = receive.getActualTCPPose()
+    result["ok"].append(control.moveL(pose, 0.02, 1.2, True))
     time.sleep(0.1)
-    told["running"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
+    result["running"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
     control.stopL(10.0)
     time.sleep(0.05)
-    told["after stop"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
-    told["stopped"] = receive.getActualTCPPose()
+    result["after stop"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
+    result["stopped"] = receive.getActualTCPPose()
     for i in range(100):
         height = pose[2] + 0.0001 * i
-        told["ok"].append(control.servoL([*pose[:2], height, *pose[3:]], 0.1, 0.1, 0.002, 0.03, 300))
+        result["ok"].append(control.servoL([*pose[:2], height, *pose[3:]], 0.1, 0.1, 0.002, 0.03, 300))
         time.sleep(0.003)
     time.sleep(0.3)
-    told["servoL"] = receive.getActualTCPPose()
-    told["ok"].append(control.servoStop(10.0))
-    told["ok"].append(control.speedJ([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0, 0.0))
+    result["servoL"] = receive.getActualTCPPose()
+    result["ok"].append(control.servoStop(10.0))
+    result["ok"].append(control.speedJ([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0, 0.0))
     time.sleep(0.3)
-    told["speedJ"] = receive.getActualQd()
-    told["ok"].append(control.speedStop(10.0))
+    result["speedJ"] = receive.getActualQd()
+    result["ok"].append(control.speedStop(10.0))
     control.stopScript()
-    return told
+    return result
 
 
 def questions(pipe: Connection, address: str) -> dict[str, Any]:
@@ -139,42 +139,42 @@ def questions(pipe: Connection, address: str) -> dict[str, Any]:
     dashboard = dashboard_client.DashboardClient(address)
     dashboard.connect()
     pose, joints = receive.getActualTCPPose(), receive.getActualQ()
-    told: dict[str, Any] = {"pose": pose, "joints": joints}
-    told["inverse"] = control.getInverseKinematics(pose)
-    told["inverse near"] = control.getInverseKinematics(pose, joints)
-    told["has"] = control.getInverseKinematicsHasSolution(pose)
-    told["has not"] = control.getInverseKinematicsHasSolution([3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    told["safe"] = control.isPoseWithinSafetyLimits(pose), control.isJointsWithinSafetyLimits(joints)
-    told["unsafe"] = control.isJointsWithinSafetyLimits([7.0] * 6)
-    told["forward"] = control.getForwardKinematics(joints, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
-    told["trans"] = control.poseTrans(pose, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
-    told["step"] = _later(control.getStepTime)
-    told["flange"] = _later(control.getActualToolFlangePose)
-    told["history"] = _later(lambda: control.getActualJointPositionsHistory(5))
-    told["steady"] = control.isSteady()
-    told["tcp set"] = control.setTcp([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    result: dict[str, Any] = {"pose": pose, "joints": joints}
+    result["inverse"] = control.getInverseKinematics(pose)
+    result["inverse near"] = control.getInverseKinematics(pose, joints)
+    result["has"] = control.getInverseKinematicsHasSolution(pose)
+    result["has not"] = control.getInverseKinematicsHasSolution([3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    result["safe"] = control.isPoseWithinSafetyLimits(pose), control.isJointsWithinSafetyLimits(joints)
+    result["unsafe"] = control.isJointsWithinSafetyLimits([7.0] * 6)
+    result["forward"] = control.getForwardKinematics(joints, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    result["trans"] = control.poseTrans(pose, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    result["step"] = _later(control.getStepTime)
+    result["flange"] = _later(control.getActualToolFlangePose)
+    result["history"] = _later(lambda: control.getActualJointPositionsHistory(5))
+    result["steady"] = control.isSteady()
+    result["tcp set"] = control.setTcp([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
     time.sleep(0.02)
-    told["tcp"], told["moved tcp"] = control.getTCPOffset(), receive.getActualTCPPose()
-    told["payload set"] = control.setPayload(1.2, [0.0, 0.0, 0.05])
+    result["tcp"], result["moved tcp"] = control.getTCPOffset(), receive.getActualTCPPose()
+    result["payload set"] = control.setPayload(1.2, [0.0, 0.0, 0.05])
     time.sleep(0.02)
-    told["payload"], told["weight"] = receive.getPayload(), receive.getActualTCPForce()
-    told["zeroed"] = control.zeroFtSensor()
+    result["payload"], result["weight"] = receive.getPayload(), receive.getActualTCPForce()
+    result["zeroed"] = control.zeroFtSensor()
     time.sleep(0.02)
-    told["force"] = receive.getActualTCPForce()
-    told["freedrive"] = control.freedriveMode(), control.getFreedriveStatus()
-    told["driven"] = control.endFreedriveMode(), control.getFreedriveStatus()
-    told["teach"] = control.teachMode(), control.endTeachMode()
+    result["force"] = receive.getActualTCPForce()
+    result["freedrive"] = control.freedriveMode(), control.getFreedriveStatus()
+    result["driven"] = control.endFreedriveMode(), control.getFreedriveStatus()
+    result["teach"] = control.teachMode(), control.endTeachMode()
     io.setStandardDigitalOut(3, True)
     io.setConfigurableDigitalOut(2, True)
     io.setToolDigitalOut(1, True)
     io.setSpeedSlider(0.5)
     io.setAnalogOutputVoltage(0, 0.5)
     time.sleep(0.05)
-    told["digital"], told["analog"] = receive.getActualDigitalOutputBits(), receive.getStandardAnalogOutput0()
-    told["fraction"] = receive.getTargetSpeedFraction()
-    told["custom"] = control.sendCustomScriptFunction("hello", 'textmsg("x")\nsleep(0.1)\n')
-    told["again"] = control.isSteady()
-    told["dashboard"] = [
+    result["digital"], result["analog"] = receive.getActualDigitalOutputBits(), receive.getStandardAnalogOutput0()
+    result["fraction"] = receive.getTargetSpeedFraction()
+    result["custom"] = control.sendCustomScriptFunction("hello", 'textmsg("x")\nsleep(0.1)\n')
+    result["again"] = control.isSteady()
+    result["dashboard"] = [
         dashboard.polyscopeVersion(),
         dashboard.robotmode(),
         dashboard.safetymode(),
@@ -193,7 +193,7 @@ def questions(pipe: Connection, address: str) -> dict[str, Any]:
     dashboard.play()
     dashboard.pause()
     dashboard.stop()
-    return told
+    return result
 
 
 def stream_speed(pipe: Connection, address: str, frequency: float, speed: float) -> None:
@@ -219,9 +219,9 @@ def press(pipe: Connection, address: str, force: float) -> dict[str, Any]:
     control = rtde_control.RTDEControlInterface(address)
     control.forceMode([0.0] * 6, [0, 0, 1, 0, 0, 0], [0.0, 0.0, -force, 0.0, 0.0, 0.0], 2, [0.1] * 6)
     time.sleep(2.0)
-    told = {"force": receive.getActualTCPForce(), "pose": receive.getActualTCPPose()}
-    told["left"] = control.forceModeStop()
-    return told
+    result = {"force": receive.getActualTCPForce(), "pose": receive.getActualTCPPose()}
+    result["left"] = control.forceModeStop()
+    return result
 
 
 def connect(pipe: Connection, address: str, rate: float) -> dict[str, Any]:
@@ -246,7 +246,7 @@ def connect(pipe: Connection, address: str, rate: float) -> dict[str, Any]:
 
 
 def hold(pipe: Connection, address: str) -> str:
-    """Connect, say so, and keep the control interface until told to go on; then say whether it still works."""
+    """Connect, say so, and keep the control interface until asked to go on; then report whether it still works."""
     import rtde_control
 
     control = rtde_control.RTDEControlInterface(address)
@@ -265,16 +265,16 @@ def protective_stop(pipe: Connection, address: str) -> dict[str, Any]:
     control = rtde_control.RTDEControlInterface(address)
     pose = receive.getActualTCPPose()
     pipe.send("moving")
-    told: dict[str, Any] = {"moved": control.moveL([*pose[:2], pose[2] - 0.2, *pose[3:]], 0.05, 1.2)}
-    told["stopped"] = receive.isProtectiveStopped(), receive.getRuntimeState(), receive.isEmergencyStopped()
-    told["at"] = receive.getActualTCPPose()
+    result: dict[str, Any] = {"moved": control.moveL([*pose[:2], pose[2] - 0.2, *pose[3:]], 0.05, 1.2)}
+    result["stopped"] = receive.isProtectiveStopped(), receive.getRuntimeState(), receive.isEmergencyStopped()
+    result["at"] = receive.getActualTCPPose()
     dashboard = dashboard_client.DashboardClient(address)
     dashboard.connect()
     dashboard.unlockProtectiveStop()
-    told["uploaded"] = control.reuploadScript()
+    result["uploaded"] = control.reuploadScript()
     until(control.isProgramRunning)
-    told["still"] = receive.getActualTCPPose()
-    told["again"] = control.moveL(pose, 0.25, 1.2)
-    told["back"] = receive.getActualTCPPose()
-    told["pose"] = pose
-    return told
+    result["still"] = receive.getActualTCPPose()
+    result["again"] = control.moveL(pose, 0.25, 1.2)
+    result["back"] = receive.getActualTCPPose()
+    result["pose"] = pose
+    return result

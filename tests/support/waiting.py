@@ -21,7 +21,7 @@ def until(met: Callable[[], T], within: float = WITHIN) -> T:
     return found
 
 
-def told(act: Callable[[], object]) -> DeviceError:
+def first_error(act: Callable[[], object]) -> DeviceError:
     """Do something again and again until a device refuses it, and return what it says."""
 
     def refusal() -> DeviceError | None:

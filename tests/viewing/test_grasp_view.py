@@ -167,7 +167,7 @@ def test_the_browser_gets_every_body_and_an_arrow_per_finger(grasp):
         for i, finger in enumerate(truth.fingers):
             arrow: Any = scene.get_handle_by_name(f"/contact_force_{i}")
             assert arrow.visible
-            start, end = arrow.points[0]
+            start, end = arrow.position + arrow.points[0]
             assert start == pytest.approx(finger.position, abs=5e-4)
             assert (end - start) / 0.015 == pytest.approx(finger.force, abs=0.02)
         assert scene.get_handle_by_name(f"/contact_force_{len(truth.fingers)}") is None

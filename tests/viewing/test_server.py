@@ -69,7 +69,7 @@ def test_the_arrow_is_the_contact_force(player, short_run):
     assert not arrow.visible, "nothing is touched at the beginning"
     player.step(float(frames.time[middle] - frames.time[0]) + 1e-9)
     assert arrow.visible
-    start, end = arrow.points[0]
+    start, end = arrow.position + arrow.points[0]
     assert start == pytest.approx(frames.centroid[middle], abs=1e-6)
     force = (end - start) / 0.015
     assert force == pytest.approx(frames.force[middle], abs=1e-3)

@@ -1,4 +1,4 @@
-"""What goes wrong on a servo bus: what the hand does, when it knows, what it says, how it comes back.
+"""Faults on a servo bus: how the hand reacts, when it detects them, what it reports, how it recovers.
 
 How long that takes on a computer, `benchmarks/wire_faults.py` measures.
 """
@@ -10,6 +10,7 @@ import os
 import random
 import re
 import select
+import statistics
 import threading
 import time
 from dataclasses import fields
@@ -29,10 +30,10 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.process import EmulatorProcess
 from support.emulated_bus import EmulatedBus, connected, hosted_servos, new_sample, read_until, settings, still
-from support.waiting import told, until
+from support.waiting import first_error, until
 
 NOTICED = 0.05
-"""Within which a fault must be told with the default settings [s]."""
+"""Within which a fault must be reported with the default settings [s]."""
 
 AT_ONCE = {"watchdog": 0.0, "silence": 1e-3}
 """For a hand that is given up after `FEWEST` exchanges, and counts no time."""
@@ -62,34 +63,36 @@ def prompt_hand(emulated):
 
 
 def recovered(hand):
-    """Read until an answer is new: what was under way must first be over."""
+    """Read until a reply is new: an exchange under way must end first."""
 
-    def answered():
+    def new_reply():
         with contextlib.suppress(DeviceError):
             return new_sample(hand)
 
-    until(answered)
+    until(new_reply)
 
 
 # fault, its value, what switches it off, what the message says
 LASTING = [
-    ("silent", 2, -1, "servo 2 does not answer .* check its cable and its power"),
-    ("mute", 1, 0, "servo 1 does not answer"),
-    ("wrong_checksum", 1.0, 0, "servo 1 answers, but damaged .* check the bus"),
-    ("lost_bytes", 1.0, 0, "servo 1 (answers, but damaged|does not answer)"),
-    ("late", 0.2, 0, "servo 1 (does not answer|answers, but damaged)"),
+    ("silent", 2, -1, "servo 2 does not reply .* check its cable and its power"),
+    ("mute", 1, 0, "servo 1 does not reply"),
+    ("wrong_checksum", 1.0, 0, "servo 1 sends damaged replies .* check the bus"),
+    ("lost_bytes", 1.0, 0, "servo 1 (sends damaged replies|does not reply)"),
+    ("late", 0.2, 0, "servo 1 (does not reply|sends damaged replies)"),
 ]
 
 
-@pytest.mark.parametrize(("fault", "value", "off", "said"), LASTING, ids=[case[0] for case in LASTING])
-def test_a_lasting_fault_is_told_after_a_few_exchanges_and_passes(emulated, prompt_hand, fault, value, off, said):
+@pytest.mark.parametrize(("fault", "value", "off", "message"), LASTING, ids=[case[0] for case in LASTING])
+def test_a_lasting_fault_is_reported_after_a_few_exchanges_and_passes(
+    emulated, prompt_hand, fault, value, off, message
+):
     recovered(prompt_hand)
     missed = prompt_hand.missed
     emulated.inject(fault, value)
-    error = told(prompt_hand.read)
+    error = first_error(prompt_hand.read)
     assert prompt_hand.missed == missed + FEWEST
     assert error.device == prompt_hand.name
-    assert re.search(said, str(error))
+    assert re.search(message, str(error))
     emulated.inject(fault, off)
     recovered(prompt_hand)
 
@@ -102,20 +105,20 @@ def clock(monkeypatch):
     return made_up
 
 
-def test_silence_is_told_when_patience_is_over_and_not_before(emulated, clock, monkeypatch):
+def test_silence_is_reported_after_its_time_limit_and_not_before(emulated, clock, monkeypatch):
     defaults = {its.name: its.default for its in fields(HandSettings)}
-    hand = connected(emulated, **{name: defaults[name] for name in ("watchdog", "answer_time", "silence")})
+    hand = connected(emulated, **{name: defaults[name] for name in ("watchdog", "reply_timeout", "silence")})
     hand.start()
     began = clock.now
 
     def exchange(spans):
-        clock.now += hand.settings.answer_time
+        clock.now += hand.settings.reply_timeout
         raise MissedError(1, silent=True)
 
     monkeypatch.setattr(hand._bus, "exchange", exchange)
-    while clock.now + hand.settings.answer_time < began + hand.settings.silence:
+    while clock.now + hand.settings.reply_timeout < began + hand.settings.silence:
         hand.read()
-    with pytest.raises(DeviceError, match="servo 1 does not answer"):
+    with pytest.raises(DeviceError, match="servo 1 does not reply"):
         hand.read()
     assert clock.now <= began + NOTICED
     hand.close()
@@ -134,8 +137,8 @@ def test_a_share_of_faults_costs_exchanges_not_the_hand(emulated, fault, share):
     hand.close()
 
 
-def test_answers_in_pieces_are_put_together(emulated):
-    hand = connected(emulated, watchdog=0.0, answer_time=0.5, silence=2.0)
+def test_replies_in_pieces_are_reassembled(emulated):
+    hand = connected(emulated, watchdog=0.0, reply_timeout=0.5, silence=2.0)
     hand.start()
     emulated.inject("pieces", 3)
     assert sum(new_sample(hand) is not None for _ in range(5)) >= 4
@@ -152,7 +155,7 @@ def test_the_servo_that_failed_most_is_named_not_the_one_that_was_late_last(hand
         raise MissedError(servo_id, silent=True)
 
     monkeypatch.setattr(hand._bus, "exchange", exchange)
-    assert "servo 2 does not answer" in str(told(hand.read))
+    assert "servo 2 does not reply" in str(first_error(hand.read))
 
 
 def test_a_missed_exchange_gives_the_state_before_it_with_its_time(emulated, hand):
@@ -164,12 +167,16 @@ def test_a_missed_exchange_gives_the_state_before_it_with_its_time(emulated, han
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("late", [0.04, 0.08, 0.2])
-def test_no_late_answer_is_taken_for_a_new_one(emulated, late):
-    """The shaft turns all the time; a sample must never be older than its question."""
-    hand = connected(emulated, watchdog=0.0, answer_time=0.03, silence=20.0)
+@pytest.mark.parametrize("late", [0.13, 0.27, 0.67])
+def test_a_late_reply_is_not_taken_for_a_new_one_and_the_hand_recovers_after_the_last(emulated, late):
+    """The shaft turns all the time: a sample is never older than its request.
+
+    The line keeps replies in order: those to later requests queue behind a late one, and the hand misses as many
+    exchanges as fit into the delay, and one more.
+    """
+    hand = connected(emulated, watchdog=0.0, reply_timeout=0.1, silence=20.0)
     hand.start()
-    turned = [0.0]
+    positions = [0.0]
     ended = threading.Event()
 
     def turn():
@@ -177,67 +184,72 @@ def test_no_late_answer_is_taken_for_a_new_one(emulated, late):
             if ended.wait(1e-3):
                 return
             with emulated.lock:
-                turned.append(1e-3 * (i % 1500))
+                positions.append(1e-3 * (i % 1500))
                 for motor in emulated.motors:
-                    motor.state = ServoState(turned[-1], 0.0, 0.0)
+                    motor.state = ServoState(positions[-1], 0.0, 0.0)
                 emulated.bus.take(emulated.plant.start())
+
+    def fresh():
+        before = len(positions)
+        if sample := new_sample(hand):
+            passed = positions[before - 1 :]  # from when the request went out until the reply was there
+            for q in sample.joint_position:
+                assert min(abs(q / 0.02 - position) for position in passed) < 2e-3
+        return sample
 
     thread = threading.Thread(target=turn)
     thread.start()
-    samples = []
+    missed = []
     try:
-        for i in range(36):
-            emulated.inject("late", late if i % 3 == 0 else 0.0)
-            for _ in range(2):
-                before = len(turned)
-                if sample := new_sample(hand):
-                    # with where the shafts stood from when the request went out until the answer was there
-                    samples.append((sample, turned[before - 1 :]))
+        for _ in range(5):
+            emulated.inject("late", late)
+            fresh()
+            fresh()
+            emulated.inject("late", 0.0)
+            before = hand.missed
+            until(fresh)
+            missed.append(hand.missed - before)
     finally:
         ended.set()
         thread.join()
         hand.close()
-    assert len(samples) >= 10
-    for sample, during in samples:
-        for q in sample.joint_position:
-            assert min(abs(q / 0.02 - position) for position in during) < 2e-3
+    # the median: a machine that stands still makes some replies later than they were meant to be
+    assert statistics.median(missed) <= math.ceil(late / hand.settings.reply_timeout) + 1
 
 
 @pytest.mark.parametrize(
-    ("fault", "value", "said"),
+    ("fault", "value", "message"),
     [
         ("overload", 2, r"servo 2 reports overload; .*reboot\(2\)"),
-        ("brown_out", 1, r"servo 1 .*(lost its power|does not answer)"),
+        ("brown_out", 1, r"servo 1 .*(lost its power|does not reply)"),
         ("voltage", 2.0, "servo 1 reports voltage"),
         ("temperature", 95, "servo 1 reports overheating"),
         ("unplugged", 1, r"the port was lost .* plug the adapter in and call start\(\) again"),
     ],
 )
-def test_what_ends_the_torque_is_told_by_the_first_answer_or_a_few_that_stay_away(
-    emulated, prompt_hand, fault, value, said
-):
+def test_a_loss_of_torque_is_reported_within_a_few_exchanges(emulated, prompt_hand, fault, value, message):
     recovered(prompt_hand)
-    answers = []
+    replies = []
     emulated.inject(fault, value)
-    assert re.search(said, str(told(lambda: answers.append(new_sample(prompt_hand)))))
-    assert len(answers) < FEWEST
-    assert not any(answers)
+    assert re.search(message, str(first_error(lambda: replies.append(new_sample(prompt_hand)))))
+    assert len(replies) < FEWEST
+    assert not any(replies)
     prompt_hand.close()
     prompt_hand.close()
 
 
-def test_a_brief_loss_of_power_is_seen_although_the_servo_answers_again(emulated, hand):
+def test_a_brief_loss_of_power_is_detected_although_the_servo_replies_again(emulated, hand):
     hand.read()
     with emulated.lock:
         emulated.servos[0].reboot(-math.inf)  # back at once
-    assert "torque of servo 1 is off" in str(told(hand.read))
+    assert "torque of servo 1 is off" in str(first_error(hand.read))
     hand.start()
     assert all(its.torque_on for its in hand.state())
 
 
 def test_a_shut_down_servo_is_rebooted_and_used_again(emulated, hand):
     emulated.inject("overload", 2)
-    assert "overload" in str(told(hand.read))
+    assert "overload" in str(first_error(hand.read))
     with pytest.raises(DeviceError, match="overload"):
         hand.start()
     hand.reboot(2)
@@ -246,20 +258,20 @@ def test_a_shut_down_servo_is_rebooted_and_used_again(emulated, hand):
     assert all(its.torque_on and its.error == HardwareError(0) for its in hand.state())
 
 
-def test_a_reboot_that_does_not_help_says_so(emulated, hand):
+def test_a_reboot_without_effect_is_reported(emulated, hand):
     emulated.servos[1].table.put(reg.SHUTDOWN, 0)
     emulated.inject("voltage", 2.0)
     with pytest.raises(DeviceError, match="servo 2 still reports voltage"):
         hand.reboot(2)
 
 
-def test_an_adapter_that_was_unplugged_is_taken_up_again(tmp_path):
+def test_an_adapter_plugged_in_again_is_used_again(tmp_path):
     with EmulatedBus(motors=[still(), still()], link=tmp_path / "hand") as emulated:
         hand = connected(emulated)
         hand.start()
         hand.read()
         emulated.inject("unplugged", 1)
-        told(hand.read)
+        first_error(hand.read)
         for act in (hand.read, lambda: hand.press((1.0, 1.0)), hand.health):
             with pytest.raises(DeviceError):
                 act()
@@ -271,28 +283,28 @@ def test_an_adapter_that_was_unplugged_is_taken_up_again(tmp_path):
         hand.close()
 
 
-def test_pressing_on_a_lost_port_is_told(emulated, hand):
+def test_pressing_on_a_lost_port_is_reported(emulated, hand):
     hand.read()
     emulated.inject("unplugged", 1)
     with pytest.raises(DeviceError, match="port was lost"):
         hand.press((1.0, 1.0))
 
 
-def test_closing_says_what_could_not_be_done(emulated, hand):
+def test_closing_reports_what_failed(emulated, hand):
     hand.read()
     emulated.inject("silent", 2)
     hand.close()
-    assert "told to switch its torque off, but servo 2 does not answer" in hand.closing_note
+    assert "commanded to switch its torque off, but servo 2 does not reply" in hand.closing_note
     assert not emulated.servos[0].table.get(reg.TORQUE_ENABLE)
 
 
-def test_an_expired_watchdog_is_told_and_a_new_start_goes_on(emulated):
+def test_an_expired_watchdog_is_reported_and_a_new_start_goes_on(emulated):
     hand = connected(emulated, watchdog=0.4, silence=0.3)
     hand.start()
     with contextlib.suppress(DeviceError):  # a busy machine alone may be silent for so long
         read_until(hand, lambda _: hand.state()[0].watchdog == 20)
     until(lambda: emulated.servos[0].table.get(reg.BUS_WATCHDOG) == WATCHDOG_EXPIRED)
-    assert "servo 1 has stopped: nobody spoke to it for 0.4 s" in str(told(hand.read))
+    assert "servo 1 has stopped: nobody spoke to it for 0.4 s" in str(first_error(hand.read))
     hand.start()
     hand.read()
     hand.close()
@@ -302,7 +314,7 @@ def test_an_emulator_that_hangs_does_not_hang_the_hand(emulated, prompt_hand):
     recovered(prompt_hand)
     missed = prompt_hand.missed
     with emulated.lock:
-        told(prompt_hand.read)
+        first_error(prompt_hand.read)
         assert prompt_hand.missed == missed + FEWEST
         for _ in range(400):  # until the terminal takes no more
             try:
@@ -313,8 +325,8 @@ def test_an_emulator_that_hangs_does_not_hang_the_hand(emulated, prompt_hand):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("harm", ["wrong_checksum", "lost_bytes"])
-def test_setting_up_copes_with_damaged_answers(harm):
-    """A write whose answer is damaged may have been done: it is read back, not taken for failed."""
+def test_setting_up_copes_with_damaged_replies(harm):
+    """A write whose reply is damaged may have been done: it is read back, not taken for failed."""
     with EmulatedBus([EmulatedServo(XL330, i) for i in (1, 2)], [still(), still()], seed=3) as emulated:
         emulated.inject(harm, 0.15)
         hand = connected(emulated)
@@ -326,8 +338,8 @@ def test_setting_up_copes_with_damaged_answers(harm):
 
 
 @pytest.mark.parametrize("rate", [20_000, 2_000_000])
-def test_a_bus_that_babbles_does_not_hold_a_period_up(emulated, prompt_hand, rate, monkeypatch):
-    """Between the noise answers come through, or they do not; once the time is over, little more is heard."""
+def test_a_babbling_bus_does_not_delay_a_period(emulated, prompt_hand, rate, monkeypatch):
+    """Replies may get through the noise or not; once the time is over, little more is read."""
     emulated.inject("babble", rate)
     late = []
     read = Port._read
@@ -382,11 +394,11 @@ class Counted:
         return self._real(*given)
 
 
-def test_a_bus_that_never_stops_speaking_is_left_when_the_time_is_over(monkeypatch):
+def test_waiting_on_a_bus_that_never_goes_silent_ends_in_time(monkeypatch):
     port, draw, now = Port("/dev/null", "bus", 1_000_000), random.Random(0), itertools.count(0.0, 0.1)
     monkeypatch.setattr(port, "getCurrentTime", lambda: next(now))  # [ms]
     monkeypatch.setattr(port, "_read", lambda length, wait: draw.randbytes(length))
-    port.answer_time = 2e-3
+    port.reply_timeout = 2e-3
     port.setPacketTimeout(24)
     assert Packets().readRx(port, 1, 13)[1] != 0
     assert next(now) < 1e3 * NOTICED
@@ -408,13 +420,13 @@ def test_an_emulator_of_its_own_process_serves_takes_faults_and_may_be_killed():
         hand.start()
         recovered(hand)
         process.control.fault("dynamixel", "silent", 3)
-        assert "servo 3 does not answer" in str(told(hand.read))
+        assert "servo 3 does not reply" in str(first_error(hand.read))
         process.control.fault("dynamixel", "silent", -1)
         assert process.control.log("dynamixel") == ["dynamixel: silent = 3", "dynamixel: silent = -1"]
         assert "'torque': 1" in str(process.control.state()["devices"])
         recovered(hand)
         process.kill()
-        assert "the port was lost" in str(told(hand.read))
+        assert "the port was lost" in str(first_error(hand.read))
         hand.close()
         assert "but the port was lost" in hand.closing_note
 
@@ -430,7 +442,7 @@ def test_nothing_stays_open(tmp_path):
             hand.start()
             if i == 1:
                 emulated.inject("unplugged", 1)
-                told(hand.read)
+                first_error(hand.read)
             if i == 2:
                 emulated.inject("silent", 1)
                 with pytest.raises(DeviceError):

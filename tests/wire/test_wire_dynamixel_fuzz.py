@@ -65,10 +65,10 @@ def request(draw):
 
 
 class Written(DynamixelBus):
-    """A bus whose answers are kept."""
+    """A bus whose replies are kept."""
 
     def _out(self, data):
-        self.answers = [*getattr(self, "answers", []), data]
+        self.replies = [*getattr(self, "replies", []), data]
 
 
 @COUNT
@@ -96,14 +96,14 @@ def test_an_emulator_takes_any_bytes(count):
                     assert 0.0 <= goal.current <= kind.servo.current_limit * 1.001
                     assert goal.speed >= 0.0
                     assert servo.table.get(OPERATING_MODE) in set(Mode)
-                    # some have been told another id or another rate
+                    # some have been set to another id or rate
                     servo.table.put(ID, 1 + servos.index(servo))
                     servo.table.put(BAUD_RATE, 3)
                     servo.table.put(STATUS_RETURN_LEVEL, 2)
-        assert len(bus.answers) > count // 20
-        for answer in bus.answers:
-            if answer[4] != 0xFE:  # a fast answer is not stuffed
-                (found,) = PacketReceiver().feed(answer, 0.0)
+        assert len(bus.replies) > count // 20
+        for reply in bus.replies:
+            if reply[4] != 0xFE:  # a fast reply is not stuffed
+                (found,) = PacketReceiver().feed(reply, 0.0)
                 assert found.instruction == STATUS
     finally:
         port.closePort()
@@ -128,7 +128,7 @@ def test_a_receiver_accepts_only_what_somebody_sent(count):
 class Deaf:
     """A port from which only what is given comes back, and for which the time is always over."""
 
-    device, answer_time = "bus", 0.0
+    device, reply_timeout = "bus", 0.0
 
     def __init__(self, reply):
         self.is_using, self.reply = False, reply
@@ -154,16 +154,16 @@ class Deaf:
 
 
 @COUNT
-def test_a_client_accepts_only_what_somebody_answered(count):
+def test_a_client_accepts_only_genuine_replies(count):
     draw = np.random.default_rng(9)
     spans, accepted = [Span(1, 208, 13), Span(2, 224, 13)], 0
     for _ in range(count // 2):
         data = [random_bytes(draw, 5).ljust(13, b"\xff")[: int(draw.choice([13, 13, 13, 12]))] for _ in spans]
-        answers = [
+        replies = [
             packet(span.servo_id, bytes((STATUS, int(draw.choice([0, 0, 128, 4])))) + its)
             for span, its in zip(spans, data, strict=True)
         ]
-        stream = b"".join(harmed(draw, answer) if draw.random() < 0.4 else answer for answer in answers)
+        stream = b"".join(harmed(draw, reply) if draw.random() < 0.4 else reply for reply in replies)
         try:
             found = Bus(Deaf(stream), 0.0).exchange(spans)
         except MissedError:
@@ -176,7 +176,7 @@ def test_a_client_accepts_only_what_somebody_answered(count):
 
 
 @COUNT
-def test_the_librarys_own_questions_survive_any_answer(count):
+def test_the_librarys_requests_survive_any_reply(count):
     draw = np.random.default_rng(10)
     packets = Packets()
     for _ in range(count):

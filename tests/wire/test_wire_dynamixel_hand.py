@@ -45,7 +45,7 @@ def hand(emulated):
 
 
 def exchange(hand):
-    """Read until an answer has come: what was written before it has been taken then."""
+    """Read until a reply has come: what was written before it has been taken then."""
     until(lambda: new_sample(hand))
 
 
@@ -156,7 +156,7 @@ def test_friction_that_was_measured_is_taken_for_the_makers():
 
 
 @pytest.mark.parametrize("level", [0, 1])
-def test_servos_that_answer_little_are_told_to_answer(emulated, level):
+def test_servos_are_set_to_reply_to_every_instruction(emulated, level):
     emulated.servos[1].table.put(reg.STATUS_RETURN_LEVEL, level)
     hand = connected(emulated)
     hand.start()
@@ -320,8 +320,8 @@ def test_a_rate_that_the_library_does_not_know_is_refused(emulated):
         connected(emulated, baud_rate=4_500_000).start()
 
 
-def test_servos_at_another_rate_do_not_answer(emulated):
-    with pytest.raises(DeviceError, match="servo 1 does not answer at 57600 baud"):
+def test_servos_at_another_rate_do_not_reply(emulated):
+    with pytest.raises(DeviceError, match="servo 1 does not reply at 57600 baud"):
         connected(emulated, baud_rate=57600).start()
 
 
@@ -330,7 +330,7 @@ def put(register, value):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "message"),
     [
         (put(reg.MODEL_NUMBER, 999), "unknown model 999; use one of XL330"),
         (put(reg.DRIVE_MODE, 1), r"drive mode 1.*Drive Mode\(10\) to 0"),
@@ -338,15 +338,15 @@ def put(register, value):
         (lambda servo: servo.fail(HardwareError.OVERLOAD), r"reports overload; .*call reboot\(2\)"),
     ],
 )
-def test_a_servo_that_is_not_fit_is_named_with_the_remedy(emulated, spoil, told):
+def test_a_servo_that_is_not_fit_is_named_with_the_remedy(emulated, spoil, message):
     spoil(emulated.servos[1])
-    with pytest.raises(DeviceError, match=told) as raised:
+    with pytest.raises(DeviceError, match=message) as raised:
         connected(emulated).start()
     assert "servo 2" in str(raised.value)
     assert raised.value.device.startswith("Dynamixel hand at")
 
 
-def test_an_adapter_that_keeps_bytes_back_is_told_of(tmp_path, monkeypatch):
+def test_an_adapter_that_keeps_bytes_back_is_reported(tmp_path, monkeypatch):
     (tmp_path / "ttyUSB0").mkdir()
     file = tmp_path / "ttyUSB0" / "latency_timer"
     file.write_text("16\n")
@@ -354,11 +354,11 @@ def test_an_adapter_that_keeps_bytes_back_is_told_of(tmp_path, monkeypatch):
     assert adapter_latency("/dev/ttyACM0", tmp_path) is None
     monkeypatch.setattr("palpate.hw.dynamixel.hand.adapter_latency", lambda _: (0.016, file))
     with pytest.raises(DeviceError, match=r"16 ms; `echo 1 \| sudo tee"):
-        DynamixelHand("/dev/ttyUSB0", settings(answer_time=0.006)).start()
+        DynamixelHand("/dev/ttyUSB0", settings(reply_timeout=0.006)).start()
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"servos": ()}, "one or more"),
         ({"servos": (ServoCalibration(1), ServoCalibration(1))}, "its own"),
@@ -367,14 +367,16 @@ def test_an_adapter_that_keeps_bytes_back_is_told_of(tmp_path, monkeypatch):
         ({"opening": -1.0}, "opening"),
     ],
 )
-def test_settings_that_cannot_be_are_refused(given, told):
-    with pytest.raises(InvalidValueError, match=told):
+def test_settings_that_cannot_be_are_refused(given, message):
+    with pytest.raises(InvalidValueError, match=message):
         settings(**given)
 
 
-@pytest.mark.parametrize(("given", "told"), [((253,), "252"), ((1, math.nan), "finite"), ((1, 0.0, 0), "1 or -1")])
-def test_calibrations_that_cannot_be_are_refused(given, told):
-    with pytest.raises(InvalidValueError, match=told):
+@pytest.mark.parametrize(
+    ("given", "message"), [((253,), "252"), ((1, math.nan), "finite"), ((1, 0.0, 0), "1 or -1")]
+)
+def test_calibrations_that_cannot_be_are_refused(given, message):
+    with pytest.raises(InvalidValueError, match=message):
         ServoCalibration(*given)
 
 
@@ -389,7 +391,7 @@ def test_four_servos_can_be_read_and_written_more_than_300_times_a_second(monkey
     monkeypatch.setattr(Port, "writePort", lambda port, packet: sent.append(len(packet)) or write(port, packet))
     monkeypatch.setattr(Port, "_read", lambda *given: heard.append(read(*given)) or heard[-1])
     with EmulatedBus([EmulatedServo(XL330, i + 1) for i in range(4)]) as emulated:
-        hand = connected(emulated, watchdog=0.0, answer_time=2.0, silence=5.0)
+        hand = connected(emulated, watchdog=0.0, reply_timeout=2.0, silence=5.0)
         hand.start()
         sent.clear()
         heard.clear()

@@ -52,7 +52,7 @@ def test_what_is_stuffed_holds_no_header_and_comes_back(content):
 @given(st.lists(st.tuples(st.integers(0, 252), NASTY), min_size=1, max_size=5), st.integers(1, 7), NASTY)
 def test_packets_come_whole_out_of_any_stream(packets, pieces, noise):
     """However torn, with noise before, between, and with stuffing in them."""
-    # noise that begins a packet swallows the next one, as it must: it cannot be told from a torn packet
+    # noise that begins a packet swallows the next one, as it must: it cannot be distinguished from a torn packet
     noise = noise.replace(b"\xff", b"\x00")
     stream = b"".join(noise + packet(servo_id, b"\x03" + data) for servo_id, data in packets)
     receiver, found = PacketReceiver(), []
@@ -117,7 +117,7 @@ def test_the_library_alone_forgets_to_stuff_and_ours_does_not():
 
 
 @given(NASTY.filter(lambda data: len(data) > 0))
-def test_what_is_sent_arrives_and_what_is_answered_is_read(data):
+def test_requests_arrive_and_replies_are_read(data):
     port, packets = Loop(packet(7, bytes((STATUS, 0)) + data)), Packets()
     assert packets.readRx(port, 7, len(data)) == (list(data), COMM_SUCCESS, 0)
     packets.syncWriteTxOnly(port, 100, len(data), [1, *data], 1 + len(data))
@@ -129,12 +129,12 @@ def test_what_is_sent_arrives_and_what_is_answered_is_read(data):
 
 def test_the_library_alone_takes_out_too_much_of_what_it_receives():
     data = bytes.fromhex("FF FF FD FF FD FD")
-    answer = packet(7, bytes((STATUS, 0)) + data)
-    assert Protocol2PacketHandler().readRx(Loop(answer), 7, 6)[0] != list(data)
-    assert Packets().readRx(Loop(answer), 7, 6)[0] == list(data)
+    reply = packet(7, bytes((STATUS, 0)) + data)
+    assert Protocol2PacketHandler().readRx(Loop(reply), 7, 6)[0] != list(data)
+    assert Packets().readRx(Loop(reply), 7, 6)[0] == list(data)
 
 
-def test_an_answer_of_another_length_is_not_taken_for_this_one():
+def test_a_reply_of_another_length_is_ignored():
     late, wanted = packet(7, bytes((STATUS, 0)) + bytes(5)), packet(7, bytes((STATUS, 0)) + b"\x02" * 6)
     assert Packets().readRx(Loop(late + wanted), 7, 6)[0] == [2] * 6
     data, result, _ = Packets().readRx(Loop(late), 7, 6)
@@ -145,13 +145,13 @@ def test_an_answer_of_another_length_is_not_taken_for_this_one():
 class Drained(Loop):
     """The same for a bus, which sets and drains it."""
 
-    device, answer_time = "bus", 0.0
+    device, reply_timeout = "bus", 0.0
 
     def drain(self, quiet, longest):
         pass
 
 
-def test_a_late_answer_to_something_else_is_not_one_to_a_ping():
+def test_a_late_reply_to_another_request_is_not_one_to_a_ping():
     """The library alone takes bytes of it for the servo's model."""
     late, wanted = packet(1, bytes((STATUS, 0)) + bytes(13)), packet(1, bytes.fromhex("55 00 B004 26"))
     assert Protocol2PacketHandler().ping(Loop(late + wanted), 1)[0] == 0
@@ -159,7 +159,7 @@ def test_a_late_answer_to_something_else_is_not_one_to_a_ping():
     assert Bus(Drained(late), 0.0).ping(1) is None
 
 
-def test_no_answer_is_shorter_than_an_answer():
+def test_no_reply_is_shorter_than_the_shortest_packet():
     """A length below 4 leaves no room for an error byte: nothing may be read of it, whatever its checksum."""
     for servo_id in range(253):
         for length in range(4):

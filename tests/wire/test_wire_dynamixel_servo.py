@@ -12,7 +12,7 @@ from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal, checksum
 from palpate.hw.dynamixel.registers import XL330, XM430, HardwareError, Mode
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.receiver import RequestPacket
-from palpate.hw.emulators.dynamixel.requests import answers
+from palpate.hw.emulators.dynamixel.requests import replies
 from palpate.hw.emulators.dynamixel.servo import START_UP, EmulatedServo
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
@@ -25,7 +25,7 @@ OK = sdk.COMM_SUCCESS
 
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch):
-    """On a loaded machine, 34 ms for an answer are sometimes not enough: 0.6 s."""
+    """On a loaded machine, 34 ms for a reply are sometimes not enough: 0.6 s."""
     monkeypatch.setattr(sdk.port_handler, "LATENCY_TIMER", 300)
 
 
@@ -58,8 +58,8 @@ class Client:
         assert again_if_late(lambda: (None, *self.write(servo_id, item, value))) == (None, OK, 0)
 
 
-def nobody_answers(ask):
-    """Whether no answer comes to a question in 34 ms."""
+def nobody_replies(ask):
+    """Whether no reply comes to a question in 34 ms."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sdk.port_handler, "LATENCY_TIMER", 16)
         return ask() == sdk.COMM_RX_TIMEOUT
@@ -68,9 +68,9 @@ def nobody_answers(ask):
 def again_if_late(ask):
     """Ask up to three times: on a loaded machine an emulator is sometimes not scheduled for long."""
     for _ in range(2):
-        answer = ask()
-        if answer[1] != sdk.COMM_RX_TIMEOUT:
-            return answer
+        reply = ask()
+        if reply[1] != sdk.COMM_RX_TIMEOUT:
+            return reply
     return ask()
 
 
@@ -87,14 +87,14 @@ def client(bus):
         yield connected
 
 
-def test_a_ping_tells_the_model_and_nobody_else_answers(client):
+def test_a_ping_reports_the_model_and_no_other_servo_replies(client):
     assert client.packets.ping(client.port, 1) == (1200, OK, 0)
     assert client.packets.ping(client.port, 2) == (1030, OK, 0)
-    assert nobody_answers(lambda: client.packets.ping(client.port, 3)[1])
+    assert nobody_replies(lambda: client.packets.ping(client.port, 3)[1])
 
 
 @pytest.mark.slow
-def test_a_broadcast_ping_is_answered_by_everyone(client):
+def test_every_servo_replies_to_a_broadcast_ping(client):
     found, result = client.packets.broadcastPing(client.port)
     assert result == OK
     assert {servo_id: number for servo_id, (number, _) in found.items()} == {1: 1200, 2: 1030}
@@ -162,7 +162,7 @@ def test_a_registered_write_waits_for_its_action(client):
     assert client.value(1, reg.REGISTERED_INSTRUCTION) == 1
     assert client.value(1, reg.GOAL_POSITION) != 1234
     client.packets.action(client.port, 1)
-    until(lambda: client.value(1, reg.GOAL_POSITION) == 1234)  # the library does not wait for the answer
+    until(lambda: client.value(1, reg.GOAL_POSITION) == 1234)  # the library does not wait for the reply
     assert client.value(1, reg.REGISTERED_INSTRUCTION) == 0
 
 
@@ -195,9 +195,9 @@ def test_sync_and_bulk_reads_and_writes(client):
                 assert group.getData(servo_id, 116, 4) == 100 * servo_id + (make is sdk.GroupSyncWrite)
 
 
-def test_a_fast_answer_is_one_packet_whose_parts_have_running_checksums(bus):
+def test_a_fast_reply_is_one_packet_whose_parts_have_running_checksums(bus):
     servos = {servo.servo_id: servo for servo in bus.servos}
-    (packet,) = answers(RequestPacket(0xFE, 0x8A, bytes((132, 0, 4, 0, 1, 2))), servos, 0.0)
+    (packet,) = replies(RequestPacket(0xFE, 0x8A, bytes((132, 0, 4, 0, 1, 2))), servos, 0.0)
     assert packet[:8] == bytes.fromhex("FFFFFD00 FE") + (1 + 2 * 8).to_bytes(2, "little") + b"\x55"
     for end in (len(packet) - 8, len(packet)):
         assert checksum(packet[: end - 2]) == int.from_bytes(packet[end - 2 : end], "little")
@@ -212,21 +212,21 @@ def test_indirect_data_are_what_their_addresses_say(client):
     assert client.write(1, reg.Register(208, 1), 5) == (OK, DynamixelRefusal.ACCESS)
 
 
-def test_the_status_return_level_says_who_answers(client):
+def test_the_status_return_level_sets_which_instructions_get_replies(client):
     client.put(1, reg.STATUS_RETURN_LEVEL, 1)
-    assert nobody_answers(lambda: client.write(1, reg.LED, 1)[0])
+    assert nobody_replies(lambda: client.write(1, reg.LED, 1)[0])
     assert client.value(1, reg.LED) == 1  # it was heard all the same
-    assert nobody_answers(lambda: client.write(1, reg.STATUS_RETURN_LEVEL, 0)[0])
-    assert nobody_answers(lambda: client.read(1, reg.LED)[1])
+    assert nobody_replies(lambda: client.write(1, reg.STATUS_RETURN_LEVEL, 0)[0])
+    assert nobody_replies(lambda: client.read(1, reg.LED)[1])
     assert client.packets.ping(client.port, 1)[1] == OK
 
 
 def test_who_speaks_at_another_rate_is_not_heard(bus, client):
     with Client(bus.bus.address, 57600) as slow:
-        assert nobody_answers(lambda: slow.packets.ping(slow.port, 1)[1])
+        assert nobody_replies(lambda: slow.packets.ping(slow.port, 1)[1])
     with Client(bus.bus.address) as quick:
         quick.put(1, reg.BAUD_RATE, 1)
-        assert nobody_answers(lambda: quick.packets.ping(quick.port, 1)[1])
+        assert nobody_replies(lambda: quick.packets.ping(quick.port, 1)[1])
         assert quick.packets.ping(quick.port, 2)[1] == OK
     with Client(bus.bus.address, 57600) as slow:
         assert slow.packets.ping(slow.port, 1)[1] == OK
@@ -326,7 +326,7 @@ def test_a_stalled_motor_draws_its_goal_current():
         until(lambda: client.value(1, reg.PRESENT_CURRENT) == 150)
 
 
-def test_a_factory_reset_leaves_what_it_is_told_to_leave(client):
+def test_a_factory_reset_keeps_what_it_is_asked_to_keep(client):
     client.put(1, reg.RETURN_DELAY, 0)
     assert client.packets.factoryReset(client.port, 1, 7) == (OK, DynamixelRefusal.RANGE)
     assert client.packets.factoryReset(client.port, 1, 2) == (OK, 0)
@@ -377,7 +377,7 @@ def test_a_link_that_a_killed_process_left_is_replaced_and_nothing_else_is(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("fault", "value", "told"),
+    ("fault", "value", "message"),
     [
         ("sillent", 1, "silent, mute"),
         ("silent", 9, "one of 1, 2"),
@@ -385,8 +385,8 @@ def test_a_link_that_a_killed_process_left_is_replaced_and_nothing_else_is(tmp_p
         ("late", -1, "0 or above"),
     ],
 )
-def test_faults_that_there_are_not_are_refused(bus, fault, value, told):
-    with pytest.raises(InvalidValueError, match=told):
+def test_faults_that_there_are_not_are_refused(bus, fault, value, message):
+    with pytest.raises(InvalidValueError, match=message):
         bus.inject(fault, value)
 
 

@@ -36,9 +36,9 @@ for module in pkgutil.walk_packages(palpate.__path__, "palpate."):
 
 @pytest.mark.slow
 def test_everything_can_be_imported_without_what_windows_lacks():
-    told = subprocess.run([sys.executable, "-c", LIKE_WINDOWS], capture_output=True, text=True, timeout=300)
-    assert told.returncode == 0, told.stderr[-2000:]
-    imported = told.stdout.split()
+    printed = subprocess.run([sys.executable, "-c", LIKE_WINDOWS], capture_output=True, text=True, timeout=300)
+    assert printed.returncode == 0, printed.stderr[-2000:]
+    imported = printed.stdout.split()
     assert {"palpate.hw.netft.datagrams", "palpate.hw.emulators.terminal", "palpate.hw.ur.client"} <= set(imported)
     assert "palpate.robots.in_scene" in imported
 

@@ -31,7 +31,7 @@ from palpate.runtime.robot import load_robot
 from support.emulated_file import unhurried_file
 from support.grasp_runs import found_after, plan_of
 from support.ur_library import needs_ur
-from support.waiting import WITHIN, told, until
+from support.waiting import WITHIN, first_error, until
 
 pytestmark = needs_ur
 
@@ -119,7 +119,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
 
 
 @pytest.mark.slow
-def test_a_killed_emulator_is_told_and_a_new_start_works():
+def test_a_killed_emulator_is_reported_and_a_new_start_works():
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
     with EXPLORE.plan(config, robot("127.0.9.44"), {}).backend() as backend:
         assert isinstance(backend, EmulatedBackend)
@@ -127,7 +127,7 @@ def test_a_killed_emulator_is_told_and_a_new_start_works():
         backend.pacer.start()
         backend.step(Command())
         backend.emulator.kill()
-        told(lambda: backend.step(Command()))
+        first_error(lambda: backend.step(Command()))
         backend.start()
         backend.pacer.start()
         for _ in range(10):
@@ -163,7 +163,7 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
 @pytest.mark.parametrize("plant", [False, True], ids=["MuJoCo", "friction plant"])
 def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(plant, tmp_path):
     planned = plan_of(plant=plant)
-    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
+    planned = replace(planned, limits=msgspec.structs.replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.45", ("127.0.9.46", "127.0.9.47"), tmp_path / "bus", SCALE)
     grasp = found_after(planned, RecordedRun(planned, emulated_hand(planned.task(), wires)))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)

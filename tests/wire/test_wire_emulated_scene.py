@@ -94,7 +94,7 @@ def test_of_more_rows_than_there_is_room_the_newest_are_left(trace):
     assert trace.at(float(ROWS))[0] == ROWS
 
 
-def test_nothing_is_known_before_anything_is_told(trace):
+def test_nothing_is_known_before_the_first_message(trace):
     assert trace.at(1e9) == ()
     assert not truth_of_numbers(trace.at(1e9)).touching
 
@@ -110,7 +110,7 @@ def test_both_ends_see_the_same_memory(memory, trace):
     other.close()
 
 
-def test_memory_that_is_gone_is_told():
+def test_lost_memory_is_reported():
     file = new_memory()
     os.close(file)
     with pytest.raises(OSError, match="No such file"):
@@ -137,9 +137,9 @@ def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand, 
         for speed, spin in slips[: len(touched)]
     ]
     rubbed = SimpleNamespace(rubbing=[contact.pair for contact in rubbing])
-    told = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), rubbing, rubbed)
-    assert len(told) == len(hand_columns(len(touched))) <= WIDEST
-    assert moment_of_numbers(told) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
+    row = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), rubbing, rubbed)
+    assert len(row) == len(hand_columns(len(touched))) <= WIDEST
+    assert moment_of_numbers(row) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
 
 
 # The scene behind the devices

@@ -88,7 +88,7 @@ def cells() -> Iterator[Cells]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ROWS)
-def test_a_fault_is_noticed_told_safe_and_passed(cells: Cells, case: Case) -> None:
+def test_a_fault_is_detected_reported_safe_and_passes(cells: Cells, case: Case) -> None:
     cell = cells.of(case.tip)
     seen = []
     for _ in range(ATTEMPTS):
@@ -143,7 +143,7 @@ def test_the_campaign_sees_what_is_not_as_it_must_be(
 
 @pytest.mark.slow
 def test_hours_are_accounted_for_in_seconds() -> None:
-    """A soak: all that was injected was noticed, told and passed, and nothing is held that was not before."""
+    """A soak: all that was injected was detected, reported and passed, and nothing is held that was not before."""
     children, files = len(psutil.Process().children(recursive=True)), len(os.listdir("/proc/self/fd"))
     account = Account()
     with Cell(own_address(30), patience=PATIENT) as cell:

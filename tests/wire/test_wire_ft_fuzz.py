@@ -113,7 +113,7 @@ def test_an_emulated_box_ignores_what_is_no_request(make: Callable[[], NetFtServ
     server.close()
 
 
-def test_an_emulated_box_answers_on_tcp_after_any_rubbish() -> None:
+def test_an_emulated_box_replies_on_tcp_after_any_rubbish() -> None:
     g = np.random.default_rng(11)
     server = a_box()
     with served(server):
@@ -181,10 +181,10 @@ def test_emulated_serial_sensors_hear_anything_and_go_on(count: int) -> None:
         alphabet = b"CRcf,0123456789r \x00\xff\xaa"
         for _ in range(count):
             if g.random() < 0.5:
-                said = g.bytes(int(g.integers(0, 30)))
+                message = g.bytes(int(g.integers(0, 30)))
             else:
-                said = bytes(alphabet[i] for i in g.integers(0, len(alphabet), int(g.integers(0, 30))))
-            server._hear(said, 1.0)
+                message = bytes(alphabet[i] for i in g.integers(0, len(alphabet), int(g.integers(0, 30))))
+            server._hear(message, 1.0)
     assert len(bota._heard) <= 64
     bota._hear(b",,,Cc,0,1,0,4f,51,0,0,0R", 2.0)
     assert bota.due() == pytest.approx(2.0 + 51 * 19.53125e-6)

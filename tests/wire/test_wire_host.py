@@ -158,7 +158,7 @@ def test_a_long_stall_is_given_up_and_a_short_one_caught_up_with(
     after = time.steps[99][0] + stall
     steps = sum(after <= now < after + 0.1 for now, _ in time.steps)
     assert steps == pytest.approx(0.1 / 0.002 + caught_up_with, abs=1)
-    assert time.host._told()["given_up"] == pytest.approx(0.0 if caught_up_with else stall, abs=0.003)
+    assert time.host._status()["given_up"] == pytest.approx(0.0 if caught_up_with else stall, abs=0.003)
 
 
 def test_a_device_is_woken_when_it_wants(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""A load that changes as it is told is shown when it is due, and begins anew with every start."""
+"""A load over time is applied when it is due, and begins anew with every start."""
 
 import math
 

@@ -15,7 +15,7 @@ from palpate.hw.ft_stream import StreamSettings
 from palpate.hw.netft import AXIA, BoxCalibration, NetFt, NetFtSettings, Scales, onrobot_settings
 from palpate.hw.netft.rdt import OnRobotCommand
 from support.ft_host import ZERO_LOAD, good, served, state
-from support.waiting import WITHIN, told, until
+from support.waiting import WITHIN, first_error, until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)
@@ -134,7 +134,7 @@ def test_silence_is_noticed_and_passes_when_it_streams_again() -> None:
     with started(box, stream=StreamSettings(NOISE)) as ft:
         for fault in ("silent", "rebooted"):
             box.inject(fault, 1)
-            error = told(ft.read)
+            error = first_error(ft.read)
             assert "F/T sensor at 127.0.0.1: silent for" in str(error)
             assert "cable" in error.remedy
             box.inject("silent", 0)
@@ -215,7 +215,7 @@ def test_a_stream_taken_by_another_client_is_noticed_and_taken_back() -> None:
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief,
     ):
         thief.sendto(bytes.fromhex("1234000200000000"), (box.address, box.rdt_port))
-        assert "no other program" in told(ft.read).remedy
+        assert "no other program" in first_error(ft.read).remedy
         until(lambda: ft.counts.requests >= 2)
         good(ft)
 
@@ -239,7 +239,7 @@ def test_a_box_that_is_switched_off_is_noticed_and_back_when_it_is_on_again() ->
     try:
         with served(box):
             ft.start()
-        until(lambda: "nobody listens" in str(told(ft.read)))  # when it has asked again
+        until(lambda: "nobody listens" in str(first_error(ft.read)))  # when it has asked again
         with served(emulated(**ports)):
             good(ft)
     finally:
@@ -251,7 +251,7 @@ def test_a_silent_box_fails_to_start_in_time_and_in_words() -> None:
     box = emulated()
     box.inject("silent", 1)
     with served(box):
-        with pytest.raises(DeviceError, match=r"no answer on TCP port \d+ within 0.3 s"):
+        with pytest.raises(DeviceError, match=r"no reply on TCP port \d+ within 0.3 s"):
             sensor(box, patience=0.3).start()
         with pytest.raises(DeviceError, match=r"no steady stream within 0.3 s"):
             sensor(box, stream=StreamSettings(NOISE, start_within=0.3), scales=Scales(1e-6, 1e-9)).start()
@@ -264,13 +264,13 @@ def test_a_box_without_calibration_is_refused() -> None:
     ):
         port = liar.getsockname()[1]
 
-        def answer() -> None:
+        def reply() -> None:
             wire, _ = liar.accept()
             with wire:
                 wire.recv(20)
                 wire.sendall(bytes(24))
 
-        thread = threading.Thread(target=answer)
+        thread = threading.Thread(target=reply)
         thread.start()
         with pytest.raises(DeviceError, match="useless: it begins with 0x0000"):
             NetFt("127.0.0.1", NetFtSettings(StreamSettings(NOISE), calibration_port=port)).start()
@@ -291,7 +291,7 @@ def test_it_leaves_nothing_behind_and_can_start_again() -> None:
             ft.close()
             with pytest.raises(DeviceError, match="not started"):
                 ft.read()
-        until(lambda: box.due() == float("inf"))  # told to stop
+        until(lambda: box.due() == float("inf"))  # asked to stop
         assert threading.active_count() == threads
         assert len(os.listdir("/proc/self/fd")) <= files + 1  # the box may still hold the last one who asked it
 

@@ -64,8 +64,8 @@ def test_golden_request_and_record() -> None:
 
 
 def test_golden_calibration_of_a_nano17() -> None:
-    answer = bytes.fromhex("1234 02 04 000f4240 000f4240") + bytes(12)
-    scales = parse_calibration(answer).scales
+    reply = bytes.fromhex("1234 02 04 000f4240 000f4240") + bytes(12)
+    scales = parse_calibration(reply).scales
     assert (scales.force, scales.moment) == (pytest.approx(1e-6), pytest.approx(1e-9))
 
 
@@ -80,7 +80,7 @@ def test_every_unit_of_the_table() -> None:
 
 
 @pytest.mark.parametrize(
-    ("answer", "said"),
+    ("reply", "message"),
     [
         (b"", "0 bytes"),
         (bytes.fromhex("1235 02 04 000f4240 000f4240") + bytes(12), "0x1235"),
@@ -89,9 +89,9 @@ def test_every_unit_of_the_table() -> None:
         (bytes.fromhex("1234 02 04 00000000 000f4240") + bytes(12), "0 counts"),
     ],
 )
-def test_a_useless_calibration_says_why(answer: bytes, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        parse_calibration(answer)
+def test_a_useless_calibration_says_why(reply: bytes, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        parse_calibration(reply)
 
 
 @given(st.integers(0, 2**31 - 1))
@@ -136,7 +136,7 @@ def test_the_stream_counts_from_one_and_samples_seven_times_a_millisecond() -> N
     server.close()
 
 
-def test_it_stops_when_told_and_after_the_wanted_number() -> None:
+def test_it_stops_when_asked_and_after_the_wanted_number() -> None:
     server = box(rate=5000.0)
     with client(server) as wire:
         ask(server, wire, STREAM[:4] + struct.pack(">I", 7))
@@ -180,7 +180,7 @@ def test_bias_subtracts_the_load_of_its_moment() -> None:
     server.close()
 
 
-def test_a_load_beyond_the_range_is_cut_off_and_said() -> None:
+def test_a_load_beyond_the_range_is_clipped_and_reported() -> None:
     server = box(rate=7000.0, status_words=AXIA)
     with client(server) as wire:
         server.take(state((0.0, 0.0, -40.0, 0.0, 0.0, 0.0)))

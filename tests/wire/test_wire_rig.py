@@ -104,10 +104,10 @@ def test_time_begins_at_zero_and_each_sample_keeps_its_own():
     samples = [world.rig.step(Command()) for _ in range(20)]
     assert all(np.diff([0.0, *(sample.time for sample in samples)]) > 0.0)
     # by how much the rig's clock is behind the devices'
-    origin = devices[0].told[-1] - samples[-1].arm.time
-    for device, told in zip(devices, (lambda s: s.arm, lambda s: s.wrenches[0], lambda s: s.hand), strict=True):
-        kept = [told(sample).time for sample in samples]
-        assert kept == pytest.approx([time - origin for time in device.told[-20:]], abs=1e-9)
+    origin = devices[0].reported[-1] - samples[-1].arm.time
+    for device, part in zip(devices, (lambda s: s.arm, lambda s: s.wrenches[0], lambda s: s.hand), strict=True):
+        kept = [part(sample).time for sample in samples]
+        assert kept == pytest.approx([time - origin for time in device.reported[-20:]], abs=1e-9)
         assert all(time + device.age <= sample.time for time, sample in zip(kept, samples, strict=True))
 
 
@@ -196,13 +196,13 @@ def test_a_sensor_that_says_it_is_unwell_stops_it():
     assert world.arm.twist == (ZERO, ZERO)
 
 
-def test_the_grip_stays_until_it_is_told_otherwise():
+def test_the_grip_stays_until_commanded_otherwise():
     world = World()
     world.rig.start()
     for grip in [None, (1.0, 1.0), None, None, (3.0, 2.0), None]:
         world.rig.step(Command(grip_force=grip))
     pressed = [entry[2] for entry in world.diary if entry[1] == "press"]
-    assert pressed == [(1.0, 1.0)] * 3 + [(3.0, 2.0)] * 2  # nothing before it was told anything
+    assert pressed == [(1.0, 1.0)] * 3 + [(3.0, 2.0)] * 2  # nothing before the first command
 
 
 @pytest.mark.parametrize(
@@ -302,17 +302,17 @@ def test_starting_again_begins_anew_without_connecting_again():
 
 @settings(deadline=None, max_examples=50)
 @given(vectors, vectors, vectors, vectors)
-def test_an_arm_in_another_frame_moves_there_as_it_is_told(position, rotvec, tip, velocity):
+def test_an_arm_in_another_frame_moves_there_as_commanded(position, rotvec, tip, velocity):
     pose = Pose(position, rotation_from_rotvec(rotvec))
     own = MadeUpArm([], Pose(tip, rotation_from_rotvec(velocity)))
     framed = FramedArm(own, pose)
     framed.move(velocity, tip)
-    told = framed.read()
-    assert told.velocity_base_tip == pytest.approx(velocity, abs=1e-12)
-    assert told.angular_velocity_base_tip == pytest.approx(tip, abs=1e-12)
+    reported = framed.read()
+    assert reported.velocity_base_tip == pytest.approx(velocity, abs=1e-12)
+    assert reported.angular_velocity_base_tip == pytest.approx(tip, abs=1e-12)
     there = pose @ own.pose
-    assert told.position_base_tip == pytest.approx(there.position, abs=1e-12)
-    assert np.array(told.rotation_base_tip) == pytest.approx(np.array(there.rotation), abs=1e-12)
+    assert reported.position_base_tip == pytest.approx(there.position, abs=1e-12)
+    assert np.array(reported.rotation_base_tip) == pytest.approx(np.array(there.rotation), abs=1e-12)
     assert math.hypot(*own.twist[0]) == pytest.approx(math.hypot(*velocity), abs=1e-12)
 
 
@@ -354,16 +354,16 @@ def test_an_arm_from_here_begins_where_it_is(start, tip):
 
 
 @pytest.mark.parametrize(
-    ("pose", "said"),
+    ("pose", "message"),
     [
         (Pose((0.0, 0.0, 0.006)), "within 5 mm"),
         (Pose(rotation=rotation_from_rotvec((0.0, 0.2, 0.0))), "turned by 11 degrees"),
     ],
 )
-def test_an_arm_that_is_elsewhere_does_not_start_and_is_let_go(pose, said):
+def test_an_arm_that_is_elsewhere_does_not_start_and_is_let_go(pose, message):
     diary = []
     arm = ArmAtPlace(MadeUpArm(diary, pose), Pose(), Beginning(ZERO, 0.005, 0.1))
-    with pytest.raises(DeviceError, match=said):
+    with pytest.raises(DeviceError, match=message):
         arm.start()
     assert [what for _, what in diary] == ["start", "close"]
     near = ArmAtPlace(MadeUpArm([], Pose((0.0, 0.0, 0.004))), Pose(), Beginning(ZERO, 0.005, 0.1))

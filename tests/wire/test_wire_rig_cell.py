@@ -104,7 +104,7 @@ def until_it_stands(emulator):
 
 
 @pytest.mark.slow
-def test_it_goes_where_it_is_told_and_every_sample_has_its_own_time(cell):
+def test_it_goes_where_commanded_and_every_sample_has_its_own_time(cell):
     emulator, path = cell
     before = until_it_stands(emulator)[2]
     with started(path) as (rig, begin):
@@ -201,17 +201,17 @@ def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
     before = emulator.control.state()["position"]
     code = main(["doctor", str(path), "--duration", "0.4", "--json"])
     assert emulator.control.state()["position"] == before
-    told = json.loads(capsys.readouterr().out)
-    assert told["fit"] == (code == 0)
-    bad = {one["device"] for one in told["findings"] if one["verdict"] == "BAD"}
+    findings_read = json.loads(capsys.readouterr().out)
+    assert findings_read["fit"] == (code == 0)
+    bad = {one["device"] for one in findings_read["findings"] if one["verdict"] == "BAD"}
     # a busy computer may be unfit, and let devices seem so; what does not depend on time is in order
-    found = {(one["device"].split(" at ")[0], one["what"]): one for one in told["findings"]}
+    found = {(one["device"].split(" at ")[0], one["what"]): one for one in findings_read["findings"]}
     assert found["UR arm", "safety"]["verdict"] == "good"
     assert found["UR arm", "PolyScope"]["value"] == "5.14.0.1"
     assert found["F/T sensor", "noise Fx"]["verdict"] == "good"
     assert 100.0 < found["F/T sensor", "rate"]["value"] < 1100.0
     assert bool(bad) == (code == 1)
-    for one in told["findings"]:
+    for one in findings_read["findings"]:
         assert bool(one["fix"]) == (one["verdict"] != "good")
 
 
@@ -221,11 +221,11 @@ def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, 
     address = emulator.addresses[box_of(emulator)]
     emulator.control.fault(box_of(emulator), "silent")
     assert run_doctor(DoctorConfig(path, seconds=0.3)).exit_code == 1
-    said = " ".join(capsys.readouterr().out.split())
-    assert "Fix: F/T sensor" in said
-    assert "PolyScope" in said
-    assert address in said
-    assert "Not fit to run." in said
+    message = " ".join(capsys.readouterr().out.split())
+    assert "Fix: F/T sensor" in message
+    assert "PolyScope" in message
+    assert address in message
+    assert "Not fit to run." in message
 
 
 @pytest.fixture
@@ -280,11 +280,11 @@ def lost(rig):
 def test_the_doctor_looks_at_servos(hand_cell, capsys):
     _, path = hand_cell
     main(["doctor", str(path), "--seconds", "0.3", "--json"])
-    told = json.loads(capsys.readouterr().out)
-    servos = [one for one in told["findings"] if "servo" in one["device"]]
+    findings_read = json.loads(capsys.readouterr().out)
+    servos = [one for one in findings_read["findings"] if "servo" in one["device"]]
     assert {one["what"] for one in servos} == {"model", "firmware", "temperature", "supply", "hardware error"}
     assert len(servos) == 10
     wrong = {one["device"][-7:] for one in servos if one["verdict"] == "BAD"}
     assert wrong == {"servo 2"}  # the file says another model
-    exchange = next(one for one in told["findings"] if one["what"] == "exchange, median")
+    exchange = next(one for one in findings_read["findings"] if one["what"] == "exchange, median")
     assert 0.1 < exchange["value"] < 50.0

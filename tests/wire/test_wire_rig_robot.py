@@ -45,17 +45,17 @@ def test_ready_made_rigs_are_in_order_and_read_back_to_the_same(name):
     assert read_robot_file(robot_file_text(robot.file)) == robot.file
 
 
-def test_what_the_file_says_is_what_devices_are_told(tmp_path):
+def test_the_devices_get_the_settings_of_the_file(tmp_path):
     payload = ("watchdog_s: 1.0", "watchdog_s: 0.2, payload: {mass_kg: 0.7, center_of_mass_m: [0.0, 0.01, 0.02]}")
     text = (payload[0], payload[1].replace(", ", "\n    ", 1))
     robot = rig(tmp_path, text, ("speed_m_per_s: 0.1", "speed_m_per_s: 0.07"))
     arm = parts_of(robot).arm
     assert arm.name == "UR arm at 127.0.0.9"
-    told = arm.settings
-    assert (told.watchdog, told.speed, told.stale_after) == (0.2, 0.07, 1.0)
-    assert told.payload.mass == 0.7
-    assert told.payload.center == (0.0, 0.01, 0.02)
-    turned = np.array(told.pose_flange_tip.rotation)
+    settings_read = arm.settings
+    assert (settings_read.watchdog, settings_read.speed, settings_read.stale_after) == (0.2, 0.07, 1.0)
+    assert settings_read.payload.mass == 0.7
+    assert settings_read.payload.center == (0.0, 0.01, 0.02)
+    turned = np.array(settings_read.pose_flange_tip.rotation)
     assert turned == pytest.approx(np.array([[0, -1, 0], [-1, 0, 0], [0, 0, -1]]), abs=1e-12)
 
 
@@ -123,9 +123,9 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("change", "said"), WRONG)
-def test_what_cannot_be_is_refused_with_its_place(tmp_path, change, said):
-    with pytest.raises(InvalidValueError, match=said):
+@pytest.mark.parametrize(("change", "message"), WRONG)
+def test_what_cannot_be_is_refused_with_its_place(tmp_path, change, message):
+    with pytest.raises(InvalidValueError, match=message):
         rig(tmp_path, change)
 
 
@@ -185,6 +185,6 @@ def test_the_doctor_wants_devices():
 
 def test_units_of_a_rig_are_shown_with_their_values(capsys, tmp_path):
     assert run_check(RobotCheckConfig(str(rig_path(tmp_path)))).exit_code == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "backend.arm.stiffness 30000 N/m" in said
-    assert "backend.arm.watchdog 1 s" in said
+    message = " ".join(capsys.readouterr().out.split())
+    assert "backend.arm.stiffness 30000 N/m" in message
+    assert "backend.arm.watchdog 1 s" in message

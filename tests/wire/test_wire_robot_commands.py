@@ -72,7 +72,7 @@ def test_what_rubbing_finds_over_the_wire_is_true():
     plan = FRICTION.plan(FRICTION.Config(robot="emulated-ur5e", quick=True), robot, {})
     rubbing = finished(FRICTION, plan)
     assert rubbing.run.ending is Ending.DONE, str(rubbing.run)
-    # every motion is done both ways: the arm comes up to its spin as soon as it was told
+    # every motion is done in both directions: the arm comes up to its spin as soon as commanded
     for pair in rubbing.pairs:
         there, back = (float(np.trapezoid(its.angular_velocity[:, 2], its.time)) for its in pair.pair.both)
         assert abs(abs(there) - pair.rub.angle) < 0.05
@@ -128,9 +128,9 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     assert math.isfinite(figures["largest grip"])
     assert not {"slip", "spin", "grip over the least", "tightest"} & set(figures)
     account = [getattr(part, "text") for part in report.sections[0].parts]  # noqa: B009
-    said = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
-    assert "simulat" not in said
-    assert "The object was held, as fingers feel it." in said
+    message = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
+    assert "simulat" not in message
+    assert "The object was held, as fingers feel it." in message
     files = write_result(GRASP, grasp, report, tmp_path / "out")
     assert "slip" not in files[1].read_text().splitlines()[0]
     assert "simulation" not in files[0].read_text()
@@ -165,7 +165,7 @@ def test_a_sensor_is_tared_on_its_robot(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_rig_of_arm_hand_and_sensors_lifts_what_it_is_told_to(tmp_path):
+def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
     """As on a robot, in real time: a file of kind rig, and nobody who knows what is behind its wires."""
     for _ in range(4):  # see `finished`; each time with everything where it was
         with with_devices(load_robot(hand_file(tmp_path, 86)), "emulated-hand") as rig:

@@ -1,4 +1,4 @@
-"""Time stamps from a device's own counter: no drift, hardly any jitter, whatever the delays of the way do."""
+"""Time stamps from a device's own counter: no drift, hardly any jitter, whatever the transport delays."""
 
 import itertools
 

@@ -21,7 +21,7 @@ from palpate.hw.serial_ft import Bota, Resense, SerialSensor
 from palpate.hw.serial_ft.crc import crc16_x25
 from palpate.hw.serial_ft.line import Make
 from support.ft_host import ZERO_LOAD, good, served, state
-from support.waiting import WITHIN, told, until
+from support.waiting import WITHIN, first_error, until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)
@@ -38,7 +38,7 @@ def resense_frame(load: tuple[float, ...], temperature: float = 27.0) -> bytes:
 
 
 class NoLine:
-    """A line on which nothing is ever said: what `Resense.begin` needs of one."""
+    """A line on which nothing is ever sent: what `Resense.begin` needs of one."""
 
 
 def fresh_resense() -> tuple[Resense, StreamCounts]:
@@ -82,7 +82,7 @@ def test_a_bota_frame_with_any_bit_turned_is_not_believed() -> None:
         assert len(make.records(bota_frame(6000), 6e-3)) == 1
 
 
-def test_bota_readings_that_are_no_numbers_are_dropped_and_bad_ones_are_said() -> None:
+def test_bota_readings_that_are_no_numbers_are_dropped_and_bad_ones_are_reported() -> None:
     make = Bota(51)
     for k in range(1, 5):
         make.records(bota_frame(1000 * k), 1e-3 * k)
@@ -161,7 +161,7 @@ def test_resense_frames_without_a_temperature_are_none(temperature: float) -> No
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e-30, 1e3])
-def test_resense_loads_that_cannot_be_are_none_and_overloads_are_said(value: float) -> None:
+def test_impossible_resense_loads_are_dropped_and_overloads_are_reported(value: float) -> None:
     make, _ = fresh_resense()
     for k in range(5):
         make.records(resense_frame(LOAD), 1.0 + 1e-3 * k)
@@ -253,9 +253,9 @@ def test_pieces_are_put_together(kind: str, tmp_path: Path) -> None:
 @both
 def test_silence_and_an_unplugged_line_are_noticed_and_pass(kind: str, tmp_path: Path) -> None:
     with started(kind, tmp_path, silent_after=0.04) as (server, ft):
-        for fault, said in (("silent", "silent for"), ("unplugged", str(tmp_path / "sensor"))):
+        for fault, message in (("silent", "silent for"), ("unplugged", str(tmp_path / "sensor"))):
             server.inject(fault, 1)
-            until(lambda said=said: said in str(told(ft.read)))
+            until(lambda message=message: message in str(first_error(ft.read)))
             server.inject(fault, 0)
             assert good(ft).wrench == pytest.approx(LOAD)
 
@@ -263,19 +263,19 @@ def test_silence_and_an_unplugged_line_are_noticed_and_pass(kind: str, tmp_path:
 def test_a_bota_that_rebooted_is_set_up_again(tmp_path: Path) -> None:
     with started("bota", tmp_path, silent_after=0.04) as (server, ft):
         server.inject("rebooted", 1)
-        told(ft.read)
+        first_error(ft.read)
         until(lambda: ft.counts.requests >= 2)
         good(ft)
         until(lambda: ft.counter_rate == pytest.approx(1e6, rel=0.1))
 
 
 @pytest.mark.slow
-def test_a_bota_that_does_not_answer_fails_to_start_in_words(tmp_path: Path) -> None:
+def test_a_bota_that_does_not_reply_fails_to_start_with_an_explanation(tmp_path: Path) -> None:
     server = BotaServer(link=tmp_path / "sensor")
     server.inject("deaf", 1)
     with served(server):
         ft = SerialSensor(server.address, Bota(51), StreamSettings(NOISE, start_within=1.5))
-        with pytest.raises(DeviceError, match="no answer 'r,0,C,0' to 'C'"):
+        with pytest.raises(DeviceError, match="no reply 'r,0,C,0' to 'C'"):
             ft.start()
 
 

@@ -27,7 +27,7 @@ def driven(plant: SimplePlant, velocity: tuple[float, ...], turning: tuple[float
 @given(VECTORS, st.sampled_from([0.0005, 0.002, 0.008]))
 @settings(max_examples=20, deadline=None)
 def test_a_lag_costs_its_time_constant(velocity: tuple[float, ...], period: float) -> None:
-    """After a while the way is v (t - lag), whatever the step."""
+    """After a while the distance is v (t - lag), whatever the step."""
     tip = SimpleTip(Pose())
     driven(SimplePlant(tip, period=period), velocity, ZERO, 0.4)
     # trapezoids of an exponential: second order in the step
@@ -40,7 +40,7 @@ def test_a_lag_costs_its_time_constant(velocity: tuple[float, ...], period: floa
 def test_turning_without_lag_is_exact(turning: tuple[float, ...]) -> None:
     tip = SimpleTip(Pose(), lag=0.0)
     plant = SimplePlant(tip)
-    driven(plant, ZERO, turning, 0.002)  # from rest: half the way
+    driven(plant, ZERO, turning, 0.002)  # from rest: half the distance
     driven(plant, ZERO, turning, 0.399 - 0.001)
     wx, wy, wz = (0.399 * w for w in turning)
     got, wanted = tip.pose_base_tip.rotation, rotation_from_rotvec((wx, wy, wz))

@@ -47,7 +47,7 @@ def refused(ft: StreamedSensor) -> str:
 
 
 class MadeUpLink:
-    """Gives what it is told to, every 2 ms of its clock, which is no faster than the real one."""
+    """Gives a set reading every 2 ms of its clock, which is no faster than the real one."""
 
     name = "made-up sensor"
 
@@ -104,7 +104,7 @@ def test_sensors_and_emulators_are_what_a_rig_and_a_host_take() -> None:
         assert server.address
 
 
-def test_a_bug_in_the_reading_thread_is_told_and_a_new_start_helps(clock: Clock) -> None:
+def test_a_bug_in_the_reading_thread_is_reported_and_a_new_start_helps(clock: Clock) -> None:
     link = MadeUpLink(clock)
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
@@ -144,7 +144,7 @@ def test_a_device_that_begins_anew_is_stamped_by_its_new_count(clock: Clock) -> 
     ft.close()
 
 
-def test_silence_is_told_after_its_time_and_not_before(clock: Clock) -> None:
+def test_silence_is_reported_after_its_time_limit_and_not_before(clock: Clock) -> None:
     class Stopped(MadeUpLink):
         def receive(self) -> Sequence[StreamReading]:
             if self.counts.records:
@@ -184,7 +184,7 @@ def test_a_tare_that_goes_silent_keeps_the_old_zero(clock: Clock) -> None:
     ft.close()
 
 
-def test_a_broken_wire_is_tried_again_and_said_meanwhile(clock: Clock) -> None:
+def test_a_broken_wire_is_retried_and_reported_meanwhile(clock: Clock) -> None:
     link = MadeUpLink(clock)
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
@@ -198,7 +198,7 @@ def test_a_broken_wire_is_tried_again_and_said_meanwhile(clock: Clock) -> None:
     ft.close()
 
 
-def test_what_is_none_of_its_records_is_told_from_silence(clock: Clock) -> None:
+def test_foreign_records_are_distinguished_from_silence(clock: Clock) -> None:
     link = MadeUpLink(clock)
     link.silent = True
     link.counts.refused = 7

@@ -7,7 +7,7 @@ Where ur_rtde 1.6.5 goes wrong, and what shows here that it does no harm:
 | 1 | reconnects after a loss until it crashes | own process, ended at once | `lost_connection` |
 | 2 | does not notice silence | age of the state, at commands too | `lost_connection`, `killed_controller` |
 | 3 | receiving does not reconnect, or hangs at it | never asked to: a new process | `must_not_be_made` |
-| 4 | getters that answer with old registers | not called | `must_not_be_made` |
+| 4 | getters that reply with old registers | not called | `must_not_be_made` |
 | 5 | lengths are not checked | checked before | `exchange`: `wrong_lengths` |
 | 6 | forward kinematics with an old tool | not called; `palpate.kinematics` | `must_not_be_made` |
 | 7 | setExternalForceTorque | not called | `must_not_be_made` |
@@ -88,9 +88,9 @@ def follow(arm: UrArm, velocity) -> None:
     until(lambda: arm.move(velocity, ZERO) or arm.read().velocity_base_tip == pytest.approx(velocity, abs=1e-3))
 
 
-def told(arm: UrArm) -> DeviceError:
+def first_error(arm: UrArm) -> DeviceError:
     """Command until it fails."""
-    return waiting.told(lambda: arm.move((0.01, 0.0, 0.0), ZERO))
+    return waiting.first_error(lambda: arm.move((0.01, 0.0, 0.0), ZERO))
 
 
 def truth(emulator: EmulatorProcess, name: str) -> list[float]:
@@ -108,7 +108,7 @@ def at_rest(emulator: EmulatorProcess) -> bool:
 
 
 @pytest.mark.slow
-def test_it_moves_as_told_and_says_where_it_is(shared):
+def test_it_moves_as_commanded_and_reports_where_it_is(shared):
     with UrArm(address(shared), PATIENT) as arm:
         assert arm.version[:2] == (5, 14)
         before = arm.read()
@@ -131,7 +131,7 @@ def test_it_moves_as_told_and_says_where_it_is(shared):
 
 
 @pytest.mark.slow
-def test_it_turns_as_told(shared):
+def test_it_turns_as_commanded(shared):
     with UrArm(address(shared), PATIENT) as arm:
         before = arm.read()
 
@@ -262,14 +262,14 @@ def test_other_versions_and_a_clock_that_runs_faster(version, scale):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["drop_fin", "drop_rst", "stall_stream"])
-def test_a_lost_connection_is_noticed_told_and_recovered_from(shared, fault):
+def test_a_lost_connection_is_detected_reported_and_recovered_from(shared, fault):
     emulator = shared
     with UrArm(address(emulator), UrSettings(stale_after=0.25, watchdog=0.4)) as arm:
         follow(arm, (0.01, 0.0, 0.0))
         uploads = len([line for line in emulator.control.log("ur") if "uploaded" in line])
         pid = arm.process_id
         emulator.control.fault("ur", fault)
-        error = told(arm)
+        error = first_error(arm)
         assert error.device == arm.name
         assert "recover()" in error.remedy
         until(lambda: at_rest(emulator))
@@ -291,7 +291,7 @@ def test_a_killed_controller_is_noticed_and_its_successor_recovered_to():
         with arm:
             follow(arm, (0.01, 0.0, 0.0))
             emulator.kill()
-            assert "recover()" in told(arm).remedy
+            assert "recover()" in first_error(arm).remedy
             with pytest.raises(DeviceError, match="switched on"):
                 arm.recover()
             with EmulatorProcess(SimpleUr(address(emulator))):
@@ -304,9 +304,9 @@ def test_a_protective_stop_in_motion_is_noticed_unlocked_and_gone_on_from(shared
     with UrArm(address(emulator), PATIENT) as arm:
         follow(arm, (0.01, 0.0, 0.0))
         emulator.control.fault("ur", "protective_stop")
-        assert "protective stop" in str(told(arm))
+        assert "protective stop" in str(first_error(arm))
         until(lambda: at_rest(emulator))
-        with pytest.raises(DeviceError, match="way is free"):
+        with pytest.raises(DeviceError, match="clear whatever"):
             arm.tare()
         arm.recover()  # waits until it lets itself be unlocked
         at = truth(emulator, "position")
@@ -322,7 +322,7 @@ def test_an_emergency_stop_needs_a_hand_then_power_and_brakes(shared):
     with UrArm(address(emulator), PATIENT) as arm:
         follow(arm, (0.01, 0.0, 0.0))
         emulator.control.fault("ur", "e_stop")
-        assert "emergency stop" in str(told(arm))
+        assert "emergency stop" in str(first_error(arm))
         until(lambda: at_rest(emulator))
         with pytest.raises(DeviceError, match="release"):
             arm.recover()
@@ -332,11 +332,11 @@ def test_an_emergency_stop_needs_a_hand_then_power_and_brakes(shared):
 
 
 @pytest.mark.slow
-def test_a_program_stopped_at_the_pendant_is_told(shared):
+def test_a_program_stopped_at_the_pendant_is_reported(shared):
     with UrArm(address(shared), PATIENT) as arm:
         follow(arm, (0.0, 0.0, 0.01))
         shared.control.fault("ur", "kill_program")
-        assert "program was stopped" in str(told(arm))
+        assert "program was stopped" in str(first_error(arm))
         arm.recover()
         follow(arm, (0.0, 0.0, 0.01))
 
@@ -347,7 +347,7 @@ def test_the_controller_s_watchdog_stops_the_arm_when_the_client_is_killed_in_mo
         follow(arm, (0.0, 0.0, 0.02))
         os.kill(arm.process_id, signal.SIGKILL)
         at = arm._client.exchange.state().tool_pose[2]
-        assert "watchdog" in str(told(arm))
+        assert "watchdog" in str(first_error(arm))
         until(lambda: at_rest(shared))
         # by its own clock, which a stalled machine stops as well: 4 mm and the last few cycles
         assert truth(shared, "position")[2] - at < 0.02 * settings.watchdog + 0.004
@@ -366,7 +366,7 @@ def test_a_second_client_is_refused_and_the_first_goes_on(shared):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("fault", "said"),
+    ("fault", "message"),
     [
         ("local_control", "Remote Control"),
         ("refuse_version", "RTDE"),
@@ -374,13 +374,13 @@ def test_a_second_client_is_refused_and_the_first_goes_on(shared):
         ("withhold_greeting", "bring up failed"),
     ],
 )
-def test_a_controller_that_refuses_is_told_and_nothing_is_left(shared, fault, said):
+def test_a_controller_that_refuses_is_reported_and_nothing_is_left(shared, fault, message):
     emulator = shared
     emulator.control.fault("ur", fault)
     arm = UrArm(address(emulator), PATIENT)
     children = {child.pid for child in psutil.Process().children(recursive=True)}
     try:
-        with pytest.raises(DeviceError, match=said):
+        with pytest.raises(DeviceError, match=message):
             arm.start()
         assert {child.pid for child in psutil.Process().children(recursive=True)} <= children
     finally:
@@ -408,8 +408,8 @@ def test_too_old_a_version_is_named():
         UrArm(address(emulator)).start()
 
 
-def test_nobody_there_is_told():
-    with pytest.raises(DeviceError, match=r"no controller answers.*switched on"):
+def test_an_absent_device_is_reported():
+    with pytest.raises(DeviceError, match=r"no controller replies.*switched on"):
         UrArm("127.0.0.254").start()
 
 
@@ -471,7 +471,7 @@ def test_our_own_threads_run_on_while_it_connects_and_lets_go(shared):
 def test_nothing_is_printed(shared, capfd):
     with UrArm(address(shared), PATIENT) as arm:
         os.kill(arm.process_id, signal.SIGSEGV)
-        told(arm)
+        first_error(arm)
     assert capfd.readouterr() == ("", "")
 
 

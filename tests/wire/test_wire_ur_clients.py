@@ -24,8 +24,8 @@ from support.ur_wire_sessions import (
     press,
     protective_stop,
     questions,
+    session_result,
     stream_speed,
-    told_by,
 )
 from support.waiting import until
 
@@ -57,9 +57,9 @@ def same_pose(got: Sequence[float], wanted: Sequence[float], within: float) -> b
 
 
 def device(process: EmulatorProcess) -> dict[str, Any]:
-    told = process.control.state()["devices"]
-    assert isinstance(told, dict)
-    return told["ur"]
+    result = process.control.state()["devices"]
+    assert isinstance(result, dict)
+    return result["ur"]
 
 
 def height(process: EmulatorProcess) -> float:
@@ -76,55 +76,55 @@ def rests(process: EmulatorProcess) -> bool:
 
 @pytest.mark.slow
 def test_every_move_arrives(robot: EmulatorProcess) -> None:
-    told = told_by(moves, ADDRESS)
-    assert all(told["ok"])
-    assert told["moveJ"] == pytest.approx(told["turned"], abs=2e-4)
+    result = session_result(moves, ADDRESS)
+    assert all(result["ok"])
+    assert result["moveJ"] == pytest.approx(result["turned"], abs=2e-4)
     for move, wanted in (("moveL", "there"), ("moveL_FK", "pose"), ("moveJ_IK", "there"), ("path", "there")):
-        assert same_pose(told[move], told[wanted], 2e-4), move
-    assert told["running"]
-    assert not told["after stop"]
+        assert same_pose(result[move], result[wanted], 2e-4), move
+    assert result["running"]
+    assert not result["after stop"]
     # 20 mm/s for 0.1 s, then stopped on its way of 36 mm
-    assert 1e-4 < np.linalg.norm(np.subtract(told["stopped"], told["there"])[:3]) < 0.02
-    assert told["servoL"][2] == pytest.approx(told["pose"][2] + 0.0099, abs=1e-5)
-    assert told["speedJ"] == pytest.approx([0.1, 0, 0, 0, 0, 0], abs=2e-3)
+    assert 1e-4 < np.linalg.norm(np.subtract(result["stopped"], result["there"])[:3]) < 0.02
+    assert result["servoL"][2] == pytest.approx(result["pose"][2] + 0.0099, abs=1e-5)
+    assert result["speedJ"] == pytest.approx([0.1, 0, 0, 0, 0, 0], abs=2e-3)
     assert device(robot)["runtime"] == "STOPPED"
     assert device(robot)["dropped"] == 0
 
 
 @pytest.mark.slow
-def test_questions_get_their_answers(robot: EmulatorProcess) -> None:
-    told = told_by(questions, ADDRESS)
-    assert told["inverse"] == pytest.approx(told["joints"], abs=1e-6)
-    assert told["inverse near"] == pytest.approx(told["joints"], abs=1e-6)
-    assert told["has"]
-    assert not told["has not"]
-    assert all(told["safe"])
-    assert not told["unsafe"]
+def test_queries_get_their_replies(robot: EmulatorProcess) -> None:
+    result = session_result(questions, ADDRESS)
+    assert result["inverse"] == pytest.approx(result["joints"], abs=1e-6)
+    assert result["inverse near"] == pytest.approx(result["joints"], abs=1e-6)
+    assert result["has"]
+    assert not result["has not"]
+    assert all(result["safe"])
+    assert not result["unsafe"]
     # the tool's z axis points down
-    lower = [*told["pose"][:2], told["pose"][2] - 0.1, *told["pose"][3:]]
+    lower = [*result["pose"][:2], result["pose"][2] - 0.1, *result["pose"][3:]]
     for name in ("forward", "trans", "moved tcp"):
-        assert same_pose(told[name], lower, 1e-6), name
-    assert told["step"] == 0.002
-    assert same_pose(told["flange"], told["pose"], 1e-9)
-    assert told["history"] == pytest.approx(told["joints"], abs=1e-9)
-    assert told["steady"]
-    assert told["again"]
-    assert told["custom"]
-    assert told["tcp set"]
-    assert told["tcp"] == pytest.approx([0, 0, 0.1, 0, 0, 0])
+        assert same_pose(result[name], lower, 1e-6), name
+    assert result["step"] == 0.002
+    assert same_pose(result["flange"], result["pose"], 1e-9)
+    assert result["history"] == pytest.approx(result["joints"], abs=1e-9)
+    assert result["steady"]
+    assert result["again"]
+    assert result["custom"]
+    assert result["tcp set"]
+    assert result["tcp"] == pytest.approx([0, 0, 0.1, 0, 0, 0])
     # nothing hangs on the sensor: what the client says is too much, until zeroed
-    assert told["payload set"]
-    assert told["payload"] == pytest.approx(1.2)
-    assert told["weight"][:3] == pytest.approx([0.0, 0.0, 1.2 * 9.82], abs=1e-9)
-    assert told["zeroed"]
-    assert told["force"] == pytest.approx([0.0] * 6, abs=1e-9)
-    assert told["freedrive"] == (True, 1)
-    assert told["driven"] == (True, 0)
-    assert told["teach"] == (True, True)
-    assert told["digital"] == 1 << 3 | 1 << 10 | 1 << 17
-    assert told["analog"] == pytest.approx(5.0)
-    assert told["fraction"] == pytest.approx(0.5)
-    assert told["dashboard"] == [
+    assert result["payload set"]
+    assert result["payload"] == pytest.approx(1.2)
+    assert result["weight"][:3] == pytest.approx([0.0, 0.0, 1.2 * 9.82], abs=1e-9)
+    assert result["zeroed"]
+    assert result["force"] == pytest.approx([0.0] * 6, abs=1e-9)
+    assert result["freedrive"] == (True, 1)
+    assert result["driven"] == (True, 0)
+    assert result["teach"] == (True, True)
+    assert result["digital"] == 1 << 3 | 1 << 10 | 1 << 17
+    assert result["analog"] == pytest.approx(5.0)
+    assert result["fraction"] == pytest.approx(0.5)
+    assert result["dashboard"] == [
         "5.14.0.1",
         "Robotmode: RUNNING",
         "Safetymode: NORMAL",
@@ -139,11 +139,11 @@ def test_questions_get_their_answers(robot: EmulatorProcess) -> None:
 @pytest.mark.slow
 def test_force_mode_settles_at_the_force() -> None:
     with EmulatorProcess(SimpleUr(OTHER, plane=FLOOR)):
-        told = told_by(press, OTHER, 10.0)
+        result = session_result(press, OTHER, 10.0)
     # equilibrium: the plane pushes back what is asked for, at the depth of its stiffness
-    assert told["force"][2] == pytest.approx(10.0, abs=0.05)
-    assert told["pose"][2] == pytest.approx(FLOOR.height - 10.0 / FLOOR.stiffness, abs=5e-5)
-    assert told["left"]
+    assert result["force"][2] == pytest.approx(10.0, abs=0.05)
+    assert result["pose"][2] == pytest.approx(FLOOR.height - 10.0 / FLOOR.stiffness, abs=5e-5)
+    assert result["left"]
 
 
 @pytest.mark.slow
@@ -158,21 +158,21 @@ def test_force_mode_settles_at_the_force() -> None:
 )
 def test_versions(version: ControllerVersion, rate: float) -> None:
     with EmulatorProcess(SimpleUr(OTHER, version=version)):
-        told = told_by(connect, OTHER, rate)
-    assert told["alive"]
-    assert told["steady"]
-    assert told["states"] <= 0.5 * rate * 1.1
+        result = session_result(connect, OTHER, rate)
+    assert result["alive"]
+    assert result["steady"]
+    assert result["states"] <= 0.5 * rate * 1.1
     # a busy machine loses some
-    assert told["states"] > 0.5 * rate * 0.3
+    assert result["states"] > 0.5 * rate * 0.3
 
 
 @pytest.mark.slow
-def test_time_runs_as_fast_as_told() -> None:
+def test_time_runs_at_the_given_rate() -> None:
     with EmulatorProcess(SimpleUr(OTHER, scale=4.0)) as process:
-        told = told_by(connect, OTHER, 500.0)
+        result = session_result(connect, OTHER, 500.0)
         state = process.control.state()
-    assert told["steady"]
-    # what could not be kept up with is told
+    assert result["steady"]
+    # what could not be kept up with is reported
     time_, wall, given_up = (state[name] for name in ("time", "wall", "given_up"))
     assert isinstance(time_, float)
     assert isinstance(wall, float)
@@ -186,7 +186,7 @@ def test_second_control_client_is_refused_and_the_first_goes_on(robot: EmulatorP
     try:
         assert first.hear() == "connected"
         with pytest.raises(RuntimeError, match=r"(?i)in use|setup|fail|input"):
-            told_by(connect, ADDRESS, 500.0)
+            session_result(connect, ADDRESS, 500.0)
         first.go_on()
         assert first.hear() == "works"
     finally:
@@ -235,16 +235,16 @@ def test_protective_stop_freezes_the_arm_until_it_is_recovered(robot: EmulatorPr
         assert client.hear() == "moving"
         time.sleep(0.3)
         robot.control.fault("ur", ControllerFault.PROTECTIVE_STOP)
-        told = client.hear()
+        result = client.hear()
     finally:
         client.end()
-    assert not told["moved"]
-    assert told["stopped"] == (True, 4, False)
+    assert not result["moved"]
+    assert result["stopped"] == (True, 4, False)
     # the lag of the plant at 50 mm/s
-    assert same_pose(told["still"], told["at"], 0.05 * 0.012)
-    assert told["uploaded"]
-    assert told["again"]
-    assert same_pose(told["back"], told["pose"], 2e-4)
+    assert same_pose(result["still"], result["at"], 0.05 * 0.012)
+    assert result["uploaded"]
+    assert result["again"]
+    assert same_pose(result["back"], result["pose"], 2e-4)
 
 
 @pytest.mark.slow
@@ -260,7 +260,7 @@ def test_protective_stop_freezes_the_arm_until_it_is_recovered(robot: EmulatorPr
 def test_faults_of_the_start_reach_the_client(robot: EmulatorProcess, fault: ControllerFault) -> None:
     robot.control.fault("ur", fault)
     with pytest.raises(RuntimeError):
-        told_by(hold, ADDRESS)
+        session_result(hold, ADDRESS)
 
 
 @pytest.mark.slow
@@ -292,13 +292,13 @@ def test_everything_listens_on_loopback_only(robot: EmulatorProcess) -> None:
 
 
 @pytest.mark.slow
-def test_address_that_is_taken_is_said(robot: EmulatorProcess) -> None:
+def test_an_address_in_use_is_reported(robot: EmulatorProcess) -> None:
     with pytest.raises(DeviceError, match="cannot listen on port 30004"), EmulatorProcess(SimpleUr(ADDRESS)):
         pass
 
 
 @pytest.mark.slow
-def test_killed_emulator_is_said() -> None:
+def test_a_killed_emulator_is_reported() -> None:
     with EmulatorProcess(SimpleUr(OTHER)) as process:
         process.kill()
         with pytest.raises(ConnectionError):

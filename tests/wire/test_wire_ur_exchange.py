@@ -195,7 +195,7 @@ def test_age_is_the_delay_beyond_the_quickest_and_follows_drifting_clocks():
         sampled = apart + own * (1.0 + drift)
         delay = 2e-4 + (i * 7919 % 100) * 1e-4  # up to 10 ms, each hundredth the quickest
         errors.append(clock.host_time(own, sampled + delay) - sampled)
-    # 0.2 ms of the quickest way, and what clocks part by in two windows
+    # 0.2 ms of the shortest delay, and what clocks part by in two windows
     assert max(map(abs, errors[200:])) < 2e-4 + 2 * WINDOW * drift + 1e-6
 
 
@@ -214,7 +214,7 @@ def test_a_clock_that_slips_is_followed_within_two_windows():
 
 
 def test_a_state_is_of_one_cycle_though_the_getters_are_not(tmp_path):
-    """It goes on while it is read, and each getter answers for the present cycle: no state may be mixed."""
+    """It goes on while it is read, and each getter replies for the present cycle: no state may be mixed."""
     fake.forget()
     receiver = fake.receiver(str(tmp_path), 500.0, (5, 14, 0, 0))
     state_receiver = StateReceiver(receiver, 500.0, raw_wrench=True, clock=ControllerClock())
@@ -255,15 +255,15 @@ def test_a_clock_that_goes_back_is_a_restarted_controller():
 
 
 class Rubbish(Stamps):
-    """The same, and one getter answers with something else."""
+    """The same, and one getter replies with something else."""
 
-    def __init__(self, name: str, answer: object) -> None:
+    def __init__(self, name: str, reply: object) -> None:
         super().__init__(5.0)
-        setattr(self, name, lambda: answer)
+        setattr(self, name, lambda: reply)
 
 
 @pytest.mark.parametrize(
-    ("name", "answer"),
+    ("name", "reply"),
     [
         ("getActualQ", [0.0] * 5 + [math.nan]),
         ("getActualTCPPose", [math.inf] + [0.0] * 5),
@@ -272,8 +272,8 @@ class Rubbish(Stamps):
         ("getRuntimeState", -1),
     ],
 )
-def test_rubbish_is_not_taken_for_a_state(name, answer):
-    state_receiver = StateReceiver(Rubbish(name, answer), 500.0, raw_wrench=True, clock=ControllerClock())
+def test_rubbish_is_not_taken_for_a_state(name, reply):
+    state_receiver = StateReceiver(Rubbish(name, reply), 500.0, raw_wrench=True, clock=ControllerClock())
     with pytest.raises(ImpossibleStateError):
         state_receiver.take(1.0)
 

@@ -124,7 +124,7 @@ def test_an_emulated_controller_takes_anything_and_goes_on(
 
 
 class RudeServer:
-    """Accepts connections at all ports and answers whatever it likes, until it is closed."""
+    """Accepts connections at all ports and replies whatever it likes, until it is closed."""
 
     def __init__(self, say: Callable[[np.random.Generator], bytes], ports: tuple[int, ...] = (RTDE_PORT,)) -> None:
         self._say, self._g = say, np.random.default_rng(4)
@@ -205,16 +205,16 @@ def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_an_arm_on_a_rude_controller_is_told_and_nothing_is_left(seed: int) -> None:
+def test_a_controller_that_hangs_up_is_reported_and_nothing_is_left(seed: int) -> None:
     """It says that it is a controller, and then nothing that makes sense."""
     begin = [
         package(PackageType.VERSION, b"\x01"),
         package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1)),
     ]
-    said = iter(begin)
+    packages = iter(begin)
 
     def say(g: np.random.Generator) -> bytes:
-        return next(said, None) or any_package(g)
+        return next(packages, None) or any_package(g)
 
     with RudeServer(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT)) as server:
         server._g = np.random.default_rng(seed)

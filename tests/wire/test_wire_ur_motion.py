@@ -158,7 +158,7 @@ def test_a_linear_move_is_straight_takes_its_time_and_keeps_its_speed() -> None:
     assert speeds.max() < 0.1 * 1.05
 
 
-def test_speed_goes_on_until_stopped_and_accelerates_as_told() -> None:
+def test_speed_goes_on_until_stopped_and_accelerates_as_commanded() -> None:
     bench = Bench()
     bench.run(0.004)
     bench.write(SPEED_L, (0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0))
@@ -203,7 +203,7 @@ def test_the_slider_stretches_moves() -> None:
 
 @given(joint=st.integers(0, 5), speed=st.floats(-0.3, 0.3))
 @settings(max_examples=10, deadline=None)
-def test_joint_speeds_turn_the_joints_that_are_told(joint: int, speed: float) -> None:
+def test_joint_speeds_turn_the_commanded_joints(joint: int, speed: float) -> None:
     bench = Bench()
     bench.run(0.004)
     before = bench.robot.arm.joints
@@ -271,7 +271,7 @@ def test_force_mode_ends_in_the_balance_of_forces(force: float, stiffness: float
     bench.run(3.0)
     assert bench.force[2] == pytest.approx(force, rel=0.01)
     assert bench.tcp[2] == pytest.approx(height - force / stiffness, abs=1e-5)
-    # axes that do not give way stay
+    # axes that are not compliant stay
     assert bench.tcp[:2] == pytest.approx(bench.path[0][:2], abs=1e-9)
 
 
@@ -293,7 +293,7 @@ def test_force_is_what_the_object_exerts_about_the_tcp() -> None:
 
 @given(st.floats(5.0, 50.0))
 @settings(max_examples=10, deadline=None)
-def test_the_watchdog_waits_as_long_as_told(frequency: float) -> None:
+def test_the_watchdog_waits_for_its_set_time(frequency: float) -> None:
     bench = Bench()
     bench.wait(WATCHDOG, (frequency,))
     bench.write(SPEED_L, (0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0))
@@ -319,7 +319,7 @@ def test_the_watchdog_waits_as_long_as_told(frequency: float) -> None:
     assert bench.robot.runtime.name == "PLAYING"
 
 
-def test_an_asynchronous_move_is_told_and_stopped() -> None:
+def test_an_asynchronous_move_is_reported_and_stopped() -> None:
     bench = Bench()
 
     def word() -> int:
@@ -414,13 +414,13 @@ def test_a_start_out_of_reach_is_refused() -> None:
 
 def test_joints_of_the_plant_are_taken_if_they_hold_its_tip() -> None:
     start = SimplePlant(SimpleTip(ArmKinematics(UR5E).pose(HOME))).start()
-    told = replace(start, arm=replace(start.arm, joint_position=HOME))
+    turned_arm = replace(start, arm=replace(start.arm, joint_position=HOME))
     robot = EmulatedController(ControllerVersion(), ArmMounting(), 5.0)
-    robot.measure(told)
+    robot.measure(turned_arm)
     assert robot.outputs["actual_q"] == HOME
     wrong = EmulatedController(ControllerVersion(), ArmMounting(pose_flange_tip=Pose((0.0, 0.0, 0.1))), 5.0)
     with pytest.raises(InvalidValueError, match=r"0\.1000 m.*pose_flange_tip"):
-        wrong.measure(told)
+        wrong.measure(turned_arm)
 
 
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 3))

@@ -50,9 +50,9 @@ def names(folder: Path) -> list[str]:
     return [line.split()[0] for line in (folder / "calls").read_text().splitlines()]
 
 
-def told(arm: UrArm) -> DeviceError:
+def first_error(arm: UrArm) -> DeviceError:
     """Read until it fails."""
-    return waiting.told(arm.read)
+    return waiting.first_error(arm.read)
 
 
 def fed(folder: Path, times: int) -> None:
@@ -155,7 +155,7 @@ def test_a_command_given_before_a_tare_does_not_move_the_arm_after_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("fault", "said"),
+    ("fault", "message"),
     [
         ("silent", "no state"),
         pytest.param("receive lost", "sends its state was lost", marks=pytest.mark.slow),
@@ -169,12 +169,12 @@ def test_a_command_given_before_a_tare_does_not_move_the_arm_after_it(tmp_path):
         ("crash", "signal 11"),
     ],
 )
-def test_whatever_goes_wrong_is_told_with_a_remedy_and_recovered_from(tmp_path, fault, said):
+def test_every_fault_is_reported_with_a_remedy_and_recovered_from(tmp_path, fault, message):
     with arm_on(tmp_path) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)
         spoil(tmp_path, fault)
-        error = told(arm)
-        assert said in str(error)
+        error = first_error(arm)
+        assert message in str(error)
         assert error.device == arm.name
         assert "recover()" in error.remedy
         with pytest.raises(DeviceError):
@@ -182,7 +182,7 @@ def test_whatever_goes_wrong_is_told_with_a_remedy_and_recovered_from(tmp_path, 
         if fault == "emergency":
             with pytest.raises(DeviceError, match="release"):
                 arm.recover()
-            assert "release" in told(arm).remedy
+            assert "release" in first_error(arm).remedy
         if fault != "protective":  # that one is unlocked by recover()
             (tmp_path / "fault").unlink()
         arm.recover()
@@ -200,7 +200,7 @@ def test_a_controller_that_says_nothing_while_the_arm_is_brought_up_is_blamed(tm
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSEGV, signal.SIGABRT])
-def test_the_death_of_the_client_is_told_by_the_next_call(tmp_path, how):
+def test_the_death_of_the_client_is_reported_by_the_next_call(tmp_path, how):
     with arm_on(tmp_path) as arm:
         os.kill(arm.process_id, how)
         os.waitid(os.P_PID, arm.process_id, os.WEXITED | os.WNOWAIT)  # it stays there for others to wait for
@@ -210,15 +210,15 @@ def test_the_death_of_the_client_is_told_by_the_next_call(tmp_path, how):
         arm.read()
 
 
-@pytest.mark.parametrize(("beat", "said"), [(0.0, "no state any more"), (0.7, "hangs, or is starved")])
-def test_who_stands_still_is_blamed(tmp_path, monkeypatch, beat, said):
+@pytest.mark.parametrize(("beat", "message"), [(0.0, "no state any more"), (0.7, "hangs, or is starved")])
+def test_who_stands_still_is_blamed(tmp_path, monkeypatch, beat, message):
     """The client tells of itself more often than of states: where both are old, it is not the controller."""
     with arm_on(tmp_path) as arm:
         whole, oldest = arm._client.exchange.status(), arm.settings.stale_after
         monkeypatch.setattr(palpate.hw.ur.arm, "monotonic", lambda: whole.sampled + 1.1 * oldest)
         late = replace(whole, beat=whole.sampled + (1.1 - beat) * oldest)
         monkeypatch.setattr(arm._client, "status", lambda: late)
-        with pytest.raises(DeviceError, match=said):
+        with pytest.raises(DeviceError, match=message):
             arm.read()
 
 
@@ -227,7 +227,7 @@ def test_a_client_that_hangs_is_noticed_by_its_silence_and_replaced(tmp_path):
     with arm_on(tmp_path, UrSettings(stale_after=0.1)) as arm:
         pid = arm.process_id
         os.kill(pid, signal.SIGSTOP)
-        assert "hangs" in str(told(arm))
+        assert "hangs" in str(first_error(arm))
         until(lambda: not arm._client.responsive)
         arm.recover()  # by force
         assert gone(pid)
@@ -236,11 +236,11 @@ def test_a_client_that_hangs_is_noticed_by_its_silence_and_replaced(tmp_path):
 
 @pytest.mark.slow
 def test_a_call_that_never_comes_back_is_given_up(tmp_path, monkeypatch):
-    monkeypatch.setattr(palpate.hw.ur.arm, "_ANSWER_WITHIN", 0.5)
+    monkeypatch.setattr(palpate.hw.ur.arm, "_REPLY_WITHIN", 0.5)
     with arm_on(tmp_path) as arm:
         spoil(tmp_path, "deaf")
         pid = arm.process_id
-        with pytest.raises(DeviceError, match="no answer to tare"):
+        with pytest.raises(DeviceError, match="no reply to tare"):
             arm.tare()
         assert gone(pid)
         (tmp_path / "fault").unlink()
@@ -248,7 +248,7 @@ def test_a_call_that_never_comes_back_is_given_up(tmp_path, monkeypatch):
         arm.tare()
 
 
-def test_an_answer_that_nobody_waited_for_is_not_the_next_ones(tmp_path):
+def test_an_abandoned_reply_is_not_taken_for_the_next_one(tmp_path):
     """As after Ctrl-C in the middle of a request."""
     with arm_on(tmp_path) as arm:
         arm._client._pipe.send(UrRequest(UrTask.TARE))
@@ -264,10 +264,10 @@ def test_local_control_is_refused_with_the_way_out(tmp_path):
     assert "upload" not in names(tmp_path)
 
 
-def test_the_library_s_words_are_kept_from_the_terminal_and_told_at_its_death(tmp_path, capfd):
+def test_the_library_s_output_is_kept_from_the_terminal_and_reported_at_its_death(tmp_path, capfd):
     with arm_on(tmp_path) as arm:
         spoil(tmp_path, "crash")
-        told(arm)
+        first_error(arm)
     with pytest.raises(DeviceError, match="No module named"):
         UrArm(str(tmp_path), PATIENT, library="there_is_no_such_library").start()
     assert capfd.readouterr() == ("", "")
@@ -289,7 +289,7 @@ def test_freedrive_excludes_motion_and_ends(tmp_path):
 
 @pytest.mark.slow
 def test_an_arm_that_moves_can_be_led_at_once(tmp_path):
-    """It comes to rest first; what told it to does not end the leading, nor keep the watchdog from being fed."""
+    """It comes to rest first; the cause does not end the leading, nor keep the watchdog from being fed."""
     with arm_on(tmp_path) as arm:
         for led in range(1, 5):
             moved = names(tmp_path).count("speedL")

@@ -93,7 +93,7 @@ def test_recipe_ids_count_from_one_for_inputs_and_outputs_apart() -> None:
     ]
 
 
-def test_unknown_and_taken_variables_are_said() -> None:
+def test_unknown_and_taken_variables_are_reported() -> None:
     robot, owners = standing()[0], {}
     first, second = session(robot, owners), session(robot, owners)
     first.feed(inputs("input_int_register_0", "input_int_register_1"))
@@ -277,10 +277,10 @@ def test_script_port_takes_anything(pieces: list[bytes]) -> None:
 
 
 @given(st.text(max_size=60))
-def test_dashboard_answers_any_line_with_one_line(line: str) -> None:
-    answer = DashboardServer(standing_robot).answer(line)
-    assert answer
-    assert "\n" not in answer.replace(line, "")
+def test_dashboard_replies_to_any_line_with_one_line(line: str) -> None:
+    reply = DashboardServer(standing_robot).reply(line)
+    assert reply
+    assert "\n" not in reply.replace(line, "")
 
 
 standing_robot = standing()[0]

@@ -41,14 +41,14 @@ class Serving:
         self.thread.join(WITHIN)
         assert not self.thread.is_alive()
 
-    def told(self) -> dict[str, object]:
+    def status(self) -> dict[str, object]:
         devices = self.control.state()["devices"]
         assert isinstance(devices, dict)
         return devices["ur"]
 
     def becomes(self, **wanted: object) -> None:
         """Wait until the controller is as wanted."""
-        until(lambda: all(self.told()[name] == value for name, value in wanted.items()))
+        until(lambda: all(self.status()[name] == value for name, value in wanted.items()))
 
 
 class Rtde:
@@ -62,9 +62,9 @@ class Rtde:
     def ask(self, kind: PackageType, payload: bytes = b"") -> bytes:
         self.socket.sendall(package(kind, payload))
         while True:
-            got, answer = self.next()
+            got, reply = self.next()
             if got == kind:
-                return answer
+                return reply
 
     def next(self) -> tuple[int, bytes]:
         while not self.waiting:
@@ -106,11 +106,11 @@ def upload(script: bytes = SCRIPT) -> None:
 def talk(*lines: str) -> list[str]:
     with socket.create_connection((ADDRESS, DASHBOARD_PORT), timeout=WITHIN) as client:
         file = client.makefile("rb")
-        said = [file.readline()]
+        replies = [file.readline()]
         for line in lines:
             client.sendall(line.encode() + b"\n")
-            said.append(file.readline())
-    return [one.decode().rstrip("\n") for one in said]
+            replies.append(file.readline())
+    return [one.decode().rstrip("\n") for one in replies]
 
 
 def test_default_address_is_on_loopback() -> None:
@@ -197,7 +197,7 @@ def test_a_client_that_does_not_read_misses_packages_and_holds_nobody_up(serving
         first, *_, last = (struct.unpack(">Bd", eager.next()[1])[1] for _ in range(750))
         assert last - first == pytest.approx(749 * 0.002)
         # it is not given up: what it has not read is no more than one package
-        assert serving.told()["rtde_clients"] == 2
+        assert serving.status()["rtde_clients"] == 2
         eager.socket.close()
     serving.becomes(rtde_clients=0)
 
@@ -241,9 +241,9 @@ def test_a_program_starts_as_late_as_was_asked_for() -> None:
                 server.receive(file, 100.0)
         assert server.due() == pytest.approx(100.3)
         server.tick(100.29)
-        assert server.told()["runtime"] == "STOPPED"
+        assert server.status()["runtime"] == "STOPPED"
         server.tick(100.31)
-        assert server.told()["runtime"] == "PLAYING"
+        assert server.status()["runtime"] == "PLAYING"
     finally:
         server.close()
 
@@ -252,7 +252,7 @@ def test_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: Serving) 
     upload()
     serving.becomes(runtime="PLAYING")
     serving.control.fault("ur", ControllerFault.PROTECTIVE_STOP)
-    assert serving.told()["safety"] == "PROTECTIVE_STOP"
+    assert serving.status()["safety"] == "PROTECTIVE_STOP"
     assert talk("unlock protective stop")[1].startswith("Cannot unlock")
     upload()
     until(lambda: talk("unlock protective stop")[1] == "Protective stop releasing")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.experiments.kit import NOISY, TOUCHED, WRITTEN, Figure, check_options, option
+from palpate.experiments.kit import TOUCHED, Figure, check_options, option
 
 STIFFNESS = 20e3  # of the simulated contact [N/m]
 ALONG = 1e-4  # between two heights of a profile [m]
@@ -37,9 +37,9 @@ class TextureConfig:
     """Of the ripples [m]."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the sensor's noise."""
-    out: Path = option(Path("runs/texture"), fixed=WRITTEN)
+    out: Path = Path("runs/texture")
     """Folder for report, log and profiles."""
 
     def __post_init__(self) -> None:
@@ -167,7 +167,7 @@ def _profile(record, force: float, begin: float, end: float) -> Profile | None:
     """The heights that were felt between two times [s]."""
     felt = (record.time >= begin) & (record.time <= end) & record.touching & np.isfinite(record.centroid[:, 0])
     place = record.centroid[felt]
-    place[:, 2] += (record.normal_force[felt] - force) / STIFFNESS  # what gave way more than at the set force
+    place[:, 2] += (record.normal_force[felt] - force) / STIFFNESS  # less compression beyond that at the set force
     if len(place) < 2 or np.ptp(place[:, 0]) < 20 * ALONG:
         return None
     order = np.argsort(place[:, 0])
@@ -178,7 +178,7 @@ def _profile(record, force: float, begin: float, end: float) -> Profile | None:
 
 def _pictures(profiles):
     """The amplitude of the height over its spatial frequency, one line for each stroke."""
-    from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, dress, legend_above, new_figure
+    from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, legend_above, new_figure, style_axes
 
     if not profiles:
         return
@@ -188,7 +188,7 @@ def _pictures(profiles):
         frequency, amplitude = profile.spectrum
         colour = SIDE_BY_SIDE[i % len(SIDE_BY_SIDE)]
         axes.semilogy(1e-3 * frequency[1:], 1e6 * amplitude[1:], color=colour, label=f"{profile.force:g} N")
-    dress(axes, x="spatial frequency [1/mm]", y="amplitude [µm]")
+    style_axes(axes, x="spatial frequency [1/mm]", y="amplitude [µm]")
     legend_above(figure, [axes], columns=4)
     caption = "Amplitude of the height along each stroke. A peak is a ripple; without one the surface is smooth."
     yield Picture("Roughness spectrum", caption, figure)

@@ -17,7 +17,7 @@ class Strokes:
     """
 
     def __init__(self, config, half: float, gain: float) -> None:
-        """Take what to do, half of the way [m], and the velocity per force error [m/s/N]."""
+        """Take what to do, half of the stroke [m], and the velocity per force error [m/s/N]."""
         self._config, self._half, self._gain = config, half, gain
         self.spans: list[tuple[float, float, float]] = []
 
@@ -40,10 +40,10 @@ class Strokes:
         if now.time < self._since + SETTLING:
             return Command(push * normal, Phase.SETTLE)
         self._begun = now.time if self._begun is None else self._begun
-        way = 1.0 if stroke % 2 == 0 else -1.0
-        if way * now.arm.position_base_tip[0] >= self._half:
+        sign = 1.0 if stroke % 2 == 0 else -1.0
+        if sign * now.arm.position_base_tip[0] >= self._half:
             self.spans.append((self._config.forces[stroke], self._begun, now.time))
             self._since = self._begun = None
             return Command(push * normal, Phase.SETTLE)
-        along = np.array([way, 0.0, 0.0]) - way * normal[0] * normal
+        along = np.array([sign, 0.0, 0.0]) - sign * normal[0] * normal
         return Command(push * normal + self._config.speed * along / np.linalg.norm(along), Phase.SCAN)

@@ -11,13 +11,13 @@ from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.registers import HardwareError
 from palpate.hw.emulators.dynamixel.faults import BusFault, LineFaults, fault_named
 from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
-from palpate.hw.emulators.dynamixel.requests import Servos, answers
+from palpate.hw.emulators.dynamixel.requests import Servos, replies
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import PlantState, ServoGoal
 from palpate.hw.emulators.terminal import Terminal
 
 PIECE_TIME = 1e-3
-"""Between the pieces of a torn answer [s]: a frame of USB."""
+"""Between the pieces of a torn reply [s]: a frame of USB."""
 
 BABBLE_TIME = 1e-3
 """Between bursts of a bus that babbles [s]."""
@@ -71,7 +71,7 @@ class DynamixelBus:
 
     @property
     def harmed(self) -> int:
-        """How many answers were distorted."""
+        """How many replies were distorted."""
         return self._line.harmed
 
     def files(self) -> Sequence[int]:
@@ -88,9 +88,9 @@ class DynamixelBus:
             return
         rate = terminal.baud_rate()
         for request in self._receiver.feed(data, now):
-            for answer in answers(request, self._hearing(rate, now), now):
+            for reply in replies(request, self._hearing(rate, now), now):
                 if not self._line.values.get(BusFault.MUTE):
-                    self._send(answer, now)
+                    self._send(reply, now)
 
     def due(self) -> float:
         """See `Server`."""
@@ -156,8 +156,8 @@ class DynamixelBus:
         self._done.append(done)
         return done
 
-    def told(self) -> Mapping[str, object]:
-        """See `Telling`: how many packets and answers were spoilt, and the control tables' most telling items."""
+    def status(self) -> Mapping[str, object]:
+        """See `Monitored`: how many packets and replies were damaged, and the main items of the control tables."""
         items = {
             "torque": reg.TORQUE_ENABLE,
             "error": reg.HARDWARE_ERROR_STATUS,
@@ -172,7 +172,7 @@ class DynamixelBus:
         return {"rejected": self.rejected, "harmed": self.harmed, "servos": servos}
 
     def lines(self) -> list[str]:
-        """See `Telling`: the faults that were switched."""
+        """See `Monitored`: the faults that were switched."""
         return list(self._done)
 
     def close(self) -> None:
@@ -210,9 +210,9 @@ class DynamixelBus:
             self._address = self._terminal.path
             self._receiver = PacketReceiver()
 
-    def _send(self, answer: bytes, now: float) -> None:
+    def _send(self, reply: bytes, now: float) -> None:
         values = self._line.values
-        distorted, at = self._line.distorted(answer), now + values.get(BusFault.LATE, 0.0)
+        distorted, at = self._line.distorted(reply), now + values.get(BusFault.LATE, 0.0)
         size = int(values.get(BusFault.PIECES, 0.0)) or len(distorted)
         if self._queue:
             at = max(at, self._queue[-1][0])

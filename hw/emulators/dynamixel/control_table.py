@@ -1,6 +1,6 @@
-"""Memory of an emulated servo: what may be written where, and which refusal answers what may not.
+"""Memory of an emulated servo: what may be written where, and with which error the rest is refused.
 
-Which of 4 and 6 real firmware answers is not known; here a place outside the table is 4, a value outside its
+Whether real firmware replies with 4 or 6 is not known; here a place outside the table is 4, a value outside its
 limits 6.
 """
 
@@ -10,7 +10,7 @@ from palpate.hw.dynamixel.registers import Mode, Register, ServoKind
 from palpate.kinematics.servo_model import PWM_UNITS
 
 MODES = frozenset(Mode) - {Mode.PWM}
-"""What can be emulated: behind the bus stands a motor that is told position, current and speed, not voltage."""
+"""The modes that are emulated: the motor behind takes goals of position, current and speed, not of voltage."""
 
 
 class ControlTable:

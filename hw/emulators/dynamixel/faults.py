@@ -12,12 +12,12 @@ class BusFault(StrEnum):
     """What `inject` takes, with what its number means.
 
     SILENT: the servo of this id hears and says nothing; -1 ends it.
-    MUTE: nobody on the bus answers (1) or they do again (0): a broken wire back.
-    WRONG_CHECKSUM: this share of answers has a bit turned over.
-    LATE: every answer comes later by so many seconds.
-    LOST_BYTES: this share of answers lacks a byte.
-    NOISE: this share of answers comes behind random bytes.
-    PIECES: answers come in pieces of so many bytes, 1 ms apart; 0 ends it.
+    MUTE: nobody on the bus replies (1) or they do again (0): a broken wire back.
+    WRONG_CHECKSUM: this share of replies has a bit turned over.
+    LATE: every reply comes later by so many seconds.
+    LOST_BYTES: this share of replies lacks a byte.
+    NOISE: this share of replies comes behind random bytes.
+    PIECES: replies come in pieces of so many bytes, 1 ms apart; 0 ends it.
     BABBLE: so many random bytes per second all the time.
     OVERLOAD: the servo of this id reports an overload, and shuts down if it is set to.
     BROWN_OUT: the servo of this id loses its power for a moment.
@@ -54,17 +54,17 @@ def fault_named(name: str) -> BusFault:
 
 
 SHARES = (BusFault.WRONG_CHECKSUM, BusFault.LOST_BYTES, BusFault.NOISE)
-"""Those whose number is a share of all answers."""
+"""Those whose number is a share of all replies."""
 
 
 @dataclass(slots=True, eq=False)
 class LineFaults:
-    """What the wire does to answers.
+    """What the wire does to replies.
 
     Attributes:
         random: What it draws from.
         values: Number of each fault that is switched on.
-        harmed: How many answers did not go out as they should have.
+        harmed: How many replies did not go out as they should have.
     """
 
     random: np.random.Generator
@@ -78,14 +78,14 @@ class LineFaults:
             InvalidValueError: A share above 1, or a number below 0.
         """
         if fault in SHARES and not 0.0 <= value <= 1.0:
-            raise InvalidValueError(f"{fault} = {value:g}: must be a share of the answers, from 0 to 1")
+            raise InvalidValueError(f"{fault} = {value:g}: must be a share of the replies, from 0 to 1")
         if not 0.0 <= value < float("inf"):
             raise InvalidValueError(f"{fault} = {value:g}: must be finite, 0 or above; 0 switches it off")
         self.values[fault] = value
 
-    def distorted(self, answer: bytes) -> bytes:
-        """Return what becomes of an answer on the wire."""
-        draw, result = self.random, answer
+    def distorted(self, reply: bytes) -> bytes:
+        """Return what becomes of a reply on the wire."""
+        draw, result = self.random, reply
         if self._happens(BusFault.WRONG_CHECKSUM):
             at = int(draw.integers(4, len(result)))  # behind the header, so that somebody looks at the checksum
             result = result[:at] + bytes([result[at] ^ (1 << int(draw.integers(8)))]) + result[at + 1 :]
@@ -94,7 +94,7 @@ class LineFaults:
             result = result[:at] + result[at + 1 :]
         if self._happens(BusFault.NOISE):
             result = draw.bytes(int(draw.integers(1, 20))) + result
-        self.harmed += result != answer
+        self.harmed += result != reply
         return result
 
     def _happens(self, fault: BusFault) -> bool:

@@ -1,4 +1,4 @@
-"""What servos answer to instructions, packet for packet (ROBOTIS e-manual, Protocol 2.0)."""
+"""Servos' replies to instructions, packet for packet (ROBOTIS e-manual, Protocol 2.0)."""
 
 from collections.abc import Callable, Iterator, Mapping
 
@@ -22,7 +22,7 @@ Servos = Mapping[int, EmulatedServo]
 """Those that hear a request, by id, in the order of their ids."""
 
 
-def answers(request: RequestPacket, servos: Servos, now: float) -> list[bytes]:
+def replies(request: RequestPacket, servos: Servos, now: float) -> list[bytes]:
     """Carry out a request and return what comes back, in order.
 
     Args:
@@ -36,7 +36,7 @@ def answers(request: RequestPacket, servos: Servos, now: float) -> list[bytes]:
         instruction = Instruction(request.instruction)
     except ValueError:
         if request.instruction == STATUS:
-            return []  # somebody else's answer
+            return []  # the reply of another servo
         known = servos.get(request.servo_id)
         return (
             [_status(known, DynamixelRefusal.INSTRUCTION)] if known is not None and known.status_level == 2 else []
@@ -52,11 +52,11 @@ def answers(request: RequestPacket, servos: Servos, now: float) -> list[bytes]:
         level, alert = servo.status_level, servo.alert
         if instruction is Instruction.READ:
             refusal, data = _read(servo, request.parameters)
-            answered = level >= 1
+            replies_due = level >= 1
         else:
             refusal, data = _CHANGES[instruction](servo, request.parameters, now), b""
-            answered = level >= 2
-        if answered and request.servo_id != BROADCAST_ID:
+            replies_due = level >= 2
+        if replies_due and request.servo_id != BROADCAST_ID:
             found.append(packet(request.servo_id, bytes((STATUS, refusal | alert)) + data))
     return found
 

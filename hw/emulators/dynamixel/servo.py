@@ -62,12 +62,12 @@ class EmulatedServo:
 
     @property
     def status_level(self) -> int:
-        """0: it answers pings only, 1: reads too, 2: everything."""
+        """0: it replies to pings only, 1: to reads, too, 2: to everything."""
         return self.table.get(reg.STATUS_RETURN_LEVEL)
 
     @property
     def alert(self) -> int:
-        """The bit that its answers carry while a hardware error is set."""
+        """The bit that its replies carry while a hardware error is set."""
         return ALERT if self.table.get(reg.HARDWARE_ERROR_STATUS) else 0
 
     def deaf(self, now: float) -> bool:
@@ -158,7 +158,7 @@ class EmulatedServo:
             self.table.put(reg.GOAL_VELOCITY, 0)
 
     def goal(self) -> ServoGoal:
-        """Return what its motor is told."""
+        """Return the motor's goal."""
         table, kind = self.table, self.table.kind
         on = bool(table.get(reg.TORQUE_ENABLE))
         unit = kind.servo.current_unit
@@ -167,11 +167,11 @@ class EmulatedServo:
         current = abs(table.get(reg.GOAL_CURRENT)) * unit
         match table.get(reg.OPERATING_MODE):
             case Mode.CURRENT:
-                way = table.get(reg.GOAL_CURRENT) * self._direction
-                return ServoGoal(on, math.copysign(FAR, way), current, 0.0)
+                goal = table.get(reg.GOAL_CURRENT) * self._direction
+                return ServoGoal(on, math.copysign(FAR, goal), current, 0.0)
             case Mode.VELOCITY if table.get(reg.GOAL_VELOCITY):
-                way = table.get(reg.GOAL_VELOCITY) * self._direction
-                return ServoGoal(on, math.copysign(FAR, way), largest, abs(way) * VELOCITY_UNIT)
+                goal = table.get(reg.GOAL_VELOCITY) * self._direction
+                return ServoGoal(on, math.copysign(FAR, goal), largest, abs(goal) * VELOCITY_UNIT)
             case Mode.VELOCITY:
                 return ServoGoal(on, self._state.position, largest, 0.0)
             case Mode.CURRENT_BASED_POSITION:
@@ -192,11 +192,11 @@ class EmulatedServo:
         return self._direction * (raw - MIDDLE) * PULSE
 
     def _show(self) -> None:
-        table, state, way = self.table, self._state, self._direction
-        velocity = way * round(state.velocity / VELOCITY_UNIT)
+        table, state, direction = self.table, self._state, self._direction
+        velocity = direction * round(state.velocity / VELOCITY_UNIT)
         table.put(reg.PRESENT_POSITION, self._raw() - self._turns * PULSES + table.get(reg.HOMING_OFFSET))
         table.put(reg.PRESENT_VELOCITY, velocity)
-        table.put(reg.PRESENT_CURRENT, way * round(state.current / table.kind.servo.current_unit))
+        table.put(reg.PRESENT_CURRENT, direction * round(state.current / table.kind.servo.current_unit))
         table.put(reg.MOVING, int(abs(velocity) > table.get(reg.MOVING_THRESHOLD)))
 
     def _guard_supply(self) -> None:

@@ -127,7 +127,7 @@ class NetFtServer:
         """Records sent since the start."""
         return self._stream.sent
 
-    def told(self) -> Mapping[str, object]:
+    def status(self) -> Mapping[str, object]:
         """Return what goes on, for tests."""
         return {
             "sent": self._stream.sent,
@@ -145,7 +145,7 @@ class NetFtServer:
         return (self._socket.fileno(), *extra)
 
     def receive(self, file: int, now: float) -> None:
-        """Answer what has come."""
+        """Reply to what has arrived."""
         if file != self._socket.fileno():
             if self._calibration is not None:
                 self._calibration.receive(file, now, silent=self._faults.silent)

@@ -1,4 +1,4 @@
-"""The TCP side of a Net F/T box: twenty bytes ask for the calibration, twenty-four answer."""
+"""The TCP side of a Net F/T box: a request of 20 bytes for the calibration, a reply of 24."""
 
 import contextlib
 import math
@@ -16,7 +16,7 @@ PATIENCE = 5.0
 
 
 class CalibrationPort:
-    """Answers any number of requests of each client."""
+    """Replies to any number of requests of each client."""
 
     def __init__(self, address: str, port: int, calibration: BoxCalibration) -> None:
         """Listen.
@@ -24,7 +24,7 @@ class CalibrationPort:
         Raises:
             OSError: The port cannot be had.
         """
-        self._answer = CALIBRATION.pack(
+        self._reply = CALIBRATION.pack(
             HEADER,
             calibration.force_unit,
             calibration.torque_unit,
@@ -46,7 +46,7 @@ class CalibrationPort:
         return (self._listener.fileno(), *self._clients)
 
     def receive(self, file: int, now: float, *, silent: bool) -> None:
-        """Let a client in, or answer one."""
+        """Accept a client, or reply to one."""
         if file == self._listener.fileno():
             with contextlib.suppress(OSError):
                 client, _ = self._listener.accept()
@@ -93,7 +93,7 @@ class CalibrationPort:
                 return
             if not silent:
                 with contextlib.suppress(OSError):
-                    client.send(self._answer)
+                    client.send(self._reply)
         self._clients[file] = (client, heard, now + PATIENCE)
 
     def _drop(self, file: int) -> None:

@@ -10,7 +10,7 @@ class NetFtFault(StrEnum):
     """A fault; its value in brackets. 0 ends it, unless it happens once."""
 
     SILENT = "silent"
-    """Neither records nor answers (1: on)."""
+    """Sends neither records nor replies (1: on)."""
     OUT_OF_RANGE = "out_of_range"
     """Status bits of an overload, readings at the end of the range (1: on)."""
     STATUS = "status"

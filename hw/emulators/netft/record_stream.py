@@ -1,4 +1,4 @@
-"""The stream of records: when each is due, what it counts, and what happens to it on the way."""
+"""The stream of records: when each is due, what it counts, and what happens to it in transit."""
 
 import math
 from collections.abc import Callable

@@ -55,20 +55,20 @@ class BotaServer(TerminalServer):
         self._says = now + BOOT_PERIOD
 
     def _hear(self, data: bytes, now: float) -> None:
-        """Answer each question once it is complete; what is none is skipped byte by byte."""
+        """Reply to each request once it is complete; other bytes are skipped one by one."""
         heard = self._heard
         heard += data
         while heard:
             question = _QUESTION.match(bytes(heard))  # a copy: groups are cut out later
             if question:
                 del heard[: question.end()]
-                self._answer(question, now)
+                self._reply(question, now)
             elif _may_become_one(heard):
                 return
             else:
                 del heard[:1]
 
-    def _answer(self, question: "re.Match[bytes]", now: float) -> None:
+    def _reply(self, question: "re.Match[bytes]", now: float) -> None:
         letter = question[0][:1]
         if letter == b"C":
             self._streams, self._configures = False, True

@@ -39,7 +39,7 @@ class SerialFault(StrEnum):
     OUT_OF_RANGE = "out_of_range"
     """Shows a load beyond its range (1: on)."""
     DEAF = "deaf"
-    """Answers nothing (1: on)."""
+    """Sends nothing (1: on)."""
     REBOOTED = "rebooted"
     """Once, as if it was switched off and on."""
     UNPLUGGED = "unplugged"
@@ -91,7 +91,7 @@ class TerminalServer(ABC):
         """The path of the terminal, or of the link to it."""
         return self._address
 
-    def told(self) -> Mapping[str, object]:
+    def status(self) -> Mapping[str, object]:
         """Return what goes on, for tests."""
         return {"sent": self.sent, "left_out": self.left_out, "unread": self.unread, "streams": self._streams}
 
@@ -178,7 +178,7 @@ class TerminalServer(ABC):
 
     @abstractmethod
     def _idle_due(self) -> float:
-        """Return when something is to be said while it does not stream [s]."""
+        """Return when something is to be sent while it does not stream [s]."""
 
     @abstractmethod
     def _idle(self, now: float) -> None:

@@ -40,7 +40,7 @@ MISPLACED = 0.005
 
 _LONGEST_STEP = 0.1
 """[rad] of a joint between two measurements: sixteen times what 180 deg/s makes in a cycle of 2 ms, so that only
-what has lost its way is held back."""
+what has diverged is held back."""
 
 _MOST_STEPS = 3
 _ACCURACY = 1e-9
@@ -228,7 +228,7 @@ def numbers_of(pose: Pose) -> tuple[float, ...]:
 
 
 def difference(wanted: Pose, actual: Pose) -> tuple[Vector, Vector]:
-    """Return the way [m] and the turn [rad] from one pose to another, axes of the frame both are in."""
+    """Return the translation [m] and rotation vector [rad] from one pose to another, in their common frame."""
     return (
         subtract(wanted.position, actual.position),
         rotvec_from_rotation(times(wanted.rotation, transposed(actual.rotation))),

@@ -15,7 +15,7 @@ TOUCH = 5.0
 
 def touching(script: Script) -> None:
     """ToolContact: cycles since a contact in a direction; 0 for none."""
-    script.registers.answer(int(_touches(script, script.registers.doubles(0))))
+    script.registers.reply_integer(int(_touches(script, script.registers.doubles(0))))
 
 
 def move_until_contact(script: Script) -> Program:
@@ -38,15 +38,15 @@ def contact_detection(script: Script) -> Program:
 
 
 def contact_detection_off(script: Script) -> Program:
-    """StopContactDetection; answers as reading does."""
-    script.registers.answer(_detected(script))
+    """StopContactDetection; replies as reading does."""
+    script.registers.reply_integer(_detected(script))
     script.detecting = None
     yield
 
 
 def contact_detected(script: Script) -> Program:
     """ReadContactDetection."""
-    script.registers.answer(_detected(script))
+    script.registers.reply_integer(_detected(script))
     yield
 
 
@@ -81,14 +81,14 @@ def jog_stop(script: Script) -> Program:
 
 
 def freedrive(script: Script) -> Program:
-    """FreedriveMode: some axes give way to any push."""
+    """FreedriveMode: some axes are compliant to any push."""
     registers = script.registers
     _give_way(script, pose_of(registers.doubles(0)), tuple(registers.integer(1 + axis) != 0 for axis in range(6)))
     yield
 
 
 def teach_mode(script: Script) -> Program:
-    """TeachMode: all axes give way."""
+    """TeachMode: all axes are compliant."""
     _give_way(script, Pose(), (True,) * 6)
     yield
 
@@ -105,6 +105,6 @@ def freedrive_off(script: Script) -> Program:
 
 
 def freedrive_status(script: Script) -> Program:
-    """GetFreedriveStatus: 1 while some axes give way, 0 while none do."""
-    script.registers.answer(int(script.robot.compliance is not None))
+    """GetFreedriveStatus: 1 while some axes are compliant, 0 while none do."""
+    script.registers.reply_integer(int(script.robot.compliance is not None))
     yield

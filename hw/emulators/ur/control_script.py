@@ -26,12 +26,12 @@ REAL_TIME: Mapping[int, Callable[[Script], None]] = {
     27: query.joint_history,
     38: query.joint_torques,
     58: query.flange_pose,
-    66: query.unanswered,  # directTorque
-    67: query.unanswered,  # mass matrix
-    68: query.unanswered,  # Coriolis and centrifugal torques
-    69: query.unanswered,  # target joint accelerations
+    66: query.not_emulated,  # directTorque
+    67: query.not_emulated,  # mass matrix
+    68: query.not_emulated,  # Coriolis and centrifugal torques
+    69: query.not_emulated,  # target joint accelerations
     70: query.jacobian,
-    71: query.unanswered,  # its derivative
+    71: query.not_emulated,  # its derivative
 }
 """Commands that are done again in every cycle in which the register holds them."""
 
@@ -86,7 +86,7 @@ BLOCKING: Mapping[int, Callable[[Script], Program]] = {
 
 
 def control_script(script: Script) -> Program:
-    """Run until told to stop."""
+    """Run until asked to stop."""
     registers = script.registers
     registers.finish_operation()
     done = False

@@ -1,4 +1,4 @@
-"""The dashboard server's answers: one line for one line.
+"""The dashboard server's replies: one line for one line.
 
 Source: Universal Robots, "Dashboard Server e-Series"; the wording is what ur_rtde 1.6.5 looks for.
 """
@@ -54,8 +54,8 @@ class DashboardServer:
             "quit": lambda: "Disconnected",
         }
 
-    def answer(self, line: str) -> str:
-        """Return the answer to a line."""
+    def reply(self, line: str) -> str:
+        """Return the reply to a line."""
         self._robot.note("dashboard", line=line)
         exact = self._exact.get(line)
         if exact is not None:
@@ -89,9 +89,9 @@ class DashboardServer:
             "before unlocking"
         )
 
-    def _power(self, mode: RobotMode, said: str) -> str:
+    def _power(self, mode: RobotMode, reply: str) -> str:
         self._robot.switch(mode)
-        return said
+        return reply
 
     def _restart_safety(self) -> str:
         if self._robot.safety is SafetyMode.ROBOT_EMERGENCY_STOP:

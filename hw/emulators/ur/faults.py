@@ -4,14 +4,14 @@ from enum import StrEnum
 
 
 class ControllerFault(StrEnum):
-    """Switches of `UrServer.inject`; but where said otherwise, value 1 switches on and 0 off.
+    """Switches of `UrServer.inject`; unless stated otherwise, value 1 switches on and 0 off.
 
     Attributes:
         DROP_FIN: At once: closes all RTDE connections in good order.
         DROP_RST: At once: breaks them off with a reset.
         STALL_STREAM: Sends no data packages; connections stay.
         LATE_START: An uploaded script starts only after so many seconds of wall time.
-        REJECT_START: Answers requests to start the stream with no.
+        REJECT_START: Rejects requests to start the stream.
         REFUSE_VERSION: Accepts no version of the RTDE protocol.
         WITHHOLD_GREETING: The dashboard says nothing to who connects.
         LOCAL_CONTROL: The dashboard says that the robot is not in remote control.

@@ -1,4 +1,4 @@
-"""Force mode and freedrive: axes that give way, on top of whatever else the arm does."""
+"""Force mode and freedrive: axes that are compliant, on top of whatever else the arm does."""
 
 from dataclasses import dataclass
 
@@ -19,11 +19,11 @@ FREE_SPEED = (0.25, 0.25, 0.25, 1.0, 1.0, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Compliance:
-    """Which axes give way, and to what.
+    """Which axes are compliant, and to what.
 
     Attributes:
         frame: pose_foot_task; its axes are those below.
-        selected: Which axes give way.
+        selected: Which axes are compliant.
         wrench: Wanted of the robot on what it touches [N, N m].
         limits: Largest speed along and about each axis [m/s, rad/s].
         scaling: Of the gain, 0 to 2.
@@ -36,7 +36,7 @@ class Compliance:
     scaling: float = 1.0
 
     def overlaid(self, twist: Twist, force: Vector, torque: Vector) -> Twist:
-        """Return a twist with the axes replaced that give way.
+        """Return a twist with the axes replaced that are compliant.
 
         Args:
             twist: Of the TCP, axes of the robot base.

@@ -38,8 +38,8 @@ def package(kind: PackageType, payload: bytes) -> bytes:
 
 def text_message(message: str, source: str, level: int) -> bytes:
     """Return the payload of a text message; level 0 exception, 1 error, 2 warning, 3 info."""
-    said, by = message.encode()[:255], source.encode()[:255]
-    return bytes((len(said),)) + said + bytes((len(by),)) + by + bytes((level,))
+    text, by = message.encode()[:255], source.encode()[:255]
+    return bytes((len(text),)) + text + bytes((len(by),)) + by + bytes((level,))
 
 
 class PackageReader:

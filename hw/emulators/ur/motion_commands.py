@@ -82,8 +82,8 @@ def servo_tool(script: Script) -> None:
     motion = robot.motion
     if isinstance(motion, PoseServo) and motion.target == target:
         return
-    way, turn = difference(target, robot.arm.tcp)
-    if max(norm(way), norm(turn)) > NEARBY:
+    distance, turn = difference(target, robot.arm.tcp)
+    if max(norm(distance), norm(turn)) > NEARBY:
         robot.arm.joints_of(target, robot.arm.joints)
     robot.motion = PoseServo(target, lookahead)
 
@@ -185,7 +185,7 @@ def begin(script: Script, step: PathStep) -> ArmMotion:
 
 
 def move_path(script: Script) -> Program:
-    """Follow the path that came with the script; blends are not emulated: each way point is a short stop."""
+    """Follow the path that came with the script; blends are not emulated: each waypoint is a short stop."""
     return _perhaps_later(script, _follow(script))
 
 

@@ -18,10 +18,10 @@ NEAR = 5e-5
 """[m, rad] at which a move has arrived."""
 
 PATIENCE = 0.5
-"""[s] after which it counts as arrived anyway: something is in the way."""
+"""[s] after which it counts as arrived anyway: something blocks it."""
 
 NO_WAY = 1e-9
-"""Ways [m, rad] below this are none."""
+"""Distances [m, rad] below this count as zero."""
 
 
 class ArmMotion(Protocol):
@@ -116,7 +116,7 @@ class PoseServo:
         self.target, self.lookahead = target, lookahead
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return the way to it over the lookahead time."""
+        """Return the displacement to it over the lookahead time."""
         return scaled(1.0 / self.lookahead, difference(self.target, arm.tcp))
 
 
@@ -130,18 +130,20 @@ class JointServo:
         self.target, self.lookahead = target, lookahead
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return that of the way to them over the lookahead time."""
-        way = [(wanted - q) / self.lookahead for wanted, q in zip(self.target, arm.joints, strict=True)]
-        fastest = max(abs(speed) / limit.speed for speed, limit in zip(way, arm.mounting.arm.limits, strict=True))
+        """Return that of the joint displacements over the lookahead time."""
+        rates = [(wanted - q) / self.lookahead for wanted, q in zip(self.target, arm.joints, strict=True)]
+        fastest = max(
+            abs(speed) / limit.speed for speed, limit in zip(rates, arm.mounting.arm.limits, strict=True)
+        )
         most = max(1.0, fastest)
-        return arm.twist_of(tuple(speed / most for speed in way))
+        return arm.twist_of(tuple(speed / most for speed in rates))
 
 
 class Profile:
-    """How far along its way a move is: full speed, ramps of one acceleration."""
+    """How far along its path a move is: full speed, ramps of one acceleration."""
 
     def __init__(self, length: float, speed: float, acceleration: float) -> None:
-        """Cover a length with a speed and an acceleration, all in the units of the way."""
+        """Cover a length with a speed and an acceleration, all in the units of the path."""
         self.length, self._most, self._acceleration = length, speed, acceleration
         self.at, self.speed = 0.0, 0.0
 
@@ -190,10 +192,10 @@ class LinearMove:
         share, speed = self._profile.at / self._length, self._profile.speed / self._length * fraction
         rotation = times(rotation_from_rotvec(scale(share, self._turn)), self._start.rotation)
         wanted = Pose(add_scaled(self._start.position, share, self._way), rotation)
-        way, turn = difference(wanted, arm.tcp)
-        self.finished = self._arrival.over(self._profile.over, max(norm(way), norm(turn)), dt)
+        offset, turn = difference(wanted, arm.tcp)
+        self.finished = self._arrival.over(self._profile.over, max(norm(offset), norm(turn)), dt)
         return (
-            add_scaled(scale(speed, self._way), FEEDBACK, way),
+            add_scaled(scale(speed, self._way), FEEDBACK, offset),
             add_scaled(scale(speed, self._turn), FEEDBACK, turn),
         )
 

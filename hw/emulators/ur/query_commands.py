@@ -57,18 +57,18 @@ def set_tcp(script: Script) -> Program:
 
 def tcp_offset(script: Script) -> Program:
     """GetTCPOffset."""
-    script.registers.answers(numbers_of(script.robot.arm.pose_flange_tcp))
+    script.registers.reply_doubles(numbers_of(script.robot.arm.pose_flange_tcp))
     yield
 
 
 def flange_pose(script: Script) -> None:
     """GetActualToolFlangePose."""
-    script.registers.answers(numbers_of(script.robot.arm.flange))
+    script.registers.reply_doubles(numbers_of(script.robot.arm.flange))
 
 
 def step_time(script: Script) -> None:
     """GetStepTime."""
-    script.registers.answers((script.robot.period,))
+    script.registers.reply_doubles((script.robot.period,))
 
 
 def joint_history(script: Script) -> None:
@@ -76,37 +76,37 @@ def joint_history(script: Script) -> None:
     history, steps = script.robot.history, script.registers.integer(1)
     if not 0 <= steps < len(history):
         raise InvalidValueError(f"{steps} steps of history: must be 0 to {len(history) - 1}")
-    script.registers.answers(history[-1 - steps])
+    script.registers.reply_doubles(history[-1 - steps])
 
 
 def target_waypoint(script: Script) -> Program:
     """GetTargetWaypoint: of the move, or where the TCP is."""
     target = getattr(script.robot.motion, "target", None)
-    script.registers.answers(numbers_of(target if isinstance(target, Pose) else script.robot.arm.tcp))
+    script.registers.reply_doubles(numbers_of(target if isinstance(target, Pose) else script.robot.arm.tcp))
     yield
 
 
 def inverse_near(script: Script) -> Program:
     """GetInverseKinematics near some joints; without a solution the program ends with an error."""
-    script.registers.answers(_inverse(script, near=script.registers.doubles(6)))
+    script.registers.reply_doubles(_inverse(script, near=script.registers.doubles(6)))
     yield
 
 
 def inverse(script: Script) -> Program:
     """GetInverseKinematics near the present joints."""
-    script.registers.answers(_inverse(script, near=script.robot.arm.joints))
+    script.registers.reply_doubles(_inverse(script, near=script.robot.arm.joints))
     yield
 
 
 def has_inverse_near(script: Script) -> Program:
     """GetInverseKinematicsHasSolution near some joints."""
-    script.registers.answer(int(_solvable(script, script.registers.doubles(6))))
+    script.registers.reply_integer(int(_solvable(script, script.registers.doubles(6))))
     yield
 
 
 def has_inverse(script: Script) -> Program:
     """GetInverseKinematicsHasSolution near the present joints; also: is the pose within the safety limits."""
-    script.registers.answer(int(_solvable(script, script.robot.arm.joints)))
+    script.registers.reply_integer(int(_solvable(script, script.robot.arm.joints)))
     yield
 
 
@@ -114,7 +114,7 @@ def joints_allowed(script: Script) -> Program:
     """IsJointsWithinSafetyLimits: of the joints' ranges; no planes or tool limits are emulated."""
     limits = script.robot.arm.mounting.arm.limits
     angles = script.registers.doubles(0)
-    script.registers.answer(int(all(x.lower <= q <= x.upper for q, x in zip(angles, limits, strict=True))))
+    script.registers.reply_integer(int(all(x.lower <= q <= x.upper for q, x in zip(angles, limits, strict=True))))
     yield
 
 
@@ -132,14 +132,14 @@ def _solvable(script: Script, near: tuple[float, ...]) -> bool:
 
 def forward(script: Script) -> Program:
     """GetForwardKinematics of where the arm is."""
-    script.registers.answers(numbers_of(script.robot.arm.tcp))
+    script.registers.reply_doubles(numbers_of(script.robot.arm.tcp))
     yield
 
 
 def forward_of(script: Script) -> Program:
     """GetForwardKinematics of joints and a TCP, which are whatever the registers hold."""
     registers = script.registers
-    script.registers.answers(
+    script.registers.reply_doubles(
         numbers_of(script.robot.arm.tcp_of(registers.doubles(0), pose_of(registers.doubles(6))))
     )
     yield
@@ -148,14 +148,14 @@ def forward_of(script: Script) -> Program:
 def combined(script: Script) -> Program:
     """PoseTrans."""
     registers = script.registers
-    registers.answers(numbers_of(pose_of(registers.doubles(0)) @ pose_of(registers.doubles(6))))
+    registers.reply_doubles(numbers_of(pose_of(registers.doubles(0)) @ pose_of(registers.doubles(6))))
     yield
 
 
 def steady(script: Script) -> Program:
     """IsSteady."""
     velocity, turning = script.robot.arm.twist
-    script.registers.answer(int(max(norm(velocity), norm(turning)) < STEADY))
+    script.registers.reply_integer(int(max(norm(velocity), norm(turning)) < STEADY))
     yield
 
 
@@ -175,13 +175,13 @@ def trigger_protective_stop(script: Script) -> Program:
 def joint_torques(script: Script) -> None:
     """GetJointTorques: what the wrench on the tool asks of the joints."""
     robot = script.robot
-    script.registers.answers(robot.arm.torques(*robot.tool.felt(robot.arm)))
+    script.registers.reply_doubles(robot.arm.torques(*robot.tool.felt(robot.arm)))
 
 
 def jacobian(script: Script) -> None:
     """GetJacobian of the TCP, column by column."""
     columns = script.robot.arm.tcp_jacobian().T
-    script.registers.answers(columns.flatten().tolist())
+    script.registers.reply_doubles(columns.flatten().tolist())
 
 
 def gain_scaling(script: Script) -> Program:
@@ -195,6 +195,6 @@ def accepted(script: Script) -> Program:
     yield
 
 
-def unanswered(script: Script) -> None:
-    """Answer with zeros: dynamics, which are not emulated."""
-    script.registers.answers((0.0,) * 36)
+def not_emulated(script: Script) -> None:
+    """Return zeros: the dynamics are not emulated."""
+    script.registers.reply_doubles((0.0,) * 36)

@@ -1,4 +1,4 @@
-"""The registers through which ur_rtde's control script takes commands and gives answers."""
+"""The registers through which ur_rtde's control script takes commands and returns results."""
 
 from collections.abc import MutableMapping, Sequence
 
@@ -11,8 +11,8 @@ READY, DONE = 1, 2
 LARGEST = 1e6
 """Of any number in a command, whatever its unit: what is above means nothing."""
 
-_ANSWER = tuple(range(24)) + tuple(range(36, 48))
-"""Output double registers of answers longer than 24 numbers: matrices go on behind those of other clients."""
+_RESULTS = tuple(range(24)) + tuple(range(36, 48))
+"""Output double registers of results: from the 25th number on, behind the registers of other clients."""
 
 _RUNNING = 1 << 15
 _COUNTS = 128
@@ -73,13 +73,13 @@ class Registers:
         """Say READY or DONE."""
         self._outputs[self._int_out[0]] = (value,)
 
-    def answer(self, value: int) -> None:
-        """Answer with a small number."""
+    def reply_integer(self, value: int) -> None:
+        """Write an integer result."""
         self._outputs[self._int_out[1]] = (value,)
 
-    def answers(self, values: Sequence[float]) -> None:
-        """Answer with numbers."""
-        for register, value in zip(_ANSWER, values, strict=False):
+    def reply_doubles(self, values: Sequence[float]) -> None:
+        """Write a result of several numbers."""
+        for register, value in zip(_RESULTS, values, strict=False):
             if register < len(self._double_out):
                 self._outputs[self._double_out[register]] = (float(value),)
 

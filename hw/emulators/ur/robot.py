@@ -58,7 +58,7 @@ class EmulatedController:
         outputs: Of RTDE.
         channels: Digital and analog outputs, speed slider.
         motion: What the arm is doing.
-        compliance: Which axes give way; None for none.
+        compliance: Which axes are compliant; None for none.
         mode: Of the power.
         safety: Of the safety system.
         runtime: Of the program.

@@ -47,24 +47,24 @@ class RtdeSession:
         self.dropped = 0
 
     def feed(self, data: bytes) -> bytes:
-        """Take bytes of the client and return the answers to them.
+        """Take bytes of the client and return the replies to them.
 
         Raises:
             FramingError: They cannot be read on: the connection is of no use any more.
         """
-        answers = bytearray()
+        replies = bytearray()
         for kind, payload in self._reader.feed(data):
             try:
-                answer = self._answer(kind, payload)
+                reply = self._reply(kind, payload)
             except InvalidValueError as error:
                 self.dropped += 1
                 self._robot.note("dropped", kind=kind, why=error)
                 continue
-            if answer:
+            if reply:
                 if ControllerFault.STRAY_TEXT in self._faults:
-                    answers += package(PackageType.TEXT, text_message("stray text", "emulator", _INFO))
-                answers += answer
-        return bytes(answers)
+                    replies += package(PackageType.TEXT, text_message("stray text", "emulator", _INFO))
+                replies += reply
+        return bytes(replies)
 
     def stream(self) -> bytes:
         """Return the data package of this cycle; empty if there is none."""
@@ -83,7 +83,7 @@ class RtdeSession:
         for name in [name for name, owner in self._owners.items() if owner is self]:
             del self._owners[name]
 
-    def _answer(self, kind: int, payload: bytes) -> bytes:
+    def _reply(self, kind: int, payload: bytes) -> bytes:
         match kind:
             case PackageType.DATA:
                 self._write(payload)

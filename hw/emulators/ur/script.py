@@ -8,7 +8,7 @@ from palpate.hw.emulators.ur.robot import EmulatedController, Program
 
 @dataclass(frozen=True, slots=True)
 class PathStep:
-    """One way point of a path.
+    """One waypoint of a path.
 
     Attributes:
         joint_space: Whether the joints move together (movej), or the TCP straight.
@@ -16,7 +16,7 @@ class PathStep:
         target: x, y, z [m] and a rotation vector [rad], or angles [rad].
         speed: [m/s, or rad/s of the leading axis].
         acceleration: [m/s^2, or rad/s^2].
-        progress: What is told when it begins.
+        progress: The value reported when it begins.
     """
 
     joint_space: bool

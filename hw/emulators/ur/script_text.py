@@ -1,4 +1,4 @@
-"""What can be told from a URScript program without interpreting it."""
+"""What a URScript program's text shows without interpreting it."""
 
 import re
 from collections.abc import Iterator
@@ -47,7 +47,7 @@ class Statement:
 
 @dataclass(frozen=True, slots=True)
 class UploadedProgram:
-    """What was told from a program's text.
+    """What a program's text shows.
 
     Attributes:
         name: Behind its `def`.
@@ -127,9 +127,9 @@ def _path(lines: list[str]) -> Iterator[PathStep]:
     start = next((i for i, line in enumerate(lines) if _PATH_MARK in line), len(lines))
     progress = 0
     for line in lines[start + 1 :]:
-        told, move = _PROGRESS.search(line), _MOVE.search(line)
-        if told:
-            progress = int(told.group(1))
+        progress_line, move = _PROGRESS.search(line), _MOVE.search(line)
+        if progress_line:
+            progress = int(progress_line.group(1))
         elif move:
             command, pose, numbers, acceleration, speed, _ = move.groups()
             target = tuple(float(n) for n in re.findall(_NUMBER, numbers))

@@ -214,7 +214,7 @@ class UrServer:
                 self._dashboard.remote = ControllerFault.LOCAL_CONTROL not in self._faults
                 return f"{switch} {'on' if value else 'off'}"
 
-    def told(self) -> dict[str, object]:
+    def status(self) -> dict[str, object]:
         """Return what is going on, for a test."""
         robot = self._robot
         clients = list(self._clients.values())
@@ -285,7 +285,7 @@ class UrServer:
         *lines, client.line = (client.line + data).split(b"\n")
         for raw in lines:
             line = raw.decode(errors="replace").strip()
-            if not client.connection.send(f"{self._dashboard.answer(line)}\n".encode()) or line == "quit":
+            if not client.connection.send(f"{self._dashboard.reply(line)}\n".encode()) or line == "quit":
                 return False
         return len(client.line) <= _LONGEST_LINE
 

@@ -4,7 +4,7 @@ from palpate.hw.emulators.ur.arm import NO_WRENCH, Arm
 from palpate.spatial import Vector, Wrench, cross, rotate, rotate_back, scale, subtract
 
 GRAVITY = 9.82
-"""[m/s^2]: what a UR controller takes for it, upwards, until told otherwise [A]."""
+"""[m/s^2]: what a UR controller takes for it, upwards, until set otherwise [A]."""
 
 
 class Tool:
@@ -13,7 +13,7 @@ class Tool:
     Attributes:
         mass: Of the load, as a client says [kg].
         center: Its centre of mass, flange frame [m].
-        inertia: Its inertia, as a client says [kg m^2]; only told back.
+        inertia: Its inertia, as a client sets it [kg m^2]; only reported back.
         gravity: Acceleration that holds the robot base up, axes of the robot base [m/s^2].
     """
 

@@ -1,1 +1,1 @@
-"""What people start: each command is one function over the experiments that there are."""
+"""The commands of the command line; each is one function that works for every experiment."""

@@ -1,4 +1,4 @@
-"""Whether what is written is coloured: on a terminal, unless NO_COLOR says no or FORCE_COLOR yes."""
+"""Whether output is coloured: on a terminal, unless NO_COLOR or FORCE_COLOR decides otherwise."""
 
 import os
 import sys
@@ -24,7 +24,7 @@ def coloured(stream: TextIO) -> bool:
 def parser_colours(arguments: Sequence[str]) -> Iterator[None]:
     """Let the parser colour its help by standard output, and its refusals by standard error, where they go.
 
-    It knows neither variable, and looks at standard output for both.
+    tyro honours neither variable and inspects standard output in both cases.
     """
     options = tyro._experimental_options
     before, out = options["ansi_codes"], sys.stdout
@@ -39,7 +39,7 @@ def parser_colours(arguments: Sequence[str]) -> Iterator[None]:
 
 
 class _Terminal:
-    """A stream that says it is one."""
+    """A stream that claims to be a terminal."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream

@@ -1,4 +1,4 @@
-"""What a command has to say when it is over, as values: for `--json`, and for the exit code."""
+"""The result of a command as values: for `--json` and for the exit code."""
 
 import math
 import re
@@ -13,29 +13,29 @@ if TYPE_CHECKING:
 
 
 class ExitCode(IntEnum):
-    """How a command ended, for whoever started it."""
+    """Exit code of a command."""
 
     DONE = 0
     UNFINISHED = 1
-    """It could not finish, or what it was to find out is that something is not as it should be."""
+    """The command could not finish, or found that something is not as it should be."""
     MISTAKE = 2
-    """What was typed, or a file that it names, is wrong; nothing moved, nothing was written."""
+    """The arguments, or a file that they name, are wrong; nothing moved, nothing was written."""
     INTERRUPTED = 130
     """By Ctrl-C: 128 + SIGINT, the shell's convention."""
 
 
 @dataclass(frozen=True, slots=True)
 class CommandResult:
-    """What a command has to say when it is over.
+    """The result of a command.
 
     Attributes:
         exit_code: How it ended.
         outcome: The same in a sentence, or "".
-        figures: Numbers by name, in SI units which the names end in; words, or None, where there is no number.
-        notes: What to compare a figure of the report with, by its name.
-        facts: Everything else that JSON can hold, by name.
-        files: That were written; with `--dry-run`, that would be.
-        warnings: What people should know besides, a sentence each.
+        figures: Numbers by name, whose suffix is the SI unit; text, or None, where there is no number.
+        notes: Remarks on figures of the report, by the figure's name.
+        facts: Other values that JSON can represent, by name.
+        files: Files that were written; with `--dry-run`, that would be written.
+        warnings: One sentence each.
         error: Why there is no result; "" if there is one.
     """
 
@@ -77,13 +77,13 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "mm/s/N": ("m_per_s_per_n", 1e-3),
     "mN/min": ("n_per_s", 1e-3 / 60.0),
 }
-"""What a name ends in for each unit that reports show, and what makes SI units of it; a percentage is a share."""
+"""For each unit of a report: suffix of the name in JSON, and factor to SI units; a percentage becomes a ratio."""
 
 _PERCENTILE = re.compile(r"\b(\d+) %")
 
 
 def figure_name(words: str, unit: str = "") -> str:
-    """Return what a figure is called in JSON: its words with underscores, then its SI unit."""
+    """Return the name of a figure in JSON: its words joined by underscores, then its SI unit."""
     plain = _PERCENTILE.sub(r"p\1", words.lower())
     parts = [re.sub(r"[^a-z0-9]+", "_", plain).strip("_"), UNITS[unit][0] if unit in UNITS else ""]
     return "_".join(part for part in parts if part)
@@ -92,8 +92,8 @@ def figure_name(words: str, unit: str = "") -> str:
 def shown_figures(figures: Iterable["KeyFigure"]) -> tuple[dict[str, object], dict[str, str]]:
     """Return the figures of a report and their notes, by name and in SI units.
 
-    A number in words counts as a number; other words stay words, with their unit, and lend their name no unit.
-    What has a note and nothing else is among the notes alone.
+    A text that is a number becomes a number; other text keeps its unit, and its name has no suffix. A figure
+    without a value has only a note.
     """
     values: dict[str, object] = {}
     notes: dict[str, str] = {}
@@ -102,18 +102,18 @@ def shown_figures(figures: Iterable["KeyFigure"]) -> tuple[dict[str, object], di
         scaled = number is not None and figure.unit in UNITS
         name = _free(figure_name(figure.name, figure.unit if scaled else ""), values)
         if number is None:
-            if figure.value:  # without one, the note is all there is
+            if figure.value:  # a figure without value has only its note
                 values[name] = f"{figure.value} {figure.unit}".strip()
         elif scaled:
             values[name] = number * UNITS[figure.unit][1]
-        else:  # a unit that nobody has made a name for: shown as in the report
+        else:  # a unit without a suffix: as in the report
             values[name] = f"{figure.text} {figure.unit}"
         if figure.note:
             notes[name] = figure.note
     return values, notes
 
 
-def report_answer(
+def reported_result(
     exit_code: int,
     outcome: str,
     measured: Mapping[str, object],
@@ -121,13 +121,13 @@ def report_answer(
     files: tuple[Path, ...],
     **facts: object,
 ) -> CommandResult:
-    """Return the answer of an experiment with a report.
+    """Return the result of an experiment that has a report.
 
     Args:
         exit_code: How it ended.
         outcome: The same in a sentence.
         measured: Its figures by name, as `palpate sweep` has them in its tables.
-        shown: The figures of its report, which come and go with it.
+        shown: The figures of its report.
         files: That were written.
         facts: Everything else.
     """
@@ -145,7 +145,7 @@ def _number(value: float | str) -> float | None:
 
 
 def _free(name: str, taken: Mapping[str, object]) -> str:
-    """The name, with a number if another figure has it already."""
+    """Return the name, numbered if another figure has it already."""
     number = 2
     found = name
     while found in taken:

@@ -13,7 +13,7 @@ BASH_FILES = """
 _palpate() { _tyro_palpate; [[ -n ${COMPREPLY[*]} ]] || COMPREPLY=(); }
 complete -o default -F _palpate palpate
 """
-"""Where tyro's script has nothing to offer, as for words without an option, bash offers files."""
+"""Bash completes file names where tyro's script has no completion."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""`palpate EXPERIMENT --dry-run`: all is planned and checked, nothing is moved, connected to or written."""
+"""`palpate EXPERIMENT --dry-run`: plans and checks everything; moves, connects and writes nothing."""
 
 from typing import Any
 
@@ -18,18 +18,18 @@ from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry
 
 LOG = "<date>_<time>.mcap"
-"""How the log will be called, beside `latest.mcap`, a link to it."""
+"""Name of the log; `latest.mcap` is a link to it."""
 
 
 def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
-    """Plan a run, and say what it would do.
+    """Plan a run and print what it would do.
 
     Raises:
         InvalidValueError: It cannot be realised, the folder could not be written, or holds another command's run.
     """
     plan = plan_for(experiment, config)
     if plan.robot is None:
-        plan.backend()  # what cannot be simulated is refused when it is built; it moves when it is started
+        plan.backend()  # building refuses what cannot be simulated; nothing moves before start()
     would = plan.dry_run()
     check_folder(config.out)
     warnings = (*would.notes, *earlier_run(config.out, experiment.name, would.files))
@@ -50,7 +50,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
 
 
 def _robot_text(name: str, robot: Robot) -> str:
-    """Which robot it would be, and that nothing was connected to."""
+    """Return the robot in words, and that no device was connected to."""
     kind = robot.file.backend.__struct_config__.tag
     real = "; its devices were not connected to" if isinstance(robot.file.backend, RigEntry) else ""
     here = "" if can_drive(robot) else "; not to be run on this computer, which lacks ur_rtde"

@@ -1,4 +1,4 @@
-"""What an earlier run has left in the folder that the next one is to write into."""
+"""Files of an earlier run in the folder that a run is about to write to."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,27 +15,27 @@ from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of
 
 SWEEP = "sweep.json"
-"""What only a sweep writes."""
+"""File that marks the folder of a sweep."""
 
 
 def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, ...]:
-    """Say what of an earlier run will be written over.
+    """Return which files of an earlier run will be overwritten.
 
     Args:
-        folder: That is to be written into; need not be there.
-        command: Whose run it is to be, as typed after `palpate`.
-        names: Of the files that it writes besides report and log.
+        folder: Output folder; need not exist.
+        command: Command of the new run, as typed after `palpate`.
+        names: Files that the new run writes besides report and log.
 
     Returns:
-        A sentence, or none if nothing will be.
+        One sentence, or none if nothing is overwritten.
 
     Raises:
-        InvalidValueError: What is there is of another command: half of it would stay beside what is new.
+        InvalidValueError: The folder holds a run of another command, of which a part would remain.
     """
     before, log = _command_in(folder)
     if before is not None and before != command:
         raise InvalidValueError(
-            f"out = {folder}: holds a run of `palpate {before}`, of which a part would be written over; choose "
+            f"out = {folder}: holds a run of `palpate {before}`, which would be partly overwritten; choose "
             "another folder (--out)"
         )
     there = [folder / name for name in (REPORT, *names) if (folder / name).is_file()]
@@ -45,31 +45,31 @@ def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, 
     others = f" and {more} more file{'s' if more > 1 else ''}" if more else ""
     of = "" if before is None else " of an earlier run"
     stays = "; its log stays" if log else ""
-    return (f"{there[0]}{others}{of} {'are' if more else 'is'} written over{stays}.",)
+    return (f"{there[0]}{others}{of} {'are' if more else 'is'} overwritten{stays}.",)
 
 
-def earlier_told(console: Console, folder: Path, command: str, names: Sequence[str]) -> tuple[str, ...]:
-    """Print what `earlier_run` says, as a note, and return it."""
-    said = earlier_run(folder, command, names)
-    for text in said:
+def print_earlier_run(console: Console, folder: Path, command: str, names: Sequence[str]) -> tuple[str, ...]:
+    """Print the note of `earlier_run`, and return it."""
+    notes = earlier_run(folder, command, names)
+    for text in notes:
         say(console, f"Note: {text}")
-    return said
+    return notes
 
 
 def _command_in(folder: Path) -> tuple[str | None, bool]:
-    """Which command has written into a folder, as far as that is to be seen, and whether a log of it is there."""
+    """Return which command wrote to a folder, None if unknown, and whether its log is there."""
     if not folder.is_dir():
         return None, False
     if (folder / SWEEP).is_file():
         return "sweep", False
     try:
         return _experiment_of(log_in(folder)), True
-    except (InvalidValueError, DamageError, OSError):  # there is none, or nobody can read it
+    except (InvalidValueError, DamageError, OSError):  # no log, or an unreadable one
         return None, False
 
 
 def _experiment_of(path: Path) -> str | None:
-    """The experiment of a log, from its beginning alone: all of it may be gigabytes."""
+    """Return the experiment of a log from its beginning alone: the whole file may be gigabytes."""
     with path.open("rb") as file:
         for record in McapWalk(file).records():
             if record.opcode == Opcode.CHUNK:

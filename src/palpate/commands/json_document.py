@@ -1,4 +1,4 @@
-"""The one JSON document that a command prints for `--json`: strict, so that any reader takes it."""
+"""The JSON document that a command prints for `--json`; strict JSON, without NaN."""
 
 import json
 import math
@@ -12,7 +12,7 @@ from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.version import __version__
 
 SCHEMA = 1
-"""Raised when a field of the document itself goes or gets another meaning; figures come and go with reports."""
+"""Version of the document's own fields; figures may change with reports."""
 
 STATUS: Mapping[int, str] = {
     ExitCode.DONE: "done",
@@ -22,38 +22,38 @@ STATUS: Mapping[int, str] = {
 }
 
 
-def document(command: str, answer: CommandResult) -> str:
-    """Return an answer as text, one line end at its end.
+def document(command: str, result: CommandResult) -> str:
+    """Return the result of a command as text, with a line feed at its end.
 
     Args:
-        command: As typed, without the program's name: "explore", "robot check"; "" if none was recognised.
-        answer: Of the command.
+        command: As typed, without the program's name: "explore", "robot check"; "" if it was not recognised.
+        result: What the command returned.
     """
-    told: dict[str, object] = {
+    content: dict[str, object] = {
         "schema": SCHEMA,
         "command": command,
         "version": __version__,
-        "status": STATUS.get(answer.exit_code, "unfinished"),
-        "exit_code": int(answer.exit_code),
+        "status": STATUS.get(result.exit_code, "unfinished"),
+        "exit_code": int(result.exit_code),
     }
-    if answer.error:
-        told["error"] = answer.error
-    told |= {
-        "outcome": answer.outcome,
-        "figures": answer.figures,
-        "notes": answer.notes,
-        **answer.facts,
-        "files": answer.files,
-        "warnings": answer.warnings,
+    if result.error:
+        content["error"] = result.error
+    content |= {
+        "outcome": result.outcome,
+        "figures": result.figures,
+        "notes": result.notes,
+        **result.facts,
+        "files": result.files,
+        "warnings": result.warnings,
     }
-    return json.dumps(plain(told), indent=1, allow_nan=False) + "\n"
+    return json.dumps(plain(content), indent=1, allow_nan=False) + "\n"
 
 
 def plain(value: object) -> Any:
-    """Return a value as JSON holds it: null for a number that is none or not finite, lists for arrays.
+    """Return a value in JSON's types: null for None and for numbers that are not finite, lists for arrays.
 
     Raises:
-        TypeError: There is no such thing in JSON.
+        TypeError: JSON cannot represent it.
     """
     if value is None or (isinstance(value, bool | str) and not isinstance(value, Enum)):
         return value

@@ -1,7 +1,4 @@
-"""How a command says what it has to say: in words for people, or as one JSON document for programs.
-
-Exit codes are the same either way, and this is the one place that gives them.
-"""
+"""Output of a command: text for people, or one JSON document for programs; the exit codes are the same."""
 
 import os
 import re
@@ -18,81 +15,81 @@ from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
 
 Run = Callable[[], CommandResult | int]
-"""Carries out a command. What returns no more than an exit code has no figures."""
+"""Carries out a command; a bare exit code stands for a result without figures."""
 
 KEPT = 200
-"""Pieces of what went to standard error last: a refusal of what was typed is a few dozen."""
+"""Last writes to standard error that are kept: a parser error takes a few dozen."""
 
 
 class OutputFormat(Protocol):
-    """How a command is carried out and heard."""
+    """Carries out a command and prints its result."""
 
     def carry_out(self, run: Run) -> int:
-        """Carry out a command and say what is to be said; returns the exit code."""
+        """Carry out a command and print its result; returns the exit code."""
         ...
 
 
 class TextOutput:
-    """A command says everything itself; of an error, one line goes to standard error."""
+    """The command prints its own text; an error is one line on standard error."""
 
     def carry_out(self, run: Run) -> int:
         """Carry out a command.
 
         Raises:
-            SystemExit: What was typed was refused, or help was asked for: both have been printed.
-            Exception: What nobody foresaw.
+            SystemExit: The arguments were refused, or help was requested; either has been printed.
+            Exception: An internal error.
         """
-        answer = _answered(run)
-        _say(answer.error)
-        return int(answer.exit_code)
+        result = _result_of(run)
+        _print_error(result.error)
+        return int(result.exit_code)
 
 
 class JsonOutput:
-    """One document goes to standard output, all words to standard error: those of other processes, too."""
+    """One JSON document goes to standard output, all text, of child processes too, to standard error."""
 
     def __init__(self, command: str) -> None:
         """Take the command as typed, without the program's name."""
         self._command = command
 
     def carry_out(self, run: Run) -> int:
-        """Carry out a command and print the document; mistakes and errors are documents, too."""
-        out, heard = sys.stdout, _Heard(sys.stderr)
-        with _descriptor_of_errors(out), redirect_stdout(heard), redirect_stderr(heard):
-            answer = self._answer(run, heard)
+        """Carry out a command and print the document; an error is a document, too."""
+        out, errors = sys.stdout, _KeptErrors(sys.stderr)
+        with _descriptor_of_errors(out), redirect_stdout(errors), redirect_stderr(errors):
+            result = self._result(run, errors)
         try:
-            out.write(document(self._command, answer))
+            out.write(document(self._command, result))
             out.flush()
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
-        return int(answer.exit_code)
+        return int(result.exit_code)
 
-    def _answer(self, run: Run, heard: "_Heard") -> CommandResult:
+    def _result(self, run: Run, errors: "_KeptErrors") -> CommandResult:
         try:
-            answer = _answered(run)
-        except SystemExit as left:  # the parser has refused what was typed, and has said so
-            return CommandResult(ExitCode.MISTAKE if left.code else ExitCode.DONE, error=unboxed(heard.text))
+            result = _result_of(run)
+        except SystemExit as left:  # the parser has refused the arguments and printed why
+            return CommandResult(ExitCode.MISTAKE if left.code else ExitCode.DONE, error=unboxed(errors.text))
         except BrokenPipeError:
             raise
         except Exception as error:
             traceback.print_exc()
             return CommandResult(ExitCode.UNFINISHED, error=f"{type(error).__name__}: {error}")
-        _say(answer.error)
-        return answer
+        _print_error(result.error)
+        return result
 
 
 def unboxed(text: str) -> str:
-    """Return what the parser says of a mistake as one line, without its box and its hint to --help."""
+    """Return the parser's error message as one line, without its box and its hint to --help."""
     inside = text.splitlines()
     if len(inside) > 1 and (inside[0].startswith("╭") or not inside[1].strip(" -")):
         inside = inside[1:]  # the box's title
     lines = [re.sub("^[│|]|[│|]$|[╰╯─]|-{3,}", " ", line.strip()).strip() for line in inside]
     kept = [line for line in lines if line and not line.startswith("For full helptext")]
-    said = " ".join(" ".join(kept).split())
-    return re.sub(r"^Error parsing palpate[a-z ]*: ", "", said)
+    sentence = " ".join(" ".join(kept).split())
+    return re.sub(r"^Error parsing palpate[a-z ]*: ", "", sentence)
 
 
-def _answered(run: Run) -> CommandResult:
-    """Carry out a command; what it raises on purpose becomes an answer."""
+def _result_of(run: Run) -> CommandResult:
+    """Carry out a command; an exception of palpate's own becomes a result."""
     try:
         found = run()
     except (InvalidValueError, MissingLibraryError) as error:
@@ -100,13 +97,13 @@ def _answered(run: Run) -> CommandResult:
     except PalpateError as error:
         return CommandResult(ExitCode.UNFINISHED, error=f"{_line(error)}; the robot was stopped")
     except BrokenPipeError:
-        # whoever read the output has had enough; nothing more to say, at exit neither
+        # the reader has closed the pipe: print nothing more, at exit neither
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return CommandResult()
     except OSError as error:
         return CommandResult(ExitCode.UNFINISHED, error=_line(error))
     except KeyboardInterrupt as error:
-        # a run that is interrupted says that the robot was stopped; without a run, none moved
+        # an interrupted run reports that the robot was stopped; otherwise none moved
         return CommandResult(ExitCode.INTERRUPTED, error=_line(error) or "interrupted")
     return found if isinstance(found, CommandResult) else CommandResult(int(found))
 
@@ -115,13 +112,13 @@ def _line(error: BaseException) -> str:
     return " ".join(str(error).split())
 
 
-def _say(error: str) -> None:
+def _print_error(error: str) -> None:
     if error:
         sys.stderr.write(f"palpate: {error}\n")
 
 
-class _Heard:
-    """A stream that passes everything on, and keeps the last of it."""
+class _KeptErrors:
+    """A stream that passes everything on and keeps the last writes."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -148,9 +145,9 @@ class _Heard:
 
 @contextmanager
 def _descriptor_of_errors(out: Any) -> Iterator[None]:
-    """Let what writes to descriptor 1 itself, as other processes do, write to standard error meanwhile.
+    """Redirect file descriptor 1, to which child processes write, to standard error.
 
-    Where `out` is another stream than the process's own, somebody listens to it already, and nothing changes.
+    Nothing changes if `out` is not the process's own standard output.
     """
     own: Any = sys.__stdout__
     if out is not own or own.fileno() != 1:

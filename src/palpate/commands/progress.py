@@ -1,4 +1,4 @@
-"""What is shown while something takes its time: bars on a terminal, lines where the output is captured."""
+"""Progress of long work: bars on a terminal, lines where the output is captured."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -18,13 +18,13 @@ LINE_INTERVAL = 10.0
 
 
 def lively(console: Console) -> bool:
-    """Return whether what is shown may come and go: on a terminal, not where FORCE_COLOR only colours a file."""
+    """Return whether bars can be drawn: on a terminal, not in a file that FORCE_COLOR merely colours."""
     return console.is_terminal and console.file.isatty()
 
 
 @contextmanager
 def doing(console: Console, what: str) -> Iterator[None]:
-    """Show what is being done: it comes and goes on a terminal, and is a line elsewhere."""
+    """Show what is being done: a transient status on a terminal, a line elsewhere."""
     if lively(console):
         with console.status(what):
             yield
@@ -34,7 +34,7 @@ def doing(console: Console, what: str) -> Iterator[None]:
 
 
 def run_progress(console: Console, expected_duration: float) -> AbstractContextManager[Observer]:
-    """Show how far a run of about `expected_duration` [s] is; gives the observer that feeds what is shown."""
+    """Show the progress of a run of about `expected_duration` [s]; yields the observer that updates it."""
     return (_run_bar if lively(console) else _run_lines)(console, expected_duration)
 
 
@@ -48,8 +48,8 @@ def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]
         wall = time.perf_counter()
         if wall - shown > LINE_INTERVAL:
             shown = wall
-            foretold = now.time <= expected_duration
-            goal = f" of about {expected_duration:.0f} s" if foretold else " s, longer than expected,"
+            as_expected = now.time <= expected_duration
+            goal = f" of about {expected_duration:.0f} s" if as_expected else " s, longer than expected,"
             say(console, f"{now.time:.0f}{goal} on the robot's clock, {command.phase.value}")
 
     yield observe
@@ -80,7 +80,7 @@ def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
 
 @contextmanager
 def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
-    """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
+    """Show which of some steps is in progress; yields the function to call with each step's name at its start."""
     if not lively(console):
         yield lambda step: say(console, step)
         return
@@ -92,7 +92,7 @@ def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("", total=len(steps))
 
-        def tell(step: str) -> None:
+        def announce(step: str) -> None:
             progress.update(task, completed=steps.index(step) + 1, description=step)
 
-        yield tell
+        yield announce

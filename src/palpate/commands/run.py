@@ -5,10 +5,10 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.command_result import CommandResult, ExitCode, report_answer
-from palpate.commands.earlier_run import earlier_told
+from palpate.commands.command_result import CommandResult, ExitCode, reported_result
+from palpate.commands.earlier_run import print_earlier_run
 from palpate.commands.progress import doing, run_progress
-from palpate.commands.run_shown import kept_if_interrupted, run_shown, tell_of
+from palpate.commands.run_shown import kept_if_interrupted, print_outcome, run_shown
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
@@ -26,7 +26,7 @@ from palpate.runtime import Ending, RunResult, result_until
 SECOND_STOPPED = (
     "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
 )
-"""Said at once after a Ctrl-C in the second run."""
+"""Printed immediately after Ctrl-C in the second run."""
 
 
 def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
@@ -37,7 +37,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         config: How; an instance of its `Config`.
 
     Returns:
-        What was found; it is done if the run finished and came to what it was for.
+        The result; done if the run finished and reached its goal.
 
     Raises:
         InvalidValueError: The configuration cannot be realised, preparing has found nothing, or the folder cannot
@@ -53,7 +53,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         check_drivers(plan.robot)
     expected = plan.dry_run()
     make_folder(config.out)
-    notes = (*earlier_told(console, config.out, experiment.name, expected.files), *expected.notes)
+    notes = (*print_earlier_run(console, config.out, experiment.name, expected.files), *expected.notes)
     for note in expected.notes:
         say(console, note)
     if plan.preparation:
@@ -68,16 +68,16 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         with doing(console, "working out what was found"):
             try:
                 found = experiment.found(plan, run.recorded(result, companion, lambda step: say(console, step)))
-            except InvalidValueError as error:  # wrong is what was felt, not what was typed
-                return replace(_untold(console, result, error, interrupted=interrupted), warnings=notes)
+            except InvalidValueError as error:  # the measurements are unusable, the arguments were right
+                return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
         report = experiment.report(found)
         report = replace(report, repeat=repeat_commands(reference_to(experiment), config, result))
         with doing(console, "drawing the report"):
             files = write_result(experiment, found, report, config.out)
     console.print(key_figures(report.title, report.outcome, report.all_figures))
-    tell_of(console, result, files)
+    print_outcome(console, result, files)
     code = ExitCode.DONE if result.ending is Ending.DONE and report.reached else ExitCode.UNFINISHED
-    answer = report_answer(
+    summary = reported_result(
         ExitCode.INTERRUPTED if interrupted else code,
         report.outcome,
         figures_of(experiment, found),
@@ -85,11 +85,11 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         written(result, files),
         ending=result.ending.value,
     )
-    return replace(answer, warnings=notes)
+    return replace(summary, warnings=notes)
 
 
 def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
-    """Run what the first run is to be compared with; None, and that it was interrupted, after a Ctrl-C."""
+    """Run the companion of the first run; None, and that it was interrupted, after Ctrl-C."""
     second = plan.companion()
     if second is None:
         return None, False
@@ -104,16 +104,18 @@ def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
         return None, True
 
 
-def _untold(console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool) -> CommandResult:
-    """Say how a run went that tells nothing, and what is kept of it: its log."""
+def _unusable_result(
+    console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool
+) -> CommandResult:
+    """Print how a run ended that cannot be evaluated, and where its log is."""
     files = written(result, ())
     say(console, str(result))
-    tell_of(console, result, files)
+    print_outcome(console, result, files)
     kept = f"its log is kept: {files[0]} (palpate view shows it)" if files else "there is no log"
     return CommandResult(
         ExitCode.INTERRUPTED if interrupted else ExitCode.UNFINISHED,
         outcome=str(result),
         facts={"ending": result.ending.value},
         files=files,
-        error=f"what was felt tells nothing: {error}; {kept}",
+        error=f"the measurements cannot be evaluated: {error}; {kept}",
     )

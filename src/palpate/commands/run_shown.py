@@ -1,4 +1,4 @@
-"""What is said on the terminal of a run, until it is over or interrupted."""
+"""A run on the terminal: its progress, Ctrl-C, and what is printed at its end."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,24 +11,24 @@ from palpate.commands.say import say
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
-"""Said at once after a Ctrl-C."""
+"""Printed immediately after Ctrl-C."""
 
 
 def run_shown(
     console: Console, expected_duration: float, run: Callable[[Observer], RunResult]
 ) -> tuple[RunResult, bool]:
-    """Carry out a run and show how far it is; a Ctrl-C ends it, but not what is made of it afterwards.
+    """Carry out a run and show its progress; Ctrl-C ends the run, but not its evaluation.
 
     Args:
-        console: Where.
+        console: Output.
         expected_duration: Of the run [s].
-        run: Moves the robot, observed by what it is given.
+        run: Moves the robot, with the observer that it is given.
 
     Returns:
-        How it went, and whether it was interrupted.
+        The result of the run, and whether it was interrupted.
 
     Raises:
-        KeyboardInterrupt: Before there was anything to tell of, or for the second time.
+        KeyboardInterrupt: Ctrl-C before the run had begun, or a second one.
     """
     with run_progress(console, expected_duration) as observer:
         try:
@@ -43,28 +43,26 @@ def run_shown(
 
 @contextmanager
 def kept_if_interrupted(result: RunResult) -> Iterator[None]:
-    """While a run is evaluated, and its report made: say after a Ctrl-C what there is of it without them.
+    """Turn Ctrl-C during the evaluation of a run into a message that names its log.
 
     Raises:
-        KeyboardInterrupt: At a Ctrl-C, with what is to be said.
+        KeyboardInterrupt: Ctrl-C, with that message.
     """
     try:
         yield
     except KeyboardInterrupt:
-        rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
         recording = result.recording
         path = None if recording is None else recording.path
         kept = "there is no log" if path is None else f"its log is kept: {path} (palpate view shows it)"
         raise KeyboardInterrupt(
-            f"interrupted while it was evaluated, which is not finished; the run was over, {rest}; {kept}"
+            f"interrupted while it was evaluated, which is not finished; the run was over, {result.rest}; {kept}"
         ) from None
 
 
-def tell_of(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:
-    """Say what ended the run, what became of the log, and what was written.
+def print_outcome(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:
+    """Print what ended the run, its log, and the files that were written.
 
-    The outcome has told already of an exception that speaks for itself; of any other it matters where it came
-    from.
+    The traceback is printed only for an exception that the outcome does not explain.
     """
     if result.error is not None and not speaks_for_itself(result.error):
         import traceback

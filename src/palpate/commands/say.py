@@ -1,4 +1,4 @@
-"""A line for people, on the terminal or wherever the output goes."""
+"""Plain lines on the terminal."""
 
 from contextlib import suppress
 
@@ -6,9 +6,9 @@ from rich.console import Console
 
 
 def say(console: Console, text: str) -> None:
-    """Print a text as it is, in one line: what people typed may look like markup, and paths are long.
+    """Print a text in one line, without interpreting markup.
 
-    Whoever reads the output may have had enough, upon which rich exits: that must cost neither run nor report.
+    A closed pipe, upon which rich exits, must end neither run nor report, and is ignored.
     """
     with suppress(OSError, SystemExit):
         console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""Units in which numbers are easy to read: 0.00023 m as 230 µm."""
+"""Unit prefixes that make numbers easy to read: 0.00023 m as 230 µm."""
 
 from dataclasses import dataclass
 
@@ -6,16 +6,16 @@ SMALLER = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
 """Factor and prefix, the unit itself first."""
 
 FROM: dict[str, float] = {"m": 1.0, "m/s": 1.0, "N": 0.1, "s": 0.1, "rad": 0.1, "N m": 0.1}
-"""Units that take prefixes, and from which number on none."""
+"""Units that take prefixes, and the smallest number shown without one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How to show numbers of an SI unit.
+    """Factor and unit by which numbers are shown.
 
     Attributes:
-        factor: To multiply them by.
-        unit: That they have then.
+        factor: Multiplies the number in SI units.
+        unit: Unit of the product.
     """
 
     factor: float
@@ -23,7 +23,7 @@ class Scale:
 
 
 def scale_of(unit: str, largest: float) -> Scale:
-    """Return how to show numbers up to a largest size."""
+    """Return the scale for numbers of up to a largest magnitude."""
     if unit == "N/m" and largest >= 1e3:
         return Scale(1e-3, "kN/m")
     if unit not in FROM or largest <= 0.0:

@@ -1,7 +1,7 @@
-"""Ctrl-C while palpate starts: nothing moves yet and no file is open, so it ends at once, in one line.
+"""Ctrl-C while palpate starts: nothing moves yet and no file is open, so the process ends at once, with one line.
 
-Python would show where among the imports it was, a screen full of it, or, inside an extension module that catches
-what it does not expect, go on.
+Otherwise Python would print a traceback of its imports, or continue where an extension module catches the
+exception.
 """
 
 import os
@@ -14,7 +14,7 @@ INTERRUPTED = 130
 
 
 def begin() -> None:
-    """End the process at a Ctrl-C from here on; where somebody else listens to it, nothing changes."""
+    """End the process at Ctrl-C from now on, unless another handler is installed."""
     if (
         threading.current_thread() is threading.main_thread()
         and signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -23,7 +23,7 @@ def begin() -> None:
 
 
 def over() -> None:
-    """From here on a Ctrl-C is a KeyboardInterrupt again: somebody knows what is to be stopped and kept."""
+    """From now on Ctrl-C raises KeyboardInterrupt again, which the command handles."""
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,6 +1,6 @@
 """What people may have meant who typed something that the parser refuses."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from inspect import getdoc
 from types import UnionType
@@ -8,10 +8,8 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import tyro
 
+from palpate.experiments.kit.options import option_of_symbol
 from palpate.nearest_name import nearest
-
-OTHER_NAMES: Mapping[str, str] = {"--mu": "--friction"}
-"""Options as others call them."""
 
 
 def advice_on_mistake(kind: type, arguments: Sequence[str]) -> str:
@@ -31,8 +29,8 @@ def advice_on_mistake(kind: type, arguments: Sequence[str]) -> str:
         name, last = name.replace("_", "-"), last.replace("_", "-")  # the parser takes either
         near = None
         if word.startswith("--"):
-            if name not in hints and OTHER_NAMES.get(name) in hints:
-                near = OTHER_NAMES[name]
+            if name not in hints and (option := option_of_symbol(kind, name.removeprefix("--"))):
+                near = "--" + option.replace("_", "-")
             elif equals:
                 near = _nearest(value, hints.get(name))
         elif last.startswith("--") and "=" not in last and hints.get(last) is not bool:

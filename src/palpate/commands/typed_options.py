@@ -1,4 +1,4 @@
-"""What people typed, before anybody has judged it as a whole; imports nothing heavy."""
+"""Parses command-line options before they are checked as a whole; imports nothing heavy."""
 
 import dataclasses
 import inspect
@@ -21,18 +21,18 @@ Options = TypeVar("Options", bound=Any)
 
 
 EXPERIMENT_FILE = (
-    "Experiment file: lines like `force: 3`, with the names of these options. What is typed here goes before what "
-    "it says, and that before what the robot file says."
+    "Experiment file: lines like `force: 3`, with the names of these options. Options typed here override "
+    "the file, and the file overrides the robot file."
 )
 """Help of --config."""
 
 
 class Flag(Enum):
-    """An option that many commands have and none keeps among its values; what --help says of it."""
+    """An option that many commands share, outside of their configuration; the value is its help."""
 
-    JSON = "Print one JSON document, numbers in SI units, and say everything else on standard error."
+    JSON = "Print one JSON document, numbers in SI units, and write everything else to standard error."
     DRY_RUN = (
-        "Plan and check everything and say what would be done: move nothing, connect to nothing, write nothing."
+        "Plan and check everything and show what would be done: move nothing, connect to nothing, write nothing."
     )
 
     @property
@@ -41,26 +41,26 @@ class Flag(Enum):
         return self.name.lower()
 
 
-def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **told: Any) -> Options:
-    """Return what is typed for a command; a mistake, or --help, is answered and ends the program.
+def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **keywords: Any) -> Options:
+    """Return the options typed for a command; an error, or --help, is printed and ends the program.
 
     Args:
         kind: Of the options; its fields need not have defaults.
-        command: As it is typed, with the program's name: what a mistake is said to be in.
+        command: As it is typed, with the program's name, for messages.
         arguments: What follows it.
-        told: More for `tyro.cli`, as description and default.
+        keywords: For `tyro.cli`, as description and default.
     """
-    return read_flagged(kind, command, arguments, (), **told)[0]
+    return read_flagged(kind, command, arguments, (), **keywords)[0]
 
 
 def read_flagged(
-    kind: type[Options], command: str, arguments: Sequence[str], flags: Sequence[Flag], **told: Any
+    kind: type[Options], command: str, arguments: Sequence[str], flags: Sequence[Flag], **keywords: Any
 ) -> tuple[Options, frozenset[Flag]]:
     """Return what is typed for a command as `read_typed`, and which of these flags were.
 
     A command that has an option of a flag's name keeps its own.
     """
-    found = _parsed(flagged(kind, command, flags), kind, command, arguments, told)
+    found = _parsed(flagged(kind, command, flags), kind, command, arguments, keywords)
     return _made(kind, found), _flags_in(found, kind, flags)
 
 
@@ -79,14 +79,14 @@ def read_experiment(
     Raises:
         InvalidValueError: The file cannot be read, or something in it is wrong.
     """
-    told: dict[str, Any] = {"description": inspect.getdoc(kind)}
+    keywords: dict[str, Any] = {"description": inspect.getdoc(kind)}
     named = flagged(kind, command, flags, experiment_file=True)
     file = option("config", arguments)
     if file is not None:
         from palpate.experiments.kit.config_file import load_overlay
 
-        told["default"] = SimpleNamespace(**load_overlay(Path(file), experiment, kind))
-    found = _parsed(named, kind, command, arguments, told)
+        keywords["default"] = SimpleNamespace(**load_overlay(Path(file), experiment, kind))
+    found = _parsed(named, kind, command, arguments, keywords)
     return _made(kind, found), _flags_in(found, kind, flags)
 
 
@@ -99,12 +99,12 @@ def flagged(kind: type, command: str, flags: Sequence[Flag], *, experiment_file:
         kind: Of the options.
         command: As it is typed.
         flags: Besides.
-        experiment_file: Whether a file can say the options, too.
+        experiment_file: Whether --config is offered.
     """
     typed: list[tuple[str, Any, Any]] = [
         (
             flag.field,
-            # no --no-json: nobody has said --json before
+            # no --no-json: the default is off
             Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help=flag.value)],
             dataclasses.field(default=False),
         )
@@ -120,12 +120,12 @@ def flagged(kind: type, command: str, flags: Sequence[Flag], *, experiment_file:
     return named
 
 
-def _parsed(named: Any, kind: type, command: str, arguments: Sequence[str], told: dict[str, Any]) -> Any:
-    if "default" in told:
-        told["default"] = _copied(told["default"], named)
+def _parsed(named: Any, kind: type, command: str, arguments: Sequence[str], keywords: dict[str, Any]) -> Any:
+    if "default" in keywords:
+        keywords["default"] = _copied(keywords["default"], named)
     with parser_colours(arguments):
         try:
-            return tyro.cli(named, prog=command, args=arguments, **told)
+            return tyro.cli(named, prog=command, args=arguments, **keywords)
         except SystemExit as left:
             if left.code:
                 _advise(kind, arguments)
@@ -154,9 +154,9 @@ def _explained(kind: type) -> dict[str, Any]:
     hints = get_type_hints(kind, include_extras=True)
     explained: dict[str, Any] = {}
     for each in fields(kind):
-        # asked only where a help is shown: reading source is slow
-        told: Any = partial(_paragraphs, kind, each.name)
-        explained[each.name] = Annotated[hints[each.name], tyro.conf.arg(help=told)]
+        # evaluated only for --help: reading source is slow
+        keywords: Any = partial(_paragraphs, kind, each.name)
+        explained[each.name] = Annotated[hints[each.name], tyro.conf.arg(help=keywords)]
     return explained
 
 
@@ -167,7 +167,7 @@ def _paragraphs(kind: type, name: str) -> str:
 
 
 def _advise(kind: type, arguments: Sequence[str]) -> None:
-    """Say below the parser's refusal what may have been meant."""
+    """Print below the parser's message what may have been meant."""
     from palpate.commands.typed_mistake import advice_on_mistake
 
     if advice := advice_on_mistake(kind, arguments):

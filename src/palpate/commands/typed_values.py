@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.options import option_of_symbol
 from palpate.nearest_name import nearest, without_unit
 from palpate.strict_decode import decode_some
 from palpate.strict_types import item_type, known_keys
 from palpate.strict_yaml import read_yaml
-
-SYMBOLS: Mapping[str, str] = {"mu": "friction", "e": "spin_length", "p": "norm_exponent", "gamma": "load_exponent"}
-"""What the literature calls some options."""
 
 VARY_FORM = "NAME=VALUE,VALUE or NAME=FIRST:LAST:COUNT, as speed=0.01,0.02"
 """What stands behind --vary."""
@@ -111,8 +109,8 @@ def _parted(option: str, word: str, form: str, kind: type, own: Mapping[str, str
         raise InvalidValueError(f"{option} {word}: write {form}, without spaces")
     name = typed.strip().lstrip("-").replace("-", "_")
     known = known_keys(kind)
-    if name not in known and SYMBOLS.get(name) in known:
-        name = SYMBOLS[name]
+    if name not in known:
+        name = option_of_symbol(kind, name) or name
     if name in own:
         raise InvalidValueError(f"{option} {word}: {own[name]}")
     if name not in known:

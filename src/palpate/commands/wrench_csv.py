@@ -26,7 +26,7 @@ _COLUMN = re.compile(r"(?P<component>[fmt][xyz])(?:[\s_\[(/]+(?P<unit>.*?)[\s\])
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What the header line says.
+    """The parsed header line.
 
     Attributes:
         width: Number of columns.

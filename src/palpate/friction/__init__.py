@@ -1,4 +1,4 @@
-"""What a contact bears before it slips, and how that is found by touch."""
+"""Limit surfaces of contacts, and how they are measured by touch."""
 
 from palpate.friction.contact_load import ContactLoad, Slip
 from palpate.friction.limit_surface import LimitSurface

@@ -1,4 +1,4 @@
-"""What a contact carries, and how the object slips over the finger: the two that friction ties together.
+"""Load and slip of a contact, the two quantities that friction relates.
 
 Signs are those of `palpate.sensing.Contact`: loads are what the object exerts on the finger, the normal points out
 of the fingertip into the object. Slip is of the object over the finger, so that friction on the finger acts along

@@ -1,4 +1,4 @@
-"""friction.yaml: what was found of a surface, for whoever holds something by it afterwards."""
+"""friction.yaml: the friction measured on a surface, as later grasps use it."""
 
 import math
 import os

@@ -18,7 +18,7 @@ def p_norm(a: float, b: float, p: float) -> float:
 def dual_point(a: float, b: float, p: float) -> tuple[float, float]:
     """Return the point x, y >= 0 of the unit p-norm whose normal points along (a, b), a and b >= 0.
 
-    For p = 1 that is a corner of the diamond, or, if its whole edge faces that way, the middle of the edge.
+    For p = 1 that is a corner of the diamond, or, if its whole edge faces that direction, the middle of the edge.
     Without direction it is (0, 0).
     """
     largest = max(a, b)

@@ -22,7 +22,7 @@ from scipy.special import beta, ellipe, ellipkm1
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.friction.limit_surface import LimitSurface
 
-LEAST_PRESSURE_EXPONENT = 1.0
+MIN_PRESSURE_EXPONENT = 1.0
 """A pressure that falls like a cone; below, it is cusped, like that of no fingertip."""
 
 _CENTRES = 200
@@ -151,9 +151,9 @@ def _share(r: FloatArray, rim: FloatArray, k: float) -> FloatArray:
 
 def _checked(pressure_exponent: float) -> float:
     k = positive("pressure_exponent", pressure_exponent, "", infinite_allowed=True)
-    if k < LEAST_PRESSURE_EXPONENT:
+    if k < MIN_PRESSURE_EXPONENT:
         raise InvalidValueError(
-            f"pressure_exponent = {k:g}: must be at least {LEAST_PRESSURE_EXPONENT:g}, a pressure that falls like "
+            f"pressure_exponent = {k:g}: must be at least {MIN_PRESSURE_EXPONENT:g}, a pressure that falls like "
             "a cone; Hertz's is 2, a uniform one infinity"
         )
     return k

@@ -68,7 +68,7 @@ class _Line:
         """Return G and dG/dk with another torque over e and mu f_n at k."""
         force = add_scaled(self.force, k, self.force_rate)
         x, y, p = norm(force), abs(torque), self.p
-        # at 0 a length grows either way
+        # at 0 a length grows in both directions
         x_rate = dot(force, self.force_rate) / x if x > 0.0 else norm(self.force_rate)
         y_rate = torque_rate if torque > 0.0 else -torque_rate if torque < 0.0 else abs(torque_rate)
         largest = max(x, y)

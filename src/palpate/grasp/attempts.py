@@ -1,4 +1,4 @@
-"""What an interior point method tries once more where rounding got in its way.
+"""Further attempts of the interior point method where rounding stopped it.
 
 One load in a thousand of the hardest kinds (contacts on one line or nearly parallel, wrenches that none can push)
 ends short of the tolerances, or beyond them, by chance: some pair of slack and multiplier comes too near its
@@ -23,7 +23,7 @@ class Attempt:
 
     Attributes:
         turn: Rotation from the grasp's axes to those of the attempt, (3, 3); None leaves them as they are.
-        shy: Share of the way to the boundary of the cones that a step goes.
+        shy: Share of the distance to the boundary of the cones that a step goes.
     """
 
     turn: FloatArray | None

@@ -1,4 +1,4 @@
-"""What forces leave of a load, and how far each contact is from slipping: compiled, for every answer."""
+"""Residual of equilibrium and margins of the contacts, compiled, for every solution."""
 
 import math
 from typing import Any

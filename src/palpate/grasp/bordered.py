@@ -31,7 +31,7 @@ IDLE = 1e-13
 """Added likewise along wrenches that no contact can push at all: there y may be anything, and rounding alone would
 move it by 1e10. At 1e-8 what small e pushes suffers."""
 
-PUSHED = 1e-14
+RANK_TOLERANCE = 1e-14
 """Least square of what contacts push, over the largest, that is none of those: just above rounding."""
 
 TINY = 1e-300
@@ -68,7 +68,7 @@ class Bordered:
             reach: Lower triangle of A A' by rows, (21,).
         """
         square = symmetric(reach, SIZE)
-        least = PUSHED * casadi.trace(square) + TINY
+        least = RANK_TOLERANCE * casadi.trace(square) + TINY
         lower = _cholesky(square + least * SX.eye(SIZE), SX.zeros(SIZE))
         columns = [least * _cholesky_solved(lower, SX.eye(SIZE)[:, i]) for i in range(SIZE)]
         return casadi.vertcat(*[columns[j][i] for i in range(SIZE) for j in range(i + 1)])

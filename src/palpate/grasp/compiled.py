@@ -34,7 +34,7 @@ PATIENCE = 120.0
 
 
 class Executor(Protocol):
-    """A way to run CasADi functions."""
+    """Runs CasADi functions."""
 
     def prepare(self, functions: Sequence[Any]) -> list[Any]:
         """Return functions that do the same, ready to be called."""
@@ -50,7 +50,7 @@ class Interpreted:
 
 
 class Compiled:
-    """Machine code by the system's C compiler; where that fails in any way, `Interpreted`.
+    """Machine code by the system's C compiler; where that fails, `Interpreted`.
 
     Attributes:
         compiler: Its path; None if there is none.

@@ -1,4 +1,4 @@
-"""Grasps whose limits are second-order cones and nothing else: what some questions can be answered for."""
+"""Grasps whose limits are second-order cones and nothing else: the only ones that some methods cover."""
 
 from palpate.errors import InvalidValueError
 from palpate.grasp.contacts import GraspContacts

@@ -8,7 +8,7 @@ from palpate.errors import FloatArray
 from palpate.grasp.balance import balance
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.objective import Objective
@@ -73,21 +73,21 @@ class Convex:
 
     def _by_interior_point(self, wrench: FloatArray) -> GraspForces:
         load, size = self._scaled.load(wrench)
-        answer = self._interior(self._objective, load, size)
-        status = _STATUS[answer.status]
+        result = self._interior(self._objective, load, size)
+        status = _STATUS[result.status]
         if status is SolveStatus.INFEASIBLE:
-            return self._least_violation(wrench, answer.certificate, answer.iterations)
-        forces = self._scaled.forces(answer.forces[: len(self._grasp)], size)
+            return self._least_violation(wrench, result.certificate, result.iterations)
+        forces = self._scaled.forces(result.forces[: len(self._grasp)], size)
         if self._objective is Objective.LOAD_FACTOR:
-            if answer.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
+            if result.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
                 return self._any_load(wrench)
-            factor = answer.theta
-            return self._result(forces, factor, factor * wrench, answer.dual, answer.iterations, status, factor)
-        if self._objective is Objective.MAX_MARGIN and answer.theta < -SLACK:
+            factor = result.theta
+            return self._result(forces, factor, factor * wrench, result.dual, result.iterations, status, factor)
+        if self._objective is Objective.MAX_MARGIN and result.theta < -SLACK:
             status = SolveStatus.INFEASIBLE
         if self._objective is Objective.MIN_EFFORT:
-            return self._result(forces, None, wrench, answer.dual * size, answer.iterations, status)
-        return self._result(forces, answer.theta * size, wrench, answer.dual, answer.iterations, status)
+            return self._result(forces, None, wrench, result.dual * size, result.iterations, status)
+        return self._result(forces, result.theta * size, wrench, result.dual, result.iterations, status)
 
     def _any_load(self, wrench: FloatArray) -> GraspForces:
         """Return forces that hold the load, of which any multiple could be held."""
@@ -129,8 +129,8 @@ class Convex:
         self._rows = np.zeros((self._room, RESERVE))
         self._interior_points = {each: InteriorPoint(self._room, each, actuators, self._weight) for each in wanted}
 
-    def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointAnswer:
-        """Return the interior point's answer; where there is no contact it sees one that pushes nothing."""
+    def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointResult:
+        """Return the interior point's result; where there is no contact it sees one that pushes nothing."""
         grasp, n, maps, limits = self._grasp, len(self._grasp), None, None
         rows = self._rows
         if n < self._room:

@@ -3,7 +3,7 @@
 With gamma > 0 the loads that a contact bears are no convex set. First come convex problems from the inside: cones
 that touch the limit surfaces at the last forces (`inscribed`), until those stay. From there the nonlinear
 programme goes on (`programme`). Whatever it finds is made exact by one more convex problem, in which no contact
-presses less, so that e is at least what is counted on; the best of all that keeps the true limits is the answer.
+presses less, so that e is at least what is counted on; the best of all that keeps the true limits is the result.
 """
 
 import math
@@ -170,7 +170,7 @@ class Curved:
         """
         left = min(tried, key=lambda each: float(np.linalg.norm(each.equilibrium_residual)))
         forces = self._exact(left.forces, wrench)
-        answer = replace(
+        result = replace(
             forces,
             objective=math.inf,
             margin=self._grasp.margins(forces.forces),
@@ -180,7 +180,7 @@ class Curved:
         around = self._around()
         proof = None if around is None else self._solve(around, wrench).certificate
         status = SolveStatus.MAX_ITERATIONS if proof is None else SolveStatus.INFEASIBLE
-        return replace(answer, status=status, certificate=proof)
+        return replace(result, status=status, certificate=proof)
 
     def _around(self) -> GraspContacts | None:
         """Return cones around all limit surfaces; None where e grows without end."""

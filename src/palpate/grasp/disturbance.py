@@ -22,7 +22,7 @@ ACCURACY = 1e-9
 STEPS = 200
 """Cuts and halvings, at most: more than halving 1e6 down to 1e-9 of a factor takes."""
 
-LARGEST = 1e6
+MAX_FACTOR = 1e6
 """Factors beyond this, over the largest force allowed, count as without end."""
 
 DESCENTS = 30
@@ -134,7 +134,7 @@ class _Search:
         self._borne = BearableWrenches.of(grasp)
         self.load = np.zeros(6) if load is None else np.array(vector("load", load, 6, "N, N m"))
         limit = grasp.force_max[np.isfinite(grasp.force_max)]
-        self.most = LARGEST * float(limit.max(initial=1.0))
+        self.most = MAX_FACTOR * float(limit.max(initial=1.0))
         self._shape = (len(grasp), 4)
         self._metric = np.array([1.0, 1.0, 1.0, *[self._scaled.length] * 3])
 
@@ -196,12 +196,12 @@ class _Search:
             return outcome, self._scaled.multiplier(self._solver.y)
         if self._behind is None:
             self._behind = GraspForceOptimizer(self._grasp)
-        answer = self._behind.solve(load, warm_start=False)
-        if answer.status is SolveStatus.SOLVED:
-            forces[:] = answer.forces
-            return Outcome.SOLVED, answer.dual
-        if answer.certificate is not None:
-            return Outcome.INFEASIBLE, answer.certificate
+        result = self._behind.solve(load, warm_start=False)
+        if result.status is SolveStatus.SOLVED:
+            forces[:] = result.forces
+            return Outcome.SOLVED, result.dual
+        if result.certificate is not None:
+            return Outcome.INFEASIBLE, result.certificate
         return Outcome.UNDECIDED, self._scaled.multiplier(self._solver.y)
 
     def _bound(self, y: FloatArray, direction: FloatArray) -> float:

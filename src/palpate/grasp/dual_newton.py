@@ -29,7 +29,7 @@ ENDLESS = 1e8
 """Infeasible means: not with forces of so many times the load either, where a contact has no largest force."""
 
 ARMIJO = 1e-4
-"""Share of the decrease foretold that a step must bring."""
+"""Share of the predicted decrease that a step must achieve (Armijo)."""
 
 SHORT = 0.6
 """Share of a step below which the next is damped: beyond a kink the Hessian promises too much. Without damping one
@@ -38,7 +38,7 @@ cold start in six of two fingers was given up, with it none of 343."""
 DAMPING, MORE, LESS = 0.01, 8.0, 0.01
 """Added to the diagonal, over the trace, after a short step; its factors after another and after a full one."""
 
-SHORTEST = 1e-10
+MIN_STEP = 1e-10
 """Shorter steps mean that rounding rules."""
 
 
@@ -234,7 +234,7 @@ def descend(
             slope += gradient[i] * step[i]
         length, found = 1.0, value
         better = False
-        while used < most and length > SHORTEST:
+        while used < most and length > MIN_STEP:
             for i in range(6):
                 trial[i] = y[i] + length * step[i]
             found = evaluate(contacts, load, eps, kappa, center, trial, forces, gradient, hessian)

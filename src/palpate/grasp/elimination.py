@@ -34,7 +34,7 @@ PROXIMAL = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
-    """What is known of a contact after elimination, by name; all along the eigenvectors of its scaling.
+    """Parts of a contact after elimination, by name; all along the eigenvectors of its scaling.
 
     Attributes:
         cone: The scaling.

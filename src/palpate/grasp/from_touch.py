@@ -1,7 +1,7 @@
-"""From contacts as touch knows them to a grasp, and back.
+"""Conversion of measured contacts to a grasp, and back.
 
-A contact is told by its sensor: what the object exerts on the finger, in the sensor frame. A grasp is told by the
-object: what fingers exert on it. Points and directions change frame by a pose; of the four numbers that a soft
+A contact is given from its sensor's side: what the object exerts on the finger, in the sensor frame. A grasp, from
+the object: what fingers exert on it. Points and directions change frame by a pose; of the four numbers that a soft
 contact bears, `other_side` alone changes signs.
 """
 
@@ -36,7 +36,7 @@ BEHIND = 1e-12
 
 
 def other_side(load: SoftLoad) -> SoftLoad:
-    """Return what one side of a contact exerts, told as what the other side does; its own inverse.
+    """Return the reaction of the other side of a contact; its own inverse.
 
     On the finger's side it is (normal_force, t1 . tangential_force, t2 . tangential_force, spin_torque) of
     `Contact`, on the object's side a row of grasp forces. Both call pushing positive, so that f_n stays; friction

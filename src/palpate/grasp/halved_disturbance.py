@@ -57,9 +57,9 @@ def largest_by_halving(
     optimizer, forces = GraspForceOptimizer(grasp), np.zeros((len(grasp), 4))
     low, high, factor = 0.0, bound, 0.0
     for _ in range(STEPS):
-        answer = optimizer.solve(load + factor * direction)
-        if answer.status is SolveStatus.SOLVED:
-            low, forces = factor, answer.forces
+        result = optimizer.solve(load + factor * direction)
+        if result.status is SolveStatus.SOLVED:
+            low, forces = factor, result.forces
         elif factor == 0.0:
             break
         else:

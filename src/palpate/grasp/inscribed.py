@@ -26,7 +26,7 @@ def inscribed(grasp: GraspContacts, forces: FloatArray) -> GraspContacts:
     with np.errstate(divide="ignore"):
         length = grasp.spin_length * np.where(grasp.load_exponent > 0.0, normal**grasp.load_exponent, 1.0)
     used = np.column_stack(
-        [np.hypot(forces[:, 1], forces[:, 2]), np.abs(forces[:, 3]) / np.maximum(length, LEAST)]
+        [np.hypot(forces[:, 1], forces[:, 2]), np.abs(forces[:, 3]) / np.maximum(length, MIN_SPIN_LENGTH)]
     )
     largest = used.max(axis=1, keepdims=True)
     used = np.maximum(np.where(largest > 0.0, used / np.where(largest > 0.0, largest, 1.0), 1.0), FLOOR)
@@ -36,7 +36,7 @@ def inscribed(grasp: GraspContacts, forces: FloatArray) -> GraspContacts:
         grasp.positions,
         grasp.frames,
         grasp.friction * np.sqrt(eta[:, 0]),
-        np.maximum(length * np.sqrt(eta[:, 1] / eta[:, 0]), LEAST),
+        np.maximum(length * np.sqrt(eta[:, 1] / eta[:, 0]), MIN_SPIN_LENGTH),
         grasp.force_min,
         grasp.force_max,
         grasp.actuator_map,
@@ -44,5 +44,5 @@ def inscribed(grasp: GraspContacts, forces: FloatArray) -> GraspContacts:
     )
 
 
-LEAST = 1e-9
+MIN_SPIN_LENGTH = 1e-9
 """Stands for an e of zero [m]: of a contact that does not press."""

@@ -12,23 +12,23 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.attempts import ATTEMPTS, Attempt
 from palpate.grasp.compiled import Compiled, Executor
 from palpate.grasp.grasp_proof import proof_value
-from palpate.grasp.interior_answer import InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.interior_result import InteriorPointResult, InteriorPointStatus
 from palpate.grasp.objective import Objective
 from palpate.grasp.self_dual import SelfDual, self_dual
 from palpate.grasp.statement import CONTACT, FORCES, WRENCH
 
-__all__ = ["InteriorPoint", "InteriorPointAnswer", "InteriorPointStatus"]
+__all__ = ["InteriorPoint", "InteriorPointResult", "InteriorPointStatus"]
 
-MOST = 50
+MAX_ITERATIONS = 50
 """Iterations of one attempt. Ten to twenty are usual."""
 
 PATIENCE = 12
 """Iterations after which an attempt is given up that came neither nearer to a solution nor to a proof by half."""
 
-AIM = 0.1
+STOP_RATIO = 0.1
 """Share of the tolerances at which it stops; between here and 1 it goes on while that helps."""
 
-DOUBT = 1e-8
+PROOF_TOLERANCE = 1e-8
 """Residual of a proof, over what it proves, from which on it is worth checking."""
 
 ENDLESS = 1e-10
@@ -80,8 +80,8 @@ class InteriorPoint:
         self._iterate = [
             _call(iterate, [data, points[a], shared[a]], [points[1 - a], shared[1 - a]]) for a in (0, 1)
         ]
-        answers = [self._forces, self._multipliers, self._theta, self._dual]
-        self._finish = [_call(finish, [*given[:1], *given[2:], points[a], shared[a]], answers) for a in (0, 1)]
+        results = [self._forces, self._multipliers, self._theta, self._dual]
+        self._finish = [_call(finish, [*given[:1], *given[2:], points[a], shared[a]], results) for a in (0, 1)]
         self._proves = _call(proves, [*given, self._proof, self._push], [self._value])
         self._views = [each.data for each in shared]
         where = graphs.shared.where
@@ -96,7 +96,7 @@ class InteriorPoint:
         load: FloatArray,
         actuator_rows: FloatArray | None = None,
         actuator_limits: FloatArray | None = None,
-    ) -> InteriorPointAnswer:
+    ) -> InteriorPointResult:
         """Return the forces x with sum A_i x_i + load = 0 that the objective wants.
 
         Args:
@@ -111,12 +111,12 @@ class InteriorPoint:
         self._take_actuators(actuator_rows, actuator_limits)
         best, least, spent = None, math.inf, 0
         for attempt in ATTEMPTS:
-            answer, error = self._attempt(attempt, contacts, load, spent)
-            if answer.status is not InteriorPointStatus.MAX_ITERATIONS:
-                return answer
-            spent = answer.iterations
+            result, error = self._attempt(attempt, contacts, load, spent)
+            if result.status is not InteriorPointStatus.MAX_ITERATIONS:
+                return result
+            spent = result.iterations
             if best is None or error < least:
-                best, least = answer, error
+                best, least = result, error
         assert best is not None
         return best
 
@@ -135,8 +135,8 @@ class InteriorPoint:
 
     def _attempt(
         self, attempt: Attempt, contacts: FloatArray, load: FloatArray, spent: int
-    ) -> tuple[InteriorPointAnswer, float]:
-        """Return an answer and its error over the tolerances, `spent` iterations being spent already."""
+    ) -> tuple[InteriorPointResult, float]:
+        """Return a result and its error over the tolerances, `spent` iterations being spent already."""
         self._contacts[:] = attempt.contacts(contacts[:, :CONTACT])
         self._load[:] = attempt.wrench(load)
         self._shy[0] = attempt.shy
@@ -144,13 +144,13 @@ class InteriorPoint:
         now, last, status = 0, math.inf, InteriorPointStatus.MAX_ITERATIONS
         iterations, best, closest, since = 0, math.inf, math.inf, 0
         certificate = None
-        while iterations < MOST:
+        while iterations < MAX_ITERATIONS:
             self._iterate[now]()
             iterations += 1
             now = 1 - now
             shared = self._views[now]
             error = shared[self._error]
-            if error <= AIM:
+            if error <= STOP_RATIO:
                 status = InteriorPointStatus.SOLVED
                 break
             if last <= 1.0 and not error < last:
@@ -164,7 +164,7 @@ class InteriorPoint:
                 status = InteriorPointStatus.UNBOUNDED
                 break
             doubt = shared[self._doubt]
-            if doubt <= DOUBT:
+            if doubt <= PROOF_TOLERANCE:
                 certificate = self._certificate(now)
                 if certificate is not None:
                     status = InteriorPointStatus.INFEASIBLE
@@ -180,7 +180,7 @@ class InteriorPoint:
         forces, theta = self._forces.copy(), float(self._theta[0])
         if status is InteriorPointStatus.UNBOUNDED:
             forces, theta = forces / theta, math.inf
-        answer = InteriorPointAnswer(
+        result = InteriorPointResult(
             status,
             forces,
             theta,
@@ -191,7 +191,7 @@ class InteriorPoint:
             shared[self._gap],
             None if certificate is None else attempt.back(certificate),
         )
-        return answer, last
+        return result, last
 
     def _certificate(self, now: int) -> FloatArray | None:
         """Return y as a proof, if it is one."""

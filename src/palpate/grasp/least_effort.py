@@ -22,7 +22,7 @@ ENOUGH = 1e-9
 GAP = 1e-9
 """The gap that then may be between the objective and its lower bound, over the objective."""
 
-MOST = 60
+MAX_EVALUATIONS = 60
 """Evaluations: of what is not solved by then, a hundredth ever is."""
 
 
@@ -85,7 +85,7 @@ def _solve(
             rows[i, 15] * inverse,
             rows[i, 16] * inverse,
         )
-    used, left = descend(scaled, load, eps, 0.0, load, TOLERANCE, MOST, y, forces, work)
+    used, left = descend(scaled, load, eps, 0.0, load, TOLERANCE, MAX_EVALUATIONS, y, forces, work)
     effort = 0.0
     rx, ry, rz, mx, my, mz = wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5]
     for i in range(n):
@@ -146,7 +146,7 @@ class LeastEffort:
 
         Args:
             wrench: What else acts on the object, about its origin, shape (6,) [N, N m].
-            forces: Room for the answer.
+            forces: Array for the result.
         """
         grasp = self._grasp
         return _solve(

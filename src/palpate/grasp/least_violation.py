@@ -7,7 +7,7 @@ from palpate.grasp.dual_newton import descend
 
 __all__ = ["least_violation"]
 
-STIFFEST = 1e-10
+MIN_WEIGHT = 1e-10
 """Least weight of effort against the square of what is left, both over the load's."""
 
 NO_LESS = 0.999
@@ -16,7 +16,7 @@ NO_LESS = 0.999
 STEP = 0.1
 """From one weight to the next: each is within a few Newton steps of the last."""
 
-MOST = 40
+MAX_EVALUATIONS = 40
 """Evaluations at each weight; they take 3 to 10, up to 30 where contacts are without a largest force."""
 
 
@@ -24,7 +24,7 @@ def least_violation(rows: FloatArray, load: FloatArray, effort_weight: float) ->
     """Return scaled forces (n, 4) and what they leave of the load, (6,).
 
     min |A x + b|^2 / 2 + kappa sum f^2 + eps |u|^2 over cones and bounds, kappa falling from 1. Its dual has a
-    quadratic term, so that every step of the way exists, whatever the grasp.
+    quadratic term, so that every step exists, whatever the grasp.
 
     Args:
         rows: Contacts, shape (n, ROW), all scaled.
@@ -35,8 +35,8 @@ def least_violation(rows: FloatArray, load: FloatArray, effort_weight: float) ->
     kappa = 1.0
     best = np.inf
     kept, left = forces.copy(), y
-    while kappa >= 0.99 * STIFFEST:
-        descend(rows, load, effort_weight, kappa, origin, 1e-6 * kappa, MOST, y, forces, work)
+    while kappa >= 0.99 * MIN_WEIGHT:
+        descend(rows, load, effort_weight, kappa, origin, 1e-6 * kappa, MAX_EVALUATIONS, y, forces, work)
         # the gradient is kappa y - (A x + b): what is left follows without another sum
         residual = kappa * y - work[12, :6]
         size, before = float(np.linalg.norm(residual)), best

@@ -1,10 +1,10 @@
-"""What can be wanted of a grasp's forces."""
+"""Objectives of the optimisation of grasp forces."""
 
 from enum import Enum
 
 
 class Objective(Enum):
-    """What is wanted of the forces."""
+    """Objective of the optimisation."""
 
     MIN_EFFORT = "min_effort"
     """The least sum of f^2 + eps |u|^2: as little as holds the load."""

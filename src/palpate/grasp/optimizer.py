@@ -88,7 +88,7 @@ class GraspForceOptimizer:
             warm_start: Whether to begin where the last solution ended.
 
         Raises:
-            InvalidValueError: Not six numbers. What is not finite is answered with `SolveStatus.INVALID`.
+            InvalidValueError: Not six numbers. What is not finite gives `SolveStatus.INVALID`.
         """
         wrench = numbers("external_wrench", external_wrench)
         if wrench.shape != (6,):

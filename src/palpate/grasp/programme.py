@@ -16,7 +16,7 @@ ROUND = 1e-6
 """Friction force and torque are each taken for sqrt(x^2 + ROUND^2), over the load: the norm's corner gets a slope.
 It only makes the limit stricter."""
 
-LIGHTEST = 1e-6
+MIN_NORMAL_FORCE = 1e-6
 """Normal force, over the load, below which e shrinks no more: there f^gamma has no slope."""
 
 OPTIONS: Any = {
@@ -43,7 +43,7 @@ def programme(n: int, objective: Objective, actuators: int, effort_weight: float
     gamma, p, ratio = casadi.SX.sym("gamma"), casadi.SX.sym("p"), casadi.SX.sym("ratio")
     one = state_contact(objective, actuators, effort_weight)
     f, u = one.forces[0], one.forces[1:4]
-    grown = ratio * casadi.fmax(f, LIGHTEST) ** gamma
+    grown = ratio * casadi.fmax(f, MIN_NORMAL_FORCE) ** gamma
     slide2, spin2 = casadi.sumsqr(u[:2]) + ROUND**2, (u[2] / grown) ** 2 + ROUND**2
     used = (slide2 ** (0.5 * p) + spin2 ** (0.5 * p)) ** (1.0 / p)
     flat = casadi.reshape(one.actuator_rows.T, -1, 1)

@@ -1,4 +1,4 @@
-"""What each contact keeps back, and the grasp that keeps it back by itself, compiled."""
+"""The reserve of each contact, and the grasp with limits reduced by it, compiled."""
 
 import math
 from typing import Any
@@ -10,7 +10,7 @@ from palpate.grasp.dual_newton import MU, E
 from palpate.grasp.joint_probability import joint_deviations
 from palpate.grasp.sharing import spread
 
-SHORTEST = 0.05
+MIN_SPIN_SHARE = 0.05
 """An e is never taken for less than this share of its mean: a normal distribution's tail would go below zero."""
 
 EMPTY = 1e-4
@@ -19,10 +19,10 @@ EMPTY = 1e-4
 PLAIN = 3
 """Searches that take each guess as it comes: far from the end secants lead astray."""
 
-STEEPEST, FLATTEST = -2.0, -0.3
+MIN_SLOPE, MAX_SLOPE = -2.0, -0.3
 """Slopes, over e, of how far an e is from the next guess: -1 where the guess does not depend on it."""
 
-HELD = 1e-6
+ACTIVE_MARGIN = 1e-6
 """Margin, over the largest normal force, below which a limit holds forces back."""
 
 FOUND = 1e-3
@@ -48,7 +48,7 @@ def spare_kernel(
     next_constant: Any,
     reserve: Any,
 ) -> tuple[float, float]:
-    """Return the least margin beyond the reserve, and by how much limits that hold forces back would give way [N].
+    """Return the least margin beyond the reserve, and the slack of the limits that hold forces back [N].
 
     Args:
         rows: As in `reserve_kernel`.
@@ -68,7 +68,7 @@ def spare_kernel(
     for i in range(n):
         f, slide, spin = forces[i, 0], forces[i, 1] ** 2 + forces[i, 2] ** 2, forces[i, 3]
         spare = min(spare, rows[i, MU] * f - math.sqrt(slide + (spin / rows[i, E]) ** 2) - reserve[i])
-        if friction[i] * f - math.sqrt(slide + (spin / taken[i]) ** 2) - constant[i] <= HELD * most:
+        if friction[i] * f - math.sqrt(slide + (spin / taken[i]) ** 2) - constant[i] <= ACTIVE_MARGIN * most:
             slack = max(
                 slack, next_friction[i] * f - math.sqrt(slide + (spin / next_taken[i]) ** 2) - next_constant[i]
             )
@@ -91,7 +91,7 @@ def reserve_kernel(
     """Return mu, e and a constant share that keep back as much; the likeliest failure's e; the reserve; beta.
 
     |(f_t, tau / e)| is straightened at the e of the failure that is likeliest (the design point of Hasofer & Lind
-    1974), not at its mean: e may well be half of that, and 1 / e is not straight over such a way.
+    1974), not at its mean: e may well be half of that, and 1 / e is not straight over such a range.
 
     Args:
         rows: Scaled contacts, (n, ROW), mu and e as believed.
@@ -118,7 +118,7 @@ def reserve_kernel(
     search = 0
     while True:
         for i in range(n):
-            step[i] = max(step[i], SHORTEST * e[i] - lengths[i])
+            step[i] = max(step[i], MIN_SPIN_SHARE * e[i] - lengths[i])
             lengths[i] += step[i]
             u[i, 2] = forces[i, 3] / lengths[i]
         size_of(forces, lengths, size)
@@ -133,7 +133,7 @@ def reserve_kernel(
             bias[i] = math.sqrt(max(s * s + square, 0.0)) - s
             variance[i] = own + (math.sqrt(s * s + turning[i]) - s) ** 2
             per = beta / math.sqrt(variance[i]) if variance[i] > 0.0 else 0.0
-            likeliest[i] = max(e[i] - per * of_e[i], SHORTEST * e[i])
+            likeliest[i] = max(e[i] - per * of_e[i], MIN_SPIN_SHARE * e[i])
         search += 1
         moved = 0.0
         for i in range(n):
@@ -141,7 +141,7 @@ def reserve_kernel(
             moved = max(moved, abs(left))
             # the secant of what is left, each contact by itself: a plain step creeps, or swings to and fro
             slope_left = (left - gap[i]) / step[i] if search >= PLAIN and step[i] != 0.0 else -1.0
-            gap[i], step[i] = left, -left / min(max(slope_left, STEEPEST), FLATTEST)
+            gap[i], step[i] = left, -left / min(max(slope_left, MIN_SLOPE), MAX_SLOPE)
         if search >= searches or moved <= FOUND * longest:
             break
     friction, taken, constant, reserve = np.empty(n), np.empty(n), np.empty(n), np.empty(n)

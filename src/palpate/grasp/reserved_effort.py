@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
-from palpate.grasp.interior_answer import InteriorPointStatus
+from palpate.grasp.interior_result import InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.objective import Objective
 from palpate.grasp.scaled import ScaledGrasp
@@ -49,7 +49,7 @@ class ReservedEffort:
         Args:
             limits: Of as many contacts as expected.
             wrench: What else acts on the object, about its origin, shape (6,) [N, N m].
-            forces: Room for the answer; of an undecided one, where it stopped.
+            forces: Room for the result; of an undecided one, where it stopped.
         """
         if (limits.rows[:, HI] < limits.rows[:, LO]).any():  # more is kept back than force_max allows
             return Outcome.INFEASIBLE
@@ -67,11 +67,11 @@ class ReservedEffort:
         rows = np.zeros((self._room, RESERVE))
         rows[self._n :, MU], rows[self._n :, HI] = 1.0, ABSENT
         rows[: self._n] = limits.sized(size)[:, :RESERVE]
-        answer = self._behind.solve(rows, load)
-        if answer.status is InteriorPointStatus.SOLVED:
-            forces[:] = limits.forces(answer.forces[: self._n], size)
+        result = self._behind.solve(rows, load)
+        if result.status is InteriorPointStatus.SOLVED:
+            forces[:] = limits.forces(result.forces[: self._n], size)
             return Outcome.SOLVED
-        return Outcome.INFEASIBLE if answer.status is InteriorPointStatus.INFEASIBLE else Outcome.UNDECIDED
+        return Outcome.INFEASIBLE if result.status is InteriorPointStatus.INFEASIBLE else Outcome.UNDECIDED
 
 
 def _interior_point(contacts: int, effort_weight: float) -> InteriorPoint:

@@ -1,4 +1,4 @@
-"""What an optimiser of grasp forces answers."""
+"""What an optimiser of grasp forces returns."""
 
 from dataclasses import dataclass
 from enum import Enum

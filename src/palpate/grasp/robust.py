@@ -24,7 +24,7 @@ from palpate.grasp.uncertainty import GraspUncertainty
 
 __all__ = ["RobustForces", "RobustLeastEffort"]
 
-KEPT = 1e-3
+RESERVE_TOLERANCE = 1e-3
 """What a reserve may lack, over the largest normal force."""
 
 OVER = 5e-3
@@ -33,7 +33,7 @@ OVER = 5e-3
 SEARCHES = 12
 """For the likeliest failure of given forces, at most."""
 
-FEW = 3
+MIN_ROUNDS = 3
 """So many suffice in a round that others follow."""
 
 ROUNDS = 9
@@ -41,7 +41,7 @@ ROUNDS = 9
 each other's share of friction to and fro, more of them do not help."""
 
 WHOLE = 5
-"""The first that goes only half the way to what is wanted."""
+"""The first round that goes only half of the distance to what is wanted."""
 
 SQUEEZES = 8
 """Rounds that only press harder, after these."""
@@ -96,7 +96,7 @@ class _Round:
         taken: That led to them.
         wanted: By them.
         spare: Least margin beyond the reserve wanted, over the largest normal force.
-        slack: By how much limits that hold forces back would give way in the next round, at most, likewise.
+        slack: By how much limits that hold forces back would be relaxed in the next round, at most, likewise.
     """
 
     forces: FloatArray
@@ -109,7 +109,7 @@ class _Round:
     @property
     def keeps(self) -> bool:
         """Whether it keeps the reserve that it wants."""
-        return self.spare >= -KEPT
+        return self.spare >= -RESERVE_TOLERANCE
 
     @property
     def settled(self) -> bool:
@@ -194,7 +194,7 @@ class RobustLeastEffort:
         if best.keeps:
             sure = self._errors.probability
             return RobustForces(best.forces, wanted.reserve, wanted.deviations, sure, Outcome.SOLVED, rounds)
-        probability = self._errors.probability_of(best.scaled, wanted.lengths, KEPT)
+        probability = self._errors.probability_of(best.scaled, wanted.lengths, RESERVE_TOLERANCE)
         return RobustForces(best.forces, wanted.reserve, wanted.deviations, probability, outcome, rounds)
 
     def _settle(self, found: Design) -> tuple[_Round | None, Outcome]:
@@ -251,9 +251,9 @@ class RobustLeastEffort:
         if outcome != Outcome.SOLVED:
             return outcome, None
         scaled = forces / [1.0, 1.0, 1.0, self._scaled.length]
-        wanted = self._errors.design(scaled, found.lengths, FEW)
+        wanted = self._errors.design(scaled, found.lengths, MIN_ROUNDS)
         spare, slack = self._errors.spare(scaled, found, wanted)
-        if spare >= -KEPT:  # it may do: now search the likeliest failure to the end
+        if spare >= -RESERVE_TOLERANCE:  # it may do: now search the likeliest failure to the end
             wanted = self._errors.design(scaled, wanted.lengths, SEARCHES)
             spare, slack = self._errors.spare(scaled, found, wanted)
         return outcome, _Round(forces, scaled, replace(found, lengths=wanted.lengths), wanted, spare, slack)

@@ -1,4 +1,4 @@
-"""What is not known of a grasp, in the units of its scaled rows, and what it asks to keep back."""
+"""Uncertainty of a grasp, in the units of its scaled rows, and the reserve that follows."""
 
 import math
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class Design:
         return cls(share * rows[:, MU], lengths, nothing, lengths, nothing, 0.0)
 
     def towards(self, other: "Design", share: float) -> "Design":
-        """Return what lies between, at a share of the way."""
+        """Interpolate between the two, at a share from 0 to 1."""
         if share == 1.0:
             return other
         return Design(
@@ -136,7 +136,7 @@ class ScaledErrors:
             wanted: By them.
 
         Returns:
-            What margins exceed the reserve by, where least; by how much those limits would give way that hold
+            What margins exceed the reserve by, where least; by how much those limits would be relaxed that hold
             forces back, where most.
         """
         before, after = (

@@ -56,7 +56,7 @@ class SelfDual:
 
     Attributes:
         begin: (contacts, load, actuator_rows, actuator_limits, shy) -> (data, points, shared): scales, and starts;
-            shy is the share of the way to the boundary of the cones that a step goes.
+            shy is the share of the distance to the boundary of the cones that a step goes.
         iterate: (data, points, shared) -> (points, shared).
         finish: (contacts, actuator_rows, actuator_limits, points, shared) -> (forces, multipliers, theta, dual).
         shared: What `shared` holds: among others `error`, the residuals and the gap over their tolerances;

@@ -1,4 +1,4 @@
-"""What mu and e of each contact are worth: how effort and grip change with them, from the optimality conditions.
+"""Sensitivity of effort and grip to mu and e of each contact, from the optimality conditions.
 
 Effort J = sum f^2 + eps |u|^2 changes as its Lagrangian does: dJ/dmu_i = -lambda_i f_i, with lambda_i what
 multiplies |u_i| <= mu_i f_i, and dJ/de_i = y . d(G w)/de_i. Grip, the sum of f_n, is not what was minimised: y
@@ -74,7 +74,7 @@ def grip_sensitivity(grasp: GraspContacts, load: FloatArray, effort_weight: floa
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Contact:
-    """Derivatives of one contact's answer to y, scaled; of mu and e, in this order.
+    """Derivatives of one contact's response to y, scaled; of mu and e, in this order.
 
     Attributes:
         effort: Of the Lagrangian, shape (2,).

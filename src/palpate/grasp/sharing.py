@@ -26,13 +26,13 @@ import numpy as np
 from palpate.compiling import njit
 from palpate.grasp.dual_newton import MU
 
-YIELDING = 0.3
+KAPPA = 0.3
 """kappa, chosen: at 0 friction would move however far to level margins, and first order would not hold; without
 end it would move as little as it can, and a contact with good friction would help no other."""
 
-LEANT_ON = 0.01
+MIN_LOAD_SHARE = 0.01
 """Contacts that hardly press are leant on as if they had a tenth of the others' friction: where no other would do,
-as against rolling between two fingers, they are told so by the reserve they get, and press."""
+as against rolling between two fingers, they get that as a larger reserve, and press."""
 
 STIFF = 1e6
 """K: normal forces yield a millionth of what friction would."""
@@ -115,7 +115,7 @@ def spread(
         which friction turns aside, and the square of that turn's covariance with the margin (n,); the rule dh_i /
         da_j (n, n); covariances of e_i with margin i (n,); slopes da_i / de_i (n,).
     """
-    n, kappa = rows.shape[0], YIELDING
+    n, kappa = rows.shape[0], KAPPA
     columns, normals = np.empty((n, 3, 6)), np.empty((n, 6))
     big_d, through = np.zeros((n, 6)), np.zeros((n, 6))
     inner, error, share = np.zeros((6, 6)), cov_load.copy(), np.empty((6, 6))
@@ -127,7 +127,7 @@ def spread(
         mean += square[i] / n
     yielding = mean / STIFF
     for i in range(n):
-        square[i] += LEANT_ON * mean
+        square[i] += MIN_LOAD_SHARE * mean
         place, normal, t1, t2 = rows[i, 0:3], rows[i, 3:6], rows[i, 6:9], rows[i, 9:12]
         _moment(normals[i], place, normal[0], normal[1], normal[2])
         _moment(columns[i, 0], place, t1[0], t1[1], t1[2])
@@ -214,12 +214,12 @@ def spread(
             of_e[i] += rule[i, j] * slopes[j] * cov_e[j, i]
         for k in range(4):
             weight = square[i] ** 2 / kappa**2 * (1.0 if k < 3 else -((1.0 + kappa) ** 2))
-            way = columns[i, k] if k < 3 else big_d[i]
+            column = columns[i, k] if k < 3 else big_d[i]
             along_pulled, through_both = 0.0, 0.0
             for r in range(6):
-                along_pulled += way[r] * pulled[r, i]
+                along_pulled += column[r] * pulled[r, i]
                 for s in range(6):
-                    through_both += way[r] * multipliers[r, s] * way[s]
+                    through_both += column[r] * multipliers[r, s] * column[s]
             turning[i] += weight * through_both
             together[i] += weight * along_pulled**2
         turning[i], together[i] = max(turning[i], 0.0), max(together[i], 0.0)  # squares, but for rounding

@@ -1,4 +1,4 @@
-"""What is not known of a grasp and its load."""
+"""Uncertainty of a grasp and its load."""
 
 from dataclasses import dataclass
 

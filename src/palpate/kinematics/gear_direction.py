@@ -1,6 +1,6 @@
-"""Which way a gear's friction is to be made up for: at once, or gone over to while the force sinks.
+"""Direction in which gear friction is compensated: changed at once upwards, gradually while the force sinks.
 
-A servo that is to press more needs current for the friction of its gear; one that is to press less must give way
+A servo that is to press more needs current for the friction of its gear; one that is to press less must yield
 to what friction holds up. To switch from one to the other takes twice the friction off the current, a fifth of it:
 the rotor swings on the contact, and the force falls below what was asked for by almost as much. Two opposed
 fingers do so together, and it takes a switch to let an object slip as it is meant to. Of three fingers that share

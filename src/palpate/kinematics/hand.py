@@ -1,4 +1,4 @@
-"""Where a hand's fingertips are, from what its joints tell."""
+"""Poses of a hand's fingertips, from its joint positions."""
 
 from typing import Protocol
 

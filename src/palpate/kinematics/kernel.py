@@ -18,7 +18,7 @@ JOINT = 5
 POSE = 12
 """Numbers per pose."""
 
-_MOST_SWEEPS = 30
+_MAX_SWEEPS = 30
 """Of Jacobi's method; 5 to 8 are usual."""
 
 _ORTHOGONAL = 1e-15
@@ -102,7 +102,7 @@ def _orthogonalise(rows, n):
     for i in range(6):
         for k in range(n):
             total += rows[i, k] * rows[i, k]
-    for _ in range(_MOST_SWEEPS):
+    for _ in range(_MAX_SWEEPS):
         turned = False
         for i in range(5):
             for j in range(i + 1, 6):
@@ -220,7 +220,7 @@ def joint_motion(chain, bounds, settings, q, twist):
                 for k in range(n):
                     direction[k] = rows[i, k] / sigma
                 k_u = _curvature(direction, frame, axes, origins, jacobian, rows[i, n:], length)
-                # on towards the singularity: fades out, so that the way back stays open
+                # on towards the singularity: fades out, so that the motion back stays possible
                 towards = min(max(-math.copysign(1.0, along) * k_u / bend, 0.0), 1.0)
                 factor *= 1.0 - towards * (1.0 - min(max(x / floor - 1.0, 0.0), 1.0))
         for k in range(n):

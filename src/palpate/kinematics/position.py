@@ -2,8 +2,8 @@
 
 Such an arm has three parallel axes (2, 3, 4) and three wrist axes that meet in pairs, so that the joints come one
 after the other (Hawkins 2013, "Analytic inverse kinematics for the Universal Robots UR-5/UR-10 arms"): two
-shoulders, two wrists, two elbows, eight answers at most. Each is improved by Newton's method to rounding: close to
-a singularity the closed form loses half the digits. For setting up, not for a control period.
+shoulders, two wrists, two elbows, eight solutions at most. Each is improved by Newton's method to rounding: close
+to a singularity the closed form loses half the digits. For setting up, not for a control period.
 """
 
 import math
@@ -24,7 +24,7 @@ _ROUNDING = 1e-9
 _STRAIGHT = 1e-7
 """Sine of joint 5 below which joints 4 and 6 turn about one axis, and joint 6 may stay where it is."""
 
-_MOST_STEPS = 20
+_MAX_STEPS = 20
 _ACCURACY = 1e-12
 """[m, rad] of the pose that counts as reached."""
 
@@ -33,7 +33,7 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True)
 class _Wrist:
-    """Joint 1, 5 and 6 of an answer, and where they leave the planar arm of joints 2, 3 and 4."""
+    """Joint 1, 5 and 6 of a solution, and where they leave the planar arm of joints 2, 3 and 4."""
 
     first: float
     fifth: float
@@ -51,7 +51,7 @@ def all_joint_positions(
     Args:
         kinematics: An arm of the UR's build.
         pose_base_tip: Wanted.
-        seed: Joint angles to be near to [rad]; each answer's joints are within their ranges, and of the angles
+        seed: Joint angles to be near to [rad]; each solution's joints are within their ranges, and of the angles
             that are whole turns apart the nearest to these. Also decides what the pose leaves open.
 
     Raises:
@@ -129,7 +129,7 @@ def _offsets(arm: SerialArm) -> tuple[float, float, float, float]:
 
 
 def _wrists(flange: Pose, d: tuple[float, float, float, float], seed: Sequence[float]) -> list[_Wrist]:
-    """Up to four ways to turn joints 1, 5 and 6; `flange` is seen from the robot base."""
+    """Up to four solutions for joints 1, 5 and 6; `flange` is seen from the robot base."""
     d1, d4, d5, d6 = d
     turned = transposed(flange.rotation)  # its rows are the flange's axes
     x6, y6, z6 = turned
@@ -191,7 +191,7 @@ def _improved(
     kinematics: ArmKinematics, wanted: Pose, joints: tuple[float, ...] | None
 ) -> tuple[float, ...] | None:
     """The joint angles after Newton's method; None if they cannot be made to hold the pose."""
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         if joints is None:
             return None
         actual = kinematics.pose(joints)

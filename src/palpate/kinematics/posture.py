@@ -14,7 +14,7 @@ class Posture:
         arm: Position of each of the arm's joints [rad]; empty if it has none, or does not tell.
         hand: Of each of the hand's joints [rad, or m if it slides]; empty for no hand.
         free: pose_base_body of each body that moves freely, in the scene's order; empty for where they start.
-        time: On the back end's clock [s]: what moves as told is where it belongs then.
+        time: On the back end's clock [s]: what has a prescribed motion is where it belongs then.
     """
 
     pose_base_tip: Pose = field(default_factory=Pose)

@@ -196,7 +196,7 @@ class TipReference:
 
 
 def _share(moved: Vector, wanted: Vector) -> float:
-    """How much of a wanted way was made, 0 to 1; all of none."""
+    """Share of a wanted displacement that was made, 0 to 1; 1 if none was wanted."""
     square = dot(wanted, wanted)
     return min(max(dot(moved, wanted) / square, 0.0), 1.0) if square > 0.0 else 1.0
 

@@ -15,7 +15,7 @@ x = s / threshold, g = 4 x / (threshold (1 + x^2)^2) below the threshold. So
 - no twist asks for more than 1.3 |t| / threshold, at any pose.
 
 Close to a singularity, g leads into it and out again equally slowly, so that pushing on at the edge of the reach
-for a while would be paid for by as long a wait on the way back. So a component that leads on towards it (its
+for a while would be paid for by as long a wait on the return. So a component that leads on towards it (its
 singular value shrinks along it, by the curvature u . (dJ/dt) v) fades out between 0.2 and 0.1 of the threshold.
 Where an arm stands exactly in a singularity it must be led out of it by the joints.
 

@@ -1,4 +1,4 @@
-"""The loop's period, for callers that keep the loop: step, sense, supervise."""
+"""One control period for callers with a loop of their own: step, sense, supervise."""
 
 from contextlib import ExitStack, suppress
 
@@ -21,9 +21,9 @@ LONGEST_STOP = 0.5
 
 
 class GuardedRobot(Closing):
-    """A back end between touch and supervisor, stepped from outside. Who can leave the loop to it takes `run`.
+    """A back end between touch and supervisor, stepped from outside; `run` is the alternative with its own loop.
 
-    Whatever is asked for, the velocity changes no faster than a slew limit allows, and the supervisor sees every
+    The commanded velocity changes no faster than a slew limit allows, and the supervisor sees every
     observation and every command. Once it has tripped, only its reaction moves the robot.
 
     Attributes:
@@ -56,7 +56,7 @@ class GuardedRobot(Closing):
 
     @property
     def trip(self) -> Trip | None:
-        """What the supervisor objected to; None while all is well."""
+        """Trip of the supervisor; None if there is none."""
         return self._supervisor.trip
 
     @property
@@ -72,7 +72,8 @@ class GuardedRobot(Closing):
     def start(self) -> Observation:
         """Start the robot, from the beginning, with a trip forgotten; return the first observation.
 
-        From here to `stop` or `close` the interpreter is kept out of the way as in the loop; see `undisturbed`.
+        From here to `stop` or `close` garbage collection and thread switches are held off as in the loop; see
+        `undisturbed`.
         """
         self._episode.close()
         self._supervisor.reset()
@@ -101,7 +102,7 @@ class GuardedRobot(Closing):
         self._velocity = command.velocity_base_tip
         try:
             self.now = self._touch.sense(self.backend.step(command))
-        except Exception as error:  # as in the loop: it stops the robot, and is told
+        except Exception as error:  # as in the loop: it stops the robot, and is reported
             supervisor.fail(self.now.time, "back end", error)
         else:
             supervisor.admits(self.now)
@@ -136,7 +137,7 @@ def approach(robot: GuardedRobot, velocity: Vector, farthest: float) -> bool:
     Args:
         robot: That has been started.
         velocity: Of the tip, base frame [m/s].
-        farthest: Way after which it gives up [m].
+        farthest: Path length after which it gives up [m].
     """
     speed = norm(velocity)
     periods = round(farthest / (speed * robot.period)) if speed > 0.0 else 0

@@ -1,4 +1,4 @@
-"""What an agent sees: an `Observation` as arrays of fixed shape with bounds, in base coordinates."""
+"""Observations of an agent: an `Observation` as arrays of fixed shape with bounds, in base coordinates."""
 
 import numpy as np
 import numpy.typing as npt
@@ -83,6 +83,6 @@ def _box(size: int, most: float, least: float | None = None) -> spaces.Box:
 def _within(value: tuple[float, ...], box: spaces.Space[object]) -> npt.NDArray[np.float32]:
     assert isinstance(box, spaces.Box)
     shown = np.array(value, np.float32)
-    if not np.isfinite(shown).all():  # a lost device may say anything
+    if not np.isfinite(shown).all():  # a lost device may report anything
         shown = np.nan_to_num(shown)
     return np.minimum(np.maximum(shown, box.low), box.high)

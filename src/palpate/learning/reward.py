@@ -1,4 +1,4 @@
-"""What an episode is good for."""
+"""Rewards of an episode."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,14 +10,14 @@ from palpate.spatial import add_scaled, dot, norm, rotate
 
 
 class Reward(Protocol):
-    """Says after every control period how good it was; the reward of an action is the mean over its periods."""
+    """Rates every control period; the reward of an action is the mean over its periods."""
 
     def start(self, first: Observation) -> None:
         """Begin an episode."""
         ...
 
     def step(self, now: Observation) -> float:
-        """Return how good a period was; what it remembers is its own."""
+        """Return the reward of a period; the object may keep state."""
         ...
 
     def tripped(self, trip: Trip) -> float:

@@ -26,12 +26,13 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
     """An agent moves a fingertip over an object and feels it.
 
     The action is a velocity of the tip in the base frame [m/s], each component bounded; it is kept for
-    `action_time`, some control periods. The velocity follows it as fast as the slew limit allows. What is seen is
-    said by `palpate.learning.observing.seen_space`, in base coordinates and SI units.
+    `action_time`, some control periods. The velocity follows it as fast as the slew limit allows. The observation
+    is `palpate.learning.observing.seen_space`, in base coordinates and SI units.
 
     A reset makes a new world and brings the tip to the surface. An episode is *terminated* when the supervisor
-    stops the robot: a limit was broken or a device lost; `info["trip"]` says which. It is *truncated* when its
-    time is up. In both cases the robot is brought to rest. Losing the surface ends nothing: it only earns nothing.
+    stops the robot: a limit was broken or a device lost; `info["trip"]` names it. It is *truncated* when its
+    time is up. In both cases the robot is brought to rest. Losing the surface does not end the episode; it only
+    earns no reward.
 
     A seed gives the same episodes again, bit for bit, if the worlds are simulated.
     """
@@ -52,7 +53,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
 
         Args:
             worlds: Makes the world of an episode; a sphere under a stage, if not given.
-            reward: What an episode is good for; to hold 2 N while sliding, if not given.
+            reward: The default is to hold 2 N while sliding.
             speed: Largest velocity along each axis [m/s].
             action_time: How long an action lasts [s], a whole number of control periods.
             duration: Of an episode [s], a whole number of actions.
@@ -88,7 +89,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
     ) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode in a new world; one that still goes on is ended, and the robot brought to rest before.
 
-        A limit that is broken on the way down to the surface terminates the episode at its first step.
+        A limit broken during the approach terminates the episode at its first step.
 
         Args:
             seed: Of this and the following episodes; they go on from the last one, if not given.
@@ -134,13 +135,13 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
         terminated, truncated = trip is not None, trip is None and self._done >= self._actions
         if trip is not None:
             rewarded += self._reward.tripped(trip)
-        told = seen(robot.now, self._begin, self._seen_space), rewarded, terminated, truncated, self._info(robot)
+        result = seen(robot.now, self._begin, self._seen_space), rewarded, terminated, truncated, self._info(robot)
         if terminated or truncated:
             self._halt()
-        return told
+        return result
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of the scene with the contact force, shape (height, width, 3); None if not asked for.
+        """Return a picture of the scene with the contact force, shape (height, width, 3), or None.
 
         Raises:
             InvalidValueError: There is no scene to draw: the robot is real.

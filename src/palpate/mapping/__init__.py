@@ -1,4 +1,4 @@
-"""Contacts to surface: what a finger felt along its way becomes points, fits, maps and files."""
+"""Contacts to surface: points, fits, maps and files from what a finger felt along its path."""
 
 from palpate.mapping.cloud import TouchCloud as TouchCloud
 from palpate.mapping.cloud import standard_deviations as standard_deviations
@@ -18,7 +18,7 @@ from palpate.mapping.sphere_fit import SphereFitStatus as SphereFitStatus
 from palpate.mapping.sphere_fit import fit_sphere as fit_sphere
 from palpate.mapping.surface_map import Knowledge as Knowledge
 from palpate.mapping.surface_map import MapSettings as MapSettings
-from palpate.mapping.surface_map import SurfaceAnswer as SurfaceAnswer
+from palpate.mapping.surface_map import SurfaceEstimate as SurfaceEstimate
 from palpate.mapping.surface_map import SurfaceMap as SurfaceMap
 from palpate.mapping.surface_map import SurfaceMesh as SurfaceMesh
 from palpate.mapping.surface_map import SurfaceModel as SurfaceModel

@@ -1,4 +1,4 @@
-"""What a finger felt along its way: points on the surface with their normals and forces."""
+"""What a finger felt along its path: points on the surface with their normals and forces."""
 
 import dataclasses
 from dataclasses import dataclass

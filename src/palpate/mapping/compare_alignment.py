@@ -13,7 +13,7 @@ STEPS = 60
 SETTLED = 1e-7
 """Shift per step over the size of the points at which it has settled."""
 
-HELD = 1e-3
+MIN_EIGENVALUE_RATIO = 1e-3
 """Motions that change the squared distances by less than this share of the mean motion are left alone: a sphere
 turned about itself, of which only its facets and the noise would say anything."""
 
@@ -41,7 +41,7 @@ def align(points: FloatArray, surface: TriangleSurface) -> Alignment:
     """Return the rigid motion that brings `points` (n, 3) closest to `surface`, near where they are.
 
     Point-to-plane steps (Chen and Medioni, "Object modelling by registration of multiple range images", 1992): a
-    local search, which does not find its way from far off, or round half a turn.
+    local search, which does not converge from far off, or round half a turn.
     """
     middle = points.mean(axis=0)
     size = float(np.sqrt(((points - middle) ** 2).sum(axis=1).mean())) or 1.0
@@ -49,7 +49,7 @@ def align(points: FloatArray, surface: TriangleSurface) -> Alignment:
     for _ in range(STEPS):
         moved = points @ rotation.T + shift
         near = surface.nearest(moved)
-        # along the line to the foot; on the surface itself, along its normal
+        # along the line to the nearest point; on the surface itself, along its normal
         offset = moved - near.point
         length = np.linalg.norm(offset, axis=1, keepdims=True)
         clear = length > 1e-9 * size
@@ -58,9 +58,9 @@ def align(points: FloatArray, surface: TriangleSurface) -> Alignment:
         J = np.hstack([direction, np.cross(arm, direction)])
         A = J.T @ J
         values, motions = np.linalg.eigh(A)
-        told = motions[:, values > HELD * np.trace(A) / 6.0]
-        values = values[values > HELD * np.trace(A) / 6.0]
-        step = -told @ ((told.T @ (J.T @ (length[:, 0] * clear[:, 0]))) / values)
+        determined = motions[:, values > MIN_EIGENVALUE_RATIO * np.trace(A) / 6.0]
+        values = values[values > MIN_EIGENVALUE_RATIO * np.trace(A) / 6.0]
+        step = -determined @ ((determined.T @ (J.T @ (length[:, 0] * clear[:, 0]))) / values)
         turn = _rotation(step[3:] / size)
         center = moved.mean(axis=0)
         rotation = turn @ rotation

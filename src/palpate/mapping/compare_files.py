@@ -58,7 +58,7 @@ def read_reference(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -
 def _outwards(surface: TriangleSurface) -> TriangleSurface:
     """The same surface, turned inside out if it is closed and its triangles face inwards, as some files have them.
 
-    Signs and normals would be the wrong way round. Of an open surface nobody knows.
+    Signs and normals would be reversed. Of an open surface nobody knows.
     """
     if not surface.is_watertight:
         return surface

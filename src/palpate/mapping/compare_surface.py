@@ -86,10 +86,10 @@ class TriangleSurface:
         points = np.ascontiguousarray(points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise InvalidValueError(f"points have shape {points.shape}: must be (n, 3), finite [m]")
-        distance, foot, normal = nearest_of_all(self._tree, points)
+        distance, nearest, normal = nearest_of_all(self._tree, points)
         if self.is_watertight:
-            distance = np.where(((points - foot) * normal).sum(axis=1) < 0.0, -distance, distance)
-        return Nearest(distance, foot, normal)
+            distance = np.where(((points - nearest) * normal).sum(axis=1) < 0.0, -distance, distance)
+        return Nearest(distance, nearest, normal)
 
     def samples(self, count: int) -> tuple[FloatArray, FloatArray]:
         """Return `count` points spread evenly over the surface and the normals there, both (count, 3).

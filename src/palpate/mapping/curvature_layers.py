@@ -17,7 +17,7 @@ def curvature_layers(surface: SurfaceMap, mesh: SurfaceMesh) -> tuple[VertexLaye
     `curvature_max` and `curvature_min` are the principal curvatures, `curvature_mean` their mean and
     `curvature_direction` the direction of the larger, all from the map; `curvature_rolled` is the mean curvature
     from the normals alone. Where `curvature_mean` and `curvature_rolled` differ by more than their deviations
-    allow, heights and normals contradict each other: look for a compliance or a tip that is not what was said.
+    allow, heights and normals contradict each other: look for a compliance or a tip other than stated.
 
     Args:
         surface: The map.

@@ -26,7 +26,7 @@ piece of path counts the same however slowly the finger went."""
 STEEPEST = math.radians(75.0)
 """Contacts on steeper walls and overhangs [rad] are left out: there z is no function of x and y."""
 
-MOST_NODES = 4_000_000
+MAX_NODES = 4_000_000
 """More grid points than this are refused: a spacing in the wrong unit, not a map."""
 
 
@@ -82,9 +82,9 @@ class HeightMap:
             )
         low, high = thin.position[:, :2].min(axis=0), thin.position[:, :2].max(axis=0)
         nx, ny = (int(k) for k in np.floor(high / spacing) - np.floor(low / spacing) + 2)
-        if nx * ny > MOST_NODES:
+        if nx * ny > MAX_NODES:
             raise InvalidValueError(
-                f"spacing = {spacing} m makes {nx} x {ny} grid points, more than {MOST_NODES}: is it in metres?"
+                f"spacing = {spacing} m makes {nx} x {ny} grid points, more than {MAX_NODES}: is it in metres?"
             )
         x = (np.floor(low[0] / spacing) + np.arange(nx)) * spacing
         y = (np.floor(low[1] / spacing) + np.arange(ny)) * spacing

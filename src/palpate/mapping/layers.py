@@ -1,4 +1,4 @@
-"""What else contacts tell, as values at the vertices of a mesh: friction, stiffness, curvature."""
+"""Quantities at the vertices of a mesh: friction, stiffness, curvature."""
 
 import os
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class VertexDirection:
 def vertex_layer(
     name: str, vertices: FloatArray, position: FloatArray, value: FloatArray, reach: float
 ) -> VertexLayer:
-    """Return a quantity at vertices from the `NEAREST` contacts that told it, none of them beyond `reach`.
+    """Return a quantity at vertices from the `NEAREST` contacts that measured it, none of them beyond `reach`.
 
     Args:
         name: Of the quantity, a word.

@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.answer import Knowledge
+from palpate.mapping.surface_map.estimate import Knowledge
 from palpate.mapping.surface_map.mesh import SurfaceMesh
 
-MOST_VOXELS = 2e7
+MAX_VOXELS = 2e7
 """Of the box around a mesh: a third of what `surface_mesh` takes."""
 
 RIM = 10.0
@@ -72,4 +72,4 @@ def voxel_for(points: FloatArray, finest: float, most_vertices: int) -> float:
         return finest
     extent = np.ptp(points, axis=0) + 2.0 * RIM * finest
     area = float(np.sort(extent)[1:].prod())
-    return max(finest, math.sqrt(area / most_vertices), math.cbrt(float(extent.prod()) / MOST_VOXELS))
+    return max(finest, math.sqrt(area / most_vertices), math.cbrt(float(extent.prod()) / MAX_VOXELS))

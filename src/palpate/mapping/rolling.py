@@ -20,12 +20,13 @@ from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
 NEAREST = 32
-"""Stretches that tell the curvature at a point: rows 1 mm apart and 3 mm either way hold as many."""
+"""Stretches that determine the curvature at a point: rows 1 mm apart and within 3 mm on either side hold as
+many."""
 
-FEWEST = 5
-"""Stretches below which nothing is said: 10 slopes for 5 unknowns."""
+MIN_STRETCHES = 5
+"""Stretches below which no curvature is reported: 10 slopes for 5 unknowns."""
 
-NARROWEST = 0.05
+MIN_SPREAD_RATIO = 0.05
 """Contacts whose spread across their line is below this share of that along it are one row: how the normal turns
 across it is not known."""
 
@@ -86,7 +87,7 @@ def rolled_curvature(
     n = len(points)
     form, variance = np.full((n, 3), np.nan), np.full(n, np.nan)
     tangents = tangent_basis(normals)
-    if len(stretches) >= FEWEST:
+    if len(stretches) >= MIN_STRETCHES:
         tree = KDTree(stretches.position)
         for first in range(0, n, AT_ONCE):
             part = slice(first, first + AT_ONCE)
@@ -132,8 +133,8 @@ def _fitted(
     scale = np.array([1.0, 1.0, reach, reach, reach])  # unknowns of one size
     rows /= scale
     A = np.einsum("nk,ntki,ntkj->nij", weight, rows, rows)
-    told = (used.sum(axis=1) >= FEWEST) & _is_spread(weight, xy)
-    A[~told] = np.eye(5)
+    determined = (used.sum(axis=1) >= MIN_STRETCHES) & _is_spread(weight, xy)
+    A[~determined] = np.eye(5)
     gain = np.linalg.solve(A, np.einsum("nk,ntki->nitk", weight, rows).reshape(len(points), 5, -1))
     solved = np.einsum("nij,nj->ni", gain, slope.transpose(0, 2, 1).reshape(len(points), -1))
     found = solved / scale
@@ -146,7 +147,7 @@ def _fitted(
     expected = 2.0 * np.einsum("nk,nkk,nk->n", weight, correlation, tilt**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.maximum(1.0, np.einsum("nk,nkt->n", weight, misfit**2) / expected)
-    return np.where(told[:, None], found[:, 2:], np.nan), np.where(told, variance * excess, np.nan)
+    return np.where(determined[:, None], found[:, 2:], np.nan), np.where(determined, variance * excess, np.nan)
 
 
 def _is_spread(weight: FloatArray, xy: FloatArray) -> npt.NDArray[np.bool_]:
@@ -154,7 +155,7 @@ def _is_spread(weight: FloatArray, xy: FloatArray) -> npt.NDArray[np.bool_]:
     total = np.maximum(weight.sum(axis=1), np.finfo(float).tiny)[:, None]
     away = xy - (np.einsum("nk,nkt->nt", weight, xy) / total)[:, None]
     spread = np.linalg.eigvalsh(np.einsum("nk,nks,nkt->nst", weight, away, away))
-    return np.asarray(spread[:, 0] > NARROWEST**2 * spread[:, 1])
+    return np.asarray(spread[:, 0] > MIN_SPREAD_RATIO**2 * spread[:, 1])
 
 
 def _correlations(path: FloatArray, extent: FloatArray, length: float) -> FloatArray:

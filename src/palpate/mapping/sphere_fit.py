@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from palpate.errors import FloatArray, InvalidValueError
 
-FEWEST_POINTS = 4
+MIN_POINTS = 4
 """Unknowns of a sphere: three of the center, one radius."""
 
 FLAT_FACTOR = 16.0
@@ -39,7 +39,7 @@ class SphereFit:
 
     The covariance takes the points' errors as independent, of one size, and along the normal. Errors of touch
     are correlated along the path (filters, servo lag, friction), so it is **optimistic** unless `fit_sphere`
-    was told over how many points; a constant offset of every point along the normal goes into the radius
+    was measured over how many points; a constant offset of every point along the normal goes into the radius
     unseen.
 
     Attributes:
@@ -84,7 +84,7 @@ def fit_sphere(points: npt.ArrayLike, *, correlation_points: float = 1.0) -> Sph
         correlation_points: Over how many neighbouring points errors are alike: n points then count as
             n / correlation_points independent ones (long-run variance; 2 L / b for errors with correlation
             length L in bins of length b). Rather too large than too small: for a raster, the points of a row,
-            since speed and friction push a whole row the same way.
+            since speed and friction push a whole row in the same direction.
 
     Raises:
         InvalidValueError: Fewer than 4 points, not of shape (n, 3), not finite, in one plane to within
@@ -156,9 +156,9 @@ def _covariance(jacobian: FloatArray, misfit: float, correlation_points: float) 
     _, singular, axes = np.linalg.svd(jacobian, full_matrices=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else float("inf")
     effective = count / correlation_points
-    if effective <= FEWEST_POINTS or not np.isfinite(condition):
+    if effective <= MIN_POINTS or not np.isfinite(condition):
         return np.full((4, 4), np.inf), condition
-    variance = misfit**2 * effective / (effective - FEWEST_POINTS)
+    variance = misfit**2 * effective / (effective - MIN_POINTS)
     spread = axes.T / singular
     return variance * correlation_points * (spread @ spread.T), condition
 
@@ -167,8 +167,8 @@ def _checked(points: npt.ArrayLike) -> FloatArray:
     array = np.asarray(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidValueError(f"points have shape {array.shape}: must be (n, 3) [m]")
-    if len(array) < FEWEST_POINTS:
-        raise InvalidValueError(f"{len(array)} points cannot determine a sphere: give {FEWEST_POINTS} or more")
+    if len(array) < MIN_POINTS:
+        raise InvalidValueError(f"{len(array)} points cannot determine a sphere: give {MIN_POINTS} or more")
     if not np.isfinite(array).all():
         raise InvalidValueError("points must be finite; keep only contacts whose status is OK")
     return array

@@ -29,22 +29,22 @@ has a standard deviation too."""
 GROUPS = 24
 """A window's contacts are averaged to at most so many."""
 
-FEWEST = 8
+MIN_CONTACTS = 8
 """Contacts, after averaging, below which a window says nothing: three unknowns, and some to judge the fit by."""
 
-LOUD = 2.0
+MIN_FORCE_VARIATION = 2.0
 """Variation of the force over that of its noise, as the fit weighs both: below, what is known is noise."""
 
 WHITE_SHARE = 0.3
 """Of the noise of positions, what does not keep along the path. It keeps the fit from weighing differences between
 neighbours, which positions tell well and forces badly: with 0.1, a force noise of 0.01 N that is not there, or is
-there and not told, is off by 7 % of a compliance of 0.5 mm/kN; with 0.3 by 2 %."""
+there and not given, is off by 7 % of a compliance of 0.5 mm/kN; with 0.3 by 2 %."""
 
-RESTING = 0.1
+REST_STEP = 0.1
 """Moves below this share of the noise's length are a finger at rest."""
 
 NEAREST = 4
-"""Windows that a vertex is told by."""
+"""Number of windows from which the stiffness at a vertex is taken."""
 
 LONGEST_PAUSE = 0.1
 """Between contacts of one window [s]: a longer one is a lift-off."""
@@ -100,7 +100,7 @@ def local_stiffness(
     force_noise: float = 0.01,
     known_compliance: float = 0.0,
 ) -> LocalStiffness:
-    """Return how the surface gives way along a path on which the force varied: a sine, a landing, a ramp.
+    """Return the compliance of the surface along a path on which the force varied: a sine, a landing, a ramp.
 
     Args:
         time: Of n contacts in path order, shape (n,) [s].
@@ -111,7 +111,7 @@ def local_stiffness(
         noise: How contacts err, such as the `model` of a learned map.
         window: Length of path that a value stands for [m]; a finger at rest fills one as well.
         force_noise: Standard deviation of the force's noise in one sample [N].
-        known_compliance: Of tip and arm, if `position` includes what they give way [m/N]: taken off.
+        known_compliance: Of tip and arm, if `position` includes their deflection [m/N]: taken off.
 
     Raises:
         InvalidValueError: Shapes do not fit, numbers are not finite, `window` or a noise is not positive.
@@ -128,7 +128,7 @@ def local_stiffness(
     middle = normal[1:] + normal[:-1]
     sunk = (chord * middle).sum(axis=1) / np.maximum(np.linalg.norm(middle, axis=1), 1e-9)
     depth = np.concatenate([[0.0], np.cumsum(sunk)])
-    path = _path(position, normal, RESTING * noise.noise_length)
+    path = _path(position, normal, REST_STEP * noise.noise_length)
     found = []
     for i, j in _windows(time, position, path, window):
         value = _compliance(path[i:j] - path[i], depth[i:j], force[i:j], noise, force_noise)
@@ -153,16 +153,16 @@ def stiffness_layer(found: LocalStiffness, vertices: FloatArray, reach: float) -
         reach: Farthest a window is asked [m].
     """
     reach = positive("reach", reach, "m")
-    told = np.isfinite(found.compliance_sd)
+    known = np.isfinite(found.compliance_sd)
     unknown = np.full(len(vertices), np.nan)
-    if not told.any() or not len(vertices):
+    if not known.any() or not len(vertices):
         return VertexLayer("stiffness", unknown, unknown)
-    asked = min(NEAREST, int(told.sum()))
-    distance, index = KDTree(found.position[told]).query(vertices, asked, distance_upper_bound=reach)
+    asked = min(NEAREST, int(known.sum()))
+    distance, index = KDTree(found.position[known]).query(vertices, asked, distance_upper_bound=reach)
     distance, index = np.reshape(distance, (-1, asked)), np.reshape(index, (-1, asked))
     near = np.isfinite(distance)
     index = np.where(near, index, 0)
-    value, deviation = found.compliance[told][index], found.compliance_sd[told][index]
+    value, deviation = found.compliance[known][index], found.compliance_sd[known][index]
     weight = np.where(near, 1.0 / deviation**2, 0.0)
     total = weight.sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -193,7 +193,7 @@ def _stiffness(compliance: FloatArray, sd: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _path(position: FloatArray, normal: FloatArray, least: float) -> FloatArray:
-    """Return the way along the surface, in steps of at least `least`: noise would lengthen a sum of all steps."""
+    """Return the arc length along the surface, in steps of at least `least`, as noise lengthens short ones."""
     found, so_far = [], 0.0
     points = position.tolist()
     anchor = points[0]
@@ -218,7 +218,7 @@ def _windows(time: FloatArray, position: FloatArray, path: FloatArray, window: f
             a, b = np.searchsorted(path[i:j], [start, start + window], side="left") + i
             last = b >= j or path[j - 1] < start + 1.5 * window
             b = j if last else b
-            if b - a >= FEWEST:
+            if b - a >= MIN_CONTACTS:
                 found.append((int(a), int(b)))
             if last:
                 break
@@ -234,11 +234,11 @@ def _compliance(
     starts = np.linspace(0, len(path), groups, endpoint=False).astype(int)
     size = np.diff(np.append(starts, len(path)))
     s, D, F = (np.add.reduceat(each, starts) / size for each in (path, depth, force))
-    if groups < FEWEST or not np.ptp(F):
+    if groups < MIN_CONTACTS or not np.ptp(F):
         return math.nan, math.nan
     rest = np.column_stack([np.ones(groups), s - s.mean()])
-    if s[-1] - s[0] < RESTING * noise.noise_length:
-        rest = rest[:, :1]  # at rest there is no way along
+    if s[-1] - s[0] < REST_STEP * noise.noise_length:
+        rest = rest[:, :1]  # at rest there is no direction of motion
     whiten = np.linalg.inv(np.linalg.cholesky(_noise(s, noise)))
     Q = np.linalg.qr(whiten @ rest)[0]
     whiten -= Q @ (Q.T @ whiten)  # and leave out what offset and drift explain
@@ -246,7 +246,7 @@ def _compliance(
     # the force's own noise counts as variation, and would make the slope too small: its part is known
     own = force_noise**2 * float(((whiten**2).sum(axis=0) / size).sum())
     square = float(x @ x) - own
-    if square <= LOUD * own:
+    if square <= MIN_FORCE_VARIATION * own:
         return math.nan, math.nan
     slope = float(x @ y) / square
     misfit = y - slope * x

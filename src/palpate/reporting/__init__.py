@@ -1,1 +1,1 @@
-"""What a run tells its reader: a self-contained HTML report, and tables for the terminal."""
+"""Reports: a self-contained HTML page, and tables for the terminal."""

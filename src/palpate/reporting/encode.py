@@ -72,7 +72,7 @@ def _clear(figure: Figure, *, dense: bool) -> None:
 
 
 def _make_pixels(artist: Collection) -> None:
-    """Have a collection kept as pixels; those in space draw in their own way, which has to be asked for it."""
+    """Have a collection kept as pixels; three-dimensional ones override `draw`, which must allow it."""
     if not getattr(artist.draw, "_supports_rasterization", False):
         artist.draw = MethodType(allow_rasterization(type(artist).draw), artist)  # type: ignore[method-assign, no-untyped-call]
     artist.set_rasterized(True)

@@ -9,7 +9,17 @@ from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
 from palpate.reporting.lines import draw_true_and_felt
 from palpate.reporting.phases import scan_window, shade, within
-from palpate.reporting.style import DASHED, MILLI, QUIET, WANTED, Picture, Width, dress, legend_above, new_figure
+from palpate.reporting.style import (
+    DASHED,
+    MILLI,
+    QUIET,
+    WANTED,
+    Picture,
+    Width,
+    legend_above,
+    new_figure,
+    style_axes,
+)
 
 
 def force_overview(series: TimeSeries) -> Picture | None:
@@ -51,8 +61,8 @@ def _overview(series: TimeSeries, width: Width) -> Figure:
     _draw_forces(force, series, np.ones(len(series.time), dtype=np.bool_))
     speed.plot(*envelope(series.time, MILLI * series.speed), color=QUIET, linewidth=0.9)
     speed.set_ylim(bottom=0.0)
-    dress(force, x="", y="normal force [N]")
-    dress(speed, x="time [s]", y="speed [mm/s]")
+    style_axes(force, x="", y="normal force [N]")
+    style_axes(speed, x="time [s]", y="speed [mm/s]")
     force.margins(x=0.0)
     figure.align_ylabels()
     legend_above(figure, [force], columns=9 if width is Width.FULL else 4)
@@ -73,7 +83,7 @@ def _zoom(series: TimeSeries, width: Width) -> Figure:
     values = np.concatenate(shown)
     margin = 0.08 * max(float(np.ptp(values)), 1e-3 * float(np.abs(values).max()), 1e-6)
     axes.set_ylim(values.min() - margin, values.max() + margin)
-    dress(axes, x="time [s]", y="normal force [N]")
+    style_axes(axes, x="time [s]", y="normal force [N]")
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure
 

@@ -19,16 +19,15 @@ from palpate.reporting.style import (
     LIMIT,
     MEASURED,
     MILLI,
-    PANE,
-    QUIET,
     SMALL_SIZE,
     SPIN,
     TRUE,
     WANTED,
     Picture,
     Width,
-    dress,
     new_figure,
+    style_axes,
+    style_space,
 )
 
 ELEVATION, AZIMUTH = 24.0, -55.0
@@ -71,13 +70,13 @@ def grasp_force_picture(
     ):
         if value is not None and value.shape != shape:
             raise InvalidValueError(f"{name} has shape {value.shape}: must be {shape}")
-    told = ", and the worst disturbance from the middle of the contacts" if disturbance is not None else ""
+    worst = ", and the worst disturbance from the middle of the contacts" if disturbance is not None else ""
     return Picture(
         title="Forces of the grasp",
         caption=(
             f"Left: what contacts exert on the object inside their friction cones (drawn without spin), and "
-            f"the load{told}. Right: how much of its limit each contact uses, together and by tangential force or "
-            f"spin alone; below the limit with room is good."
+            f"the load{worst}. Right: how much of its limit each contact uses, together and by tangential force "
+            f"or spin alone; below the limit with room is good."
         ),
         full=_draw(grasp, forces, load, disturbance, Width.FULL),
         narrow=_draw(grasp, forces, load, disturbance, Width.HALF),
@@ -196,11 +195,9 @@ def _frame_space(axes: Axes3D, ends: FloatArray) -> None:
     low, high = ends.min(axis=0), ends.max(axis=0)
     # one contact without load has no size: then it is drawn in a box of 1 mm
     half = max(0.55 * float((high - low).max()), 0.5)
-    for axis, name, centre in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", 0.5 * (low + high), strict=True):
+    for axis, centre in zip((axes.xaxis, axes.yaxis, axes.zaxis), 0.5 * (low + high), strict=True):
         axis.set_view_interval(centre - half, centre + half, ignore=True)
-        axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
-        axis.set_pane_color(PANE)
-        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
+    style_space(axes)
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.08)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
 
@@ -215,5 +212,5 @@ def _draw_shares(axes: Axes, grasp: GraspContacts, forces: FloatArray) -> None:
     axes.set_yticks(at + 0.15, [f"{i + 1}: {f:.2f} N" for i, f in enumerate(forces[:, 0])])
     axes.set_ylim(len(grasp) - 0.3, -0.5)
     axes.set_xlim(0.0, max(1.05, 1.05 * float(shares.max(initial=0.0))))
-    dress(axes, x="share of the limit", y="contact, and its normal force [N]")
+    style_axes(axes, x="share of the limit", y="contact, and its normal force [N]")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=SMALL_SIZE, frameon=False)

@@ -1,4 +1,4 @@
-"""The way a contact's load takes inside its limit surface, and where it slips."""
+"""The path of a contact's load inside its limit surface, and where it slips."""
 
 import numpy as np
 import numpy.typing as npt
@@ -10,25 +10,24 @@ from matplotlib.lines import Line2D
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction import LimitSurface
 from palpate.reporting.style import (
-    FONT_SIZE,
     INK,
     INSIDE,
     QUIET,
-    SMALL_SIZE,
     TIME_COLOURS,
     TRUE,
     Picture,
     Width,
-    dress,
+    colour_bar,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 MAX_LOAD_RATIO = 1.3
 """Loads beyond this ratio are drawn there: while landing and lifting they are noise over noise."""
 
 MOST_POINTS = 2000
-"""Of the way, evenly in time: more than a page has dots along it."""
+"""Points of the path, evenly in time: more than a page can resolve."""
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -36,22 +35,22 @@ BoolArray = npt.NDArray[np.bool_]
 def limit_surface_picture(
     surface: LimitSurface, time: FloatArray, loads: FloatArray, slipping: BoolArray | None = None
 ) -> Picture:
-    """Return the picture of a load's way inside a limit surface.
+    """Return the picture of a load's path inside a limit surface.
 
     Args:
         surface: As measured, or as assumed.
         time: Shape (n,) [s].
         loads: Normal force [N], tangential force (its length, or along one direction with its sign) [N], spin
             torque [N m], shape (n, 3). Instants that do not push are left out.
-        slipping: Which instants slipped, shape (n,); None where nobody knows.
+        slipping: Which instants slipped, shape (n,); None where that is unknown.
 
     Raises:
         InvalidValueError: Shapes that do not go together.
     """
     if loads.shape != (len(time), 3) or (slipping is not None and slipping.shape != time.shape):
-        told = None if slipping is None else slipping.shape
+        shape = None if slipping is None else slipping.shape
         raise InvalidValueError(
-            f"loads has shape {loads.shape} and slipping {told}: must be ({len(time)}, 3) and "
+            f"loads has shape {loads.shape} and slipping {shape}: must be ({len(time)}, 3) and "
             f"({len(time)},), as time has"
         )
     ratios = load_ratios(surface, loads)
@@ -88,8 +87,8 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     size = np.sum(np.abs(ratios) ** p, axis=1) ** (1.0 / p)
     shown = ratios * np.minimum(1.0, MAX_LOAD_RATIO / np.where(size > 0.0, size, 1.0))[:, None]
     kept = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).round().astype(int))
-    way, at = shown[kept], time[kept]
-    pieces = np.stack([way[:-1], way[1:]], axis=1)
+    path, at = shown[kept], time[kept]
+    pieces = np.stack([path[:-1], path[1:]], axis=1)
     whole = np.isfinite(pieces).all(axis=(1, 2))
     line = LineCollection(list(pieces[whole]), cmap=TIME_COLOURS, linewidths=1.4, capstyle="round", zorder=3)
     line.set_array(0.5 * (at[:-1] + at[1:])[whole])
@@ -99,9 +98,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     axes.plot(*shown[slipped].T, ".", color=TRUE, markersize=3, zorder=4)
     axes.plot(*shown[begins].T, "o", color=TRUE, markersize=7, fillstyle="none", markeredgewidth=1.4, zorder=5)
     if whole.any():
-        bar = figure.colorbar(line, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
-        bar.set_label("time [s]", fontsize=FONT_SIZE, color=INK)
-        bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+        colour_bar(figure, line, axes, "time [s]", shrink=0.7, pad=0.02)
     axes.plot([], [], color=INK, label="limit surface")
     if slipped.any():
         axes.add_line(Line2D([], [], color=TRUE, marker=".", linestyle="none", label="slips"))
@@ -112,7 +109,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     rim = 1.1 * max(1.0, float(np.abs(shown[np.isfinite(size)]).max(initial=0.0)))
     axes.set_xlim(-rim if signed else -0.05, rim)
     axes.set_ylim(-rim, rim)
-    dress(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
+    style_axes(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
     legend_above(figure, [axes], columns=3)
     return figure
 

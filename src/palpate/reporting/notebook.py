@@ -16,7 +16,7 @@ def report_fragment(report: Report) -> str:
     )
     parts = (part for section in report.sections for part in section.parts if isinstance(part, Pictures))
     drawn = ([each for each in part.draw() if each is not None] for part in parts)
-    # a notebook does not say whether it is light or dark
+    # the theme of a notebook is unknown
     style = f"max-width: 30em; background: {palette.CARD.light}; color-scheme: light"
     return "\n".join(
         [

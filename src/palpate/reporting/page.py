@@ -25,7 +25,7 @@ PHONE_WIDTH = 680
 """Up to this width of the window [px], pictures drawn for a phone are shown; also in `STYLE`."""
 
 NO_UNIT = "no unit"
-"""Said of a number that has none: a count, a ratio."""
+"""Shown for a number without a unit: a count, a ratio."""
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """Content security policy: whatever might get into a report, the browser runs and fetches none of it."""
@@ -188,9 +188,9 @@ def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
 
 def _measured(unit: int, row: Sequence[str], columns: Sequence[str]) -> list[str]:
     """The values of a unit: those since the unit before; where it stands before all of them, those that follow."""
-    values = [(i, told) for i, (name, told) in enumerate(zip(columns, row, strict=True)) if name == "value"]
+    values = [(i, value) for i, (name, value) in enumerate(zip(columns, row, strict=True)) if name == "value"]
     begin = max((i for i in range(unit) if columns[i] == "unit"), default=-1)
-    return [told for i, told in values if begin < i < unit] or [told for i, told in values if i > unit]
+    return [value for i, value in values if begin < i < unit] or [value for i, value in values if i > unit]
 
 
 def _command(typed: str) -> str:

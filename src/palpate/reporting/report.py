@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wa
     from palpate.reporting.style import Picture
 
 NOTHING = "Nothing has to be done."
-"""Said where there is no advice."""
+"""Shown where there is no advice."""
 
 COLUMNS = ("name", "value", "unit", "note")
 """Of a table of figures."""
@@ -74,18 +74,18 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a run, a replay, a comparison or a sweep tells its reader.
+    """The report on a run, a replay, a comparison or a sweep.
 
     Attributes:
         title: Heading.
         outcome: How it ended, a sentence or more.
         figures: Most important first.
         sections: In order.
-        asked: What was asked for, a sentence without its full stop; "" to say nothing.
+        asked: What was asked for, a sentence without its full stop; "" for none.
         advice: What to do now, a sentence or two each; none where nothing has to be done.
         settings: Name and value with unit of each setting.
         repeat: What is repeated, and the command that does so.
-        footer: In what frame, and of what, the numbers are: a sentence or more.
+        footer: Frame and sign of the numbers: a sentence or more.
         reached: Whether it came to what it was for: a run that was finished, an object that was held.
     """
 

@@ -9,11 +9,14 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.font_manager import FontProperties, findfont, get_font
@@ -137,7 +140,7 @@ def rim(width: float) -> Sequence[AbstractPathEffect]:
     return (Stroke(linewidth=width + 1.2, foreground=CARD), Normal())
 
 
-def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
+def style_axes(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
     """Label `axes` with quantities and units, and give it the common look."""
     axes.set_xlabel(x, fontsize=FONT_SIZE, color=INK)
     axes.set_ylabel(y, fontsize=FONT_SIZE, color=INK)
@@ -151,9 +154,32 @@ def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
         axes.grid(visible=True, color=GRID, linewidth=0.6)
 
 
-def few_ticks(share: float) -> MaxNLocator:
-    """Return ticks for an axis that is `share` of the longest."""
-    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
+def colour_bar(
+    figure: FigureBase, mapped: ScalarMappable, axes: Axes | Sequence[Axes], label: str, **layout: Any
+) -> Colorbar:
+    """Return a labelled colour bar below `axes`; `layout` as of `Figure.colorbar`."""
+    placed: dict[str, Any] = {"location": "bottom", "aspect": 28, **layout}
+    bar = figure.colorbar(mapped, ax=axes, **placed)
+    bar.set_label(label, fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    return bar
+
+
+def style_space(axes: Any, shares: Iterable[float] = ()) -> None:
+    """Label the axes of a plot in space [mm], and give them the common look.
+
+    Args:
+        axes: Three-dimensional.
+        shares: Length of each axis over the longest, for its ticks; matplotlib's ticks if left out.
+    """
+    three = (axes.xaxis, axes.yaxis, axes.zaxis)
+    for axis, name in zip(three, "xyz", strict=True):
+        axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
+        axis.set_pane_color(PANE)
+        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
+    for axis, share in zip(three, shares, strict=False):
+        axis.set_major_locator(MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1))
+        axis.get_major_formatter().set_useOffset(False)
 
 
 def legend_above(figure: FigureBase, axes: Iterable[Axes], columns: int) -> None:

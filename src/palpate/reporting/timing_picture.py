@@ -11,9 +11,9 @@ from palpate.reporting.style import (
     SMALL_SIZE,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 from palpate.runtime import RunTiming
 
@@ -45,7 +45,7 @@ def timing_picture(timing: RunTiming) -> Picture | None:
         axes.axvline(at, color=colour, linestyle=line, linewidth=1.3, label=label)
     axes.xaxis.set_major_formatter(seconds)
     axes.xaxis.set_minor_formatter(NullFormatter())
-    dress(axes, x="compute time of a period [s]", y="number of periods")
+    style_axes(axes, x="compute time of a period [s]", y="number of periods")
     axes.tick_params(which="minor", labelsize=SMALL_SIZE, length=2)
     legend_above(figure, [axes], columns=2)
     return Picture(

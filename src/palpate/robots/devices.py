@@ -129,6 +129,6 @@ def _rig(robot: Robot, devices: RigEntry, boxes: tuple[str, ...]) -> Robot:
 
 
 def _noise(finger: FingerEntry) -> NoiseEntry:
-    """What its simulated sensor has; that of a usual one where the file does not say it."""
+    """What its simulated sensor has; that of a usual one where the file has none."""
     force, moment = noise_of(model_of_finger(finger))
     return NoiseEntry(force=force or FORCE_NOISE, moment=moment or MOMENT_NOISE)

@@ -1,4 +1,4 @@
-"""Whether this computer can drive a robot at all: said before a run makes its folder."""
+"""Whether this computer can drive a robot at all; checked before a run makes its folder."""
 
 from palpate.hw.ur.support import is_supported, refuse_unsupported
 from palpate.runtime.robot import Robot

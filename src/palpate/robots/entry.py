@@ -1,4 +1,4 @@
-"""What a robot file says of its back end, as the one who builds it knows it to be."""
+"""The back end of a robot file, narrowed to the type that its builder needs."""
 
 from typing import TypeVar
 

@@ -12,7 +12,7 @@ from palpate.sim.sensor.model import SeededSensor, SensorModel
 
 
 class Pressing(Protocol):
-    """What of a configuration says how a fingertip presses, and what its sensor is like."""
+    """The options of a configuration about pressing and about the sensor."""
 
     @property
     def tip(self) -> tuple[float, ...]:
@@ -46,7 +46,7 @@ class Pressing(Protocol):
 
 
 KEY = "fingers[0].simulated_sensor"
-"""Where the robot file says it, for messages."""
+"""Its key in the robot file, for messages."""
 
 COARSEST = 0.1
 """Largest noise of where on the tip it touches, over the tip's smallest half length, of samples 1 ms apart: on a
@@ -59,11 +59,11 @@ DENSITY_TIME = 1e-3
 """[s] between the samples of `COARSEST`."""
 
 UNLIKELY = 1e-6
-"""So seldom more samples in a row get lost than are reckoned with: once in a quarter of an hour at 1 kHz."""
+"""Probability of more lost samples in a row than assumed: once in a quarter of an hour at 1 kHz."""
 
 
 def model_of_finger(finger: FingerEntry) -> SensorModel:
-    """Return the simulated sensor of a finger, as the robot file says.
+    """Return the simulated sensor of a finger, as the robot file specifies.
 
     Raises:
         InvalidValueError: It cannot be.
@@ -97,9 +97,9 @@ def model_with_noise(finger: FingerEntry, force: float | None, moment: float | N
 
 
 def sensor_for(robot: Robot, config: Pressing) -> SeededSensor:
-    """Return the simulated sensor that a run is done with.
+    """Return the simulated sensor of a run.
 
-    It has the noise that the configuration says, if that is another than the robot file's.
+    Noise in the configuration overrides the robot file's.
 
     Raises:
         InvalidValueError: It cannot be, or is too coarse for the set force and this fingertip.
@@ -160,5 +160,5 @@ def _check_fine_enough(finger: FingerEntry, model: SensorModel, config: Pressing
 
 
 def without_bias(model: SensorModel) -> SensorModel:
-    """Return the sensor as it is thought of by somebody who does not know its bias."""
+    """Return the sensor without its bias."""
     return replace(model, bias=SensorModel().bias)

@@ -12,7 +12,7 @@ from palpate.errors import InvalidValueError
 from palpate.robots.emulated.hand import HandWires, emulated_hand
 from palpate.robots.entry import entry_of
 from palpate.robots.hand_task import PERIOD, HandTask
-from palpate.robots.rig_built import assembled, described_finger, tared_if_told
+from palpate.robots.rig_built import assembled, described_finger, tared_if_configured
 from palpate.robots.rig_settings import hand_geometry, noise_of_finger
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
 from palpate.runtime.robot import Robot, load_robot, shipped_robots
@@ -25,7 +25,7 @@ from palpate.sim.hand.hand import Hand, three_finger_hand, two_finger_hand
 from palpate.surfaces import Sphere
 
 LONGEST_PERIOD = 4e-3
-"""[s] Of a rig: a contact that slips is to be answered within some ten periods, 40 ms."""
+"""[s] Of a rig: a controller must react to slip within some ten periods, 40 ms."""
 
 LIMITS = Limits(force=24.0, grip_force=24.0, moment=0.25)
 """Of the simulated hand: as its sensors', and above the largest grip that is commanded."""
@@ -34,7 +34,7 @@ LEAST_TOUCH, SIGMAS = 0.2, 5.0
 """[N], and standard deviations of a reading: above both it is a touch."""
 
 ALIKE = 1e-6
-"""[m, kg] between what a file says of an emulated fingertip and what is simulated."""
+"""[m, kg] between an emulated fingertip in a file and the simulated one."""
 
 _buses = itertools.count()
 
@@ -59,7 +59,7 @@ class HandDescription:
 
     @property
     def real(self) -> bool:
-        """Whether nobody knows what really happens: it is a rig's."""
+        """Whether it is a rig's, so that the truth is unknown."""
         return self.robot is not None and isinstance(self.robot.file.backend, RigEntry)
 
 
@@ -87,7 +87,7 @@ def described_hand(robot: Robot) -> HandDescription:
     """Return the hand of a robot that has one (see `has_hand`).
 
     Raises:
-        InvalidValueError: Nothing can be held with it as its file says; the message says what to change.
+        InvalidValueError: Nothing can be held with it as its file specifies; the message names what to change.
     """
     return _emulated(robot) if isinstance(robot.file.backend, EmulatedHandEntry) else _of_rig(robot)
 
@@ -96,7 +96,7 @@ def hand_backend(hand: HandDescription, task: HandTask) -> Backend:
     """Return what carries a task out; nothing is opened before it starts.
 
     Raises:
-        InvalidValueError: It cannot be simulated so, or not be what its robot file says.
+        InvalidValueError: It cannot be simulated, or not be built as its robot file specifies.
     """
     robot = hand.robot
     if robot is None:
@@ -104,7 +104,7 @@ def hand_backend(hand: HandDescription, task: HandTask) -> Backend:
     if isinstance(robot.file.backend, EmulatedHandEntry):
         return emulated_hand(task, hand_wires(robot.file.backend))
     start = (0.0, 0.0, hand.geometry.depth + hand.geometry.tip_along)
-    return tared_if_told(robot, assembled(robot, hand.period, start))
+    return tared_if_configured(robot, assembled(robot, hand.period, start))
 
 
 def hand_wires(entry: EmulatedHandEntry) -> HandWires:
@@ -135,7 +135,7 @@ def _emulated(robot: Robot) -> HandDescription:
                 f"fingers[{i}]: an emulated hand has spheres of {radius:g} m around {list(center)} m, of {mass:g} "
                 "kg with their centre of mass there, and no sensor file; write surface and payload so"
             )
-    limits = robot.file.limits.limits()
+    limits = robot.file.limits
     return HandDescription(simulated.geometry, simulated.fingers, PERIOD, limits, robot)
 
 
@@ -157,6 +157,4 @@ def _of_rig(robot: Robot) -> HandDescription:
         )
         for i, surface in enumerate(surfaces)
     )
-    return HandDescription(
-        hand_geometry(robot, entry.hand), fingers, robot.file.period, robot.file.limits.limits(), robot
-    )
+    return HandDescription(hand_geometry(robot, entry.hand), fingers, robot.file.period, robot.file.limits, robot)

@@ -23,7 +23,7 @@ LEAST_TOUCH_FORCE = 0.2
 """[N]"""
 
 FORCE_NOISE, MOMENT_NOISE = 0.01, 1e-4
-"""[N], [N m] Standard deviations of a fingertip's sensor where nothing else is said: of a Nano17."""
+"""[N], [N m] Standard deviations of a fingertip's sensor by default: of a Nano17."""
 
 
 def idle_task(robot: Robot) -> Task:

@@ -21,7 +21,7 @@ from palpate.runtime.robot_backend import (
 from palpate.runtime.robot_rig import RigEntry
 
 Builder = Callable[[Robot, Task], RobotInScene]
-"""Raises InvalidValueError if the robot cannot be what its file says, or not do the task."""
+"""Raises InvalidValueError if the robot cannot be built as its file specifies, or cannot do the task."""
 
 
 def _no_finger(robot: Robot, task: Task) -> RobotInScene:
@@ -54,16 +54,17 @@ def build(robot: Robot, task: Task) -> RobotInScene:
     """Return a robot that stands ready for a task.
 
     Raises:
-        InvalidValueError: It cannot be what its file says, or not do the task; the message says what to change.
+        InvalidValueError: It cannot be built as its file specifies, or cannot do the task; the message names what
+            to change.
     """
     return _kind(robot).build(robot, task)
 
 
 def check(robot: Robot) -> None:
-    """Refuse a robot that could do no task at all.
+    """Check that a robot can be built at all.
 
     Raises:
-        InvalidValueError: It could not; the message says what to change.
+        InvalidValueError: It cannot; the message names what to change.
     """
     _kind(robot)  # there is one
     if isinstance(robot.file.backend, RigEntry):

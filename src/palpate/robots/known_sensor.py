@@ -1,7 +1,6 @@
-"""What is known of a simulated sensor: its file, or the description that goes with it; tared if that is asked for.
+"""The assumed model of a simulated sensor: its file, or its own description; tared on request.
 
-What the simulation would not show as the file describes it is refused: nobody would find out why force control is
-worse than it should be.
+A file that contradicts the simulation is refused: it would degrade force control without a visible cause.
 """
 
 import msgspec
@@ -14,7 +13,7 @@ from palpate.runtime.robot_sensor import SimulatedSensorEntry
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.sensor_file import SensorFile, repeats
-from palpate.sensing.ft.touch_detector import LEAST_SIGMAS
+from palpate.sensing.ft.touch_detector import MIN_SIGMAS
 from palpate.sim.sensor.description import sensor_file
 from palpate.sim.sensor.model import SeededSensor, SensorModel
 
@@ -45,14 +44,14 @@ def known_sensor(
     """Return what is known of a finger's simulated sensor.
 
     Args:
-        finger: As the robot file says.
+        finger: As in the robot file.
         file: Its sensor file, if it has one.
         sensor: What is simulated.
         period: At which it is read [s].
 
     Returns:
-        The sensor file, tared if the robot file says so; without one, a description of the simulated sensor that
-        knows all but its bias, cross-talk and drift. None for a sensor that has but white noise, or none.
+        The sensor file, tared if the robot file requests it; without one, a description of the simulated sensor
+        that knows all but its bias, cross-talk and drift. None for a sensor that has but white noise, or none.
 
     Raises:
         InvalidValueError: The simulation would not show what is known.
@@ -68,12 +67,12 @@ def known_sensor(
 
 
 def described(finger: FingerEntry, model: SensorModel, period: float) -> SensorFile | None:
-    """Return what goes without saying of a simulated sensor: all but its bias, cross-talk and drift.
+    """Return the description of a simulated sensor: all but its bias, cross-talk and drift.
 
     None for a sensor that has but white noise, or none.
 
     Raises:
-        InvalidValueError: It cannot be described; the message says what to add.
+        InvalidValueError: It cannot be described; the message names what to add.
     """
     if model.rated is not None:
         _check_alive(KEY, model)
@@ -84,7 +83,7 @@ def described(finger: FingerEntry, model: SensorModel, period: float) -> SensorF
     if model == SensorModel(model.name, model.source, noise=model.noise):
         return None
     raise InvalidValueError(
-        f"{KEY}: no range: what shows more than noise is read as a sensor file says, which has one; give range "
+        f"{KEY}: no range: a sensor with more than noise needs one, as a sensor file has; give range "
         "(full load per axis), another preset, or sensor (a sensor file)"
     )
 
@@ -99,16 +98,16 @@ def _touching_above_zero_errors(file: SensorFile) -> SensorFile:
 
 
 def check_known(file: SensorFile, model: SensorModel, period: float, *, tared: bool) -> None:
-    """Refuse a sensor file that says otherwise than what is simulated.
+    """Refuse a sensor file that contradicts the simulated sensor.
 
     Args:
-        file: What it says.
+        file: The sensor file.
         model: What is simulated.
         period: At which that is read [s].
         tared: Whether a bias of which the file knows nothing (zero) is found before the run.
 
     Raises:
-        InvalidValueError: It does; the message says what to write.
+        InvalidValueError: It does; the message names what to write.
     """
     if file.calibration is not None:
         raise InvalidValueError(
@@ -134,11 +133,11 @@ def check_known(file: SensorFile, model: SensorModel, period: float, *, tared: b
         )
     _check_alive(FILE, model, file)
     force = max(model.noise_sd[:3]) * WrenchFilter(file.filters, file.sample_rate).held_noise_gain(file.repeats)
-    if file.contact.touch_force < LEAST_SIGMAS * force:
+    if file.contact.touch_force < MIN_SIGMAS * force:
         raise InvalidValueError(
             f"{FILE}: contact: touch_force_N = {file.contact.touch_force:g}: the simulated sensor's noise, "
-            f"{force:.3g} N after the filters, would pass for a touch; give at least {LEAST_SIGMAS * force:.3g} "
-            f"({LEAST_SIGMAS:g} standard deviations), filter more, or simulate less noise"
+            f"{force:.3g} N after the filters, would pass for a touch; give at least {MIN_SIGMAS * force:.3g} "
+            f"({MIN_SIGMAS:g} standard deviations), filter more, or simulate less noise"
         )
 
 

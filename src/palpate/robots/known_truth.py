@@ -50,7 +50,7 @@ def cost_of(backend: Backend) -> SceneCost | None:
 
 
 def cost_row(cost: SceneCost | None) -> tuple[tuple[str, str], ...]:
-    """Return what a report's settings say of it: nothing on a robot."""
+    """Return its rows for a report's settings: none on a robot."""
     return () if cost is None else (("simulated scene", str(cost)),)
 
 

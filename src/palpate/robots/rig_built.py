@@ -22,8 +22,8 @@ from palpate.sensing.solver import Surface
 from palpate.spatial import Vector
 
 NEAR_START = 0.005
-"""[m] By how much the tip may be elsewhere than where a run begins: more than anybody leads it wrong by hand, and
-less than from there to what it is not to hit."""
+"""[m] Largest distance of the tip from the start of a run: more than a careful hand-guided placement errs, less
+than the clearance to obstacles."""
 
 MOST_TURNED = math.radians(5.0)
 """By which the middle of a tip 12 mm before its sensor is off by 1 mm."""
@@ -50,7 +50,7 @@ def parts_of(robot: Robot) -> RigParts:
     """Return the devices that a robot file names; nothing is opened.
 
     Raises:
-        InvalidValueError: They cannot be as it says.
+        InvalidValueError: They cannot be as the file specifies.
     """
     entry = entry_of(robot, RigEntry)
     arm = None if entry.arm is None else UrArm(entry.arm.address, ur_settings(robot, entry.arm))
@@ -73,7 +73,7 @@ def parts_of(robot: Robot) -> RigParts:
 
 
 def check_rig(robot: Robot) -> None:
-    """Refuse a rig that could do no task at all.
+    """Check that a rig can be built at all.
 
     Raises:
         InvalidValueError: It could not.
@@ -97,7 +97,7 @@ def assembled(robot: Robot, period: float, start: Vector | None = None) -> Rig:
         start: Where the tip begins, base frame [m]; None: anywhere, in the arm's own base frame.
 
     Raises:
-        InvalidValueError: It cannot be as the file says.
+        InvalidValueError: It cannot be as the file specifies.
     """
     check_rig(robot)
     entry, parts = entry_of(robot, RigEntry), parts_of(robot)
@@ -126,7 +126,7 @@ def build_rig(robot: Robot, task: Task) -> RobotInScene:
     """Return the rig of a robot file, ready for a task; nothing is opened before its back end starts.
 
     Raises:
-        InvalidValueError: It cannot be what the file says, or not do the task.
+        InvalidValueError: It cannot be as the file specifies, or cannot do the task.
     """
     entry = entry_of(robot, RigEntry)
     if entry.arm is None:
@@ -137,7 +137,7 @@ def build_rig(robot: Robot, task: Task) -> RobotInScene:
     finger, sensor, arm = robot.file.fingers[0], robot.sensors[0], entry.arm
     sensed = surface_of_tip(finger, tuple(length - task.compression for length in task.tip))
     return RobotInScene(
-        tared_if_told(robot, rig),
+        tared_if_configured(robot, rig),
         described_finger(robot, 0, sensed, task.touch_force),
         arm.lag,
         arm.response,
@@ -147,13 +147,13 @@ def build_rig(robot: Robot, task: Task) -> RobotInScene:
     )
 
 
-def tared_if_told(robot: Robot, rig: Rig) -> Backend:
-    """Return a rig that is tared whenever a run begins, if its robot file says so."""
+def tared_if_configured(robot: Robot, rig: Rig) -> Backend:
+    """Return a rig that is tared whenever a run begins, if its robot file requests it."""
     return FreshlyTared(rig) if entry_of(robot, RigEntry).tare_at_start else rig
 
 
 def described_finger(robot: Robot, i: int, surface: Surface, touch_force: float) -> FingerDescription:
-    """Return what touch is told of finger i.
+    """Return the description of finger i for touch.
 
     Args:
         robot: Of kind `rig`.

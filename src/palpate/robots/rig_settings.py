@@ -1,4 +1,4 @@
-"""What a robot file says of a rig, as its devices are told it."""
+"""Settings of a rig's devices from a robot file."""
 
 import numpy as np
 
@@ -47,10 +47,10 @@ def noise_of_finger(robot: Robot, i: int) -> Wrench:
 
 
 def ur_settings(robot: Robot, entry: UrEntry) -> UrSettings:
-    """Return what a UR arm is told.
+    """Return the settings of a UR arm.
 
     Raises:
-        InvalidValueError: A limit of the robot is beyond what the arm can be told.
+        InvalidValueError: A limit of the robot is beyond what the arm accepts.
     """
     limits, payload = robot.file.limits, entry.payload
     return UrSettings(
@@ -69,7 +69,7 @@ def ur_settings(robot: Robot, entry: UrEntry) -> UrSettings:
 
 
 def hand_settings(robot: Robot, entry: DynamixelEntry) -> HandSettings:
-    """Return what a hand is told.
+    """Return the settings of a hand.
 
     Raises:
         InvalidValueError: Fingers that cannot close.
@@ -82,7 +82,7 @@ def hand_settings(robot: Robot, entry: DynamixelEntry) -> HandSettings:
         closing_speed=entry.closing_speed,
         baud_rate=entry.baud_rate,
         watchdog=entry.watchdog,
-        answer_time=entry.answer_time,
+        reply_timeout=entry.reply_timeout,
         silence=entry.silent_after,
     )
 

@@ -36,7 +36,7 @@ from palpate.spatial import Vector
 from palpate.surfaces import Ellipsoid, Sphere
 
 SAME_PLACE = 1e-9
-"""[m] between two numbers that people meant to be the same."""
+"""[m] tolerance of positions that are meant to be equal."""
 
 SAME_RATE = 1e-9
 """Relative, likewise."""
@@ -48,7 +48,7 @@ class Task:
 
     Attributes:
         tip: Half lengths of the fingertip: one (a sphere's radius) or three (semi-axes) [m].
-        compression: How far the tip gives way at the set force [m]: it is sensed as smaller by this.
+        compression: How far the tip yields at the set force [m]; sensing assumes a tip smaller by this.
         target: What is touched.
         law: Contact between the two.
         start: Where the tip frame starts, base frame [m].
@@ -96,7 +96,7 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     """Return the simulated stage of a robot file.
 
     Raises:
-        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+        InvalidValueError: The simulation cannot be built as the file specifies, or cannot do the task.
     """
     entry = entry_of(robot, StageEntry)
     stage = Stage(entry.mass, entry.bandwidth, entry.following_error_limit)
@@ -109,7 +109,7 @@ def build_turning_stage(robot: Robot, task: Task) -> RobotInScene:
     """Return the simulated turning stage of a robot file.
 
     Raises:
-        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+        InvalidValueError: The simulation cannot be built as the file specifies, or cannot do the task.
     """
     entry, tip = entry_of(robot, TurningStageEntry), simulated_tip(robot, task)
     following_error_limit = FollowingErrorLimit(entry.following_error_limit, entry.angular_following_error)
@@ -123,7 +123,7 @@ def simulated_tip(robot: Robot, task: Task) -> Tip:
     """Return the tip that a task is done with.
 
     Raises:
-        InvalidValueError: The simulation cannot be what the robot file says.
+        InvalidValueError: The simulation cannot be built as the robot file specifies.
     """
     finger, sensor = only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
@@ -144,7 +144,7 @@ def on_a_carrier(
     """Return a robot that stands ready.
 
     Args:
-        robot: As its file says.
+        robot: From its file.
         task: What it is to do.
         tip: From `simulated_tip`.
         carrier: What carries the tip.
@@ -154,7 +154,7 @@ def on_a_carrier(
         stiffness: With which it holds its tip [N/m].
 
     Raises:
-        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+        InvalidValueError: The simulation cannot be built as the file specifies, or cannot do the task.
     """
     finger = only_finger(robot)
     sensor = known_sensor(finger, robot.sensors[0], task.sensor, task.period)

@@ -2,7 +2,7 @@
 
 from palpate.errors import InvalidValueError
 from palpate.sensing.compensation import contact_wrench
-from palpate.sensing.ft.bias import FEWEST_READINGS, average_bias
+from palpate.sensing.ft.bias import MIN_READINGS, average_bias
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_updates import with_bias
 from palpate.sim.fidelity import GRAVITY
@@ -37,7 +37,7 @@ def tared(sensor: SensorFile, model: SensorModel, period: float, duration: float
     device = simulated_sensor(model, period, OTHER_SEEDS + seed)
     x, y, z, p, q, r = contact_wrench(NO_LOAD, UP, sensor.payload.payload)
     load: Wrench = (-x, -y, -z, -p, -q, -r)
-    count = max(FEWEST_READINGS, round(duration / period))
+    count = max(MIN_READINGS, round(duration / period))
     # before time 0, at which warm-up begins
     readings = [device.step((i - count) * period, load, UP).wrench for i in range(count)]
     noise = [max(pair) for pair in zip(sensor.noise, model.noise_sd, strict=True)]

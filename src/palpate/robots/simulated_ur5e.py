@@ -12,15 +12,15 @@ from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.presets import ARM
 
 DOWN = (0.0, 0.0, -1.0)
-"""The way it presses."""
+"""Direction in which it presses."""
 
 
 def build_ur5e(robot: Robot, task: Task) -> RobotInScene:
     """Return the simulated UR5e of a robot file, at the task's start.
 
     Raises:
-        InvalidValueError: The simulation cannot be what the file says, or not do the task: the start may be out of
-            reach.
+        InvalidValueError: The simulation cannot be built as the file specifies, or cannot do the task: the start
+            may be out of reach.
     """
     entry, tip = entry_of(robot, SimulatedUr5eEntry), simulated_tip(robot, task)
     arm = Ur5e(

@@ -1,4 +1,4 @@
-"""What a robot file says that a run would otherwise be told: fingertip, noise and period."""
+"""Options whose default is in the robot file: fingertip, noise and period."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
@@ -19,7 +19,7 @@ TAKEN = ("tip", "force_noise", "moment_noise", "period")
 
 
 def values_of(robot: Robot) -> dict[str, object]:
-    """Return the options that a robot file says: fingertip [m], noise [N, N m] and control period [s].
+    """Return the options that a robot file supplies: fingertip [m], noise [N, N m] and control period [s].
 
     Raises:
         InvalidValueError: It has no fingertip that can be simulated.
@@ -28,19 +28,14 @@ def values_of(robot: Robot) -> dict[str, object]:
     sensor = robot.sensors[0]
     if isinstance(robot.file.backend, RigEntry) and sensor is not None:
         force, moment = max(sensor.noise_force), max(sensor.noise_moment)
-    return {
-        "tip": tip_sizes(robot),
-        "force_noise": force,
-        "moment_noise": moment,
-        "period": robot.file.period,
-    }
+    return {"tip": tip_sizes(robot), "force_noise": force, "moment_noise": moment, "period": robot.file.period}
 
 
 def on_robot(config: "Config", robot: Robot) -> "Config":
-    """Return a configuration in which a robot file says what of `TAKEN` is left out.
+    """Return a configuration in which a robot file supplies what of `TAKEN` is left out.
 
     Raises:
-        InvalidValueError: What it says cannot be with the rest.
+        InvalidValueError: Its values contradict the rest.
     """
     left_out = [name for name in TAKEN if getattr(config, name) in (None, ())]
     if not left_out:

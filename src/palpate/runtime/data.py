@@ -38,7 +38,7 @@ class ArmSample:
 
 @dataclass(frozen=True, slots=True)
 class HandSample:
-    """What a hand said.
+    """State that a hand reported.
 
     Attributes:
         time: When it was sampled [s].
@@ -53,7 +53,7 @@ class HandSample:
 
 @dataclass(frozen=True, slots=True)
 class WrenchSample:
-    """What a force/torque sensor behind a fingertip said.
+    """Reading of a force/torque sensor behind a fingertip.
 
     Attributes:
         time: When it was sampled [s].
@@ -70,7 +70,7 @@ class WrenchSample:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What the devices said in one period.
+    """What the devices reported in one period.
 
     Attributes:
         time: Time of the period on the back end's clock [s]; it advances from sample to sample.
@@ -129,7 +129,7 @@ class Observation:
 class Phase(StrEnum):
     """What a controller is doing: for reports, and to tell the periods of a scan.
 
-    TRAVEL is the way from place to place above an object; DONE and LOST end a run; STOP is how supervisor and loop
+    TRAVEL is motion from place to place above an object; DONE and LOST end a run; STOP is how supervisor and loop
     bring it to rest.
     """
 

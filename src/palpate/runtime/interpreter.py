@@ -1,4 +1,4 @@
-"""What the Python interpreter does of its own accord, kept out of the loop's way.
+"""What the Python interpreter does of its own accord, kept from delaying the loop.
 
 Measured with numpy, scipy, numba, MuJoCo and CasADi loaded, which is 110 000 tracked objects, on two shared cores
 (`benchmarks/loop.py` measures it again):
@@ -24,7 +24,7 @@ SWITCH_INTERVAL = 5e-5
 
 _ROUNDING = 5e-7
 """Python cuts the interval off to whole microseconds: without half of one more [s], what it says is not what it
-was told, and every run would take one off."""
+was set, and every run would take one off."""
 
 _SMALL, _MIDDLE, _NEVER = 200, 5, 2**31 - 1
 """Young objects before a collection; collections before one of the middle generation; of these before a full one
@@ -37,7 +37,7 @@ program that freezes what it has loaded has thousands."""
 
 
 class _Interpreter:
-    """The one interpreter: kept out of the way from the first run's start to the last one's end.
+    """The one interpreter: kept from delaying the loop from the first run's start to the last one's end.
 
     Runs need not be nested: robots of several environments, or loops in several threads, overlap as they like. If
     each put back what it had found, the last to end would put back what the first had set.

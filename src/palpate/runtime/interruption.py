@@ -1,4 +1,4 @@
-"""Being told to stop: Ctrl-C and its kin end a run between two periods, never in the middle of one."""
+"""Requests to stop: Ctrl-C and similar signals end a run between two periods, never in the middle of one."""
 
 import signal
 import threading

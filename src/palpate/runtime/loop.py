@@ -114,7 +114,7 @@ class _Run:
         self._pacer = backend.pacer
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
-        self._stopped = self._seen = self._trip_told = self._aftermath_told = False
+        self._stopped = self._seen = self._trip_recorded = self._aftermath_recorded = False
         self._starts, self._compute = array("d"), array("d")
         self._punctuality = Punctuality()
         self._recording: RecordingSummary | None = None
@@ -201,11 +201,11 @@ class _Run:
         trip = self._supervisor.trip
         if trip is None:
             return
-        if not self._trip_told:
-            self._trip_told = True
+        if not self._trip_recorded:
+            self._trip_recorded = True
             self._tell(trip.time, Level.ERROR, "supervisor", str(trip))
-        if trip.aftermath and not self._aftermath_told:
-            self._aftermath_told = True
+        if trip.aftermath and not self._aftermath_recorded:
+            self._aftermath_recorded = True
             self._tell(self._time, Level.INFO, "supervisor", trip.aftermath)
 
     def _tell(self, time: float, level: Level, source: str, text: str) -> None:
@@ -224,7 +224,7 @@ class _Run:
         try:
             self._take(self._backend.step(command))
         except Exception as error:
-            if self._trip_told:  # and now this: it ends the reaction
+            if self._trip_recorded:  # and now this: it ends the reaction
                 self._tell(self._time, Level.ERROR, "back end", type(error).__name__)
             self._supervisor.fail(self._time, "back end", error)
             self._tell_trip()

@@ -5,7 +5,7 @@ with colour-blind eyes; on white they are a little darker than there, on a dark 
 meets WCAG 2.2 AA: 4.5 : 1 for text, 3 : 1 for what is drawn (success criteria 1.4.3 and 1.4.11).
 
 Pictures are drawn once, with the light colours. What is text or line in them changes with the reader's theme (see
-`palpate.reporting.encode`): so no two colours have the same light value, which is how they are told apart.
+`palpate.reporting.encode`): so no two colours have the same light value, which is how they are distinguished.
 """
 
 from dataclasses import dataclass
@@ -87,7 +87,7 @@ SIDE_BY_SIDE = (
     Colour("fifth", "#8f6401", "#e6b423"),
     Colour("sixth", "#22272f", "#e6e9ee"),
 )
-"""Runs, fingers or options side by side: the same hues, told apart by a legend alone."""
+"""Runs, fingers or options side by side: the same hues, distinguished by a legend alone."""
 
 TEXT = (INK_COLOUR, QUIET_COLOUR)
 DRAWN = (FELT, TRUTH, SET, COMMAND, BOUND, SPIN_COLOUR, TRACK, CONE_RIM, *SIDE_BY_SIDE)

@@ -10,13 +10,13 @@ from palpate.runtime.shown_plan import ShownPlan
 from palpate.spatial import Vector, add_scaled, dot, norm, subtract
 
 STEP = 3e-4
-"""The tip's way is kept in steps of this [m]: finer than rows lie apart, so that no corner is passed unseen."""
+"""The tip's path is kept in steps of this [m]: finer than rows lie apart, so that no corner is passed unseen."""
 
 AT_CORNER = 2.0
 """Nearer to a corner than so many steps the tip counts as there: it cuts corners, and comes in steps."""
 
 MOST_STEPS = 20_000
-"""Of the way; beyond, every second point of it is left out: six metres until then."""
+"""Of the path; beyond, every second point of it is left out: six metres until then."""
 
 
 class PlanTrack:
@@ -79,7 +79,7 @@ class PlanTrack:
             self._corner += 1
 
     def _is_past(self, place: Vector) -> bool:
-        """Whether the tip has been at the corner that it is heading for, or is on the way from there already."""
+        """Whether the tip has been at the corner that it is heading for, or has left it already."""
         corner, after = (self._lifted(self._plan.path[self._corner + i]) for i in (0, 1))
         if norm(subtract(place, corner)) < AT_CORNER * self._step:
             return True

@@ -40,7 +40,7 @@ class EndOfLogError(PalpateError, EOFError):
 
 
 class ReplayBackend:
-    """A back end that says again what was recorded, whatever it is told."""
+    """A back end that repeats a recording, whatever is commanded."""
 
     def __init__(self, samples: Iterable[Sample], period: float) -> None:
         """Take the samples and the control period [s] with which they were recorded.

@@ -49,9 +49,13 @@ class RunResult:
 
     def __str__(self) -> str:
         """One line for a person."""
-        rest = "the robot is at rest" if self.stopped else "THE ROBOT DID NOT COME TO REST"
         why = f" ({self.why})" if self.trip is not None else ""
-        return f"{self.ending.value}{why} after {self.duration:.1f} s; {rest}"
+        return f"{self.ending.value}{why} after {self.duration:.1f} s; {self.rest}"
+
+    @property
+    def rest(self) -> str:
+        """Whether the robot came to rest, as a clause of a sentence."""
+        return "the robot is at rest" if self.stopped else "THE ROBOT DID NOT COME TO REST"
 
     @property
     def why(self) -> str:

@@ -168,4 +168,4 @@ class EmulatedHandEntry(
 BackendEntry = (
     StageEntry | TurningStageEntry | SimulatedUr5eEntry | EmulatedUr5eEntry | EmulatedHandEntry | RigEntry
 )
-"""Every kind of back end, told apart by `kind`."""
+"""Every kind of back end, distinguished by `kind`."""

@@ -10,12 +10,12 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.robot_backend import BackendEntry
-from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.robot_pace import PaceEntry, SimulatedPaceEntry
 from palpate.runtime.robot_ranges import within
 from palpate.runtime.robot_rig import RigEntry, SensorDeviceEntry
 from palpate.runtime.robot_sensor import NoiseEntry, SimulatedSensorEntry
 from palpate.runtime.robot_surface import AnySurfaceEntry
+from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
 
@@ -79,7 +79,7 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     period: float = msgspec.field(name="period_s")
     pace: PaceEntry = SimulatedPaceEntry()
     fingers: Annotated[tuple[FingerEntry, ...], msgspec.Meta(min_length=1, max_length=MOST_FINGERS)]
-    limits: LimitsEntry = LimitsEntry()
+    limits: Limits = Limits()
 
     def __post_init__(self) -> None:
         if self.palpate_robot != VERSION:

@@ -33,7 +33,7 @@ RANGES = {
     "id": (0, 252, ""),
     "zero_rad": (-1000.0, 1000.0, "rad"),
     "silent_after_s": (1e-3, 5.0, "s"),
-    "answer_time_s": (1e-3, 1.0, "s"),
+    "reply_timeout_s": (1e-3, 1.0, "s"),
     "record_period_s": (0.001, 0.254, "s"),
     "sinc_length": (51, 512, ""),
     "port": (1, 65535, ""),
@@ -124,7 +124,7 @@ class ServoEntry(_Checked, frozen=True, kw_only=True):
 
     Attributes:
         servo_id: On the bus.
-        model: That it should be; None: whatever answers.
+        model: Required model; None: any.
         zero: Where its shaft stands [rad] when the finger's joint is at 0.
         direction: 1 if its position grows as the finger closes, -1 if it shrinks.
     """
@@ -162,12 +162,12 @@ class DynamixelEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag=
         finger: How each moves.
         opening: From the hand's axis to the tips' centres with all joints at 0 [m].
         depth: From the palm, where the arm's tip frame is, to the sensors [m].
-        closing_speed: With which tips move while nothing is in the way [m/s].
+        closing_speed: With which tips move while nothing obstructs them [m/s].
         baud_rate: [1/s].
         watchdog: Servos stop when the bus was silent for so long [s].
         poll: From exchange to exchange [s].
         silent_after: It counts as lost when exchanges have failed for so long [s]; below the watchdog.
-        answer_time: How long an answer may take to begin [s].
+        reply_timeout: How long a reply may take to begin [s].
     """
 
     port: str
@@ -180,7 +180,7 @@ class DynamixelEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag=
     watchdog: float = msgspec.field(name="watchdog_s", default=0.1)
     poll: float = msgspec.field(name="poll_s", default=0.004)
     silent_after: float = msgspec.field(name="silent_after_s", default=0.03)
-    answer_time: float = msgspec.field(name="answer_time_s", default=0.006)
+    reply_timeout: float = msgspec.field(name="reply_timeout_s", default=0.006)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -272,4 +272,4 @@ class UrToolEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="ur
 
 
 SensorDeviceEntry = NetFtEntry | OnRobotEntry | BotaEntry | ResenseEntry | UrToolEntry
-"""Every kind of sensor, told apart by `kind`."""
+"""Every kind of sensor, distinguished by `kind`."""

@@ -171,7 +171,7 @@ class SimulatedSensorEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=Tr
         saturation: Where they end.
         sample_rate: Of the device's own clock [Hz]; 0: it samples whenever it is read.
         latency: From sampling until it can be read [s].
-        lost_share: Of samples that get lost on the way.
+        lost_share: Of samples that get lost in transit.
         tare: For so long before the run its readings in free air are averaged, to find its bias [s]; 0: never.
     """
 

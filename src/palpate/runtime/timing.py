@@ -9,7 +9,7 @@ import numpy as np
 from palpate.errors import FloatArray
 
 _MICRO = 1e6
-"""Times of the loop are told in microseconds."""
+"""Times of the loop are reported in microseconds."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""From samples to observations: what touch makes of what the devices said."""
+"""From samples to observations: touch's estimate from what the devices reported."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ class WrenchPipeline(Protocol):
 
     @property
     def delay(self) -> float:
-        """From the load to the wrench that it explains [s]; controllers are told."""
+        """From the load to the wrench that it explains [s]; known to controllers."""
         ...
 
     def restart(self) -> None:

@@ -1,4 +1,4 @@
-"""A back end around another: what is not said otherwise, it is."""
+"""A back end around another, to which it delegates all that it does not override."""
 
 from typing import Generic, TypeVar
 

@@ -1,4 +1,4 @@
-"""What touch tells: one contact, or many as a structure of arrays."""
+"""Results of contact sensing: one contact, or many as a structure of arrays."""
 
 from dataclasses import dataclass
 from enum import IntEnum

@@ -1,11 +1,11 @@
-"""How far from linear a contact is within the noise of its wrench, asked of the solver itself.
+"""Nonlinearity of a contact within the noise of its wrench, by cubature with the solver itself.
 
 Twelve wrenches stand for the noise: w +- the columns of sqrt(6) L C / sqrt(5), where L L' is the covariance and
 C a conference matrix (entries 0 and +-1, C C' = 5). As in the spherical-radial rule of Arasaratnam & Haykin
 (Cubature Kalman filters, IEEE Trans. Automatic Control 2009) they have the noise's mean and covariance, and lie
 as far from w as noise in six dimensions typically does. Turned by C, each moves five components at once, so
-that products of two components count as well as squares. Whatever makes the closed form wrong is found this
-way: turning normals, changing curvature, a small normal force, edges, a grazing wrench axis.
+that products of two components count as well as squares. Whatever makes the closed form wrong is found
+so: turning normals, changing curvature, a small normal force, edges, a grazing wrench axis.
 """
 
 from dataclasses import dataclass

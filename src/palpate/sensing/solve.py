@@ -1,4 +1,4 @@
-"""Which solver goes with which kind of surface: the one place that knows."""
+"""The solver of each kind of surface."""
 
 import math
 from functools import singledispatch

@@ -29,7 +29,7 @@ def surface_at_contacts(surface: object, contacts: Contacts) -> SurfaceAtContact
     """Return what a fingertip is like at contacts on it; this one is for every rigid tip.
 
     Raises:
-        InvalidValueError: Nobody told the curvature of this kind of surface.
+        InvalidValueError: The curvature of this kind of surface is not registered.
     """
     return SurfaceAtContacts(shape_operator(surface, contacts.centroid), np.zeros(len(contacts)))
 

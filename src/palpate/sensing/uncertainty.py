@@ -3,7 +3,7 @@
 For a wrench of covariance E, a contact quantity y with Jacobian J = dy/d(f, m) has, to first order, the covariance
 J E J' (`palpate.sensing.contact_jacobian`). First order is good while noise is a small share of the normal force
 and moves the contact by a small share of the radii. Every result says whether it is: the solver is called at the
-twelve wrenches of `palpate.sensing.noise_cubature`, and how far its answers stray from the straight line is the
+twelve wrenches of `palpate.sensing.noise_cubature`, and how far its results stray from the straight line is the
 `nonlinearity`.
 """
 
@@ -163,11 +163,11 @@ def contacts_uncertainties(
             (N m)^2; `white_noise` makes one.
 
     Raises:
-        InvalidValueError: The covariance is none, or nobody told the curvature of this kind of surface.
+        InvalidValueError: The covariance is none, or the curvature of this kind of surface is not registered.
     """
     E = _covariance(wrench_covariance)
     found = contacts.status == ContactStatus.OK
-    with np.errstate(all="ignore"):  # what leaves float64 is told by the status
+    with np.errstate(all="ignore"):  # overflow of float64 is reported by the status
         J = contact_jacobians(contacts, surface_at_contacts(surface, contacts))
         centroid, normal, tangential = (_spread(each, E) for each in (J.centroid, J.normal, J.tangential_force))
         normal_force = _spread(J.normal_force[:, None], E)[:, 0, 0]

@@ -1,4 +1,4 @@
-"""What a fingertip looks like."""
+"""Surfaces of fingertips."""
 
 from palpate.surfaces.compliant import HERTZ, LINEAR, CompliantTip
 from palpate.surfaces.composite import Capsule, Composite, Patch, RoundedBox

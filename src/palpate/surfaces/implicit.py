@@ -41,7 +41,8 @@ class Implicit(Shown):
         parameters: First argument of `evaluate`; surfaces that share `evaluate` share one compiled solver.
         center: A point inside, origin of the surface's own frame, in the sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
-        half_lengths: Distances from the centre to the surface along the axes, mean of both ways, shape (3,) [m].
+        half_lengths: Distances from the centre to the surface along the axes, mean of both directions, shape (3,)
+            [m].
     """
 
     evaluate: Evaluate = field(init=False, repr=False)
@@ -148,7 +149,7 @@ class ImplicitSurface(Implicit):
     Args:
         value: Point (3,) -> number, below 0 inside, 0 on the surface, smooth.
         gradient: Point (3,) -> its gradient, shape (3,).
-        size: About the tip's radius [m]; a factor of ten either way does no harm.
+        size: About the tip's radius [m]; a factor of ten more or less does no harm.
         center: A point inside, the origin of `value`'s frame, in the sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
 
@@ -243,7 +244,7 @@ def evaluate_superellipsoid(parameters: Any, x: Any, y: Any, z: Any) -> Any:
     )
 
 
-MOST_ANGULAR = 10.0
+MAX_ANGULAR = 10.0
 """Largest exponent of a superellipsoid: beyond, its edges are sharper than the solver is tested on."""
 
 
@@ -253,7 +254,7 @@ class Superellipsoid(Implicit):
 
     Args:
         semi_axes: a, b, c [m].
-        exponent: p, from 2 to `MOST_ANGULAR`; for a box with round edges take a `RoundedBox`.
+        exponent: p, from 2 to `MAX_ANGULAR`; for a box with round edges take a `RoundedBox`.
         center: Sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
 
@@ -270,6 +271,6 @@ class Superellipsoid(Implicit):
             positive(f"semi_axes[{i}]", length, "m")
         object.__setattr__(self, "semi_axes", tuple(axes.tolist()))
         exponent = positive("exponent", self.exponent, "")
-        if not 2.0 <= exponent <= MOST_ANGULAR:
-            raise InvalidValueError(f"exponent = {exponent:g}: must lie between 2 and {MOST_ANGULAR:g}")
+        if not 2.0 <= exponent <= MAX_ANGULAR:
+            raise InvalidValueError(f"exponent = {exponent:g}: must lie between 2 and {MAX_ANGULAR:g}")
         self._settle(evaluate_superellipsoid, np.array([*axes, exponent]), float(axes.max()))

@@ -139,7 +139,7 @@ def _neighbours(triangles: IndexArray) -> IndexArray:
             a, b = corners[(i + 1) % 3], corners[(i + 2) % 3]
             if (a, b) in edges:
                 raise InvalidValueError(
-                    f"edge {a}-{b} runs the same way in two triangles: the mesh is not oriented"
+                    f"edge {a}-{b} has the same direction in two triangles: the mesh is not oriented"
                 )
             edges[a, b] = (t, i)
     for (a, b), (t, i) in edges.items():

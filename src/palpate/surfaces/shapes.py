@@ -1,4 +1,4 @@
-"""The fingertips that people build, as far as centred quadrics go."""
+"""Common fingertips that are centred quadrics."""
 
 import math
 from dataclasses import dataclass

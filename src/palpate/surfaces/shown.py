@@ -1,4 +1,4 @@
-"""How surfaces print."""
+"""Text representation of surfaces."""
 
 from dataclasses import fields
 

@@ -69,7 +69,7 @@ class SymbolicSurface(Implicit):
     Args:
         point: The symbol that the expression is written in, `casadi.SX.sym("point", 3)`.
         value: Scalar expression of it, below 0 inside, 0 on the surface, twice differentiable.
-        size: About the tip's radius [m]; a factor of ten either way does no harm.
+        size: About the tip's radius [m]; a factor of ten more or less does no harm.
         center: A point inside, the origin of the expression's frame, in the sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
 

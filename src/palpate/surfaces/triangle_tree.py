@@ -70,7 +70,7 @@ def triangle_tree(vertices: FloatArray, triangles: IndexArray) -> FloatArray:
         size -= low
         box, longest = np.repeat(np.arange(boxes), np.diff(starts, append=count)), size.argmax(axis=1)
         along = (here - low[box])[np.arange(count), longest[box]]
-        # one sort for all boxes: by its box, then by the way along it, at most half
+        # one sort for all boxes: by its box, then by the position along it, at most half
         share = along / (2.0 * np.maximum(size.max(axis=1), 1e-300))[box]
         order = order[np.argsort(box + share, kind="stable")]
         boxes *= 2
@@ -137,13 +137,13 @@ def nearest_of_all(tree: Any, points: Any) -> Any:
         Arrays (n,), (n, 3), (n, 3).
     """
     n = len(points)
-    distance, foot, normal = np.empty(n), np.empty((n, 3)), np.empty((n, 3))
+    distance, nearest, normal = np.empty(n), np.empty((n, 3)), np.empty((n, 3))
     for i in range(n):
         square, x, y, z, nx, ny, nz = nearest_in_tree(tree, points[i, 0], points[i, 1], points[i, 2])
         distance[i] = math.sqrt(square)
-        foot[i, 0], foot[i, 1], foot[i, 2] = x, y, z
+        nearest[i, 0], nearest[i, 1], nearest[i, 2] = x, y, z
         normal[i, 0], normal[i, 1], normal[i, 2] = nx, ny, nz
-    return distance, foot, normal
+    return distance, nearest, normal
 
 
 @njit(error_model="numpy", cache=True)

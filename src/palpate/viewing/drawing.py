@@ -15,7 +15,7 @@ from palpate.kinematics.framing import Framing, framing
 from palpate.kinematics.posture import Posture
 from palpate.runtime import palette
 from palpate.runtime.shown_plan import ShownPlan
-from palpate.spatial import Matrix, add, add_scaled, norm, rotate
+from palpate.spatial import ZERO, Matrix, add, norm, rotate, scale
 from palpate.viewing.frames import Frames
 from palpate.viewing.look import legend, linear_rgb, style_sheet
 from palpate.viewing.plan_drawing import PlanDrawing
@@ -236,7 +236,9 @@ class Drawing:
             if shown:
                 x, y, z = contact.centroid[index].tolist()
                 start = add(pose.position, rotate(pose.rotation, (x, y, z)))
-                arrow.points = np.array([[start, add_scaled(start, ARROW_LENGTH, force)]], np.float32)
+                # browsers move nodes at once, as the bodies, but make new points into meshes later
+                arrow.position = start
+                arrow.points = np.array([[ZERO, scale(ARROW_LENGTH, force)]], np.float32)
             if shown != arrow.visible:
                 arrow.visible = shown
 

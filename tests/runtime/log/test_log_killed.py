@@ -19,7 +19,7 @@ from pathlib import Path
 from palpate.runtime.log import LogWriter, Recorder
 from runtime.log.log_examples import PERIOD, a_run
 periods = a_run(20)
-told = os.open({path!r} + ".count", os.O_CREAT | os.O_WRONLY)
+counter = os.open({path!r} + ".count", os.O_CREAT | os.O_WRONLY)
 print("ready", flush=True)
 sys.stdin.readline()
 writer = LogWriter(Path({path!r}))
@@ -30,7 +30,7 @@ while True:
     sample, *rest = periods[number % 20]
     recorder.record(replace(sample, time=number * PERIOD), *rest)
     number += 1
-    os.pwrite(told, b"%d" % number, 0)
+    os.pwrite(counter, b"%d" % number, 0)
     time.sleep(PERIOD)
     while number - writer._written >= {most}:  # no disk is that slow, but a busy machine may be
         time.sleep(PERIOD)

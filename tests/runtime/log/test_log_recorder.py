@@ -100,7 +100,7 @@ def misfits():
 
 
 @pytest.mark.parametrize(("name", "wrong"), list(misfits()), ids=[name for name, _ in misfits()])
-def test_a_period_that_does_not_fit_is_dropped_counted_and_told(name, wrong, tmp_path):
+def test_a_period_that_does_not_fit_is_dropped_counted_and_reported(name, wrong, tmp_path):
     periods = a_run(10, TWO_FINGERS_AND_A_HAND)
     recorder = started(periods, LogWriter(tmp_path / "a.mcap"))
     for i, period in enumerate(periods):
@@ -141,7 +141,7 @@ def test_with_one_finger_too_what_does_not_fit_is_dropped(name):
     memory, periods = MemoryLog(), a_run(1)
     s, now, command, *times = periods[0]
     (given,), arm = s.wrenches, s.arm
-    wrong, told = {
+    wrong, sent = {
         "a hand": (replace(s, hand=HandSample(0.0, (0.0,))), command),
         "a joint as a channel": (
             replace(
@@ -162,7 +162,7 @@ def test_with_one_finger_too_what_does_not_fit_is_dropped(name):
         "fingers": (replace(s, wrenches=(given, given)), command),
     }[name]
     recorder = started(periods, memory)
-    recorder.record(wrong, now, told, *times)
+    recorder.record(wrong, now, sent, *times)
     assert recorder.close().rows_lost == 1
     assert len(memory.record()) == 0
 

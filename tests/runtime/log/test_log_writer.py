@@ -33,18 +33,18 @@ def looped(recorder, periods, times=10):
 
 @pytest.fixture
 def disk(monkeypatch):
-    """Once a log is begun, the disk answers only while this event is set, and never the thread of the loop."""
-    append, loop, answers = LogFile.append, threading.get_ident(), threading.Event()
+    """Once a log is begun, the disk writes only while this event is set, and never the thread of the loop."""
+    append, loop, unblocked = LogFile.append, threading.get_ident(), threading.Event()
 
     def asked(self, data):
         if self.size:
             assert threading.get_ident() != loop
-            until(answers.is_set)
+            until(unblocked.is_set)
         append(self, data)
 
     monkeypatch.setattr(LogFile, "append", asked)
-    yield answers
-    answers.set()
+    yield unblocked
+    unblocked.set()
 
 
 @pytest.fixture
@@ -126,8 +126,8 @@ def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
     """As above, where nothing may be mounted: a limit on the size of the files of a process."""
     path = tmp_path / "a.mcap"
     script = LIMITED.format(tests=str(Path(__file__).parents[2]), path=str(path))
-    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    written, lost, problem = told.split(maxsplit=2)
+    printed = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    written, lost, problem = printed.split(maxsplit=2)
     assert int(written) + int(lost) == 10_000
     assert 2000 < int(written) < 6000
     assert "File too large; the log is readable up to there" in problem
@@ -142,7 +142,7 @@ def test_on_a_slow_disk_the_loop_does_not_wait_and_what_is_dropped_is_counted(tm
     writer = LogWriter(path, backlog=500_000)
     recorder = Recorder(writer)
     looped(recorder, periods, 5)
-    assert len(read_log(path)) == 0  # all was taken before the disk answered once
+    assert len(read_log(path)) == 0  # all was taken before the disk wrote once
     disk.set()
     until(lambda: writer._put == writer._taken)
     for period in periods * 5:
@@ -167,7 +167,7 @@ def test_a_disk_that_hangs_holds_up_neither_the_loop_nor_the_end(tmp_path, disk)
     looped(recorder, a_run(1000))
     waiting = writer._queue.qsize()
     summary = recorder.close()
-    assert writer._thread.is_alive()  # the disk has not answered yet
+    assert writer._thread.is_alive()  # the disk has not written yet
     disk.set()
     writer._thread.join()
     assert waiting < 5  # 100 kB each: the backlog is bounded
@@ -186,7 +186,7 @@ def test_events_have_room_when_periods_have_none_left(tmp_path, disk):
     assert [event.text for event in read_log(tmp_path / "a.mcap").events[:200]] == texts
 
 
-def test_an_error_that_nobody_thought_of_is_told_too(tmp_path, monkeypatch):
+def test_an_unforeseen_error_is_reported_too(tmp_path, monkeypatch):
     def broken(segments, codec):
         raise ZeroDivisionError("a mistake of ours")
 

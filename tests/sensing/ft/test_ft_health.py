@@ -54,7 +54,7 @@ def test_loads_add_up():
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_said_first(value):
+def test_what_is_no_number_is_reported_first(value):
     verdict = judge((99.0, 0.0, 0.0, 0.0, 0.0, 0.0), raw=(0.0, 0.0, value, 0.0, 0.0, 9.0))
     assert verdict.measure is HealthCheck.NON_FINITE
     assert verdict.where == "channel 3"

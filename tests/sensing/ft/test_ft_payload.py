@@ -37,7 +37,7 @@ def test_without_noise_the_identified_payload_leaves_no_contact(seed, count):
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10_000))
-def test_the_answer_turns_with_the_sensor_frame(seed):
+def test_the_result_turns_with_the_sensor_frame(seed):
     rng = np.random.default_rng(seed)
     up = poses(12, seed)
     wrench, _ = measured(NANO17, up, rng)
@@ -98,9 +98,15 @@ ANGLES = np.linspace(0.0, 5.0, 24)
 @pytest.mark.parametrize(
     ("up", "reason"),
     [
-        (about((0, 0, 1), 0 * ANGLES), "same direction of gravity.*weight cannot be told from the force bias"),
+        (
+            about((0, 0, 1), 0 * ANGLES),
+            "same direction of gravity.*weight cannot be distinguished from the force bias",
+        ),
         (about((0, 0, 1), ANGLES), "turning about the vertical changes nothing"),
-        (about((1, 0, 0), np.where(ANGLES > 2, 0.5, 0.0)), "centre of mass along that direction cannot be told"),
+        (
+            about((1, 0, 0), np.where(ANGLES > 2, 0.5, 0.0)),
+            "centre of mass along that direction cannot be distinguished",
+        ),
         (about((1, 0, 0), 1e-4 * ANGLES), "same direction of gravity"),
         (about((1, 1, 0), ANGLES)[:3], "3 poses: give 4"),
         (about((1, 0, 0), ANGLES) / 9.80665, "unit vectors become so by"),

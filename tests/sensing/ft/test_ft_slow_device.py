@@ -61,7 +61,7 @@ def test_a_dead_one_is_found_after_as_many_of_its_own_samples_as_a_quick_one():
     assert found[500.0] + 1 == 2 * (found[None] + 1)
 
 
-def test_one_that_is_said_to_be_quick_is_dead_if_it_repeats_itself():
+def test_one_that_is_declared_quick_is_dead_if_it_repeats_itself():
     assert HealthCheck.FROZEN in healths(slow(None), 20)
 
 
@@ -71,7 +71,7 @@ def test_one_that_is_said_to_be_quick_is_dead_if_it_repeats_itself():
     cutoff=st.floats(3.0, 400.0),
     times=st.integers(1, 50),
 )
-def test_a_filter_leaves_no_more_of_held_noise_than_is_said(spec, cutoff, times):
+def test_a_filter_leaves_no_more_of_held_noise_than_is_stated(spec, cutoff, times):
     """Variance from the impulse response: each value acts through the sum of `times` neighbouring weights."""
     filters = WrenchFilter((spec(cutoff),), 1000.0)
     filters.start((0.0,) * 6)

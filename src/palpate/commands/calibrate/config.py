@@ -69,7 +69,7 @@ class PayloadConfig:
     Input: CSV with a header line, then one pose per line, at rest and without contact. Columns by name: the wrench
     fx, fy, fz, mx, my, mz as the sensor shows it, no bias taken off, optionally with units as in fx_N, mx_mNm (or
     raw channels raw_0, raw_1, ..., if the sensor file has a calibration), and the pose as one of
-    gx, gy, gz (which way gravity points, downwards, in the sensor frame, any length);
+    gx, gy, gz (direction of gravity, downwards, in the sensor frame, any length);
     qw, qx, qy, qz (a quaternion) or
     r00, r01, ..., r22 (a rotation matrix by rows), which map sensor to base coordinates, as robots give their
     tool's orientation (see --rotation).
@@ -88,9 +88,9 @@ class PayloadConfig:
     out: OutPath = None
     """Write here instead, and leave the sensor file as it is."""
     rotation: RotationOrder = "base-from-sensor"
-    """What rotations and quaternions map: sensor to base coordinates, or the other way."""
+    """What rotations and quaternions map: sensor to base coordinates, or the inverse."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Which way is up in base coordinates: not z for a robot on a wall."""
+    """Upward direction in base coordinates: not z for a robot on a wall."""
     gravity: float = 9.80665
     """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles."""
     averaged: int = 1
@@ -116,9 +116,9 @@ class TareConfig:
     Columns by name: fx, fy, fz, mx, my, mz as the sensor shows them, no bias taken off, optionally with units as
     in fx_N, mx_mNm; or raw channels raw_0, raw_1, ..., if the sensor file has a calibration.
 
-    Live: --robot takes them from the first sensor of a robot that stands still, whose arm says how it is turned.
-    --live stage runs the simulated stage, which stands still above an object and carries the
-    payload that the sensor file names: a way to try it out, with a bias of your choice (--unknown-bias).
+    Live: --robot takes them from the first sensor of a robot that stands still, whose arm measures its
+    orientation. --live stage runs the simulated stage, which stands still above an object and carries the payload
+    that the sensor file names, to try it out, with a bias of your choice (--unknown-bias).
 
     The weight of the payload in the sensor file is taken off. Readings that moved or drifted are refused (exit
     code 2), and the sensor file stays as it was; otherwise it is updated, and the old one kept as SENSOR.YAML.bak.
@@ -141,7 +141,7 @@ class TareConfig:
     out: OutPath = None
     """Write here instead, and leave the sensor file as it is."""
     gravity_direction: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="X Y Z")] = None
-    """With --readings: which way gravity points in the sensor frame; needed if the sensor carries a payload."""
+    """With --readings: direction of gravity in the sensor frame; needed if the sensor carries a payload."""
     gravity: float = 9.80665
     """Local g [m/s^2], for the payload's weight."""
     learn_noise: bool = False
@@ -175,7 +175,7 @@ class TareConfig:
                 if getattr(self, name) is not None:
                     raise InvalidValueError(f"{name} is for --live stage only: leave it out otherwise")
         if self.readings is None and self.gravity_direction is not None:
-            raise InvalidValueError("gravity_direction is for --readings only: a live back end says it itself")
+            raise InvalidValueError("gravity_direction is for --readings only: a live back end measures it")
         positive("gravity", self.gravity, "m/s^2")
         if self.gravity_direction is not None:
             vector("gravity_direction", self.gravity_direction, 3, "")

@@ -16,11 +16,7 @@ import numpy as np
 from palpate.commands.calibrate.config import LARGEST_RAW, RotationOrder
 from palpate.commands.wrench_csv import COMPONENTS, FORCE_UNITS, LONGEST_LINE, MOMENT_UNITS
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.sensing.ft.poses import (
-    ROTATION_TOLERANCE,
-    specific_force_from_gravity,
-    specific_force_from_rotations,
-)
+from palpate.sensing.ft.poses import ROTATION_TOLERANCE, specific_force_from_gravity, specific_force_from_rotations
 from palpate.spatial import Vector, Wrench
 
 LARGEST_FILE = 1 << 26
@@ -179,7 +175,7 @@ def has_raw(data: CsvData, channels: tuple[str, ...]) -> bool:
 def raw_readings(
     data: CsvData, channels: tuple[str, ...], raw_range: tuple[float, float] | None
 ) -> tuple[FloatArray, str]:
-    """Return the raw channels, shape (n, k), and their unit, "" if the header does not say it.
+    """Return the raw channels, shape (n, k), and their unit, "" if the header has none.
 
     Args:
         data: The file.
@@ -235,7 +231,7 @@ def specific_forces(data: CsvData, rotation: RotationOrder, up_base: Vector, gra
     Args:
         data: The file.
         rotation: What rotations and quaternions map.
-        up_base: Which way is up in base coordinates.
+        up_base: Upward direction in base coordinates.
         gravity: Local g [m/s^2].
 
     Raises:

@@ -6,15 +6,11 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from palpate.commands.calibrate.config import (
-    TareConfig,
-)
+from palpate.commands.calibrate.config import TareConfig
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime import Backend, Command, Pacer, Sample, WrenchSample
 from palpate.runtime.wrapped_backend import WrappedBackend
-from palpate.sensing.ft import (
-    SensorFile,
-)
+from palpate.sensing.ft import SensorFile
 from palpate.spatial import Vector, Wrench
 
 LEAST_TIP_MASS = 1e-6
@@ -45,7 +41,7 @@ def take_readings(backend: Backend, duration: float) -> tuple[FloatArray, Vector
         sensor frame. A sample that the device had not renewed since the period before counts once.
 
     Raises:
-        InvalidValueError: The back end has no sensor, or says nothing new.
+        InvalidValueError: The back end has no sensor, or no new reading.
     """
     taken: list[WrenchSample] = []
     with backend, _started(backend.pacer):

@@ -1,4 +1,4 @@
-"""`palpate calibrate`: what a sensor file says, found out from data or live."""
+"""`palpate calibrate`: identifies the values of a sensor file, from data or live."""
 
 import contextlib
 import datetime
@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.commands.calibrate.answer import bias_figures, calibration_figures, payload_figures
 from palpate.commands.calibrate.config import (
     CalibrateConfig,
     MatrixConfig,
@@ -30,6 +29,7 @@ from palpate.commands.calibrate.data import (
     specific_forces,
     wrenches,
 )
+from palpate.commands.calibrate.figures import bias_figures, calibration_figures, payload_figures
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.calibrate.tables import UNITS, bias_table, calibration_table, payload_table
@@ -61,7 +61,7 @@ LONGEST_PROVENANCE = 1000
 
 
 def run_calibrate(config: CalibrateConfig) -> CommandResult:
-    """Find out what is asked, print it and update the sensor file; returns what was found.
+    """Calibrate, print the result and update the sensor file; returns the result.
 
     Raises:
         InvalidValueError: The input is wrong, or what it gives cannot be relied on; the sensor file is as it was.
@@ -110,7 +110,7 @@ def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
         )
     raw, header_unit = raw_readings(data, config.channels, raw_range)
     if config.raw_unit and header_unit and config.raw_unit != header_unit:
-        raise InvalidValueError(f"raw_unit = {config.raw_unit}: the header of {config.loads} says {header_unit}")
+        raise InvalidValueError(f"raw_unit = {config.raw_unit}: the header of {config.loads} has {header_unit}")
     raw_unit = config.raw_unit or header_unit or (known.raw_unit if known else "")
     if not raw_unit:
         raise InvalidValueError(
@@ -138,7 +138,7 @@ def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
         )
     files, warnings = _write(_target(config), updated, console)
     if fit.status is CalibrationStatus.ILL_CONDITIONED:
-        warnings += _noted("the sensor hardly feels some direction; errors there are large.", console)
+        warnings += _noted("the sensor is nearly insensitive in some direction; errors there are large.", console)
     return CommandResult(outcome=fit.status.name, figures=calibration_figures(fit), files=files, warnings=warnings)
 
 
@@ -178,13 +178,13 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
         raise InvalidValueError(f"{config.poses}: {error}{hint}") from None
     files, warnings = _write(_target(config), updated, console)
     if found.status is PayloadStatus.UNRESOLVED:
-        lost = "the mass is lost in the noise; the file now says that the sensor carries nothing."
+        lost = "the mass is lost in the noise; the file now has no payload."
         warnings += _noted(lost, console)
     return CommandResult(outcome=found.status.name, figures=payload_figures(found), files=files, warnings=warnings)
 
 
 def _other_order(identify: Callable[[RotationOrder], IdentifiedPayload], config: PayloadConfig) -> str:
-    """Return a hint if the rotations make sense the other way round."""
+    """Return a hint if the inverse rotations would fit."""
     other: RotationOrder = "sensor-from-base" if config.rotation == "base-from-sensor" else "base-from-sensor"
     with contextlib.suppress(InvalidValueError):
         if identify(other).status is PayloadStatus.OK:
@@ -241,7 +241,7 @@ def _specific_force(config: TareConfig, sensor: SensorFile) -> Vector:
     if sensor.payload.mass > 0.0:
         raise InvalidValueError(
             f"gravity_direction: not given, but the sensor carries {sensor.payload.mass:g} kg, whose weight must "
-            "come off; give which way gravity points in the sensor frame, for instance --gravity-direction 0 0 -1"
+            "come off; give the direction of gravity in the sensor frame, for instance --gravity-direction 0 0 -1"
         )
     return ZERO
 
@@ -271,7 +271,7 @@ def _refuse_overload(rows: FloatArray, sensor: SensorFile) -> None:
 
 
 def _measured(data: CsvData, sensor: SensorFile, channels: tuple[str, ...]) -> tuple[FloatArray, str]:
-    """Return calibrated wrenches, shape (n, 6), and from what: raw channels go the way of `FTPipeline`."""
+    """Return calibrated wrenches, shape (n, 6), and from what: raw channels are calibrated as in `FTPipeline`."""
     entry = sensor.calibration
     if has_raw(data, channels) and entry is not None:
         raw, unit = raw_readings(data, channels, entry.raw_range)
@@ -310,7 +310,7 @@ def _refuse_overwriting(out: Path | None, source: Path) -> None:
 
 @contextlib.contextmanager
 def _named(place: Path | str) -> Iterator[None]:
-    """Put the place in front of what the library says about data."""
+    """Prefix the library's messages about data with their place."""
     try:
         yield
     except InvalidValueError as error:

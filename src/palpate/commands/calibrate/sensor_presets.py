@@ -2,14 +2,8 @@
 
 import datetime
 
-from palpate.commands.calibrate.config import (
-    PresetName,
-)
-from palpate.sensing.ft import (
-    Butterworth,
-    ContactEntry,
-    SensorFile,
-)
+from palpate.commands.calibrate.config import PresetName
+from palpate.sensing.ft import Butterworth, ContactEntry, SensorFile
 
 
 def preset_sensor(preset: PresetName, serial_number: str = "unknown") -> SensorFile:

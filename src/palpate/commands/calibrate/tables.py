@@ -7,13 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from palpate.sensing.ft import (
-    BiasEstimate,
-    CalibrationFit,
-    Drift,
-    IdentifiedPayload,
-    SensorFile,
-)
+from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.calibration import LARGEST_CONDITION, LARGEST_ERROR
 from palpate.sensing.ft.payload import TWO_SIDED
@@ -72,7 +66,7 @@ def payload_table(found: IdentifiedPayload, source: str) -> Table:
 
 
 def bias_table(found: BiasEstimate, drift: Drift, before: SensorFile, after: SensorFile, source: str) -> Table:
-    """Return a bias with its standard errors, and what else readings at rest say."""
+    """Return a bias with its standard errors, noise and drift."""
     table = _table(
         Text(f"Bias from {found.reading_count} readings ({source})"),
         Text("error: standard error of the bias; drift per second with its 95 % interval; weight taken off"),

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _METRES = {"m": 1.0, "mm": 1e-3}
 
 OF_MAPS = ("map_unit", "reference_unit", "within", "region", "align", "samples")
-"""Options that mean nothing to runs."""
+"""Options that do not apply to runs."""
 
 ELSEWHERE = (
     "Nothing of the reference is near the map: is it in another place? `palpate explore` sets a mesh on z = 0, "
@@ -33,7 +33,7 @@ ELSEWHERE = (
 
 
 def run_compare(config: CompareConfig) -> CommandResult:
-    """Compare, say the figures, and write report and result.
+    """Compare, print the figures, and write report and result.
 
     Returns:
         The figures.
@@ -56,7 +56,7 @@ def run_compare(config: CompareConfig) -> CommandResult:
     _need_file("reference", config.reference)
     folder = config.map.resolve().parent if config.out is None else config.out
     check_folder(folder)
-    # compiled kernels, meshes and pictures take seconds to import: a wrong name is said before
+    # compiled kernels, meshes and pictures take seconds to import: a wrong name is reported before
     from palpate.commands.compare.report import key_figures, map_comparison_report
     from palpate.commands.progress import doing
     from palpate.mapping.compare import compare
@@ -69,12 +69,7 @@ def run_compare(config: CompareConfig) -> CommandResult:
         touched = read_map(config.map, _METRES[config.map_unit], config.samples)
         region = None if config.region is None else (config.region[:3], config.region[3:])
         found = compare(
-            touched,
-            reference,
-            within=config.within,
-            region=region,
-            aligned=config.align,
-            samples=config.samples,
+            touched, reference, within=config.within, region=region, aligned=config.align, samples=config.samples
         )
     make_folder(folder)
     table = Table(title=Text(f"{config.map.name} against {config.reference.name}"), show_header=False)

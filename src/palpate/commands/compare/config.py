@@ -21,9 +21,9 @@ class CompareConfig:
 
     Writes compare.html and compare.json (SI units) into the folder.
 
-    Given runs instead, two or more of the same experiment (folders, or their .mcap logs): what was asked
-    differently, figures side by side, force and grip over time and errors of the surface over one another. Writes
-    comparison.html. Of the options, runs take --out alone.
+    Given runs instead, two or more of the same experiment (folders, or their .mcap logs): the
+    options that differ, figures side by side, force and grip over time and errors of the surface over one another.
+    Writes comparison.html. Of the options, runs take --out alone.
 
     Example: palpate compare runs/explore/contacts.ply part.stl --reference-unit mm --within 0.002
 
@@ -47,7 +47,7 @@ class CompareConfig:
     ] = None
     """Lower and upper corner of the part that can be reached [m]: only there the reference counts for coverage."""
     align: bool = False
-    """Move the map onto the reference first (rigid, from where it is); says by how much."""
+    """Move the map onto the reference first (rigid, from where it is); the report states by how much."""
     samples: int = 20_000
     """Points spread over the reference, and over a map that is a mesh."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None

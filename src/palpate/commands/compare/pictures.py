@@ -10,20 +10,17 @@ from palpate.errors import FloatArray
 from palpate.mapping.compare import Comparison
 from palpate.reporting.style import (
     ERROR_COLOURS,
-    FONT_SIZE,
     INK,
     MEASURED,
     MICRO,
     MILLI,
-    PANE,
-    QUIET,
-    SMALL_SIZE,
     TIME_COLOURS,
     Picture,
     Width,
-    dress,
-    few_ticks,
+    colour_bar,
     new_figure,
+    style_axes,
+    style_space,
 )
 
 SHOWN = 6000
@@ -82,7 +79,7 @@ def error_histogram(found: Comparison) -> Picture:
     error = MICRO * found.distance
     axes.hist(error, bins=60, color=MEASURED, alpha=0.75)
     axes.axvline(0.0, color=INK, linewidth=1.0)
-    dress(axes, x="distance from the reference [µm]", y="number of points")
+    style_axes(axes, x="distance from the reference [µm]", y="number of points")
     spread = found.map_to_reference
     return Picture(
         title="How large the errors are",
@@ -109,15 +106,7 @@ def _in_space(points: FloatArray, values: FloatArray, norm: Normalize, colours: 
     axes.set_box_aspect(tuple(size), zoom=0.95)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
     shares = (size / size.max()).tolist()
-    for axis, name, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", shares, strict=True):
-        axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
-        axis.set_pane_color(PANE)
-        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
-        axis.set_major_locator(few_ticks(share))  # a flat part has no room for more
-        axis.get_major_formatter().set_useOffset(False)
+    style_space(axes, shares)
     axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
-    mappable = ScalarMappable(norm, colours)
-    bar = figure.colorbar(mappable, ax=axes, location="bottom", shrink=0.75, aspect=28, pad=0.04)
-    bar.set_label(label, fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    colour_bar(figure, ScalarMappable(norm, colours), axes, label, shrink=0.75, pad=0.04)
     return figure

@@ -76,10 +76,7 @@ def map_comparison_report(found: Comparison, reference: TriangleSurface, config:
     facets = f"{len(reference.triangles)} triangles, {closed}"
     settings = (
         ("map", f"{config.map}, in {config.map_unit}"),
-        (
-            "reference",
-            f"{config.reference}, in {config.reference_unit}; {facets}",
-        ),
+        ("reference", f"{config.reference}, in {config.reference_unit}; {facets}"),
         ("reachable region", "all of it" if config.region is None else f"{config.region} m"),
         ("covered means", f"within {_MILLI * config.within:g} mm of the map"),
         ("aligned", "yes" if config.align else "no"),

@@ -15,10 +15,10 @@ from palpate.reporting.style import (
     SIDE_BY_SIDE,
     Picture,
     Width,
-    dress,
     label,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 LONGEST_NAME = 32
@@ -38,13 +38,13 @@ class Curve:
         run: Whose, from 0.
         time: Since its first period, shape (n,) [s].
         y: Shape (n,), may hold NaN.
-        asked: Whether it is what was asked for, drawn dashed.
+        is_set_force: Whether it is the set force, drawn dashed.
     """
 
     run: int
     time: FloatArray
     y: FloatArray
-    asked: bool = False
+    is_set_force: bool = False
 
 
 def overlay_picture(
@@ -62,8 +62,8 @@ def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) 
     """Return the shares of each run's errors; None if no run has any."""
     values_of = [np.zeros(0) if each is None else each.values for each in samples]
     known = [values for values in values_of if len(values)]
-    told = next((each for each in samples if each is not None and len(each.values)), None)
-    if told is None:
+    first = next((each for each in samples if each is not None and len(each.values)), None)
+    if first is None:
         return None
     figure = new_figure(Width.HALF, 3.8)
     axes = figure.subplots()
@@ -83,9 +83,9 @@ def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) 
             label=label(names[run], LONGEST_NAME),
         )
     axes.axvline(0.0, color=INK, linewidth=0.8)
-    dress(axes, x=told.axis, y="share of the points [%]")
+    style_axes(axes, x=first.axis, y="share of the points [%]")
     legend_above(figure, [axes], columns=2)
-    return Picture(told.title, told.caption, figure)
+    return Picture(first.title, first.caption, figure)
 
 
 def colour_of(run: int) -> str:
@@ -101,12 +101,12 @@ def _overlay(y: str, curves: Sequence[Curve], names: Sequence[str], width: Width
         axes.plot(
             *envelope(curve.time, curve.y),
             color=colour_of(curve.run),
-            linewidth=1.4 if curve.asked else 1.0,
-            linestyle=DASHED if curve.asked else ("-", ":")[curve.run // len(SIDE_BY_SIDE) % 2],
-            alpha=1.0 if curve.asked else 0.8,
-            label=f"{name}, set" if curve.asked else name,
+            linewidth=1.4 if curve.is_set_force else 1.0,
+            linestyle=DASHED if curve.is_set_force else ("-", ":")[curve.run // len(SIDE_BY_SIDE) % 2],
+            alpha=1.0 if curve.is_set_force else 0.8,
+            label=f"{name}, set" if curve.is_set_force else name,
         )
     axes.margins(x=0.0)
-    dress(axes, x="time [s]", y=y)
+    style_axes(axes, x="time [s]", y=y)
     legend_above(figure, [axes], columns=4 if width is Width.FULL else 2)
     return figure

@@ -1,4 +1,4 @@
-"""Runs of the same experiment, found again from their logs to be laid side by side."""
+"""Runs of the same experiment, evaluated from their logs for comparison."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -11,7 +11,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.comparable import ErrorSample, WithErrors, WithSetForce
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.recorded_run import Tell, untold
+from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.runtime import Record
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.log.record import record_of
@@ -24,15 +24,15 @@ CHANGE = "change"
 """Option of changes of live parameters: what was changed, the log has."""
 
 LEFT_OUT = ("out",)
-"""Options that ask for nothing of the run."""
+"""Options that do not affect the run."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ComparedRun:
-    """One run, as its log tells it.
+    """One run, as logged.
 
     Attributes:
-        name: To tell it from the others.
+        name: Distinguishes it from the others.
         place: As it was named.
         of: What its log is of.
         result: What came of it.
@@ -52,7 +52,7 @@ class ComparedRun:
 
     @property
     def config(self) -> Any:
-        """What was asked for."""
+        """Its configuration."""
         return self.of.config
 
     @property
@@ -62,11 +62,11 @@ class ComparedRun:
 
     @property
     def set_force(self) -> FloatArray:
-        """Normal force asked for, shape (n,) [N]; NaN where none was, or nobody says."""
+        """Set normal force, shape (n,) [N]; NaN where there is none, or it is unknown."""
         wanted = np.full(len(self.records[0]), np.nan)
         if isinstance(self.result, WithSetForce):
-            asked = self.result.set_force  # the result knows nothing of periods in which it was stopping
-            wanted[: len(asked)] = asked
+            set_force = self.result.set_force  # the result does not cover the periods of stopping
+            wanted[: len(set_force)] = set_force
         return wanted
 
     @property
@@ -101,8 +101,8 @@ class ComparedRun:
     @property
     def ending(self) -> str:
         """How it ended, in words."""
-        told = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
-        return told[-1] if told else "not noted: the log breaks off"
+        recorded = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
+        return recorded[-1] if recorded else "not noted: the log breaks off"
 
 
 def is_run(place: Path) -> bool:
@@ -110,8 +110,8 @@ def is_run(place: Path) -> bool:
     return place.is_dir() or place.suffix == LOG_ENDING
 
 
-def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun, ...]:
-    """Return the runs that people name; `tell` is told which is being worked out.
+def read_runs(places: Sequence[Path], progress: ProgressCallback = no_progress) -> tuple[ComparedRun, ...]:
+    """Return the runs that people name; `progress` is called with the name of the one being evaluated.
 
     Raises:
         InvalidValueError: One is no run, they are of different experiments, or one and the same.
@@ -137,39 +137,39 @@ def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun,
             )
     runs = []
     for name, place, each in zip(_names(places, paths), places, found, strict=True):
-        tell(f"working out {name}")
-        runs.append(_run(name, place, each, tell))
+        progress(f"working out {name}")
+        runs.append(_run(name, place, each, progress))
     return tuple(runs)
 
 
 def changed_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, tuple[object, ...]], ...]:
-    """Return what was asked differently: name of the option, and what was asked of each run."""
+    """Return the options that differ: name, and value in each run."""
     found = []
-    for name in _asked_fields(runs[0]):
-        values = tuple(_asked(run, name) for run in runs)
+    for name in _compared_options(runs[0]):
+        values = tuple(_option_of(run, name) for run in runs)
         if any(value != values[0] for value in values[1:]):
             found.append((name, values))
     return tuple(found)
 
 
 def common_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, object], ...]:
-    """Return what was asked of every run alike."""
+    """Return the options that all runs share."""
     changed = {name for name, _ in changed_fields(runs)}
-    names = [name for name in _asked_fields(runs[0]) if name not in changed]
-    return tuple((name, _asked(runs[0], name)) for name in names)
+    names = [name for name in _compared_options(runs[0]) if name not in changed]
+    return tuple((name, _option_of(runs[0], name)) for name in names)
 
 
-def _asked_fields(run: ComparedRun) -> list[str]:
+def _compared_options(run: ComparedRun) -> list[str]:
     return [field.name for field in fields(run.config) if field.name not in LEFT_OUT]
 
 
-def _asked(run: ComparedRun, name: str) -> object:
+def _option_of(run: ComparedRun, name: str) -> object:
     """An option of a run; of its live parameters, what they were changed to by the log, None if they were not."""
     if name != CHANGE:
         return getattr(run.config, name)
     first = run.log.heading.first_time
-    told = (f"{each.name} {each.value:g} at {each.time - first:.3g} s" for each in run.log.changes)
-    return "; ".join(told) or None
+    recorded = (f"{each.name} {each.value:g} at {each.time - first:.3g} s" for each in run.log.changes)
+    return "; ".join(recorded) or None
 
 
 def _names(places: Sequence[Path], paths: Sequence[Path]) -> list[str]:
@@ -180,9 +180,9 @@ def _names(places: Sequence[Path], paths: Sequence[Path]) -> list[str]:
     return names if len(set(names)) == len(names) else [f"{i + 1}: {name}" for i, name in enumerate(names)]
 
 
-def _run(name: str, place: Path, logged: LoggedRun, tell: Tell) -> ComparedRun:
+def _run(name: str, place: Path, logged: LoggedRun, progress: ProgressCallback) -> ComparedRun:
     log = logged.log
     records = tuple(record_of(log.codec, log.rows, i) for i in range(len(log.layout.channels)))
     if not len(records[0]):
         raise InvalidValueError(f"{log.path}: there are no periods in it: the run ended before it began")
-    return ComparedRun(name, place, logged, logged.found(tell), records)
+    return ComparedRun(name, place, logged, logged.found(progress), records)

@@ -11,7 +11,7 @@ from palpate.commands.command_result import CommandResult, figure_name
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,
-    asked_differently,
+    changed_options,
     compared_figures,
     compared_heads,
     comparison_report,
@@ -27,7 +27,7 @@ FILE_NAME = "comparison.html"
 
 
 def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
-    """Compare runs, say the figures, and write the report.
+    """Compare runs, print the figures, and write the report.
 
     Args:
         places: Folders or logs of two runs or more.
@@ -47,7 +47,7 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
     make_folder(folder)
     with doing(console, "comparing"):
         report = comparison_report(runs, folder)
-        figures, differences = compared_figures(runs), asked_differently(runs)
+        figures, differences = compared_figures(runs), changed_options(runs)
     console.print(_table(report, [run.name for run in runs], figures, differences))
     path = folder / FILE_NAME
     with doing(console, "drawing the report"):
@@ -58,25 +58,22 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
         figures={f.column or figure_name(f.name, f.unit): list(f.values) for f in figures},
         facts={
             "runs": [str(run.log.path) for run in runs],
-            "asked_differently": {row[0]: list(row[2:]) for row in differences},
+            "changed_options": {row[0]: list(row[2:]) for row in differences},
         },
         files=(path,),
     )
 
 
 def _table(
-    report: Report,
-    names: Sequence[str],
-    figures: Sequence[ComparedFigure],
-    differences: Sequence[tuple[str, ...]],
+    report: Report, names: Sequence[str], figures: Sequence[ComparedFigure], differences: Sequence[tuple[str, ...]]
 ) -> Table:
-    """The differences of what was asked, and the figures side by side; texts as they are."""
+    """Return the table of differing options and of figures side by side."""
     table = Table(title=Text(report.title), caption=Text(report.outcome))
     for i, head in enumerate(compared_heads(names)[:-1]):
         table.add_column(Text(head), justify="left" if i < 2 else "right")
     blank = ("",) * (len(names) - 1)
     for name, unit, *values in differences:
-        table.add_row(*(Text(each) for each in (f"asked: {name}", unit, *values, *blank)))
+        table.add_row(*(Text(each) for each in (f"option: {name}", unit, *values, *blank)))
     for figure in figures:
         table.add_row(
             *(Text(each) for each in (figure.name, figure.scale.unit, *figure.shown, *figure.differences))

@@ -1,4 +1,4 @@
-"""What the report on several runs side by side says."""
+"""The report on several runs side by side."""
 
 import math
 import shlex
@@ -23,15 +23,13 @@ if TYPE_CHECKING:
     from palpate.reporting.style import Picture
 
 WORKING = (Phase.SCAN, Phase.HOLD)
-"""Phases that a run is all about, the first one that it has; approach, settling and lifting are not."""
+"""Main phases: the first of them that a run has; approach, settling and lifting do not count."""
 
-ALIKE = "Nothing was asked differently."
+ALIKE = "All options are the same."
 
 BoolArray = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
-DASHES = (
-    " Dashed, what was asked for: the nearer a line to its dashes the better, whatever force a run was asked for."
-)
+DASHES = " Dashed: the set force of each run; the nearer a line to its dashes the better."
 
 LIGHTEST = 0.1
 """Below this share of the median force no ratio of forces is taken: landing and lifting are noise over noise."""
@@ -45,7 +43,7 @@ class ComparedFigure:
         name: What it is.
         unit: Its SI unit, "" for a ratio, a count or words.
         values: A number or words of each run; NaN where a run has none.
-        note: What it tells, and what is good.
+        note: What it means, and what is good.
         column: Its name in tables and JSON; made of name and unit if left out.
     """
 
@@ -86,8 +84,8 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
         out: Folder that the report goes to.
     """
     names = tuple(run.name for run in runs)
-    figures, differences, count = compared_figures(runs), asked_differently(runs), len(runs)
-    asked = TextTable(differences, ("name", "unit", *("value",) * count), ("asked differently", "unit", *names))
+    figures, differences, count = compared_figures(runs), changed_options(runs), len(runs)
+    options = TextTable(differences, ("name", "unit", *("value",) * count), ("option", "unit", *names))
     side_by_side = TextTable(
         [(f.name, f.scale.unit, *f.shown, *f.differences, f.note) for f in figures],
         ("name", "unit", *("value",) * (2 * count - 1), "note"),
@@ -99,7 +97,7 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
         outcome=outcome(runs, figures),
         figures=(),
         sections=(
-            Section("What was asked differently", (asked if differences else Paragraph(ALIKE),)),
+            Section("Options that differ", (options if differences else Paragraph(ALIKE),)),
             Section("Figures side by side", (side_by_side,)),
             Section("Over one another", (Pictures(lambda: _pictures(runs, names)),)),
         ),
@@ -125,8 +123,8 @@ def compared_heads(names: Sequence[str]) -> tuple[str, ...]:
     return ("figure", "unit", *names, *less, "what is good")
 
 
-def asked_differently(runs: Sequence[ComparedRun]) -> tuple[tuple[str, ...], ...]:
-    """Return what was asked differently: name, unit, and what was asked of each run."""
+def changed_options(runs: Sequence[ComparedRun]) -> tuple[tuple[str, ...], ...]:
+    """Return the options that differ: name, unit, and the value in each run."""
     return tuple(
         (name, _unit(runs, name, values), *(option_words(value) for value in values))
         for name, values in changed_fields(runs)
@@ -134,20 +132,20 @@ def asked_differently(runs: Sequence[ComparedRun]) -> tuple[tuple[str, ...], ...
 
 
 def outcome(runs: Sequence[ComparedRun], figures: Sequence[ComparedFigure]) -> str:
-    """Return in a sentence or two what came out."""
+    """Return the outcome in a sentence or two."""
     changed = len(changed_fields(runs))
-    said = [f"{changed} option{' was' if changed == 1 else 's were'} asked differently."]
+    sentences = [f"{changed} option{' differs' if changed == 1 else 's differ'}."]
     first = next((f for f in figures if all(isinstance(v, float) and math.isfinite(v) for v in f.values)), None)
     if first is not None:
         each = ", ".join(f"{shown} in {run.name}" for shown, run in zip(first.shown, runs, strict=True))
         unit = f" [{first.scale.unit}]" if first.unit else ""
-        said.append(f"{first.name[:1].upper()}{first.name[1:]}{unit}: {each}.")
-    return " ".join(said)
+        sentences.append(f"{first.name[:1].upper()}{first.name[1:]}{unit}: {each}.")
+    return " ".join(sentences)
 
 
 def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
     """Return the figures of each run, most important first; those that no run has are left out."""
-    experiment, while_ = runs[0].experiment, "in the phase that the run is all about"
+    experiment, while_ = runs[0].experiment, "in the main phase"
     each = [figures_of(experiment, run.result) for run in runs]
     own = [
         ComparedFigure(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each), "", its.column)
@@ -189,8 +187,8 @@ def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
         ),
     ]
     named = {f.name for f in own}
-    told = (*own, *(f for f in felt if f.name not in named))
-    known = [f for f in told if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
+    shown = (*own, *(f for f in felt if f.name not in named))
+    known = [f for f in shown if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
     return (*known, ComparedFigure("how it ended", "", tuple(run.ending for run in runs)))
 
 
@@ -204,17 +202,17 @@ def _pictures(runs: Sequence[ComparedRun], names: Sequence[str]) -> "list[Pictur
     from palpate.commands.compare.run_pictures import Curve, overlay_picture, spread_picture
 
     felt = [Curve(i, run.time, np.where(run.felt > 0.0, run.felt, np.nan)) for i, run in enumerate(runs)]
-    asked = [Curve(i, run.time, run.set_force, asked=True) for i, run in enumerate(runs)]
-    asked = [curve for curve in asked if np.isfinite(curve.y).any()]
+    set_forces = [Curve(i, run.time, run.set_force, is_set_force=True) for i, run in enumerate(runs)]
+    set_forces = [curve for curve in set_forces if np.isfinite(curve.y).any()]
     grips = [Curve(i, run.time, run.commanded_grip) for i, run in enumerate(runs)]
     mean = ", the mean over the fingers" if len(runs[0].records) > 1 else ""
     samples = [run.errors for run in runs]
     return [
         overlay_picture(
             "Normal force over time",
-            f"Normal force that was felt{mean}, from the beginning of each run on.{DASHES if asked else ''}",
+            f"Normal force that was felt{mean}, from the beginning of each run on.{DASHES if set_forces else ''}",
             "normal force [N]",
-            (*felt, *asked),
+            (*felt, *set_forces),
             names,
         ),
         overlay_picture(
@@ -234,22 +232,16 @@ def _pictures(runs: Sequence[ComparedRun], names: Sequence[str]) -> "list[Pictur
 
 def _advice(changed: int) -> tuple[str, ...]:
     if changed == 0:
-        return (
-            "Nothing was asked differently: what differs is chance, or another version; palpate log info tells.",
-        )
+        return ("All options are the same: differences are chance, or another version (palpate log info).",)
     if changed == 1:
         return (
-            "One thing was asked differently: to see chance apart from it, repeat with other seeds (palpate "
-            "sweep).",
+            "One option differs: to separate its effect from chance, repeat with other seeds (palpate sweep).",
         )
-    return (
-        f"{changed} things were asked differently: to see what each of them does, change one at a time (palpate "
-        "sweep).",
-    )
+    return (f"{changed} options differ: to see the effect of each, change one at a time (palpate sweep).",)
 
 
 def _in_work(run: ComparedRun) -> BoolArray:
-    """Which periods are of the phase that the run is all about, shape (n,)."""
+    """Which periods are of the main phase, shape (n,)."""
     phase = run.records[0].phase
     each = (phase == its.value for its in WORKING)
     return np.asarray(next((found for found in each if found.any()), np.ones(len(phase), np.bool_)))

@@ -60,7 +60,8 @@ class ContactConfig:
     cylinder: Annotated[float | None, tyro.conf.arg(metavar="R")] = None
     """Fingertip: an endless cylinder about z of this radius [m]."""
     plane: Annotated[float | None, tyro.conf.arg(metavar="D")] = None
-    """Fingertip: a pair of planes, at plus and minus this z [m]; the force says which one is touched."""
+    """Fingertip: a pair of planes, at plus and minus this z [m]; the direction of the force decides which one is
+    touched."""
     paraboloid: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R1 R2")] = None
     """Fingertip: a paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
     capsule: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R L")] = None
@@ -119,5 +120,5 @@ class ContactConfig:
 
     @property
     def has_noise(self) -> bool:
-        """Whether standard deviations are asked for."""
+        """Whether standard deviations are requested."""
         return self.force_noise > 0.0 or self.moment_noise > 0.0

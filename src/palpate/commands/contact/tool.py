@@ -63,7 +63,7 @@ def run_contact(config: ContactConfig) -> int:
     return ExitCode.DONE
 
 
-def answer_contact(config: ContactConfig) -> CommandResult:
+def contact_result(config: ContactConfig) -> CommandResult:
     """Read wrenches; return how many contacts of each status there are, and all of them unless a file gets them.
 
     They wait in memory until the last one has been found right; a Ctrl-C ends a live source, with what there was.
@@ -95,7 +95,7 @@ def unexplained(counts: Mapping[str, int]) -> tuple[str, ...]:
     """Return what people may have mixed up if no contact explains most wrenches; nothing otherwise.
 
     Args:
-        counts: Of each status, how many wrenches have it. Those without force or not finite tell nothing.
+        counts: Of each status, how many wrenches have it. Those without force or not finite do not count.
     """
     without = counts.get(ContactStatus.NO_CONTACT.name, 0)
     silent = (ContactStatus.NO_FORCE.name, ContactStatus.INVALID.name)

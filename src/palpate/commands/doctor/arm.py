@@ -1,4 +1,4 @@
-"""How a UR arm is: watched for a while as it stands."""
+"""Condition of a UR arm, measured while it stands still."""
 
 from collections.abc import Iterator
 from time import monotonic, sleep
@@ -18,7 +18,7 @@ AT_REST = 1e-3
 
 
 def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFinding]:
-    """Tell how an arm is that was started.
+    """Yield the findings on an arm that has been started.
 
     Raises:
         DeviceError: It is lost meanwhile.
@@ -41,15 +41,7 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFin
     yield from timing_findings(robot, name, watched)
     cycles = cycle_rate(arm.version)
     network = "check cable and switch: a connection of its own between this computer and the controller"
-    yield judged(
-        name,
-        "rate",
-        watched.rate,
-        "Hz",
-        f"{cycles:g}",
-        watched.rate >= SLOW_SHARE * cycles,
-        network,
-    )
+    yield judged(name, "rate", watched.rate, "Hz", f"{cycles:g}", watched.rate >= SLOW_SHARE * cycles, network)
     yield judged(
         name,
         "control period",
@@ -80,7 +72,7 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFin
 
 
 def _state(name: str, last: UrState) -> Iterator[DoctorFinding]:
-    """What the controller says of itself."""
+    """Yield what the controller reports of its state."""
     problem = safety_problem(last.robot_mode, last.safety_bits)
     yield judged(name, "safety", problem.name.lower(), "", "none", not problem, "see the pendant")
     yield judged(

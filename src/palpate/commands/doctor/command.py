@@ -1,4 +1,4 @@
-"""`palpate doctor`: connects to the devices of a robot file, and says what to fix. Moves nothing."""
+"""`palpate doctor`: connects to the devices of a robot file and reports what to fix. Moves nothing."""
 
 from collections.abc import Callable, Iterator
 
@@ -28,11 +28,11 @@ STYLES = {DoctorVerdict.GOOD: "green", DoctorVerdict.NOTE: "yellow", DoctorVerdi
 
 FIT, UNFIT = "Fit to run.", "Not fit to run."
 
-Tell = Callable[[str], None]
+Announce = Callable[[str], None]
 
 
 def run_doctor(config: DoctorConfig) -> CommandResult:
-    """Look at all devices and print what was found.
+    """Examine all devices and print the findings.
 
     Returns:
         What was found; it is done if nothing has to be fixed.
@@ -50,8 +50,8 @@ def run_doctor(config: DoctorConfig) -> CommandResult:
 def _examine(config: DoctorConfig, robot: Robot) -> CommandResult:
     console = Console()
     parts = parts_of(robot)
-    with step_progress(console, _steps(robot, parts)) as tell:
-        found = tuple(examined(robot, parts, config.seconds, tell))
+    with step_progress(console, _steps(robot, parts)) as announce:
+        found = tuple(examined(robot, parts, config.seconds, announce))
     fit = all(finding.verdict is not DoctorVerdict.BAD for finding in found)
     _print(console, robot, found, fit)
     return CommandResult(
@@ -62,7 +62,7 @@ def _examine(config: DoctorConfig, robot: Robot) -> CommandResult:
 
 
 def examined(
-    robot: Robot, parts: RigParts, seconds: float, tell: Tell = lambda step: None
+    robot: Robot, parts: RigParts, seconds: float, announce: Announce = lambda step: None
 ) -> Iterator[DoctorFinding]:
     """Look at this computer, then at one device after the other: each is closed before the next one.
 
@@ -70,18 +70,18 @@ def examined(
         robot: Of kind `rig`.
         parts: Its devices.
         seconds: How long to watch each.
-        tell: Told of each step.
+        announce: Called with the name of each step.
     """
-    tell(COMPUTER)
+    announce(COMPUTER)
     yield from computer_findings(robot.file, seconds)
     for i, finger in enumerate(parts.sensors):
         if not finger.in_arm:
-            tell(finger.device.name)
+            announce(finger.device.name)
             yield from sensor_findings(robot, i, finger, seconds)
     backend = robot.file.backend
     assert isinstance(backend, RigEntry)  # parts were made of it
     if parts.hand is not None and backend.hand is not None:
-        tell(parts.hand.name)
+        announce(parts.hand.name)
         try:
             parts.hand.start()
             yield from hand_findings(robot, backend.hand, parts.hand, seconds)
@@ -90,7 +90,7 @@ def examined(
         finally:
             parts.hand.close()
     if parts.arm is not None:
-        tell(parts.arm.name)
+        announce(parts.arm.name)
         try:
             parts.arm.start()
             yield from arm_findings(robot, parts.arm, seconds)

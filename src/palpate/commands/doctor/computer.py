@@ -110,5 +110,5 @@ def _wake_ups(file: RobotFile, seconds: float) -> Iterator[DoctorFinding]:
 
 def _load() -> DoctorFinding:
     load, cores = os.getloadavg()[0], os.cpu_count() or 1
-    fix = "close what else runs: devices are answered late when all cores are busy"
+    fix = "close what else runs: devices are served late when all cores are busy"
     return judged(COMPUTER, "load", load, "", f"below its {cores} cores", load < cores, fix, DoctorVerdict.NOTE)

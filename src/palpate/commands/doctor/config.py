@@ -1,4 +1,4 @@
-"""What `palpate doctor` is asked; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate doctor`; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -14,7 +14,7 @@ SHORTEST, LONGEST = 0.2, 600.0
 
 @dataclass(frozen=True, slots=True)
 class DoctorConfig:
-    """Connect to the devices of a robot file, measure how they are, and say what to fix. Moves nothing.
+    """Connect to the devices of a robot file, measure their condition, and report what to fix. Moves nothing.
 
     Of every sensor: rate, age, jitter, noise, what it shows at rest. Of an arm: version, state, rate, age. Of a
     hand: temperatures, voltages, firmware, time of an exchange. Of this computer: how late it wakes up, and what

@@ -1,4 +1,4 @@
-"""What a doctor finds: one value of one device, what it should be, and what to do if it is not."""
+"""A finding of `palpate doctor`: a value of a device, what it should be, and the remedy."""
 
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""How a hand of Dynamixel servos is: each of them, and the bus to all of them."""
+"""Condition of a hand of Dynamixel servos: each servo, and their bus."""
 
 from collections.abc import Iterator
 from time import monotonic
@@ -18,7 +18,7 @@ HOT, LOW = 10.0, 0.3
 def hand_findings(
     robot: Robot, entry: DynamixelEntry, hand: DynamixelHand, seconds: float
 ) -> Iterator[DoctorFinding]:
-    """Tell how a hand is that was started.
+    """Yield the findings on a hand that has been started.
 
     Raises:
         DeviceError: It is lost meanwhile.
@@ -28,9 +28,9 @@ def hand_findings(
         yield from _servo(hand.name, servo, models[servo.servo_id])
     missed, took, begin = hand.missed, list[float](), monotonic()
     while monotonic() - begin < seconds:
-        asked = monotonic()
+        sent = monotonic()
         hand.read()
-        took.append(monotonic() - asked)
+        took.append(monotonic() - sent)
     half, most = (1e3 * float(x) for x in np.percentile(took, [50.0, 99.0]))
     oldest = 1e3 * robot.file.limits.sample_age
     cable = "check cables, baud rate and the adapter's latency"

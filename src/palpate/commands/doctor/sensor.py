@@ -1,4 +1,4 @@
-"""How a force/torque sensor is: connected, watched for a while at rest, and let go of."""
+"""Condition of a force/torque sensor: connect, measure at rest, disconnect."""
 
 from collections.abc import Iterator
 from time import monotonic, sleep
@@ -14,16 +14,16 @@ from palpate.runtime.robot import Robot
 from palpate.sensing.ft.arrays import AXES
 
 NOISIER = 2.0
-"""Times the noise that the file tells, from which on it is wrong."""
+"""Largest ratio of measured noise to the sensor file's."""
 
 UNITS = ("N",) * 3 + ("N m",) * 3
 
 
 def sensor_findings(robot: Robot, i: int, finger: FingerSensor, seconds: float) -> Iterator[DoctorFinding]:
-    """Start the sensor of finger i, and tell how it is.
+    """Start the sensor of finger i, and yield the findings on it.
 
     Args:
-        robot: For limits, and what its file says of the sensor.
+        robot: Supplies limits and the sensor's file.
         i: Number of the finger.
         finger: Its sensor.
         seconds: How long to watch it.
@@ -54,7 +54,7 @@ def sensor_findings(robot: Robot, i: int, finger: FingerSensor, seconds: float) 
 
 
 def _noise(robot: Robot, i: int, device: SensorDevice, watched: Watched) -> Iterator[DoctorFinding]:
-    told = noise_of_finger(robot, i)
+    expected = noise_of_finger(robot, i)
     raw = robot.sensors[i] is not None and robot.sensors[i].calibration is not None  # type: ignore[union-attr]
     sd = watched.values.std(axis=0, ddof=1)
     mean = watched.values.mean(axis=0)
@@ -66,8 +66,8 @@ def _noise(robot: Robot, i: int, device: SensorDevice, watched: Watched) -> Iter
             f"noise {axis}",
             float(sd[k]),
             unit,
-            f"at most {NOISIER * told[k]:.2g}",
-            raw or sd[k] <= NOISIER * told[k],
+            f"at most {NOISIER * expected[k]:.2g}",
+            raw or sd[k] <= NOISIER * expected[k],
             fix,
         )
     for k, axis in enumerate(AXES):
@@ -89,7 +89,7 @@ def _watched_sensor(device: SensorDevice, seconds: float) -> Watched:
         reading = device.read()
         ages.append(monotonic() - reading.time)
         if not reading.healthy:
-            why = getattr(device, "problem", "") or "its status says that the reading is no good"
+            why = getattr(device, "problem", "") or "its status marks the reading as invalid"
             raise DeviceError(device.name, why, "take loads off, see its manual")
         if reading.time > times[-1]:
             times.append(reading.time)

@@ -1,4 +1,4 @@
-"""A device that is watched for a while: how old what it says is, how regular, and what it says is wrong."""
+"""Samples of a device at rest: their age, their regularity, and faults that the device reports."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ SLOW_SHARE = 0.9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watched:
-    """What a device said while it was watched.
+    """Samples of a device over some time.
 
     Attributes:
         time: When each new sample was taken, shape (n,) [s].
@@ -44,7 +44,7 @@ class Watched:
 
 
 def timing_findings(robot: Robot, name: str, watched: Watched) -> Iterator[DoctorFinding]:
-    """Tell how old samples are, and how regular."""
+    """Yield the findings on age and regularity of samples."""
     half, most = (1e3 * float(x) for x in np.percentile(watched.age, [50.0, 99.0]))
     oldest = 1e3 * robot.file.limits.sample_age
     fix = "check the network and what else runs here, or allow more (limits.sample_age_s)"
@@ -56,5 +56,5 @@ def timing_findings(robot: Robot, name: str, watched: Watched) -> Iterator[Docto
 
 
 def failure(device: str, error: DeviceError) -> DoctorFinding:
-    """Return what a device itself says is wrong."""
+    """Return the finding on a device that has failed."""
     return DoctorFinding(device, "connection", error.problem, "", "", DoctorVerdict.BAD, error.remedy)

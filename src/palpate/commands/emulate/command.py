@@ -54,7 +54,7 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
         InvalidValueError: It cannot be, its address is not free, or there is no such fault.
     """
     console = Console()
-    server, told, faults = _device(config)
+    server, instructions, faults = _device(config)
     plant, scale = _plant(config), 1.0 if isinstance(config, EmulateNetftConfig) else config.scale
     try:
         for name, value in config.fault:
@@ -71,9 +71,9 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
     except BaseException:
         server.close()
         raise
-    facts = {"device": server.name, "about": told, "control_port": host.control_port, "faults": faults}
+    facts = {"device": server.name, "about": instructions, "control_port": host.control_port, "faults": faults}
     with _stopped_by_signals(host):
-        say(console, told)
+        say(console, instructions)
         say(console, f"Faults: palpate emulate fault '{host.control_address}' {server.name!r} NAME VALUE")
         say(console, f"  NAME: {', '.join(faults)}")
         say(console, "Runs until Ctrl-C.")
@@ -120,13 +120,13 @@ def _chosen_token() -> str | None:
 
 
 def _device(config: EmulateConfig) -> tuple[Server, str, tuple[str, ...]]:
-    """Return the device, what to tell of it, and the faults that it has."""
+    """Return the device, how to connect to it, and its faults."""
     match config:
         case EmulateUrConfig():
             version = ControllerVersion(*version_numbers(config.version))
             arm = UrServer(config.address, version)
-            told = f"UR controller {version} at {arm.address} ({PORTS}): connect to this address."
-            return arm, told, tuple(ControllerFault)
+            instructions = f"UR controller {version} at {arm.address} ({PORTS}): connect to this address."
+            return arm, instructions, tuple(ControllerFault)
         case EmulateDynamixelConfig():
             if config.baud_rate not in BAUD_RATES:
                 rates = ", ".join(map(str, BAUD_RATES))
@@ -135,8 +135,10 @@ def _device(config: EmulateConfig) -> tuple[Server, str, tuple[str, ...]]:
             servos = [EmulatedServo(kind, i + 1, config.baud_rate) for i in range(config.servos)]
             bus = DynamixelBus(servos, link=config.link, seed=config.seed)
             ids = "id 1" if config.servos == 1 else f"ids 1 to {config.servos}"
-            told = f"{config.model}, {ids}, at {bus.address}: open this terminal at {config.baud_rate} baud."
-            return bus, told, tuple(BusFault)
+            instructions = (
+                f"{config.model}, {ids}, at {bus.address}: open this terminal at {config.baud_rate} baud."
+            )
+            return bus, instructions, tuple(BusFault)
         case EmulateNetftConfig():
             return _box(config)
 
@@ -177,10 +179,10 @@ def _stopped_by_signals(host: Host) -> Iterator[None]:
         host.stop()
 
     hung_up = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)  # ignored: nohup
-    asked = (signal.SIGINT, signal.SIGTERM, *hung_up)
-    before = [signal.signal(number, stop) for number in asked]
+    ending = (signal.SIGINT, signal.SIGTERM, *hung_up)
+    before = [signal.signal(number, stop) for number in ending]
     try:
         yield
     finally:
-        for number, handler in zip(asked, before, strict=True):
+        for number, handler in zip(ending, before, strict=True):
             signal.signal(number, handler)

@@ -28,7 +28,7 @@ MOST_SERVOS = 16
 class EmulateUrConfig:
     """Emulate a controller of Universal Robots: RTDE, script port and dashboard, for any client.
 
-    Its UR5e moves as it is told, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
+    Its UR5e moves as commanded, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
     --robot emulated-ur5e`. Runs until Ctrl-C.
 
     Example: palpate emulate ur, then in Python: rtde_receive.RTDEReceiveInterface("127.0.0.2").getActualTCPPose()
@@ -80,7 +80,7 @@ class EmulateDynamixelConfig:
     wall: float | None = None
     """Where an elastic wall stops the shafts [rad from the middle of their turn]. Left out: nowhere."""
     baud_rate: int = 1_000_000
-    """At which the servos hear and speak [1/s]."""
+    """Of the servos' bus [1/s]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the servos' motion per second of wall time."""
     seed: int = 0
@@ -114,7 +114,7 @@ class EmulateNetftConfig:
     make: Literal["ati", "onrobot"] = "ati"
     """Whose box: they differ in units, commands and calibration."""
     rate: float = 1000.0
-    """Records per second, up to 7000. An OnRobot's client says it."""
+    """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """What it shows: three forces [N] and three moments [N m]."""
     fault: FastFaults = ()
@@ -142,7 +142,7 @@ class EmulateFaultConfig:
     address: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PORT?token=TOKEN")]
     """Of the emulator's control, as it printed it when it began; a port alone if PALPATE_CONTROL_TOKEN is set."""
     device: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DEVICE")]
-    """Its name, as it said, too."""
+    """Its name, as printed likewise."""
     fault: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FAULT")]
     """Which."""
     value: Annotated[float, tyro.conf.Positional, tyro.conf.arg(metavar="VALUE")] = 1.0

@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.progress import Progress
 
 from palpate.commands.command_result import CommandResult
-from palpate.commands.log.answer import log_answer
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
 from palpate.commands.log.export import CsvWriter, ParquetWriter, TableWriter, tables_of
+from palpate.commands.log.result import log_result
 from palpate.commands.log.summary import VERSIONS, log_summary
 from palpate.commands.progress import lively
 from palpate.commands.say import say
@@ -32,7 +32,7 @@ def run_log_info(config: LogInfoConfig) -> CommandResult:
     log = _read(config.log)
     size = log.path.stat().st_size
     Console().print(log_summary(log, size))
-    return log_answer(log, size, VERSIONS)
+    return log_result(log, size, VERSIONS)
 
 
 def run_log_export(config: LogExportConfig) -> CommandResult:
@@ -70,7 +70,7 @@ def _read(place: Path) -> Log:
 
 @contextmanager
 def _patient_progress(what: str) -> Iterator[Callable[[float], None]]:
-    """Yield what is to be told the fraction done; a bar appears once it has taken `PATIENCE`."""
+    """Yield the function to call with the fraction done; a bar appears after `PATIENCE`."""
     started = time.monotonic()
     console = Console(stderr=True)
     with Progress(console=console, transient=True, auto_refresh=False, disable=not lively(console)) as bar:

@@ -13,7 +13,7 @@ TableFormat = Literal["csv", "parquet"]
 
 @dataclass(frozen=True, slots=True)
 class LogInfoConfig:
-    """Tell what is in the log of a run: how long, how regular, what happened, what is missing or damaged.
+    """Summarise the log of a run: duration, timing, events, gaps and damage.
 
     Every check sum is checked. A log of a run that was killed, or that still goes on, is read as far as it goes.
 

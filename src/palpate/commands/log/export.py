@@ -17,7 +17,7 @@ from palpate.runtime.log import Level, Log
 from palpate.runtime.log.fields import LogField, path_of, walk
 
 Progress = Callable[[float], None]
-"""Is told which fraction is done."""
+"""Called with the fraction that is done."""
 
 _ROWS_AT_ONCE = 2000
 

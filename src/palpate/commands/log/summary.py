@@ -20,7 +20,7 @@ _SHOWN = 50
 
 
 def log_summary(log: Log, size: int) -> RenderableType:
-    """Return what there is to say about a log whose file has `size` bytes."""
+    """Return tables about a log whose file has `size` bytes."""
     parts: list[RenderableType] = [_facts(log, size), _topics(log)]
     if log.events:
         parts.append(_events(log))
@@ -57,7 +57,7 @@ def _state(log: Log) -> str:
 
 
 def _periods(log: Log) -> str:
-    text = f"{len(log)}, asked for every {1e3 * log.heading.period:g} ms"
+    text = f"{len(log)}, nominally every {1e3 * log.heading.period:g} ms"
     missing = sum(gap.count for gap in log.gaps)
     if missing:
         first = log.gaps[0]

@@ -38,7 +38,7 @@ SHOWN_EVERY = 500
 
 
 def run_replay(config: ReplayConfig) -> CommandResult:
-    """Replay a log, say how its commands come out, and draw the difference.
+    """Replay a log, print how its commands compare, and draw the difference.
 
     Returns:
         How the commands differ; unfinished if nothing was changed and something differs, or if another controller
@@ -72,7 +72,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
         say(console, remark)
     if found.should_be_identical:
         if found.identical and found.sensing.first is None:
-            return _answer(found, ExitCode.DONE)
+            return _result(found, ExitCode.DONE)
         _explain(console, found)
     else:
         console.print(figure_table(key_figures(found)))
@@ -82,10 +82,10 @@ def run_replay(config: ReplayConfig) -> CommandResult:
         write_report(replay_report(found, config.controller), report)
     say(console, f"Written: {report}")
     wrong = found.should_be_identical or _failed(console, found)
-    return _answer(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
+    return _result(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
 
 
-def _answer(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
+def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
     """All that was found out, in figures and facts."""
     figures, notes = shown_figures(key_figures(found))
     differing = found.commands.first is not None or found.sensing.first is not None
@@ -116,7 +116,7 @@ def _answer(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) ->
 
 
 def _explain(console: Console, found: ReplayedLog) -> None:
-    """Say where what should be identical is not, and what may be the reason."""
+    """Print where what should be identical differs, and which versions differ."""
     for sentence in first_differences(found):
         say(console, f"Differs: {sentence}")
     others = version_differences(found)
@@ -143,7 +143,7 @@ def _new_report_path(folder: Path, stem: str) -> Path:
 
 @contextmanager
 def _progress(console: Console) -> Iterator[Callable[[str, float], None]]:
-    """Show how far it is; yields what is told what is being done, and which share of it is done."""
+    """Show progress; yields the function to call with the current work and the fraction done."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

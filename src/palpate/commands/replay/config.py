@@ -32,7 +32,7 @@ class ReplayConfig:
     """Log file (.mcap) of an experiment; a folder stands for its latest.mcap."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
     """Other values for what sensing, control and supervision go by, named as the options of the experiment that
-    recorded it, as force=3; what cannot be changed is refused, and says why. Several numbers with commas, as in
+    recorded it, as force=3; what cannot be changed is refused with the reason. Several numbers with commas, as in
     tip=0.008,0.008,0.012."""
     controller: Annotated[str | None, tyro.conf.arg(metavar="MODULE:FUNCTION")] = None
     """Another controller: what this function returns when it is called with the run's plan. The module is looked

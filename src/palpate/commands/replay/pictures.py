@@ -7,7 +7,16 @@ from matplotlib.figure import Figure
 from palpate.errors import FloatArray
 from palpate.reporting.envelope import envelope
 from palpate.reporting.phases import shade
-from palpate.reporting.style import COMMANDED, MEASURED, MILLI, Picture, Width, dress, legend_above, new_figure
+from palpate.reporting.style import (
+    COMMANDED,
+    MEASURED,
+    MILLI,
+    Picture,
+    Width,
+    legend_above,
+    new_figure,
+    style_axes,
+)
 from palpate.runtime import Record
 
 RECORDED, REPLAYED = COMMANDED, MEASURED
@@ -57,7 +66,7 @@ def felt_picture(recorded: Record, replayed: Record) -> Picture | None:
         title="Felt normal force",
         caption=(
             "The normal force that touch found in the same samples, then and now. It differs only if what sensing "
-            "goes by was changed: fingertip, sensor, or set force and stiffness (how far the tip gives way)."
+            "goes by was changed: fingertip, sensor, or set force and stiffness (how far the tip yields)."
         ),
         full=_felt(recorded, replayed, Width.FULL),
         narrow=_felt(recorded, replayed, Width.HALF),
@@ -70,7 +79,7 @@ def _velocity(recorded: Record, replayed: Record, width: Width) -> Figure:
     for i, (axes, name) in enumerate(zip(rows, "xyz", strict=True)):
         shade(axes, recorded)
         _draw_both(axes, recorded.time, MILLI * recorded.command[:, i], MILLI * replayed.command[:, i])
-        dress(axes, x="time [s]" if i == 2 else "", y=f"{name} [mm/s]")
+        style_axes(axes, x="time [s]" if i == 2 else "", y=f"{name} [mm/s]")
         axes.margins(x=0.0)
     figure.align_ylabels()
     legend_above(figure, rows, columns=9 if width is Width.FULL else 4)
@@ -85,7 +94,7 @@ def _difference(recorded: Record, replayed: Record, apart: FloatArray, width: Wi
     axes.plot(*envelope(recorded.time, shown), color=REPLAYED, linewidth=1.0, marker=".", markersize=1.5)
     axes.set_yscale("log")
     axes.set_xlim(recorded.time[0], max(recorded.time[-1], recorded.time[0] + 1e-9))
-    dress(axes, x="time [s]", y="difference [mm/s]")
+    style_axes(axes, x="time [s]", y="difference [mm/s]")
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure
 
@@ -95,7 +104,7 @@ def _felt(recorded: Record, replayed: Record, width: Width) -> Figure:
     axes = figure.subplots()
     shade(axes, recorded)
     _draw_both(axes, recorded.time, _felt_force(recorded), _felt_force(replayed))
-    dress(axes, x="time [s]", y="normal force [N]")
+    style_axes(axes, x="time [s]", y="normal force [N]")
     axes.margins(x=0.0)
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure

@@ -1,4 +1,4 @@
-"""What a replay says: a sentence for every finding, and the report with pictures."""
+"""The findings of a replay, a sentence each, and its report with pictures."""
 
 import shlex
 from collections.abc import Sequence
@@ -46,14 +46,14 @@ def verdict(done: ReplayedLog) -> str:
 
 
 def remarks(done: ReplayedLog) -> tuple[str, ...]:
-    """Return what a reader has to know besides, one sentence each."""
-    said = [done.extent.missing] if done.extent.missing else []
+    """Return further remarks, one sentence each."""
+    sentences = [done.extent.missing] if done.extent.missing else []
     if done.left_out:
         names = ", ".join(dict.fromkeys(change.name for change in done.left_out))
-        said.append(
+        sentences.append(
             f"the controller has no live parameter {names}: {len(done.left_out)} recorded changes were left out"
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def first_differences(done: ReplayedLog) -> tuple[str, ...]:
@@ -75,9 +75,9 @@ def version_differences(done: ReplayedLog) -> tuple[str, ...]:
 
 def ending_recorded(done: ReplayedLog) -> str:
     """Return how the recorded run ended."""
-    told = [event.text for event in done.log.events if event.source == "supervisor"]
-    told += [event.text.removeprefix("ended: ") for event in done.log.events if event.source == "run"]
-    return told[0] if told else "nobody noted it: the log breaks off"
+    endings = [event.text for event in done.log.events if event.source == "supervisor"]
+    endings += [event.text.removeprefix("ended: ") for event in done.log.events if event.source == "run"]
+    return endings[0] if endings else "not recorded: the log breaks off"
 
 
 def ending_replayed(done: ReplayedLog) -> str:
@@ -116,7 +116,7 @@ def replay_report(done: ReplayedLog, controller: str | None = None) -> Report:
             Section("Commands", (Pictures(commands), Paragraph(same))),
             Section("Sensing", (Pictures(felt), Paragraph(nothing))),
         ),
-        asked=_asked(done, controller),
+        asked=_request(done, controller),
         advice=_advice(done),
         settings=_settings(done, controller),
         repeat=_repeat(done, controller),
@@ -135,7 +135,7 @@ def _advice(done: ReplayedLog) -> tuple[str, ...]:
     )
 
 
-def _asked(done: ReplayedLog, controller: str | None) -> str:
+def _request(done: ReplayedLog, controller: str | None) -> str:
     changed = [f"{name} {_value(done, name)}" for name in done.settings]
     changed += [f"controller {controller}"] if controller else []
     but = f" but for {', '.join(changed)}" if changed else ""
@@ -185,7 +185,7 @@ def key_figures(done: ReplayedLog) -> tuple[KeyFigure, ...]:
 
 
 def _grip_figures(done: ReplayedLog, recorded: Record) -> list[KeyFigure]:
-    """How far the commanded grip is off, where a finger of a hand was told one in both."""
+    """How far the commanded grip is off, where a finger of a hand was commanded in both."""
     sides = ((done.log.codec, done.log.rows), (done.replay.codec, done.replay.rows))
     before, after = (rows[: done.common, codec.columns["command.grip_force"]] for codec, rows in sides)
     both = np.isfinite(before) & np.isfinite(after)
@@ -225,8 +225,8 @@ def _rms(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 
 
 def _outcome(done: ReplayedLog) -> str:
-    told = first_differences(done) if done.should_be_identical else ()  # else the table says enough
-    sentences = [verdict(done), *(f"differs: {sentence}" for sentence in told), *remarks(done)]
+    differences = first_differences(done) if done.should_be_identical else ()  # otherwise the table shows it
+    sentences = [verdict(done), *(f"differs: {sentence}" for sentence in differences), *remarks(done)]
     return " ".join(f"{sentence[0].upper()}{sentence[1:]}." for sentence in sentences)
 
 
@@ -262,5 +262,5 @@ def _absolute(path: Path) -> Path:
 
 
 def _touched(done: ReplayedLog) -> tuple[str, ...]:
-    """Options that say on what it was recorded."""
-    return tuple(name for name, said in specs_of(type(done.planned.config)).items() if said.fixed == TOUCHED)
+    """Options that describe what was touched."""
+    return tuple(name for name, spec in specs_of(type(done.planned.config)).items() if spec.fixed == TOUCHED)

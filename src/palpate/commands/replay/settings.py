@@ -12,13 +12,13 @@ from palpate.strict_decode import decode_some
 
 def changeable(kind: type) -> tuple[str, ...]:
     """Return the options of a `Config` that a replay can change."""
-    return tuple(name for name, said in specs_of(kind).items() if not said.fixed)
+    return tuple(name for name, spec in specs_of(kind).items() if not spec.fixed)
 
 
 def unchangeable(kind: type) -> dict[str, str]:
     """Return why a replay cannot change the others, by name."""
     return {
-        name: f"a replay cannot change it: {said.fixed}" for name, said in specs_of(kind).items() if said.fixed
+        name: f"a replay cannot change it: {spec.fixed}" for name, spec in specs_of(kind).items() if spec.fixed
     }
 
 
@@ -31,10 +31,10 @@ def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
         InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
     """
     kind = type(config)
-    said, refused = specs_of(kind), unchangeable(kind)
+    specs, refused = specs_of(kind), unchangeable(kind)
     for name in settings:
-        if name not in said:
-            near = nearest(name, tuple(said)) or nearest(without_unit(name), tuple(said))
+        if name not in specs:
+            near = nearest(name, tuple(specs)) or nearest(without_unit(name), tuple(specs))
             advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(changeable(kind))}"
             raise InvalidValueError(f"{name}: there is no such option; {advice}")
         if name in refused:

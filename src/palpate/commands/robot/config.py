@@ -38,7 +38,7 @@ class RobotShowConfig:
 
 @dataclass(frozen=True, slots=True)
 class RobotCheckConfig:
-    """Say how palpate understands a robot file, every value with its unit; or what is wrong with it, and where.
+    """Show how palpate reads a robot file, every value with its unit; or what is wrong with it, and where.
 
     Values that the file leaves out are marked: they are the defaults. Exit code 2 if something is wrong.
 

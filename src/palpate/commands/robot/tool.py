@@ -54,7 +54,7 @@ def run_show(config: RobotShowConfig) -> CommandResult:
 
 
 def _shown_file(what: str, text: str) -> CommandResult:
-    """Print a file as it is, and return what it says."""
+    """Print a file as it is, and return its text."""
     sys.stdout.write(text)
     return CommandResult(facts={what: read_yaml(text)})
 

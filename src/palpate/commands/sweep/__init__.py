@@ -21,7 +21,7 @@ def sweep(config: SweepConfig, progress: "ShowProgress | None" = None) -> "Sweep
 
     Args:
         config: What to do.
-        progress: Told how far it is; a bar on the terminal after two seconds, if not given;
+        progress: Called with the progress; a bar on the terminal after two seconds, if not given;
             `palpate.runtime.batch.quiet` for nothing.
 
     Raises:

@@ -22,7 +22,7 @@ from palpate.runtime import Ending
 
 
 def attempt(case: RunCase) -> RunRecord:
-    """Do a run. What it raises is told in its record; figures depend on the configuration alone."""
+    """Do a run. An exception is kept in its record; figures depend on the configuration alone."""
     began = time.perf_counter()
     try:
         experiment = experiment_named(case.experiment)
@@ -47,7 +47,7 @@ def attempt(case: RunCase) -> RunRecord:
 
 
 def _carried_out(case: RunCase, experiment: Experiment) -> Result:
-    """Do it, without the second run that a report may compare it with; keep report, log and files if asked to."""
+    """Do it, without the second run that a report may compare it with; keep report, log and files if requested."""
     config = replace(read_config(case.config, experiment.Config), seed=case.seed)
     if case.folder is not None:
         config = replace(config, out=case.folder)

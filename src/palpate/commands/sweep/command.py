@@ -48,7 +48,7 @@ def run_sweep(config: SweepConfig) -> CommandResult:
     say(console, f"{plan.title}: {plan.size}")
     if config.dry_run:
         _list(console, plan)
-        say(console, _foretold(config, checked.expected, len(plan.runs)))
+        say(console, _expected_duration(config, checked.expected, len(plan.runs)))
         figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
         return CommandResult(outcome=plan.size, figures=figures, facts={"dry_run": True})
     folder = SweepFolder(plan.folder)
@@ -62,20 +62,20 @@ def run_sweep(config: SweepConfig) -> CommandResult:
             return CommandResult(ExitCode.UNFINISHED, error=_kept(work, str(error)))
         with doing(console, "writing tables, picture and report"):
             files = work.write()
-    _tell(console, work.result)
+    _print_result(console, work.result)
     say(console, "Written: " + ", ".join(map(str, files)))
-    return _answer(work.result, files)
+    return _result(work.result, files)
 
 
 def _carry_out(console: Console, work: SweepAtWork) -> None:
     """Do what is left, and show how far it is."""
     if work.records:
-        later = "; --keep-reports is for those still to be done" if work.checked.plan.asked.keep_reports else ""
+        later = "; --keep-reports is for those still to be done" if work.checked.plan.config.keep_reports else ""
         say(console, f"{len(work.records)} of them are there already{later}")
     left = len(work.left)
     if left:
-        foretold = _foretold(work.checked.plan.asked, work.expected, left)
-        say(console, f"{foretold}, {work.runner.describe()}")
+        expected = _expected_duration(work.checked.plan.config, work.expected, left)
+        say(console, f"{expected}, {work.runner.describe()}")
         with _progress(console) as show:
             work.carry_out(show)
 
@@ -85,8 +85,8 @@ def _kept(work: SweepAtWork, why: str) -> str:
     return f"{why}; {kept}: the same command goes on from there"
 
 
-def _answer(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
-    """What a program is told: counts, and the figures that are shown for each combination."""
+def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
+    """Return the result: counts, and the figures shown for each combination."""
     plan = result.plan
     combinations = [
         {
@@ -118,8 +118,8 @@ def _spread_facts(result: SweepResult, figure: Figure, combination: Combination)
     return {"median": number(spread.middle), "p10": number(spread.low), "p90": number(spread.high)}
 
 
-def _tell(console: Console, result: SweepResult) -> None:
-    """Say what came out: a table by combination, and one of failures."""
+def _print_result(console: Console, result: SweepResult) -> None:
+    """Print the results: a table by combination, and one of failures."""
     from palpate.commands.sweep.report import combination_rows, run_name
 
     columns = [combination_rows(result, i) for i in range(len(result.figures))]
@@ -155,7 +155,7 @@ def _list(console: Console, plan: SweepPlan) -> None:
         say(console, f"{run.number:6d}  {name}{', ' if name else ''}seed={run.case.seed}")
 
 
-def _foretold(config: SweepConfig, expected: float, runs: int) -> str:
+def _expected_duration(config: SweepConfig, expected: float, runs: int) -> str:
     """About how long so many runs take, in words.
 
     Args:

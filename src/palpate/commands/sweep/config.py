@@ -18,8 +18,8 @@ class SweepConfig:
 
     Each run is simulated by itself, several at a time, on this computer or on a ray cluster. It is one row of
     runs.csv: what was varied, the seed, how it went, its figures with their units in the column names. A run that
-    fails is a row that says why, and disturbs no other. Whatever ends a sweep, what is finished is kept: the same
-    command goes on from there.
+    fails is a row with the reason, and disturbs no other. Whatever ends a sweep, what is finished is kept: the
+    same command goes on from there.
 
     Options that are varied or set have the names that `palpate EXPERIMENT --help` lists, without the dashes; mu
     stands for friction. All values are in SI units: metres, newtons, seconds.
@@ -47,7 +47,7 @@ class SweepConfig:
     set: Annotated[
         tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME=VALUE ...")
     ] = ()
-    """Other options, the same in every run. They go before what --config says."""
+    """Other options, the same in every run. They override --config."""
     seeds: int = 1
     """How many runs each combination has, with seeds 0, 1, 2 and so on (or from that of --set seed=...). Every
     combination has the same seeds."""

@@ -26,10 +26,10 @@ from palpate.reporting.style import (
     SMALL_SIZE,
     Picture,
     Width,
-    dress,
     label,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 LOGARITHMIC = 20.0
@@ -134,19 +134,21 @@ def _panels(result: SweepResult) -> list[_Panel]:
 def _caption(result: SweepResult, figure: Figure, panels: Sequence[_Panel]) -> str:
     seeds = len(result.plan.seeds)
     if panels[0].along is None:
-        said = "Each point is a run, one per seed; the line is their median."
+        caption = "Each point is a run, one per seed; the line is their median."
     elif is_share(_known(result, figure)):
-        said = "Share of the runs for which it is so."
+        caption = "Share of the runs for which it is so."
     elif panels[0].is_map:
-        said = "Medians over the seeds, as colours; grey where no run got to its end."
+        caption = "Medians over the seeds, as colours; grey where no run got to its end."
     elif seeds == 1 and len(panels) == 1:
-        said = "One run each: what is chance, only more seeds can tell."
+        caption = "One run each: only more seeds can show what is chance."
     else:
-        said = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %"
-        said += f", {seeds} seeds each." if len(panels) == 1 else ", over all seeds and all other options."
-        said += " Where bands do not meet, the difference is hardly chance."
+        caption = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %"
+        caption += f", {seeds} seeds each." if len(panels) == 1 else ", over all seeds and all other options."
+        caption += " Where bands do not meet, the difference is hardly chance."
     left = len(result.failures)
-    return said + (f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else "")
+    return caption + (
+        f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else ""
+    )
 
 
 def _known(result: SweepResult, figure: Figure) -> list[bool | int | float]:
@@ -200,7 +202,7 @@ def _draw_seeds(axes: Axes, result: SweepResult, figure: Figure, scale: Scale, q
     if values:
         axes.axhline(float(np.median(values)), color=QUIET, linewidth=1.0, label="median")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    dress(axes, x="seed", y=quantity)
+    style_axes(axes, x="seed", y=quantity)
 
 
 def _draw_lines(
@@ -229,7 +231,7 @@ def _draw_lines(
             axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0.0)
         else:
             axes.vlines(x, low, high, color=colour, alpha=0.5, linewidth=2.0)
-    dress(axes, x=x_label, y=quantity)
+    style_axes(axes, x=x_label, y=quantity)
 
 
 def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, quantity: str) -> None:
@@ -244,7 +246,7 @@ def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, sc
     )
     axes.set_facecolor(MAP_GROUND)  # where no run got to its end
     drawn = axes.pcolormesh(np.ma.masked_invalid(field), cmap=HEIGHT_COLOURS)
-    dress(axes, x=_name(result, along), y=_name(result, lines), grid=False)
+    style_axes(axes, x=_name(result, along), y=_name(result, lines), grid=False)
     for axis, varied in ((axes.xaxis, along), (axes.yaxis, lines)):
         every = -(-len(varied.values) // MOST_TICKS)
         axis.set_ticks(

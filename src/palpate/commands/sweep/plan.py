@@ -29,7 +29,7 @@ ROBOT = "robot"
 """The option that names a robot file, which may name others."""
 
 OWN: Mapping[str, str] = {
-    "out": "a sweep says where its runs go: --out is its folder",
+    "out": "a sweep decides where its runs go: --out is its folder",
     "config": "give it as --config FILE.YAML",
 }
 """Options of experiments that a sweep has itself, and what to type."""
@@ -74,7 +74,7 @@ class SweepPlan:
     """Every run of a sweep.
 
     Attributes:
-        asked: As typed.
+        config: As typed.
         experiment: What is done.
         varied: The options that are varied.
         fixed: Those that are set, typed.
@@ -84,7 +84,7 @@ class SweepPlan:
         folder: Where everything goes.
     """
 
-    asked: SweepConfig
+    config: SweepConfig
     experiment: Experiment
     varied: tuple[Varied, ...]
     fixed: Mapping[str, object]
@@ -118,7 +118,7 @@ class SweepPlan:
 
 
 def sweep_plan(config: SweepConfig) -> SweepPlan:
-    """Return every run that is asked for.
+    """Return every run of a sweep.
 
     Raises:
         InvalidValueError: A name is not known, a value impossible, or a combination of them; nothing has run.
@@ -165,11 +165,11 @@ def _combinations(
     for values in itertools.product(*(each.values for each in varied)):
         given = {each.name: value for each, value in zip(varied, values, strict=True)}
         try:
-            asked = kind(**{**overlay, **fixed, **given})
+            options = kind(**{**overlay, **fixed, **given})
         except InvalidValueError as error:
             where = _named(varied, values)
             raise InvalidValueError(f"with {where}: {error}" if where else str(error)) from None
-        yield Combination(values, _with_whole_paths(asked))
+        yield Combination(values, _with_whole_paths(options))
 
 
 def _named(varied: Sequence[Varied], values: Sequence[object]) -> str:
@@ -202,7 +202,7 @@ def _identity(experiment: str, config: Any, robot_texts: Callable[[str], Mapping
 
 
 def _robot_texts(name: str) -> Mapping[str, str]:
-    """Return what the files of a robot say: its own, and those of its sensors."""
+    """Return the texts of a robot's files: its own, and those of its sensors."""
     from palpate.robots.values import load_named_robot  # the simulator: a second
 
     return load_named_robot(name).texts

@@ -35,7 +35,7 @@ STORE = 100 * 2**20
 """Memory for objects that nodes share, of a cluster of our own [bytes]: ray's least is 75 MB, a run gives 1 kB."""
 
 PATIENCE = 5.0
-"""For a cluster to answer [s]."""
+"""For a cluster to respond [s]."""
 
 LARGEST_PORT = 65535
 
@@ -68,7 +68,7 @@ class RayRunner:
             return
         check_ray(self.address)
         if self.address == LOCAL:
-            # nobody was asked whether ray may phone home, or listen to the net: then it takes the loopback device
+            # without consent ray must neither report usage nor listen on the network: it uses the loopback device
             os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
             os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
         ray = import_module("ray")
@@ -123,10 +123,8 @@ def check_ray(address: str) -> None:
 
 
 def _unreachable(address: str, reason: str) -> str:
-    told = " ".join(reason.split())
-    return (
-        f"ray = {address}: cannot be reached ({told}); `ray start --head` starts a cluster, and says its address"
-    )
+    problem = " ".join(reason.split())
+    return f"ray = {address}: cannot be reached ({problem}); `ray start --head` starts one and prints it"
 
 
 @dataclass(slots=True)
@@ -150,7 +148,7 @@ class _Round:
         """Do them."""
         from palpate.commands.sweep.attempt import attempt  # with the simulator
 
-        # what dies is handed out again here, not by ray, which would not tell
+        # what dies is handed out again here, not by ray, which would not report it
         work = self.ray.remote(num_cpus=1, max_retries=0)(attempt)
         try:
             while self.done < len(self.cases):
@@ -188,8 +186,8 @@ class _Round:
             if self.deaths[index] < MOST_DEATHS:
                 self.waiting.append(index)
                 return
-            told = f"its process died, as {MOST_DEATHS - 1} before it: {type(error).__name__}"
-            outcome = Failure(case, FailureKind.DIED, told, "")
+            problem = f"its process died, as {MOST_DEATHS - 1} before it: {type(error).__name__}"
+            outcome = Failure(case, FailureKind.DIED, problem, "")
         self.done += 1
         self.failed += isinstance(outcome, Failure)
         progress(self._progress(index, outcome))

@@ -1,4 +1,4 @@
-"""What is asked of one run, and what is kept of it, in one small file."""
+"""One run of a sweep: its case, and the record of it in one small file."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -28,7 +28,7 @@ class RunCase:
 
     Attributes:
         run: Number of the run.
-        digest: Of what is asked.
+        digest: Of the case.
         experiment: What finds it, wherever the worker stands.
         config: Its configuration, as `palpate.experiments.kit.config_file` writes it,
         seed: but for the seed.
@@ -48,7 +48,7 @@ class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     Attributes:
         run: Its number, from 0: its place in the sweep.
-        digest: Of what was asked of it: a file of another sweep is not taken for one of this.
+        digest: Of its case, so that a file of another sweep is not mistaken for one of this.
         seed: Of its random numbers.
         status: How it went.
         message: How it ended, or what failed, in one line.

@@ -45,7 +45,7 @@ def sweep_report(result: SweepResult) -> Report:
             *(_in_figures(result, i) for i in range(len(result.figures))),
             Section("Runs that did not get to their end", (failures,)),
         ),
-        asked=f"palpate {plan.asked.experiment}, {plan.size}",
+        asked=f"palpate {plan.config.experiment}, {plan.size}",
         advice=advice(result),
         settings=setting_rows(result),
         repeat=repeat_commands(plan),
@@ -60,7 +60,7 @@ SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
 
 def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:
     """Return how many runs there are, how they went and what they cost."""
-    figures = [_runs("asked for", len(result.records), result.plan.size.partition(": ")[2])]
+    figures = [_runs("requested", len(result.records), result.plan.size.partition(": ")[2])]
     figures += [
         _runs(_STATUS_WORDS[status], result.counted(status))
         for status in RunStatus
@@ -116,50 +116,50 @@ def run_name(result: SweepResult, record: RunRecord) -> str:
 
 def advice(result: SweepResult) -> tuple[str, ...]:
     """Return what to do after a sweep."""
-    said = []
+    sentences = []
     if result.failures:
-        said.append(
+        sentences.append(
             "Some runs did not get to their end: take away what the reasons above name, and do them again by the "
             "same command with --repeat-failed."
         )
     if result.seeds_alike:
-        said.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
+        sentences.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
     elif len(result.plan.seeds) == 1 and len(result.records) > 1:
-        said.append(
-            "With one run of each combination, chance cannot be told from what was varied: --seeds 5 into "
-            "another folder (--out) shows both."
+        sentences.append(
+            "With one run of each combination, the effect of the options cannot be separated from chance: "
+            "--seeds 5 into another folder (--out) shows both."
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def repeat_commands(plan: SweepPlan) -> tuple[tuple[str, str], ...]:
     """Return what can be repeated, and the command that does so."""
     alone = replace(plan.combinations[0].config, out=plan.experiment.Config().out)
     return (
-        ("The same again; in the same folder it goes on with what is left:", typed_command(plan.asked)),
-        ("Its first run alone, with a report and a log of its own:", command_line(plan.asked.experiment, alone)),
+        ("The same again; in the same folder it goes on with what is left:", typed_command(plan.config)),
+        ("Its first run alone, with a report and a log of its own:", command_line(plan.config.experiment, alone)),
     )
 
 
-def typed_command(asked: SweepConfig) -> str:
+def typed_command(config: SweepConfig) -> str:
     """Return what to type for the same sweep; how many runs at a time changes no number, and is left out."""
-    words = ["palpate", "sweep", asked.experiment]
-    for option, several in (("--vary", asked.vary), ("--set", asked.set)):
+    words = ["palpate", "sweep", config.experiment]
+    for option, several in (("--vary", config.vary), ("--set", config.set)):
         for each in several:
             words += [option, *each]
-    words += ["--seeds", str(asked.seeds)] if asked.seeds > 1 else []
-    for option, value in (("--config", asked.config), ("--ray", asked.ray), ("--out", asked.out)):
+    words += ["--seeds", str(config.seeds)] if config.seeds > 1 else []
+    for option, value in (("--config", config.config), ("--ray", config.ray), ("--out", config.out)):
         words += [option, str(value)] if value is not None else []
-    words += ["--keep-reports"] if asked.keep_reports else []
-    words += ["--show", *asked.show] if asked.show else []
+    words += ["--keep-reports"] if config.keep_reports else []
+    words += ["--show", *config.show] if config.show else []
     return shlex.join(words)
 
 
 def setting_rows(result: SweepResult) -> tuple[tuple[str, str], ...]:
-    """Return what was asked: name, value."""
+    """Return the settings: name, value."""
     plan = result.plan
     seeds = f"{plan.seeds.start}" + (f" to {plan.seeds[-1]}" if len(plan.seeds) > 1 else "")
-    rows = [("experiment", plan.asked.experiment)]
+    rows = [("experiment", plan.config.experiment)]
     for each in plan.varied:
         values = ", ".join(shown_value(value, DIGITS) for value in each.values)
         rows.append((f"{each.name}, varied", f"{values} {plan.unit(each.name)}".rstrip()))

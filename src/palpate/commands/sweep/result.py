@@ -18,7 +18,7 @@ LOW, HIGH = 10.0, 90.0
 """Percentiles of the band that is shown of several runs."""
 
 SHOWN = 2
-"""Figures that are shown if nobody says which."""
+"""Number of figures that are shown by default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class SweepResult:
     """Every run of a sweep with its record.
 
     Attributes:
-        plan: What was asked.
+        plan: The sweep.
         records: By number, one per run.
         figures: That picture and report show.
     """
@@ -104,12 +104,12 @@ class SweepResult:
     def versions(self) -> tuple[str, ...]:
         """Packages of which not all runs had the same version, with those."""
         names = dict.fromkeys(name for record in self.records for name in record.versions)
-        told = []
+        differing = []
         for name in names:
             found = dict.fromkeys(record.versions[name] for record in self.records if name in record.versions)
             if len(found) > 1:
-                told.append(f"{name} {' and '.join(found)}")
-        return tuple(told)
+                differing.append(f"{name} {' and '.join(found)}")
+        return tuple(differing)
 
     @property
     def computed(self) -> float:
@@ -119,17 +119,17 @@ class SweepResult:
     @property
     def notes(self) -> tuple[str, ...]:
         """What people should know besides, a sentence each."""
-        said = []
+        sentences = []
         if self.seeds_alike:
-            said.append(
+            sentences.append(
                 "All seeds gave the same numbers: nothing in these runs is random (see the options for noise)."
             )
         words = [figure.column for figure in self.figures if self._is_words(figure)]
         if words:
-            said.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")
+            sentences.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")
         if self.versions:
-            said.append(f"Not all runs had the same versions: {'; '.join(self.versions)}.")
-        return tuple(said)
+            sentences.append(f"Not all runs had the same versions: {'; '.join(self.versions)}.")
+        return tuple(sentences)
 
     def _is_words(self, figure: Figure) -> bool:
         return any(isinstance(value, str) for value in self.values(figure, self.plan.combinations))
@@ -162,7 +162,7 @@ def checked_columns(columns: Sequence[str], figures: Sequence[Figure]) -> tuple[
 
 
 def shown_figures(records: Iterable[RunRecord], figures: Sequence[Figure]) -> tuple[Figure, ...]:
-    """Return the figures to show if nobody says which: the first ones that are numbers in any run."""
+    """Return the figures to show by default: the first ones that are numbers in any run."""
     done = [record.figures for record in records if record.done]
     known = (f for f in figures if any(isinstance(each.get(f.column), bool | int | float) for each in done))
     return tuple(islice(known, SHOWN))

@@ -24,7 +24,7 @@ class CheckedSweep:
 
     Attributes:
         plan: Its runs.
-        shown: Figures that were asked for, for picture and report; none for those that matter most.
+        shown: Figures for picture and report; empty for those that matter most.
         expected: Wall time of all its runs on one core, about [s].
     """
 
@@ -38,9 +38,9 @@ def check(plan: SweepPlan) -> CheckedSweep:
 
     Raises:
         InvalidValueError: One cannot be realised, or a figure to show is none, or a cluster is not there.
-        MissingLibraryError: ray was asked for, and is not installed.
+        MissingLibraryError: ray was requested and is not installed.
     """
-    config = plan.asked
+    config = plan.config
     if config.ray is not None:
         check_ray(config.ray)
     shown = checked_columns(config.show, plan.experiment.figures)
@@ -56,7 +56,7 @@ def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]
         OSError: A file cannot be written.
     """
     records = folder.begin(checked.plan)
-    if not checked.plan.asked.repeat_failed:
+    if not checked.plan.config.repeat_failed:
         return records
     return {number: record for number, record in records.items() if record.done}
 
@@ -71,7 +71,7 @@ class SweepAtWork:
     """A sweep that has begun.
 
     Attributes:
-        checked: What is asked.
+        checked: The sweep.
         folder: Where everything is kept; nobody else is at work there.
         records: What is finished, by number; grows.
     """
@@ -95,7 +95,7 @@ class SweepAtWork:
     @property
     def runner(self) -> Runner:
         """Who does the runs."""
-        return runner_for(self.checked.plan.asked)
+        return runner_for(self.checked.plan.config)
 
     def carry_out(self, progress: ShowProgress) -> None:
         """Do what is left; each run is kept as soon as it is there."""

@@ -22,7 +22,7 @@ class Runner(Protocol):
 
         Args:
             cases: What to do.
-            progress: Told each outcome once, as soon as it is there, in whatever order.
+            progress: Called once with each outcome as soon as it is known, in any order.
 
         Raises:
             BatchError: Nothing can be done at all.

@@ -1,4 +1,4 @@
-"""The folder of a sweep: what was asked, and each run as a file of its own that is there whole or not at all.
+"""The folder of a sweep: its request, and each run as a file of its own, written atomically.
 
 A process that is killed at whatever instant loses the runs that it was busy with, and nothing else.
 """
@@ -20,20 +20,20 @@ from palpate.errors import InvalidValueError, shown
 from palpate.experiments.kit.output_folder import make_folder
 
 SWEEP_FILE = "sweep.json"
-"""What was asked."""
+"""The request."""
 
 VERSION = 1
 """Of the folder's layout."""
 
-LONGEST_TOLD = 5
+MOST_DIFFERENCES = 5
 """Differences that a refusal names."""
 
 _PART = re.compile(r"\.\d{6}\.json\.[0-9a-f]{8}\.part")
 """What a writer that was killed leaves behind (`palpate.atomic_file.replacing`)."""
 
 
-class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What was asked of a sweep, for people and for whoever goes on with it.
+class SweepRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The request of a sweep, for people and for resuming it.
 
     Attributes:
         palpate_sweep: Version of the folder.
@@ -56,9 +56,9 @@ class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     digest: str
 
 
-def asked_of(plan: SweepPlan) -> Asked:
+def request_of(plan: SweepPlan) -> SweepRequest:
     """Return what a plan asks for."""
-    return Asked(
+    return SweepRequest(
         palpate_sweep=VERSION,
         experiment=plan.experiment.name,
         varied={each.name: [shown_value(value) for value in each.values] for each in plan.varied},
@@ -89,19 +89,19 @@ class SweepFolder:
         """Make the folder this plan's, and return what is finished of it, by number.
 
         Raises:
-            InvalidValueError: The folder cannot be written, or is another sweep's: the message says what differs.
+            InvalidValueError: The folder cannot be written, or is another sweep's: the message names what differs.
             OSError: A file cannot be written.
         """
         make_folder(self.path)
-        asked, before = asked_of(plan), self._asked_before()
-        if before is not None and before != asked:
+        request, before = request_of(plan), self._request_before()
+        if before is not None and before != request:
             raise InvalidValueError(
-                f"out = {self.path}: holds another sweep: {_differences(before, asked)}; {OTHER}"
+                f"out = {self.path}: holds another sweep: {_differences(before, request)}; {OTHER}"
             )
         self.runs.mkdir(exist_ok=True)
         if before is None:
             with replacing(self.path / SWEEP_FILE) as file:
-                file.write(msgspec.json.format(msgspec.json.encode(asked), indent=2) + b"\n")
+                file.write(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
         for part in self.runs.iterdir():
             if _PART.fullmatch(part.name):
                 part.unlink(missing_ok=True)
@@ -157,10 +157,10 @@ class SweepFolder:
     def _file(self, number: int) -> Path:
         return self.runs / f"{number:06d}.json"
 
-    def _asked_before(self) -> Asked | None:
+    def _request_before(self) -> SweepRequest | None:
         file = self.path / SWEEP_FILE
         try:
-            return msgspec.json.decode(file.read_bytes(), type=Asked)
+            return msgspec.json.decode(file.read_bytes(), type=SweepRequest)
         except FileNotFoundError:
             return None
         except msgspec.DecodeError as error:
@@ -173,35 +173,37 @@ OTHER = "choose another folder (--out), or type what it was made with"
 """What to do about it."""
 
 
-def _differences(before: Asked, asked: Asked) -> str:
+def _differences(before: SweepRequest, request: SweepRequest) -> str:
     """Return what differs, in words."""
-    told = [
+    differences = [
         f"{name.replace('_', ' ')} {shown(old)} there, {shown(new)} now"
         for name, old, new in (
-            (name, getattr(before, name), getattr(asked, name)) for name in ("experiment", "first_seed", "seeds")
+            (name, getattr(before, name), getattr(request, name)) for name in ("experiment", "first_seed", "seeds")
         )
         if old != new
     ]
-    told += _of_mapping("varied", before.varied, asked.varied) + _of_mapping("set", before.fixed, asked.fixed)
-    if not told:
+    differences += _of_mapping("varied", before.varied, request.varied) + _of_mapping(
+        "set", before.fixed, request.fixed
+    )
+    if not differences:
         return (
             "typed alike, but not the same: a file that it reads, or a default of another version of palpate, is "
             "another now"
         )
-    more = f" and {len(told) - LONGEST_TOLD} more" if len(told) > LONGEST_TOLD else ""
-    return "; ".join(told[:LONGEST_TOLD]) + more
+    more = f" and {len(differences) - MOST_DIFFERENCES} more" if len(differences) > MOST_DIFFERENCES else ""
+    return "; ".join(differences[:MOST_DIFFERENCES]) + more
 
 
-def _of_mapping(what: str, before: Mapping[str, object], asked: Mapping[str, object]) -> list[str]:
+def _of_mapping(what: str, before: Mapping[str, object], request: Mapping[str, object]) -> list[str]:
     def text(value: object) -> str:
         return ",".join(value) if isinstance(value, list) else str(value)
 
-    told = []
-    for name in dict.fromkeys((*before, *asked)):
-        if before.get(name) == asked.get(name):
+    differences = []
+    for name in dict.fromkeys((*before, *request)):
+        if before.get(name) == request.get(name):
             continue
-        old, new = (f"{text(values[name])}" if name in values else f"not {what}" for values in (before, asked))
-        told.append(f"{name} {old} there, {new} now")
-    if not told and list(before) != list(asked):
-        told.append(f"{what} in the order {', '.join(before)} there, {', '.join(asked)} now")
-    return told
+        old, new = (f"{text(values[name])}" if name in values else f"not {what}" for values in (before, request))
+        differences.append(f"{name} {old} there, {new} now")
+    if not differences and list(before) != list(request):
+        differences.append(f"{what} in the order {', '.join(before)} there, {', '.join(request)} now")
+    return differences

@@ -26,7 +26,7 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
-from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import plan_for
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
@@ -77,6 +77,11 @@ def run_view(config: ViewConfig) -> CommandResult:
 
 def _watch(config: ViewConfig, console: Console) -> CommandResult:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
+    if ":" not in config.what and config.what not in experiment_names():
+        raise InvalidValueError(
+            f"what = {config.what}: there is neither an experiment nor a folder of this name; experiments are "
+            f"{', '.join(experiment_names())}; a run is named by its folder or its log (.mcap)"
+        )
     experiment = experiment_named(config.what)
     asked = _asked(experiment, config)
     plan = plan_for(experiment, asked)
@@ -110,7 +115,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
         if scene.surface is not None and not view.makes_surface:
             say(console, "The process that makes the map's surface has ended: the view goes on without it")
         with kept_if_interrupted(result), doing(console, "working out what was found"):
-            found = experiment.found(plan, run.recorded(result, tell=lambda step: say(console, step)))
+            found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
         report = experiment.report(found)
         done = result.ending is Ending.DONE and report.reached
         command_result = CommandResult(
@@ -129,7 +134,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
 
 
 def _asked(experiment: Experiment, config: ViewConfig) -> Any:
-    """What the experiment is to be like: --set goes before --config."""
+    """Return the experiment's configuration; --set overrides --config."""
     kind = experiment.Config
     overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
     return kind(**overlay | set_options(config.set, kind, OWN))

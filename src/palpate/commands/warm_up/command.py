@@ -31,8 +31,8 @@ NO_SOLVERS = (
 
 INTERRUPTED = "interrupted; what was compiled is kept, and `palpate warm-up` goes on from there"
 
-Tell = Callable[[str, int, int], None]
-"""Is told what is being compiled, its number, and of how many."""
+ShowStep = Callable[[str, int, int], None]
+"""Shows what is being compiled: its name, its number, and of how many."""
 
 
 def run_warm_up(config: WarmUpConfig) -> CommandResult:
@@ -48,29 +48,29 @@ def run_warm_up(config: WarmUpConfig) -> CommandResult:
     record = WarmUpRecord.here()
     found = record.read()
     if found is not None:
-        return _told(console, found | {"compiled": []}, 0.0)
+        return _result(console, found | {"compiled": []}, 0.0)
     began = time.monotonic()
     with TemporaryDirectory() as room:
-        heard = Path(room) / "said"
-        with _progress(console) as tell:
-            said = _compile_all(Path(room), heard, tell)
-        if said is None:
-            last = heard.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
+        errors = Path(room) / "errors.txt"
+        with _progress(console) as show_step:
+            report = _compile_all(Path(room), errors, show_step)
+        if report is None:
+            last = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
             return CommandResult(
                 ExitCode.UNFINISHED, error=f"could not compile everything: {''.join(last) or 'it was killed'}"
             )
-    said["warnings"] = _warnings(said)
-    if not said["warnings"]:
-        record.write(said)
-    return _told(console, said, time.monotonic() - began)
+    report["warnings"] = _warnings(report)
+    if not report["warnings"]:
+        record.write(report)
+    return _result(console, report, time.monotonic() - began)
 
 
-def _compile_all(room: Path, heard: Path, tell: Tell) -> dict[str, Any] | None:
-    """Use everything in another process; returns what it said at its end, None if it did not get there."""
-    said: dict[str, Any] = {}
+def _compile_all(room: Path, errors: Path, show_step: ShowStep) -> dict[str, Any] | None:
+    """Use everything in another process; returns what it reported at its end, None if it did not get there."""
+    report: dict[str, Any] = {}
     environment = os.environ | {"TMPDIR": str(room)}  # of compilers that are killed
     with (
-        heard.open("wb") as words,
+        errors.open("wb") as words,
         subprocess.Popen(
             [sys.executable, "-m", STEPS], stdout=subprocess.PIPE, stderr=words, env=environment, text=True
         ) as process,
@@ -78,53 +78,53 @@ def _compile_all(room: Path, heard: Path, tell: Tell) -> dict[str, Any] | None:
         assert process.stdout is not None
         try:
             for line in process.stdout:
-                said = json.loads(line)
-                if "step" in said:
-                    tell(said["step"], said["number"], said["of"])
+                report = json.loads(line)
+                if "step" in report:
+                    show_step(report["step"], report["number"], report["of"])
         except KeyboardInterrupt:
             raise KeyboardInterrupt(INTERRUPTED) from None
         finally:
             process.kill()
-    return None if "compiled" not in said else said
+    return None if "compiled" not in report else report
 
 
-def _warnings(said: dict[str, Any]) -> list[str]:
-    warnings = [] if said["folders"] else [REMEDY]
+def _warnings(report: dict[str, Any]) -> list[str]:
+    warnings = [] if report["folders"] else [REMEDY]
     wanted = os.environ.get("NUMBA_CACHE_DIR", "")
-    if wanted and not any(Path(each).is_relative_to(Path(wanted).absolute()) for each in said["folders"]):
+    if wanted and not any(Path(each).is_relative_to(Path(wanted).absolute()) for each in report["folders"]):
         warnings.append(f"NUMBA_CACHE_DIR = {wanted} cannot be written: choose another")
-    if not any(Path(said["solvers"]).glob("*.so")):
+    if not any(Path(report["solvers"]).glob("*.so")):
         warnings.append(NO_SOLVERS)
     return warnings
 
 
-def _told(console: Console, said: dict[str, Any], duration: float) -> CommandResult:
-    """Say what there is to say, once in words."""
-    count = len(said["compiled"])
-    folders = _shown_folders(said)
+def _result(console: Console, report: dict[str, Any], duration: float) -> CommandResult:
+    """Print the result and return it."""
+    count = len(report["compiled"])
+    folders = _shown_folders(report)
     what = f"Compiled {count} functions in {duration:.0f} s" if count else "Nothing to compile"
     outcome = f"{what}; kept in {' and '.join(map(str, folders))}" if folders else what
     say(console, outcome)
-    for warning in said.get("warnings", ()):
+    for warning in report.get("warnings", ()):
         say(console, f"Note: {warning}")
     return CommandResult(
-        ExitCode.UNFINISHED if said.get("warnings") else ExitCode.DONE,
+        ExitCode.UNFINISHED if report.get("warnings") else ExitCode.DONE,
         outcome,
         {"compiled": count, "duration_s": duration},
-        facts={"functions": said["compiled"], "folders": folders},
-        warnings=tuple(said.get("warnings", ())),
+        facts={"functions": report["compiled"], "folders": folders},
+        warnings=tuple(report.get("warnings", ())),
     )
 
 
-def _shown_folders(said: dict[str, Any]) -> list[Path]:
+def _shown_folders(report: dict[str, Any]) -> list[Path]:
     """The folders that hold everything, as few as there are."""
-    kernels = [Path(os.path.commonpath(said["folders"]))] if said["folders"] else []
-    solvers = Path(said["solvers"])
+    kernels = [Path(os.path.commonpath(report["folders"]))] if report["folders"] else []
+    solvers = Path(report["solvers"])
     return kernels + ([solvers] if any(solvers.glob("*.so")) else [])
 
 
 @contextmanager
-def _progress(console: Console) -> Iterator[Tell]:
+def _progress(console: Console) -> Iterator[ShowStep]:
     if not lively(console):
         yield lambda step, number, total: say(console, f"{number} of {total}: {step}")
         return

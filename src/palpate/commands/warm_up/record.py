@@ -47,7 +47,7 @@ class WarmUpRecord:
         return cls(cache_folder().parent / f"warm-up-{name}.json", hashed.hexdigest())
 
     def read(self) -> dict[str, Any] | None:
-        """Return what was said when everything was compiled; None if it is not, or no longer."""
+        """Return what was reported when everything was compiled; None if it is not, or no longer."""
         try:
             found: dict[str, Any] = json.loads(self.path.read_text(encoding="utf-8"))
             kept = found["made_of"] == self.made_of and all(map(os.path.isfile, found["files"]))
@@ -55,9 +55,9 @@ class WarmUpRecord:
         except (OSError, ValueError, KeyError, TypeError):
             return None
 
-    def write(self, said: dict[str, Any]) -> None:
-        """Keep what was said, if a file can be written."""
-        folders = [(Path(folder), KERNELS) for folder in said["folders"]] + [(Path(said["solvers"]), SOLVERS)]
+    def write(self, report: dict[str, Any]) -> None:
+        """Keep what was reported, if a file can be written."""
+        folders = [(Path(folder), KERNELS) for folder in report["folders"]] + [(Path(report["solvers"]), SOLVERS)]
         files = [str(file) for folder, kinds in folders for kind in kinds for file in folder.glob(kind)]
         with suppress(OSError), replacing(self.path) as file:
-            file.write(json.dumps(said | {"made_of": self.made_of, "files": files}).encode())
+            file.write(json.dumps(report | {"made_of": self.made_of, "files": files}).encode())

@@ -120,21 +120,21 @@ def _hold_with_reserve() -> None:
 
 def main() -> None:
     """Do it all."""
-    # ended by Ctrl-C as by a kill, in the middle of LLVM too: whoever started this says it
+    # ended by Ctrl-C as by a kill, in the middle of LLVM too: the parent process reports it
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     out = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)
     everything = list(steps())
     for number, (what, use) in enumerate(everything, start=1):
-        _say(out, step=what, number=number, of=len(everything))
+        _write(out, step=what, number=number, of=len(everything))
         use()
     modules = [vars(module) for name, module in sys.modules.items() if name.startswith("palpate.")]
     folders = {folder for names in modules for each in names.values() if (folder := compiling.kept_in(each))}
-    _say(out, compiled=compiling.KEPT, folders=sorted(folders), solvers=str(cache_folder()))
+    _write(out, compiled=compiling.KEPT, folders=sorted(folders), solvers=str(cache_folder()))
 
 
-def _say(out: IO[str], **said: Any) -> None:
-    out.write(json.dumps(said) + "\n")
+def _write(out: IO[str], **report: Any) -> None:
+    out.write(json.dumps(report) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What an exploration is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+"""The options of an exploration; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ from palpate.experiments.kit.contact_checks import (
     TOUCH_DEVIATIONS,
     check_force_noise,
 )
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
 SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
@@ -46,7 +46,7 @@ MOST_GRID_POINTS = 1_000_000
 """Largest map that is asked for: a finer one takes minutes and shows nothing more."""
 
 SLOWEST = 1e-3
-"""Slowest [m/s] that a running exploration may be told to be: slower, it seems to stand still."""
+"""Lower bound [m/s] on the live parameter `speed`: slower, the exploration seems to stand still."""
 
 SIDE = 0.04
 """Of the rectangle that is explored, if no other is asked for [m]."""
@@ -69,9 +69,9 @@ class ExploreConfig:
 
     A fingertip on a six-axis force/torque sensor, carried by a simulated stage or arm (--robot), lands on the
     object, presses with a steady force and goes where a strategy leads it (--strategy): rows, a spiral, once round
-    the object, single taps, or wherever the map is still unsure. Every millisecond the wrench tells where it
-    touches. The points become a map with its uncertainty, the shape that they have, PLY, STL and CSV files, and
-    one HTML report with pictures. What could not be felt is marked, and says why.
+    the object, single taps, or where the map is still uncertain. Every millisecond the contact is computed
+    from the wrench. The points become a map with its uncertainty, their shape, PLY, STL and CSV files, and one
+    HTML report with pictures. What could not be felt is marked with the reason.
 
     All values are in SI units: metres, newtons, seconds.
 
@@ -86,7 +86,7 @@ class ExploreConfig:
     size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
     height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
-    bumps; a height field's width and depth, if its file does not say them. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
+    bumps; a height field's width and depth, if its file has none. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
     file: Path | None = option(None, fixed=TOUCHED)
     """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
@@ -95,7 +95,7 @@ class ExploreConfig:
     """Metres per unit of that file: 0.001 if it is in millimetres."""
     tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    noise and period below: what the robot file says."""
+    noise and period below: the robot file's."""
     force: float = option(2.0, "N")
     """Normal force to hold [N]."""
     force_swing: float = option(0.0, "N", bound="not negative")
@@ -103,12 +103,11 @@ class ExploreConfig:
     how stiff the object is where it went, as for --force-swing 0.5. Left out: the force is constant, and stiffness
     stays unknown."""
     force_period: float = option(1.0, "s", bound="positive")
-    """How long a swing takes [s]. Stiffness is a mean over the way of a whole swing, 20 mm at 20 mm/s; in a faster
-    swing, what damps the contact passes for stiffness."""
+    """How long a swing takes [s]. Stiffness is a mean over the path of a whole swing, 20 mm at 20 mm/s; in a
+    faster swing, contact damping is mistaken for stiffness."""
     identify: bool = option(False, fixed="the log keeps what pressing has found")
     """Press first, where the exploration begins, for half a minute, to find stiffness and delay of contact and
-    robot, and hold the force by what was found. Otherwise the gain is made for --stiffness and what the robot file
-    says."""
+    robot, and hold the force by the result. Otherwise the gain is computed from --stiffness and the robot file."""
     speed: float = option(0.02, "m/s")
     """Speed along the surface [m/s]."""
     strategy: StrategyName = "raster"
@@ -136,7 +135,7 @@ class ExploreConfig:
     """contour, level: how far below its height on the object's top the fingertip goes round [m]. Left out: half
     the fingertip's radius, less on a flat relief."""
     turn: TurnName = option("left", of=_CONTOUR)
-    """contour: which way round, seen from above: left is counter-clockwise."""
+    """contour: sense of rotation, seen from above: left is counter-clockwise."""
     accuracy: float | None = option(None, "m", of=_ACTIVE, bound="positive")
     """active: wanted error of the map [m]. Left out: 0.02 mm; for --measure largest 0.1 mm."""
     measure: MeasureName = option("rms", of=_ACTIVE)
@@ -146,20 +145,20 @@ class ExploreConfig:
     time: float | None = option(None, "s", of=_ACTIVE, bound="positive")
     """active: no new row begins after about so long [s]. Left out: as long as it takes."""
     beyond: bool = option(False, of=_WITHIN)
-    """raster, spiral, taps, active: go where the object may end or be too steep, too, as on an object that nobody
-    knows. What cannot be felt there is marked instead of refused beforehand."""
-    friction: float = option(0.3, fixed=TOUCHED)
+    """raster, spiral, taps, active: also go where the object may end or be too steep, as on an unknown object.
+    What cannot be felt there is marked instead of being refused beforehand."""
+    friction: float = option(0.3, fixed=TOUCHED, symbol="mu")
     """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED)
+    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e")
     """Largest spin torque per largest friction force [m]."""
     stiffness: float = option(20e3, "N/m", bound="positive")
-    """Contact stiffness [N/m]. The compliance correction uses it as known, and without --identify the controller's
-    gain."""
+    """Contact stiffness [N/m]. The compliance correction takes it as known, and without --identify so does the
+    controller's gain."""
     force_noise: float | None = option(None, "N", fixed=NOISY)
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
@@ -169,7 +168,7 @@ class ExploreConfig:
     that nothing jumps."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    out: Path = option(Path("runs/explore"), fixed=WRITTEN)
+    out: Path = Path("runs/explore")
     """Folder for the report, the points and the map."""
 
     def __post_init__(self) -> None:
@@ -247,12 +246,12 @@ class ExploreConfig:
 
     @property
     def least_force(self) -> float:
-        """That is asked for at any time [N]."""
+        """Smallest set force [N]."""
         return self.force - self.force_swing
 
     @property
     def greatest_force(self) -> float:
-        """Likewise [N]."""
+        """Largest set force [N]."""
         return self.force + self.force_swing
 
     def _check_force(self) -> None:

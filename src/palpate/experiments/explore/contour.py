@@ -1,4 +1,4 @@
-"""The curve that a contour goes along, foreseen on the object: where it lies, its length, and where to land."""
+"""The curve that a contour is expected to follow, computed from the object: points, length, and where to land."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from palpate.experiments.explore.tip_surface import TipSurface
 from palpate.sim import HeightField, SceneObject
 
 LEAN = math.radians(45.0)
-"""At which an edge is followed: half-way from its upper to its outer face."""
+"""Slope at which an edge is followed: the mean of a right-angled edge's two faces."""
 
 HALF = 0.5
 """Of the fingertip's half length along z: a level contour so far below the top leans by at most 60 degrees."""
@@ -22,27 +22,27 @@ PRECIPICE = 1e3
 """Tangent of the slope beside the object."""
 
 FLAT = 0.4
-"""Of the object's own height: on a flat relief a level contour stays above half-way, where its peaks end."""
+"""Share of the object's height: on a flat relief a level contour stays above mid-height, where its peaks end."""
 
 LANDING = math.radians(50.0)
 """Steepest place to land on [rad]: 60 degrees are the limit from above, and the grid may be off."""
 
 LEVEL = math.radians(2.0)
-"""Least lean of a place to land on beside a level curve [rad]: on the level nothing says which way down is."""
+"""Least slope of a landing place beside a level curve [rad]: on the level, downhill is undefined."""
 
 INSIDE = math.radians(20.0)
 """Steepest place to land on before an edge [rad]: on its upper face."""
 
 NEARLY_AS_NEAR = 1.0
-"""Curves whose distances differ by less than so many half lengths of the tip are equally near; the longest
-counts."""
+"""Curves whose distances differ by less than this many half lengths of the tip are equally near; the longest of
+them is taken."""
 
 SHORTEST = math.pi
-"""A curve is longer than so many times the tip's half length: half round it; less is one touch."""
+"""Least length of a curve over the tip's half length: half the tip's circumference; less is a single contact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ForeseenContour:
+class PredictedContour:
     """A closed curve.
 
     Attributes:
@@ -58,28 +58,28 @@ class ForeseenContour:
 
     @property
     def length(self) -> float:
-        """All the way round [m]."""
+        """Perimeter [m]."""
         steps = np.diff(self.points, axis=0, append=self.points[:1])
         rise = np.diff(self.heights, append=self.heights[:1])
         return float(np.sqrt((steps**2).sum(axis=1) + rise**2).sum())
 
     @property
-    def way_there(self) -> float:
-        """From the landing to the curve, seen from above [m]."""
+    def approach_length(self) -> float:
+        """Distance from the landing to the curve, seen from above [m]."""
         return math.dist(self.landing, self.points[0].tolist())
 
     @property
     def outward(self) -> Point:
         """Unit direction from the landing to the curve."""
-        way, (x, y) = self.way_there, self.points[0].tolist()
-        return ((x - self.landing[0]) / way, (y - self.landing[1]) / way) if way > 0.0 else (1.0, 0.0)
+        length, (x, y) = self.approach_length, self.points[0].tolist()
+        return ((x - self.landing[0]) / length, (y - self.landing[1]) / length) if length > 0.0 else (1.0, 0.0)
 
 
-def foreseen_contour(target: SceneObject, config: ExploreConfig) -> ForeseenContour:
+def predicted_contour(target: SceneObject, config: ExploreConfig) -> PredictedContour:
     """Return the curve of a contour around or on an object.
 
     Raises:
-        InvalidValueError: There is none, or nobody can land beside it; the message says what would be.
+        InvalidValueError: There is none, or no place to land beside it; the message suggests a remedy.
     """
     surface = TipSurface.of(target, config.tip)
     if isinstance(target, HeightField):  # nothing is known of what lies beside it
@@ -140,21 +140,21 @@ def _beside(surface: TipSurface, loop: FloatArray, config: ExploreConfig, least:
     if not len(places):
         raise InvalidValueError(
             f"center: beside the curve the {config.object} has no place to land on that leans by "
-            f"{math.degrees(least):.0f} to {math.degrees(most):.0f} degrees; say where to land (--center)"
+            f"{math.degrees(least):.0f} to {math.degrees(most):.0f} degrees; give a landing place (--center)"
         )
     nearest = loop[np.argmin(np.linalg.norm(loop - config.middle, axis=1))]
     u, v = places[np.argmin(np.linalg.norm(places - nearest, axis=1))].tolist()
     return (u, v)
 
 
-def _turned(loop: FloatArray, landing: Point, turn: Turn, heights: FloatArray) -> ForeseenContour:
+def _turned(loop: FloatArray, landing: Point, turn: Turn, heights: FloatArray) -> PredictedContour:
     """The curve in the order that it is passed from the landing on."""
     x, y = loop[:, 0], loop[:, 1]
     area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     if (area > 0.0) != (turn is Turn.LEFT):
         loop, heights = loop[::-1], heights[::-1]
     first = int(np.argmin(np.linalg.norm(loop - landing, axis=1)))
-    return ForeseenContour(np.roll(loop, -first, axis=0), np.roll(heights, -first), landing)
+    return PredictedContour(np.roll(loop, -first, axis=0), np.roll(heights, -first), landing)
 
 
 def _length(loop: FloatArray) -> float:

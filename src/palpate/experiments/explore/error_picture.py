@@ -6,17 +6,16 @@ from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
 from palpate.reporting.style import (
     ERROR_COLOURS,
-    FONT_SIZE,
     INK,
     MAP_GROUND,
     MEASURED,
     MICRO,
     MILLI,
-    SMALL_SIZE,
     Picture,
     Width,
-    dress,
+    colour_bar,
     new_figure,
+    style_axes,
 )
 
 SHOWN_PERCENT = 99.0
@@ -38,18 +37,18 @@ def error_map(cloud: TouchCloud, point_error: FloatArray, note: str = "") -> Pic
     dots = axes.scatter(
         x, y, c=error, cmap=ERROR_COLOURS, vmin=-limit, vmax=limit, s=3.0, linewidths=0.0, rasterized=True
     )
-    bar = figure.colorbar(dots, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
-    bar.set_label("error of the points [µm], + is outside the surface", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    colour_bar(
+        figure, dots, axes, "error of the points [µm], + is outside the surface", extend="both", shrink=0.85
+    )
     axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="datalim")
-    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    style_axes(axes, x="x [mm]", y="y [mm]", grid=False)
     return Picture(
         title="Where the errors are",
         caption=(
             f"Signed distance of the touched points from the true surface, seen from above; the colours span "
             f"{SHOWN_PERCENT:.0f} % of the points, the largest error is {np.abs(error).max():.3g} µm. "
-            f"White is good; a pattern tells of something that is off all along. {note}"
+            f"White is good; a pattern indicates a systematic error. {note}"
         ).rstrip(),
         full=figure,
         dense=True,
@@ -64,7 +63,7 @@ def error_histogram(point_error: FloatArray) -> Picture:
     mean, rms = float(error.mean()), float(np.sqrt((error**2).mean()))
     axes.hist(error, bins=60, color=MEASURED, alpha=0.75)
     axes.axvline(0.0, color=INK, linewidth=1.0)
-    dress(axes, x="error of the points [µm]", y="number of points")
+    style_axes(axes, x="error of the points [µm]", y="number of points")
     return Picture(
         title="How large the errors are",
         caption=(

@@ -5,32 +5,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from palpate.controllers.paths import Active, Enough, Mark
+from palpate.controllers.paths import Active, Mark, StopReason
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.explore.assumption_check import AssumptionCheck, assumption_check
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import ScanContacts, felt_in_scan
 from palpate.experiments.explore.explored_map import ExploredMap, explored_map, points_per_row
 from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.map_growth import MapGrowth, map_growth
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.explore.run_account import RunAccount, run_account
 from palpate.experiments.explore.scans import Scan
-from palpate.experiments.kit.change_account import ChangeAccount
+from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_run import Recorded, Tell
+from palpate.experiments.kit.recorded_run import ProgressCallback, Recorded
 from palpate.experiments.kit.registry import experiment_named
 from palpate.mapping import HeightMap, SphereFit, TouchCloud, fit_sphere
 from palpate.runtime import Phase, Record, RunResult
 from palpate.sim import SceneObject
 
 NAME = "explore"
-"""Of the experiment that this is a result of."""
+"""The experiment whose result this is."""
 
 ERRORS = (
     "Errors of the surface",
     "Signed distances of the touched points from the true surface, positive outside, as shares of each run's "
-    "points. Narrow and about zero is good; what is further off is counted at the rim.",
+    "points. Narrow and about zero is good; outliers are counted in the outermost bins.",
     "error of the points [µm]",
 )
 """Title, caption and axis of their picture."""
@@ -47,19 +47,19 @@ class Exploration:
         set_force: Normal force asked for in every period, shape (n,) [N].
         truth: What really happened, every period.
         cloud: Points on the object's surface, from the scan.
-        marks: What there is to say besides: edges that were met, places that could not be felt, in order.
+        marks: Edges that were met and places that could not be felt, in order.
         map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was
             touched.
         height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from
             above.
-        sphere: The sphere through the points alone; None where they do not determine one. `map.shape` says whether
-            it is a sphere at all.
+        sphere: The sphere through the points alone; None where they do not determine one. See `map.shape` for
+            whether it is a sphere at all.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
             on a robot.
-        account: What the run showed of its own assumptions.
+        assumptions: Sensor zero and contact stiffness as the run showed them.
         growth: How the map grew; None if there is none.
-        changes: What became of the changes of live parameters that were asked for beforehand.
-        enough: Why an active exploration ended; None of others, and if it did not get so far.
+        changes: Which of the requested changes of live parameters took effect, and when.
+        stop_reason: Why an active exploration ended; None of others, and if it did not get so far.
     """
 
     plan: ExplorationPlan
@@ -73,14 +73,14 @@ class Exploration:
     height_map: HeightMap | None
     sphere: SphereFit | None
     point_error: FloatArray
-    account: RunAccount
+    assumptions: AssumptionCheck
     growth: MapGrowth | None = None
-    changes: tuple[ChangeAccount, ...] = ()
-    enough: Enough | None = None
+    changes: tuple[ChangeOutcome, ...] = ()
+    stop_reason: StopReason | None = None
 
     @property
     def config(self) -> ExploreConfig:
-        """What was asked for, with what the robot file says where it left something out."""
+        """What was asked for, completed from the robot file."""
         return self.plan.config
 
     @property
@@ -141,9 +141,9 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
         force_noise=config.noise[0],
     )
     cloud, set_force, truth = felt.cloud, _set_force(plan, recorded, record), recorded.contact_truth
-    account = run_account(record, plan.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
+    assumptions = assumption_check(record, plan.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
     target = plan.target if truth.known else None
-    mapped = _map(plan, target, record, felt, set_force, account, recorded.tell)
+    mapped = _map(plan, target, record, felt, set_force, assumptions, recorded.progress)
     return Exploration(
         plan,
         recorded.run,
@@ -156,17 +156,17 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
         _height_map(cloud, config.map_spacing),
         _sphere(cloud, plan.scan, config.map_spacing),
         np.full(len(cloud), np.nan) if target is None else target.signed_distance(cloud.position),
-        account,
+        assumptions,
         _growth(recorded, record, cloud, mapped),
-        recorded.account_of_changes(plan.changes(), Phase.SCAN),
-        strategy.enough if isinstance(strategy, Active) else None,
+        recorded.change_outcomes(plan.changes(), Phase.SCAN),
+        strategy.stop_reason if isinstance(strategy, Active) else None,
     )
 
 
 def _growth(recorded: Recorded, record: Record, cloud: TouchCloud, found: ExploredMap | None) -> MapGrowth | None:
     if found is None:
         return None
-    recorded.tell("how the map grew")
+    recorded.progress("how the map grew")
     plans, finest = recorded.observer.changes, found.mesh.voxel
     return map_growth(cloud, record, found.surface, plans, worst=found.worst, finest=finest)
 
@@ -177,8 +177,8 @@ def _map(
     record: Record,
     felt: ScanContacts,
     set_force: FloatArray,
-    account: RunAccount,
-    tell: Tell,
+    assumptions: AssumptionCheck,
+    progress: ProgressCallback,
 ) -> ExploredMap | None:
     if not len(felt.cloud):
         return None
@@ -192,7 +192,7 @@ def _map(
         force_noise=config.noise[0],
         moment_noise=config.noise[1],
     )
-    return explored_map(felt, target, plan.scan, config, replace(budget, shown=account.offset), tell)
+    return explored_map(felt, target, plan.scan, config, replace(budget, shown=assumptions.offset), progress)
 
 
 def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> FloatArray:
@@ -206,7 +206,7 @@ def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> Flo
 
 
 def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:
-    """The map, or none where every contact was on a wall: what was felt is worth its files all the same."""
+    """The map, or none where every contact was on a wall: the other files are written all the same."""
     try:
         return HeightMap.from_cloud(cloud, spacing)
     except InvalidValueError:

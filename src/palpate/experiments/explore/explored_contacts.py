@@ -16,9 +16,9 @@ class ScanContacts:
 
     Attributes:
         cloud: Points on the object's surface.
-        centroid: Of the sensed fingertip, base frame, nothing taken off for compression, shape (n, 3) [m].
+        centroid: Of the sensed fingertip, base frame, not corrected for compression, shape (n, 3) [m].
         speed: Of the tip, shape (n,) [m/s].
-        half_compliance: By which the tip's half of the contact gives way [m/N]; the object's does as much.
+        half_compliance: Compliance of the tip's half of the contact [m/N]; the object's is equal.
         force_noise: Standard deviation of one sample's normal force [N].
     """
 
@@ -44,7 +44,7 @@ class ScanContacts:
             record: Of every period.
             finger: That felt them.
             half_compliance: Of tip and object together, half their compression per force [m/N].
-            sensed_force: For which the sensed surface allows [N]; see `touch_cloud`.
+            sensed_force: Force at which the sensed surface is taken as compressed [N]; see `touch_cloud`.
             force_noise: Of a finger whose sensor no file describes, each axis [N].
         """
         kept = felt_in_scan(record)
@@ -65,9 +65,9 @@ def felt_in_scan(record: Record) -> npt.NDArray[np.bool_]:
 def touch_cloud(record: Record, half_compliance: float, sensed_force: float) -> TouchCloud:
     """Return the points of the object that a scan touched.
 
-    The centroid lies half-way into the overlap of the undeformed tip and object. The object's own half of the
-    compression, `half_compliance` [m/N] times the normal force, is taken off along the normal; so is what the tip
-    is compressed beyond what its sensed surface allows for, which is that of `sensed_force` [N].
+    The centroid lies in the middle of the overlap of the undeformed tip and object. The object's own half of the
+    compression, `half_compliance` [m/N] times the normal force, is subtracted along the normal; so is the
+    tip's compression beyond that of its sensed surface, which is taken at `sensed_force` [N].
     """
     kept = felt_in_scan(record)
     normal = -record.normal[kept]

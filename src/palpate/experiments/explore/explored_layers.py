@@ -1,4 +1,4 @@
-"""What an exploration tells of a surface besides its place: friction and stiffness at the vertices of its mesh."""
+"""Friction and stiffness that an exploration measured, at the vertices of the surface's mesh."""
 
 import math
 
@@ -12,7 +12,7 @@ from palpate.mapping.layers import VertexLayer, vertex_layer
 from palpate.mapping.stiffness import local_stiffness, stiffness_layer
 
 SLIDES = 0.5
-"""Of the usual speed of a scan: slower, around corners, friction may not be all there yet."""
+"""Share of a scan's median speed: slower, around corners, friction may not be fully developed."""
 
 STEADY = 1.0
 """A tip slides steadily while its speed changes by less than this part of it per second: while it speeds up or
@@ -22,13 +22,13 @@ CHANGES = 0.04
 """Time over which a change of speed is looked at [s]: 1 % of noise in a velocity is 0.35 per second in it."""
 
 SLIDING = 5e-4
-"""Slower than this [m/s] a tip does not slide: half the slowest scan; a tap tells nothing of friction."""
+"""Slower than this [m/s] a tip does not slide: half the slowest scan; a tap does not measure friction."""
 
 THIN = 4.0
 """Friction is averaged over stretches of the rows' distance over this."""
 
 SHORTEST_WINDOW = 4e-3
-"""Of the way, for which stiffness is told [m]."""
+"""Shortest path length over which stiffness is estimated [m]."""
 
 LONGEST_PAUSE = 0.1
 """Between contacts of one stretch [s]."""
@@ -55,7 +55,7 @@ def friction_on(mesh: SurfaceMesh, felt: ScanContacts, rows: float) -> VertexLay
 
 
 def unknown_layer(name: str, mesh: SurfaceMesh) -> VertexLayer:
-    """Return a layer of which nothing is known anywhere."""
+    """Return a layer that is unknown everywhere."""
     nothing = np.full(len(mesh.vertices), np.nan)
     return VertexLayer(name, nothing, nothing)
 
@@ -84,7 +84,7 @@ def stiffness_on(
         swing: How long the force takes to swing once [s].
     """
     cloud = felt.cloud
-    # over a whole swing: what drifts, as normals that a sensor's cross-talk tilts, does not pass for compression
+    # over a whole swing: drift, such as normals tilted by a sensor's cross-talk, is not mistaken for compression
     window = max(SHORTEST_WINDOW, swing * float(np.median(felt.speed)) if len(cloud) else 0.0)
     found = local_stiffness(
         cloud.time,
@@ -96,5 +96,5 @@ def stiffness_on(
         force_noise=felt.force_noise,
         known_compliance=felt.half_compliance,
     )
-    # windows overlap by halves: along the way the nearest is a quarter of one away at most
+    # windows overlap by halves: along the path the nearest is a quarter of one away at most
     return stiffness_layer(found, mesh.vertices, math.hypot(0.25 * window, rows))

@@ -15,7 +15,7 @@ from palpate.experiments.explore.map_budget import MapBudget
 from palpate.experiments.explore.named_shape import NamedShape, named_shape
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan, TapScan
-from palpate.experiments.kit.recorded_run import Tell, untold
+from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.mapping import (
     Knowledge,
     MapSettings,
@@ -36,19 +36,19 @@ WIDEST_ROWS = 2.0
 """Rows count as neighbours up to so many times the distance at which they were to be: a wider gap is a hole."""
 
 WIDE_PERCENT = 95.0
-"""Of the contacts have the next row nearer than what a map takes for the distance of rows."""
+"""Percentage of the contacts whose next row is nearer than the distance of rows that the map assumes."""
 
 SAME_ROW = 3.0
 """Contacts up to so many distances of rows apart along the path are of one row."""
 
 THIN = 4.0
-"""Where rows are to be told apart, contacts are thinned to their distance over this."""
+"""To distinguish rows, contacts are thinned to the rows' distance over this."""
 
 SHAPE_CONTACTS = 400
 """A shape is fitted to so many contacts, or, where rows are close, to one every distance of rows."""
 
 LITTLE = 0.25
-"""Share of what could be reached, of which less rules out no shape: a run that was cut short."""
+"""Least observed share of the reachable area that rules out a shape: less is a run that was cut short."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,17 +56,17 @@ class ExploredMap:
     """What an exploration knows of the surface, and how well.
 
     Attributes:
-        surface: The map itself, which answers questions.
-        mesh: Its observed part as triangles; of a contour, a single line, the ribbon along it, which is drawn on
-            and not claimed: `SurfaceMesh.knowledge` says which vertex is what.
+        surface: The map itself, which can be queried.
+        mesh: Its observed part as triangles; of a contour, a single line, the ribbon along it, which is
+            extrapolated and not claimed; see `SurfaceMesh.knowledge`.
         budget: Largest constant offset, by origin; the bias of the map's settings.
         friction: Tangential over normal force while sliding, at the vertices of the mesh.
         stiffness: Of the object alone [N/m], likewise; known where the force varied.
         curvature: How it is bent there; see `palpate.mapping.curvature_layers`. Nothing of a line: it was
             felt along it alone.
-        shape: Which shape it is; None where too little was felt to say.
+        shape: Which shape it is; None where too little was felt to decide.
         error: Signed distance of each vertex to the true surface, positive outside, shape (n,) [m].
-        reachable: The part of the true surface that the tip could have felt on its way, as samples.
+        reachable: The part of the true surface that the tip could have felt along its path, as samples.
         found: Which of those are observed.
         truth_known: Whether anybody knows the true surface; else `error` is NaN and `reachable` empty.
     """
@@ -101,7 +101,7 @@ class ExploredMap:
 
     @property
     def is_line(self) -> bool:
-        """Whether the mesh is but a ribbon along a line, of which nothing is claimed."""
+        """Whether the mesh is only a ribbon along a line, of which nothing is claimed."""
         return bool(len(self.mesh.knowledge)) and not bool(self.claimed.any())
 
     @property
@@ -145,7 +145,7 @@ def explored_map(
     scan: Scan,
     config: ExploreConfig,
     budget: MapBudget,
-    tell: Tell = untold,
+    progress: ProgressCallback = no_progress,
 ) -> ExploredMap:
     """Return the map of what was felt.
 
@@ -155,27 +155,27 @@ def explored_map(
         scan: Where it went.
         config: What was asked for.
         budget: From `map_budget`.
-        tell: Told of each step.
+        progress: Called with the name of each step.
     """
-    tell("fitting the map")
+    progress("fitting the map")
     cloud = felt.cloud
     rows = neighbour_distance(cloud, scan, config.gap)
     surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, bias=budget.total))
-    tell("cutting the mesh")
+    progress("cutting the mesh")
     voxel = voxel_for(cloud.position, config.map_spacing, MOST_VERTICES)
     mesh = ribbon_mesh(surface, voxel) if isinstance(scan, ContourScan) else surface_mesh(surface, voxel)
-    tell("friction, stiffness and curvature")
+    progress("friction, stiffness and curvature")
     friction = friction_on(mesh, felt, config.gap)
     if config.force_swing:
         stiffness = stiffness_on(mesh, felt, surface.model, rows, config.force_period)
-    else:  # what the force errs by at edges is no press: it would be told as a stiffness, far off
+    else:  # force errors at edges are no deliberate press: they would give a wrong stiffness
         stiffness = unknown_layer("stiffness", mesh)
     curvature = () if isinstance(scan, ContourScan) else curvature_layers(surface, mesh)
-    tell("which shape it is")
+    progress("which shape it is")
     apart = shape_spacing(cloud, config.gap)
     thin = cloud.thinned(apart)
     shape = named_shape(thin, points_per_row(thin, scan.row, apart), budget, surface.model)
-    tell("comparing with the truth")
+    progress("comparing with the truth")
     reachable = ReachableSurface.unknown() if target is None else ReachableSurface.of(target, config, scan)
     return ExploredMap(
         surface=surface,
@@ -201,7 +201,7 @@ def _errors(target: SceneObject, mesh: SurfaceMesh) -> FloatArray:
 def ribbon_mesh(surface: SurfaceMap, voxel: float) -> SurfaceMesh:
     """Return the mesh of a map of a single line: a ribbon, all of it extrapolated.
 
-    Beside a line nothing says how the surface bends, and on an edge not even how it leans.
+    Beside a line the curvature of the surface is unknown, and on an edge its slope, too.
     """
     mesh = surface_mesh(surface, voxel, Knowledge.EXTRAPOLATED)
     return replace(mesh, knowledge=np.full(len(mesh.vertices), Knowledge.EXTRAPOLATED, np.int8))
@@ -244,9 +244,9 @@ def tap_distance(cloud: TouchCloud, spacing: float) -> float:
 
 
 def points_per_row(thin: TouchCloud, row: float, spacing: float) -> float:
-    """Return how many contacts, thinned to `spacing`, share one error, that of a way `row` [m]; at least 1.
+    """Return how many contacts, thinned to `spacing`, share one error, that of a length `row` [m]; at least 1.
 
-    No more than half of them: two observations are the least that can tell of each other.
+    No more than half of them: at least two independent observations are needed.
     """
     return max(1.0, min(row / spacing, 0.5 * len(thin)))
 

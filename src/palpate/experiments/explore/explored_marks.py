@@ -1,4 +1,4 @@
-"""What an exploration says besides the surface: in words, and as a file."""
+"""The marks of an exploration: as text, and as a file."""
 
 import csv
 import io

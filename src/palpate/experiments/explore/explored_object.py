@@ -34,7 +34,7 @@ SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
 
 
 def object_of(config: ExploreConfig, texts: Mapping[str, str]) -> SceneObject:
-    """Return the object that a configuration asks for, from its file or, of an earlier run, from what a log kept.
+    """Return the object that a configuration asks for, from its file or, for an earlier run, from its log.
 
     Args:
         config: Complete, as plans have it.
@@ -142,7 +142,7 @@ def _standing(config: ExploreConfig) -> Triangles:
             f"{name}: no triangles were found in it: is it really a file of kind {kind}, and whole?"
         )
     if not np.isfinite(vertices).all():
-        return Triangles(vertices, faces, name)  # which says what is wrong
+        return Triangles(vertices, faces, name)  # raises, and names the defect
     size = config.scale * float(np.ptp(vertices, axis=0).max())
     if not SMALLEST <= size <= LARGEST:
         raise InvalidValueError(

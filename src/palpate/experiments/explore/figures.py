@@ -34,7 +34,7 @@ FIGURES = (
     Figure("map_band_m", "map's 95 % band, half its width", "m", _of_map(lambda found: found.band, true=False)),
     Figure("map_in_band", "share of errors inside that band", "", _of_map(lambda found: found.covered)),
     Figure("observed_share", "observed of the reachable", "", _of_map(lambda found: found.observed_share)),
-    Figure("force_max_n", "largest force felt", "N", lambda found: found.account.most_force),
+    Figure("force_max_n", "largest force felt", "N", lambda found: found.assumptions.most_force),
     Figure("point_p99_m", "points to true surface, 99 %", "m", lambda found: found.point_p99),
     Figure("contacts", "contacts", "", lambda found: len(found.cloud)),
     Figure("marks", "marks", "", lambda found: len(found.marks)),

@@ -68,7 +68,7 @@ def region_on(target: SceneObject, config: ExploreConfig) -> Region:
 
     Raises:
         InvalidValueError: It leaves the part of the object that can be touched from above, and is not meant to;
-            the message says what would fit.
+            the message names what would fit.
     """
     wanted = Region(*config.extent, config.middle, config.strategy == "spiral")
     radius = min(config.tip)
@@ -101,7 +101,7 @@ def _refusal(wanted: Region, largest: Region | None, better: Region | None, conf
         advice.append("no place on it was found that does")
     if config.object not in FROM_FILE:
         advice.append("or take a larger object (--size)")
-    advice.append("or go there all the same, and have marked what cannot be touched (--beyond)")
+    advice.append("or go there all the same and mark what cannot be touched (--beyond)")
     what = {"raster": "a raster", "taps": "a grid of taps", "active": "a field"}.get(config.strategy, "a spiral")
     extent = f"of radius {0.5 * wanted.width:g} m" if wanted.round else f"of {wanted.width:g} x {wanted.depth:g} m"
     return (
@@ -134,7 +134,7 @@ def _fits(target: SceneObject, radius: float, region: Region) -> bool:
 def _largest(target: SceneObject, radius: float, wanted: Region) -> Region | None:
     """The largest region of the same proportions about the same middle that fits."""
     for factor in np.linspace(0.99, 0.01, 99).tolist():
-        # rounded as it is told: what an error recommends must be accepted
+        # rounded as the message prints it: what an error recommends must be accepted
         tried = _shrunk(wanted, factor)
         if _fits(target, radius, tried):
             return tried

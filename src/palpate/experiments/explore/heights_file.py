@@ -11,16 +11,16 @@ from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
 
 EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *")
-"""First line of a grid that says how large it is."""
+"""First line of a grid, with its extent."""
 
 HOLDS = (
-    "the heights of one row of the grid, or x_m, y_m and z_m of a point below a line with these names (of a "
-    "file in millimetres say so by --scale 0.001)"
+    "the heights of one row of the grid, or x_m, y_m and z_m of a point below a line with these names (for a "
+    "file in millimetres give --scale 0.001)"
 )
 """What a line of such a file is."""
 
 TALLEST = 1.0
-"""Largest height [m], up or down: robots reach so far; of a larger number the unit is another."""
+"""Largest height [m], up or down: the reach of robots; a larger number is in another unit."""
 
 OTHER_UNIT = (
     "is it in another unit? For a file in millimetres give --scale 0.001 (--size is in metres all the same)"
@@ -31,7 +31,7 @@ LEAST_SAMPLES = 4
 """Along each side of a grid, as a `HeightField` wants them."""
 
 REGULAR = 1e-6
-"""By so much of their spacing may samples be off their places on the grid: rounding of seven digits."""
+"""Largest deviation of samples from a regular grid, over their spacing: rounding to seven digits."""
 
 
 def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) -> HeightField:
@@ -41,7 +41,7 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
 
     - columns `x_m`, `y_m` and `z_m` (others are left alone) with the points of a regular grid in any order, as
       `palpate explore` writes its height_map.csv;
-    - the heights z alone, a line for each y, from the least on, a column for each x; the first line may say
+    - the heights z alone, a line for each y, from the least on, a column for each x; the first line may be
       `# width_m=0.06 depth_m=0.04`, from the first sample to the last.
 
     A .npy file holds the latter as an array.
@@ -49,10 +49,10 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
     Args:
         path: The file.
         metres_per_unit: Of the file's numbers.
-        size: Width and depth of a file that does not say them [m]; empty if it does.
+        size: Width and depth of a file that does not give them [m]; empty if it does.
 
     Raises:
-        InvalidValueError: It cannot be read, is none of these, or does not say how large it is.
+        InvalidValueError: It cannot be read, is none of these, or does not give its extent.
     """
     name = str(path)
     if path.suffix.lower() == ".npy":
@@ -98,7 +98,7 @@ def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightFie
         )
     if not size:
         raise InvalidValueError(
-            f"{name}: does not say how large it is; give --size WIDTH DEPTH in metres, or write "
+            f"{name}: has no width and depth; give --size WIDTH DEPTH in metres, or write "
             "`# width_m=... depth_m=...` as its first line"
         )
     largest = max(*size, float(np.ptp(heights)) if heights.size and np.isfinite(heights).all() else 0.0)
@@ -120,7 +120,7 @@ def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightFie
 def _sized(name: str, typed: tuple[float, ...], own: tuple[float, ...]) -> tuple[float, ...]:
     if typed and max(abs(a - b) for a, b in zip(typed, own, strict=True)) > REGULAR * max(own):
         raise InvalidValueError(
-            f"size = {typed[0]:g} {typed[1]:g}: {name} says {own[0]:g} x {own[1]:g} m; leave --size out"
+            f"size = {typed[0]:g} {typed[1]:g}: {name} gives {own[0]:g} x {own[1]:g} m; leave --size out"
         )
     return own
 
@@ -133,7 +133,7 @@ def _array(path: Path) -> FloatArray:
 
 
 def _extent(name: str, text: str) -> tuple[float, float] | None:
-    """Width and depth as the first line of a grid says them [m]."""
+    """Width and depth in the first line of a grid [m]."""
     found = EXTENT.fullmatch(text.partition("\n")[0].strip())
     if found is None:
         return None

@@ -1,4 +1,4 @@
-"""What else was felt of a surface, seen from above: friction, stiffness, curvature."""
+"""Friction, stiffness and curvature of a surface, seen from above."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from palpate.mapping.layers import VertexLayer
 from palpate.reporting.style import ERROR_COLOURS, HEIGHT_COLOURS, Picture, Width, new_figure
 
 NEGLIGIBLE = 1e-3
-"""Of a value: of a smaller deviation nobody needs the digits."""
+"""Relative standard deviation below which it is not shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +22,9 @@ class LayerLook:
     Attributes:
         title: Of the picture and of its colours.
         meaning: What it is and from what it is known, for the caption.
-        deviation: What its standard deviation says, between median and value.
+        deviation: Text between the median and the standard deviation.
         unit: That it is shown in; empty of a ratio.
-        scale: So many of them are 1 in SI units.
+        scale: Factor from SI to that unit.
         least: What the colours span at least, in that unit, and twice the deviation: less is the same.
         signed: Whether it may be of either sign, and colours tell which
             where there are both: zero is in their middle.
@@ -50,7 +50,7 @@ LOOKS: Mapping[str, LayerLook] = {
     ),
     "stiffness": LayerLook(
         "Stiffness of the object",
-        "By how much it gave way where the force varied, the tip's own share taken off",
+        "Change of force over change of compression where the force varied, without the tip's share",
         unit="kN/m",
         scale=1e-3,
     ),
@@ -58,7 +58,7 @@ LOOKS: Mapping[str, LayerLook] = {
     "curvature_min": _curvature("Smallest curvature", "Of the map, in the direction in which it is smallest"),
     "curvature_mean": _curvature("Mean curvature", "Of the map, the mean of all directions"),
     "curvature_rolled": _curvature(
-        "Mean curvature, from normals", "From how the normals turned along the way, heights aside"
+        "Mean curvature, from normals", "From how the normals turned along the path, heights aside"
     ),
 }
 """Layers that palpate makes, by name; see `palpate.mapping.layers`."""
@@ -85,8 +85,8 @@ def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
     limits = _limits(value[known], least, both)
     colours = ERROR_COLOURS if both else HEIGHT_COLOURS
     from_above(figure, figure.subplots(), mesh, value, colours, limits, label)
-    told = spread >= NEGLIGIBLE * abs(float(np.median(value[known])))
-    deviation = f" {look.deviation} {spread:.2g}" if spread and told else ""
+    significant = spread >= NEGLIGIBLE * abs(float(np.median(value[known])))
+    deviation = f" {look.deviation} {spread:.2g}" if spread and significant else ""
     share = f"{100.0 * float(known.mean()):.0f}"
     grey = "" if share == "100" else f" Known on {share} % of the map."
     return Picture(

@@ -1,4 +1,4 @@
-"""How far off a whole map may be: what no repetition averages out, in the terms of the finger that felt it."""
+"""Systematic error of a whole map: what repetition does not average out, from the finger's specification."""
 
 from dataclasses import dataclass
 
@@ -48,20 +48,19 @@ ROUND = 2.0
 class MapBudget:
     """Largest constant offset along the normal that is left, by where it comes from.
 
-    A fingertip that is known touches with its surface, wherever on it the sensor says: sideways errors of the
-    contact only count in second order, as the height of tip and object beside it.
+    A fingertip that is known touches with its surface, wherever on it the contact is computed: lateral
+    errors of the contact count in second order only, through the curvature of tip and object.
 
     Attributes:
         calibration: Of the sensor: gain, cross-talk and zero [m]. 0 for a sensor without known ranges, which is
             taken for perfect but for its noise.
-        noise: What white noise adds on the average, since a contact that is off sideways is off outwards [m].
-        compression: By what tip and object give way to changes of the force while they last [m]: compression is
-            known for a steady force, and what a change within milliseconds does depends on damping; and by the
-            share of the steady one that is never known.
+        noise: Mean of the error by white noise, as a lateral error of the contact shifts it outwards [m].
+        compression: Of tip and object during changes of the force [m]: compression is known for a steady force,
+            and within milliseconds depends on damping; plus the unknown share of the steady compression.
         tilt: How far all normals may be off in one direction by the sensor's calibration [rad]; no part of the
             total.
-        shown: By what the run itself showed of its assumptions: a zero that moved, another stiffness (see
-            `palpate.experiments.explore.run_account`) [m].
+        shown: By assumptions that the run itself disproved: a zero that moved, another stiffness (see
+            `palpate.experiments.explore.assumption_check`) [m].
     """
 
     calibration: float
@@ -92,11 +91,11 @@ def map_budget(
 
     Args:
         record: Of the run.
-        finger: That felt it, its sensor file told apart from a perfect sensor by its kind.
+        finger: That felt it; a `SensorFinger` has a sensor file, any other a perfect sensor.
         kept: Which periods gave a point of the map, shape (n,).
         set_force: Normal force asked for, shape (n,) [N].
         half_compliance: Of tip and object together, half their compression per force [m/N].
-        force_noise: Standard deviation of each force component [N], where no sensor file says it.
+        force_noise: Standard deviation of each force component [N], where no sensor file gives it.
         moment_noise: Likewise [N m].
     """
     felt = np.flatnonzero(kept)
@@ -132,7 +131,7 @@ def _calibration_covariance(wrenches: FloatArray, ranges: FloatArray) -> FloatAr
 
 
 def _rise(uncertain: ContactUncertainties) -> float:
-    """Return the mean height of tip and object above each other where the contact is said to be [m]."""
+    """Return the mean gap of tip and object at the estimated contact [m]."""
     # turn times shift: curvature of the tip times squared distance, without asking the surface for its curvature
     return 0.5 * ROUND * float(np.nanmedian(np.sqrt(_trace(uncertain.centroid) * _trace(uncertain.normal))))
 

@@ -1,4 +1,4 @@
-"""How the map of an exploration grew: a few numbers at many moments, the map at a few; worked out afterwards."""
+"""How the map of an exploration grew: key numbers at many moments, the map at a few; computed afterwards."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from palpate.runtime.plan_track import PlanTrack
 from palpate.runtime.shown_plan import PlanChange, ShownMark
 
 SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
-"""Of the way: the moments of the curve."""
+"""Shares of the path length at which the curve is evaluated."""
 
 SHOWN = (0.1, 0.3, 0.6, 1.0)
 """Those of them that are shown as maps."""
@@ -24,17 +24,17 @@ MOST_VERTICES = 3_000
 """Of a mesh: each panel of the picture is a few hundred pixels wide."""
 
 MOST_CONTACTS = 20_000
-"""Of those that are taken: every so manieth. They are averaged over a millimetre, fifty times as much."""
+"""Contacts are decimated to at most so many: the map averages over a millimetre, fifty times their distance."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GrowthCurve:
-    """How much was known when, k moments.
+    """Observed area and its uncertainty at k moments.
 
     Attributes:
         time: From the beginning of the run, shape (k,) [s].
         contacts: So far, shape (k,).
-        way: Of the tip so far, lifted or not, shape (k,) [m].
+        path_length: Of the tip so far, lifted or not, shape (k,) [m].
         area: Observed, shape (k,) [m^2].
         middle: Standard deviation that half of that area stays below, shape (k,) [m]; NaN without area.
         tail: Likewise for 95 % of it, shape (k,) [m].
@@ -42,7 +42,7 @@ class GrowthCurve:
 
     time: FloatArray
     contacts: FloatArray
-    way: FloatArray
+    path_length: FloatArray
     area: FloatArray
     middle: FloatArray
     tail: FloatArray
@@ -103,8 +103,7 @@ def map_growth(
 ) -> MapGrowth | None:
     """Return how the map grew, or None if nothing was touched.
 
-    All moments are judged by the same belief about surface and noise, that of the whole run: what a map knew then
-    would depend on how often it had learned.
+    All moments use one model of surface and noise, learned from the whole run, so that they can be compared.
 
     Args:
         cloud: What was felt.
@@ -116,8 +115,8 @@ def map_growth(
     """
     if not len(cloud):
         return None
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(record.position, axis=0), axis=1))])
-    until = record.time[np.minimum(np.searchsorted(way, np.array(SHARES) * way[-1]), len(way) - 1)]
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(record.position, axis=0), axis=1))])
+    until = record.time[np.minimum(np.searchsorted(path, np.array(SHARES) * path[-1]), len(path) - 1)]
     thin = _thinned(cloud)
     voxel = voxel_for(thin.position, finest, MOST_VERTICES)
     surface = SurfaceMap(replace(learned.settings, model=learned.model))
@@ -135,7 +134,7 @@ def map_growth(
     curve = GrowthCurve(
         time=until - record.time[0],
         contacts=np.searchsorted(cloud.time, until, side="right").astype(np.float64),
-        way=np.interp(until, record.time, way),
+        path_length=np.interp(until, record.time, path),
         area=np.array([each.area for each in figures]),
         middle=np.array([each.middle for each in figures]),
         tail=np.array([each.tail for each in figures]),

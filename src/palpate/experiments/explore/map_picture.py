@@ -2,7 +2,8 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap
+from matplotlib.collections import Collection
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -11,19 +12,17 @@ from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.mapping import SurfaceMesh
 from palpate.reporting.style import (
     ERROR_COLOURS,
-    FONT_SIZE,
     HEIGHT_COLOURS,
-    INK,
     MAP_GROUND,
     MICRO,
     MILLI,
-    SMALL_SIZE,
     TRUE,
     Picture,
     Width,
-    dress,
+    colour_bar,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 SHOWN_PERCENT = 99.0
@@ -85,27 +84,32 @@ def from_above(
     limits: tuple[float, float],
     label: str,
 ) -> None:
+    """Draw a value at vertices, seen from above, with its colour bar."""
+    drawn = draw_mesh(axes, mesh, value, colours, Normalize(*limits))
+    bar = colour_bar(figure, drawn, axes, label, extend="both", shrink=0.85)
+    bar.locator = MaxNLocator(6)
+    bar.update_ticks()
+    axes.set_facecolor(MAP_GROUND)
+    axes.set_aspect("equal", adjustable="datalim")
+    style_axes(axes, x="x [mm]", y="y [mm]", grid=False)
+
+
+def draw_mesh(
+    axes: Axes, mesh: SurfaceMesh, value: FloatArray, colours: Colormap, norm: Normalize | None
+) -> Collection:
     """Draw a value at vertices where it is finite; upper triangles last, so that they hide those below."""
     corners = mesh.triangles[np.isfinite(value[mesh.triangles]).all(axis=1)]
-    order = np.argsort(mesh.vertices[corners, 2].mean(axis=1), kind="stable")
-    drawn = axes.tripcolor(
+    corners = corners[np.argsort(mesh.vertices[corners, 2].mean(axis=1), kind="stable")]
+    drawn: Collection = axes.tripcolor(
         MILLI * mesh.vertices[:, 0],
         MILLI * mesh.vertices[:, 1],
-        corners[order],
-        facecolors=value[corners[order]].mean(axis=1),
+        corners,
+        facecolors=value[corners].mean(axis=1),
         cmap=colours,
-        vmin=limits[0],
-        vmax=limits[1],
+        norm=norm,
         edgecolors="face",
         linewidth=0.2,
         antialiaseds=False,  # or the ground is seen between triangles
         rasterized=True,
     )
-    bar = figure.colorbar(drawn, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
-    bar.set_label(label, fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
-    bar.locator = MaxNLocator(6)
-    bar.update_ticks()
-    axes.set_facecolor(MAP_GROUND)
-    axes.set_aspect("equal", adjustable="datalim")
-    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    return drawn

@@ -1,4 +1,4 @@
-"""Which shape an object is, judged by what the finger may be off."""
+"""Which geometric primitive an object is, within the error budget of the finger."""
 
 import math
 from dataclasses import dataclass, field
@@ -35,11 +35,11 @@ class NamedShape:
 
     Statistics alone (`choice`) take every error that neighbours share for a shape that was missed, also if
     the sensor's calibration explains it, and an artefact of a tenth of a micrometre for an ellipsoid's third axis.
-    So a finger's budget decides: what is within it cannot be told apart, and the simplest of that is the answer.
+    So a finger's budget decides: shapes within it cannot be distinguished, and the simplest of them is chosen.
 
     Attributes:
         kind: The simplest shape that misses the contacts by no more than the limits; None: none of these.
-        choice: Every fit, and what statistics alone say.
+        choice: Every fit, and the choice by statistics alone.
         limit: Largest root mean square distance of the contacts [m].
         limit_tilt: Likewise of their normals [rad].
         common: What may be off in every length besides [m]: the budget of the map.

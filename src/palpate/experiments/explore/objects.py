@@ -1,4 +1,4 @@
-"""What there is to explore: kinds of objects by the names that people type, with the sizes or the file of each."""
+"""Objects that can be explored, by name, with the sizes or the file of each."""
 
 from pathlib import Path
 from typing import Literal
@@ -15,8 +15,8 @@ OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
     "cylinder": ("radius and length (it lies along x)", (0.03, 0.12)),
     "torus": ("radius of the ring and of its tube (it lies about z)", (0.06, 0.025)),
     "bumps": ("amplitude, wavelength and side of the square that they cover", (0.003, 0.06, 0.18)),
-    "mesh": ("nothing, the file says it", ()),
-    "height-field": ("width and depth, unless the file says them", ()),
+    "mesh": ("nothing, the file gives it", ()),
+    "height-field": ("width and depth, unless the file gives them", ()),
 }
 """What sizes each object takes, and its defaults [m]."""
 
@@ -69,7 +69,7 @@ def check_file(name: ObjectName, file: Path | None, scale: float) -> None:
             raise InvalidValueError(f"object = {name}: a file must describe it (--file)")
     elif file is not None:
         raise InvalidValueError(
-            f"file = {file}: {article_of(name)} {name} is described by --size; for a file say "
+            f"file = {file}: {article_of(name)} {name} is described by --size; for a file give "
             f"--object {' or --object '.join(FROM_FILE)}"
         )
     elif scale != 1.0:

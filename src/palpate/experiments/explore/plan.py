@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from palpate.controllers import (
@@ -83,21 +84,21 @@ class ExplorationPlan(PlanDefaults):
     """An exploration that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
-        config: What is asked for, with what the robot file says where it left something out.
+        config: What is asked for, completed from the robot file.
         robot: What carries it out.
         target: What is touched.
         scan: Where it goes, for the middle of the tip.
         plane: In it the coordinates of the tip frame's origin are those of the middle of the tip.
         parameters: For the controller.
-        effort: What paths cost.
+        effort: Durations of paths.
         finger: For touch.
         limits: For the supervisor.
         scene: What is simulated; None on a robot.
         half_compliance: Of tip and object together, half their compression per force [m/N].
         task: What the robot is built for.
         touch_force: Force that counts as a touch [N].
-        wall: What a wall in the way of the sweep would do.
-        identified: What pressing has found; None: the gain is made for what is assumed.
+        wall: Bound on the force of hitting a wall during the sweep.
+        identified: Result of pressing; None: the gain is made for the assumed stiffness.
     """
 
     config: ExploreConfig
@@ -138,7 +139,7 @@ class ExplorationPlan(PlanDefaults):
 
     @property
     def profile(self) -> ForceProfile | None:
-        """Of the force while the tip sweeps; None: what the live parameter says."""
+        """Of the force while the tip sweeps; None: the live parameter `force`."""
         config = self.config
         if not config.force_swing:
             return None
@@ -223,8 +224,8 @@ class ExplorationPlan(PlanDefaults):
         config, scan = self.config, self.scan
         (x0, y0), (x1, y1) = ((MILLI * x, MILLI * y) for x, y in scan.box)
         unknown = "what is felt decides" if math.isnan(scan.length) else "seen from above"
-        # nobody knows what the next object is like
-        unforeseen = config.speed > self.wall.speed and (config.beyond or config.object in FROM_FILE)
+        # the object may not be as described
+        unsafe = config.speed > self.wall.speed and (config.beyond or config.object in FROM_FILE)
         return DryRun(
             f"Exploration of {config.article} {config.object} by touch",
             (
@@ -241,7 +242,7 @@ class ExplorationPlan(PlanDefaults):
                 *limit_figures(self.limits),
             ),
             FILE_NAMES,
-            (f"A wall or step in the way would be {self.wall}.",) if unforeseen else (),
+            (f"A wall or step in the path would be {self.wall}.",) if unsafe else (),
         )
 
     def view(self) -> ViewScene:
@@ -265,12 +266,12 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
     """Check and build everything that an exploration needs; see `Experiment.plan`.
 
     Args:
-        config: What to do. Fingertip, noise and period that it leaves out the robot file says.
+        config: What to do. Fingertip, noise and period that it leaves out are the robot file's.
         robot: What carries it out.
         texts: What the log of an earlier run kept; empty for a new run, for which the object's file is read.
 
     Raises:
-        InvalidValueError: It cannot be realised; the message says what to change.
+        InvalidValueError: It cannot be carried out; the message names the remedy.
     """
     config = on_robot(config, robot)
     planned = plan_on(object_of(config, texts), config, robot)
@@ -279,7 +280,7 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
 
 
 def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> ExplorationPlan:
-    """Return the plan of an exploration of an object, whatever a complete configuration says of it.
+    """Return the plan of an exploration of a given object; the object options of `config` are not read.
 
     Raises:
         InvalidValueError: It cannot be realised.
@@ -310,10 +311,10 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     )
     descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
     plane = PathPlane((-x, -y, -z))
-    limits, room = _limits(robot.file.limits.limits(), scan, plane, top, descent, _stopping(config, scan))
+    limits, room = _limits(robot.file.limits, scan, plane, top, descent, _stopping(config, scan))
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
-    # what holds a real arm back is its controller
+    # the push of a real arm is bounded by its own controller
     if not isinstance(robot.file.backend, RigEntry | EmulatedHandEntry):
         check_push(config, ready.stiffness, robot.file.backend.following_error_limit)
     check_speed("speed", config.speed, limits)
@@ -369,7 +370,7 @@ def _acceleration(config: ExploreConfig, scan: Scan) -> float:
 
 
 def _stopping(config: ExploreConfig, scan: Scan) -> float:
-    """The way to rest from the largest speed that is foreseen [m]."""
+    """Stopping distance from the largest speed that is asked for [m]."""
     fastest = max([config.speed, *(value for _, name, value in config.change if name == "speed")])
     return 0.5 * fastest**2 / _acceleration(config, scan)
 
@@ -383,7 +384,7 @@ def _limits(
     for axis, low, high, least, most in zip(
         "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
     ):
-        if high > most or (low < least and axis != "z"):  # how far down it comes, the object decides
+        if high > most or (low < least and axis != "z"):  # the object decides how far down it comes
             raise InvalidValueError(
                 f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
                 f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
@@ -396,12 +397,12 @@ def _limits(
         return (next(low), next(low), next(low)), (next(high), next(high), next(high))
 
     workspace_lower, workspace_upper = around(ROOM + stopping)
-    limits = replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
+    limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
     return limits, Room(*around(0.5 * ROOM + stopping))
 
 
 def _force_range(config: ExploreConfig, least: float, limits: Limits) -> tuple[float, float]:
-    """What may be asked for while it runs [N]; a profile goes its own way."""
+    """Bounds of the live parameter `force` [N]; with a profile it is fixed."""
     if config.force_swing:
         return config.force, config.force
     return least, min(MOST_FORCE, LANDING_SHARE * limits.force)

@@ -1,9 +1,9 @@
-"""From a controller that explores to what people see of its plan."""
+"""The plan of an exploring controller, for display."""
 
 from collections.abc import Sequence
 
 from palpate.controllers import ExploreController
-from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, Stroke, TouchOnce
+from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, SingleTouch, Stroke
 from palpate.runtime.shown_plan import ShownMark, ShownPlan
 
 LOOK_EVERY = 10
@@ -43,10 +43,10 @@ def shown_plan(leg: Leg | None, plane: PathPlane, marks: Sequence[Mark]) -> Show
             name, points = "hop", (leg.to,)
         case Stroke():
             name, points = "stroke", leg.corners
-        case TouchOnce():
+        case SingleTouch():
             name, points = "touch", (leg.at,)
         case Circuit():
-            name = "circuit"  # where it leads, only what is felt tells
+            name = "circuit"  # its points are known only while it is felt
         case None:
             pass
     return ShownPlan(name, tuple(plane.base(point) for point in points), plane.axis, shown)

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour import ForeseenContour
+from palpate.experiments.explore.contour import PredictedContour
 from palpate.experiments.explore.scans import ContourScan, Scan
 from palpate.sim import SceneObject
 
@@ -44,7 +44,7 @@ class ReachableSurface:
         """Return the surface of `target` that the tip of `config` touches with its centre where `scan` goes."""
         half = np.array(config.tip if len(config.tip) == 3 else config.tip * 3)
         if isinstance(scan, ContourScan):
-            return cls._along(target, half, scan.foreseen, config.gap)
+            return cls._along(target, half, scan.predicted, config.gap)
         return cls._within(target, half, scan)
 
     @classmethod
@@ -75,7 +75,7 @@ class ReachableSurface:
         return cls(position[felt], step * length[felt])
 
     @classmethod
-    def _along(cls, target: SceneObject, half: FloatArray, curve: ForeseenContour, width: float) -> Self:
+    def _along(cls, target: SceneObject, half: FloatArray, curve: PredictedContour, width: float) -> Self:
         """What is touched with the centre on a curve, as a ribbon of a width [m]."""
         center = np.column_stack([curve.points, curve.heights])
         touched = center

@@ -1,4 +1,4 @@
-"""What the report on an exploration says."""
+"""The report on an exploration."""
 
 import shlex
 from collections.abc import Iterator
@@ -9,13 +9,13 @@ import numpy.typing as npt
 
 from palpate.controllers.paths import GoalError
 from palpate.errors import FloatArray
+from palpate.experiments.explore.assumption_check import assumption_sentences
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
 from palpate.experiments.explore.map_growth import MapGrowth
-from palpate.experiments.explore.run_account import account_sentences
 from palpate.experiments.explore.scans import ActiveScan, Scan
 from palpate.experiments.explore.tables import (
     TOO_LITTLE,
@@ -29,7 +29,8 @@ from palpate.experiments.explore.tables import (
     shape_sentence,
 )
 from palpate.experiments.kit.advice import advice_on_ending
-from palpate.experiments.kit.change_account import change_rows, change_sentences
+from palpate.experiments.kit.change_outcome import change_rows, change_sentences
+from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
@@ -57,7 +58,7 @@ GRID = 81
 """Grid lines of the true surface's picture along each side."""
 
 DRAWN = ("friction", "stiffness", "curvature_mean")
-"""Layers that the report has a picture of; of curvature one tells enough, and map.ply has them all."""
+"""Layers that the report has a picture of; of curvature one is enough, and map.ply has them all."""
 
 WELL_OBSERVED = 0.95
 """Share of what can be felt from which on a map counts as whole."""
@@ -140,8 +141,8 @@ def _shape(found: ExploredMap | None) -> tuple[Section, ...]:
         return ()
     shape = found.shape
     candidates = TextTable(candidate_rows(shape), heads=("shape", "misses by", "", "verdict"))
-    said = Paragraph(shape_sentence(shape, found.felt_little))
-    return (Section("Which shape it is", (said, TextTable(shape_rows(shape)), candidates)),)
+    sentence = Paragraph(shape_sentence(shape, found.felt_little))
+    return (Section("Which shape it is", (sentence, TextTable(shape_rows(shape)), candidates)),)
 
 
 def _error_pictures(exploration: Exploration) -> "Iterator[Picture]":
@@ -167,13 +168,9 @@ def _time_pictures(exploration: Exploration) -> "Iterator[Picture | None]":
 def time_series(exploration: Exploration) -> TimeSeries:
     """Return forces, spin torque and speed over time."""
     record, truth = exploration.record, exploration.truth
-    return TimeSeries(
-        time=record.time,
-        phase=[str(phase) for phase in record.phase],
-        measured_force=np.where(record.touching, record.normal_force, np.nan),
-        set_force=exploration.set_force,
-        spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-        speed=np.linalg.norm(record.velocity, axis=1),
+    return recorded_series(
+        record,
+        exploration.set_force,
         true_force=np.where(truth.touching, exploration.true_normal_force, np.nan) if truth.known else None,
         true_spin_torque=np.where(truth.touching, exploration.true_spin_torque, np.nan) if truth.known else None,
     )
@@ -181,28 +178,28 @@ def time_series(exploration: Exploration) -> TimeSeries:
 
 def _advice(exploration: Exploration) -> tuple[str, ...]:
     """What to do after it."""
-    said, found, config = list(advice_on_ending(exploration.run)), exploration.claimed_map, exploration.config
+    advice, found, config = list(advice_on_ending(exploration.run)), exploration.claimed_map, exploration.config
     if not len(exploration.cloud):
-        said.append(
-            "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run says "
+        advice.append(
+            "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run shows "
             "where the tip would go."
         )
     elif found is None:
-        said.append(
+        advice.append(
             "No surface is claimed, for contacts are too far apart or on one line: rows that lie closer "
             "(--spacing) make a map."
         )
     else:
         if found.truth_known and found.observed_share < WELL_OBSERVED:
-            said.append(
+            advice.append(
                 f"Of what could be felt {100.0 * found.observed_share:.0f} % were observed: closer rows "
                 "(--spacing) or --strategy active find more."
             )
-        said.append(
+        advice.append(
             "To compare the map with a model of the object: palpate compare "
             f"{shlex.quote(str(config.out / 'contacts.ply'))} part.stl, both in metres."
         )
-    return tuple(said)
+    return tuple(advice)
 
 
 def _asked(config: ExploreConfig) -> str:
@@ -215,29 +212,30 @@ def _asked(config: ExploreConfig) -> str:
 def outcome(exploration: Exploration) -> str:
     """Return in one sentence how it ended."""
     result = exploration.run
-    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     if result.ending is Ending.DONE:
         left_out = not_felt(exploration.marks)
         but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
-        why = "" if exploration.enough is None else f"; {exploration.enough.value}"
-        finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {rest}."
-        return finished + _but(exploration)
+        why = "" if exploration.stop_reason is None else f"; {exploration.stop_reason.value}"
+        finished = (
+            f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {result.rest}."
+        )
+        return finished + _remarks(exploration)
     if result.ending is Ending.TRIPPED:
-        return f"Stopped by the supervisor: {result.why}; {rest}.{_but(exploration)}"
+        return f"Stopped by the supervisor: {result.why}; {result.rest}.{_remarks(exploration)}"
     nothing = ", nothing was met" if result.ending is Ending.LOST and not len(exploration.cloud) else ""
     marked = f"; marked: {marks_text(exploration.marks)}" if exploration.marks else ""
     why = f"{result.ending.value}{nothing}{marked}"
-    return f"Not finished ({why}) after {result.duration:.1f} s; {rest}.{_but(exploration)}"
+    return f"Not finished ({why}) after {result.duration:.1f} s; {result.rest}.{_remarks(exploration)}"
 
 
-def _but(exploration: Exploration) -> str:
-    """What became of changes, and what was otherwise than assumed, as sentences after others."""
+def _remarks(exploration: Exploration) -> str:
+    """Sentences on live changes and on assumptions that did not hold; "" without any."""
     config = exploration.config
-    said = (
+    sentences = (
         *change_sentences(exploration.changes, exploration.run.duration, "the sweep began"),
-        *account_sentences(exploration.account, config.force, config.stiffness),
+        *assumption_sentences(exploration.assumptions, config.force, config.stiffness),
     )
-    return "".join(f" {each}" for each in said)
+    return "".join(f" {each}" for each in sentences)
 
 
 def _places(count: int) -> str:
@@ -251,7 +249,7 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     return (
         KeyFigure("contacts", len(exploration.cloud)),
         *_true_figures(exploration),
-        KeyFigure("largest force felt", exploration.account.most_force, "N", limit),
+        KeyFigure("largest force felt", exploration.assumptions.most_force, "N", limit),
         *_map_figures(exploration),
         KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)),
         KeyFigure(time_name(_cost(exploration)), result.duration, "s"),
@@ -303,7 +301,7 @@ def _map_figures(exploration: Exploration) -> list[KeyFigure]:
 
 
 def _accuracy(scan: Scan, found: ExploredMap) -> list[KeyFigure]:
-    """What an active exploration was asked for, against what its map really errs by."""
+    """The accuracy that an active exploration was asked for, against the true error of its map."""
     if not isinstance(scan, ActiveScan):
         return []
     asked = 1e3 * scan.goal.error
@@ -351,7 +349,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
         ("normal force", f"{config.force:g} N{_swing(config)}"),
         ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
-        ("a wall in its way", str(exploration.plan.wall)),
+        ("a wall in its path", str(exploration.plan.wall)),
         (config.strategy, exploration.plan.scan.line),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm" if known else NOT_KNOWN),
         (f"contact stiffness, {'simulated and ' if known else ''}assumed", f"{config.stiffness / 1e3:g} kN/m"),
@@ -376,12 +374,12 @@ def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """The law of force control with its margins, and what they were found from."""
     gain, found = exploration.plan.parameters.gain, exploration.plan.identified
     if found is None:
-        said = (
+        gains = (
             f"{1e3 * gain.gain:.3g} mm/s/N from K = {gain.stiffness / 1e3:.3g} kN/m and T = "
             f"{1e3 * gain.delay:.3g} ms: loop gain k K T = {gain.loop_gain:.2g} (unstable from 1.57), gain margin "
             f"{gain.gain_margin:.2g}, phase margin {gain.phase_margin_deg:.0f} degrees"
         )
-        return (("force gain", said),)
+        return (("force gain", gains),)
     law = f"an admittance of {found.mass:.3g} kg and {found.damping:.3g} N s/m" if found.mass else "the direct law"
     return (
         (

@@ -1,4 +1,4 @@
-"""The map at a few moments, from above: how well it was known, where the tip had been, and what it was up to."""
+"""The map at a few moments, from above: its uncertainty, the path done, and the path ahead."""
 
 from collections.abc import Sequence
 
@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from palpate.errors import FloatArray
 from palpate.experiments.explore.growth_picture import AREA, share_text
 from palpate.experiments.explore.map_growth import GrowthSnapshot, MapGrowth
+from palpate.experiments.explore.map_picture import draw_mesh
 from palpate.reporting.style import (
     COMMANDED,
     DASHED,
@@ -25,13 +26,13 @@ from palpate.reporting.style import (
     OTHER_PHASE,
     PATH,
     RIM,
-    SMALL_SIZE,
     Picture,
     Width,
-    dress,
+    colour_bar,
     legend_above,
     new_figure,
     rim,
+    style_axes,
 )
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<")
@@ -41,10 +42,10 @@ LARGEST_MARK, SMALLEST_MARK = 8.5, 5.0
 """Of the first event and of the last [points]: later ones do not cover it where they share a place."""
 
 PALE = ListedColormap([OTHER_PHASE])
-"""Of what is drawn on and not claimed."""
+"""Of what is extrapolated and not claimed."""
 
 DONE_POINTS = 3000
-"""The way is drawn with about so many points: more than pixels can tell apart."""
+"""About this many points of the path are drawn: more than pixels can resolve."""
 
 ROOM = 0.06
 """Around all that is drawn, of its extent."""
@@ -56,19 +57,19 @@ HEADER = 0.95
 """Of a picture, for legend and colour bar [inch]."""
 
 
-def snapshots_picture(told: MapGrowth) -> Picture:
+def snapshots_picture(growth: MapGrowth) -> Picture:
     """Return the map at each snapshot, all in one scale of colours and lengths."""
-    count = len(told.snapshots)
-    limits = _limits(told.snapshots)
+    count = len(growth.snapshots)
+    limits = _limits(growth.snapshots)
     across = 2 if count > 1 else 1
-    full = _figure(told, Width.FULL if across == 2 else Width.HALF, across, limits)
-    narrow = _figure(told, Width.HALF, 1, limits) if across == 2 else None
-    events = _events(told.snapshots[-1])
+    full = _figure(growth, Width.FULL if across == 2 else Width.HALF, across, limits)
+    narrow = _figure(growth, Width.HALF, 1, limits) if across == 2 else None
+    events = _events(growth.snapshots[-1])
     counts = "; ".join(f"{len(places)} x {event}" for event, places in events.items())
     marks = f" Marks: {counts}." if counts else ""
     return Picture(
         title="The map while it grew",
-        caption=f"{_known(told)} Dashed: what the leg of that moment had still before it. Dark, without "
+        caption=f"{_known(growth)} Dashed: the rest of the leg at that moment. Dark, without "
         f"holes, is good.{marks}",
         full=full,
         narrow=narrow,
@@ -76,77 +77,54 @@ def snapshots_picture(told: MapGrowth) -> Picture:
     )
 
 
-def _known(told: MapGrowth) -> str:
-    """What is seen of the map, in words."""
-    if not told.curve.area.any():
+def _known(growth: MapGrowth) -> str:
+    """What is seen of the map, as text."""
+    if not growth.curve.area.any():
         return (
             "Seen from above. Contacts are too far apart, or on one line: nothing of the surface counts as "
-            "observed, and what is drawn on beside a line is pale."
+            "observed, and what is extrapolated beside a line is pale."
         )
     return (
-        "Seen from above; over each, the area observed and its median standard deviation. The colour tells the "
-        "standard deviation of the surface's place; where the ground is grey, nothing was known."
+        "Seen from above; over each, the area observed and its median standard deviation. The colour shows the "
+        "standard deviation of the surface's position; grey ground is unknown."
     )
 
 
-def _figure(told: MapGrowth, width: Width, across: int, limits: FloatArray) -> Figure:
-    rows = -(-len(told.snapshots) // across)
+def _figure(growth: MapGrowth, width: Width, across: int, limits: FloatArray) -> Figure:
+    rows = -(-len(growth.snapshots) // across)
     shape = float(np.clip((limits[1, 1] - limits[1, 0]) / (limits[0, 1] - limits[0, 0]), FLATTEST, TALLEST))
     panel = width.value / across
     figure = new_figure(width, HEADER + rows * (shape * (panel - 0.7) + 0.6))
     axes = figure.subplots(rows, across, squeeze=False).ravel().tolist()
-    most = MICRO * max(told.largest_sd, 1e-9)
-    norm = Normalize(0.0, most) if told.curve.area.any() else None
-    names = list(_events(told.snapshots[-1]))
-    for each, place in zip(told.snapshots, axes, strict=False):
+    most = MICRO * max(growth.largest_sd, 1e-9)
+    norm = Normalize(0.0, most) if growth.curve.area.any() else None
+    names = list(_events(growth.snapshots[-1]))
+    for each, place in zip(growth.snapshots, axes, strict=False):
         _draw(each, place, norm, names)
-        place.set_title(
-            _heading(told, each.moment),
-            fontsize=FONT_SIZE,
-            color=INK,
-            loc="left",
-        )
+        place.set_title(_heading(growth, each.moment), fontsize=FONT_SIZE, color=INK, loc="left")
         place.set_xlim(*limits[0].tolist())
         place.set_ylim(*limits[1].tolist())
-    for place in axes[len(told.snapshots) :]:
+    for place in axes[len(growth.snapshots) :]:
         place.set_visible(False)
     if norm is not None:
-        _add_bar(figure, axes, norm)
+        mapped = ScalarMappable(norm, HEIGHT_COLOURS)
+        bar = colour_bar(figure, mapped, axes, "standard deviation [µm]", extend="max", shrink=0.7, aspect=40)
+        bar.locator = MaxNLocator(6)
+        bar.update_ticks()
     legend_above(figure, axes, 4 if width is Width.FULL else 3)
     return figure
 
 
-def _add_bar(figure: Figure, axes: Sequence[Axes], norm: Normalize) -> None:
-    bar = figure.colorbar(
-        ScalarMappable(norm, HEIGHT_COLOURS), ax=list(axes), extend="max", shrink=0.7, aspect=40, location="bottom"
-    )
-    bar.set_label("standard deviation [µm]", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
-    bar.locator = MaxNLocator(6)
-    bar.update_ticks()
-
-
 def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequence[str]) -> None:
-    """Draw a map with its way and marks; without a scale of deviations it is not coloured."""
+    """Draw a map with path and marks; without a scale of deviations it is not coloured."""
     mesh = each.mesh
     if len(mesh.triangles):
-        order = np.argsort(mesh.vertices[mesh.triangles, 2].mean(axis=1), kind="stable")  # the upper ones last
-        corners = mesh.triangles[order]
-        axes.tripcolor(
-            MILLI * mesh.vertices[:, 0],
-            MILLI * mesh.vertices[:, 1],
-            corners,
-            facecolors=MICRO * mesh.sd[corners].mean(axis=1),
-            cmap=PALE if norm is None else HEIGHT_COLOURS,
-            norm=norm,
-            edgecolors="face",
-            linewidth=0.2,
-            antialiaseds=False,  # or the ground is seen between triangles
-            rasterized=True,
-        )
+        draw_mesh(axes, mesh, MICRO * mesh.sd, PALE if norm is None else HEIGHT_COLOURS, norm)
     done = MILLI * each.done[:: max(len(each.done) // DONE_POINTS, 1)]
     if len(done):
-        axes.plot(done[:, 0], done[:, 1], color=PATH, linewidth=0.7, label="way of the tip", path_effects=rim(0.7))
+        axes.plot(
+            done[:, 0], done[:, 1], color=PATH, linewidth=0.7, label="path of the tip", path_effects=rim(0.7)
+        )
         axes.plot(*done[-1, :2], "o", color=PATH, markersize=4.0, label="tip")
     if len(each.to_go) > 1:
         to_go = MILLI * each.to_go
@@ -166,19 +144,19 @@ def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequ
         )
     axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="box")
-    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    style_axes(axes, x="x [mm]", y="y [mm]", grid=False)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5))
 
 
-def _heading(told: MapGrowth, moment: int) -> str:
-    curve = told.curve
+def _heading(growth: MapGrowth, moment: int) -> str:
+    curve = growth.curve
     if not curve.area.any():
-        return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s"
+        return f"{share_text(growth, moment)} of the path, {curve.time[moment]:.1f} s"
     known = f"{AREA * curve.area[moment]:.3g} cm²"
     if np.isfinite(curve.middle[moment]):
         known += f", sd {MICRO * curve.middle[moment]:.3g} µm"
-    return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s: {known}"
+    return f"{share_text(growth, moment)} of the path, {curve.time[moment]:.1f} s: {known}"
 
 
 def _events(each: GrowthSnapshot) -> dict[str, FloatArray]:

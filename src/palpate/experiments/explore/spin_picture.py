@@ -14,9 +14,9 @@ from palpate.reporting.style import (
     MILLI,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 GAP_PERIODS = 5.0
@@ -58,8 +58,8 @@ def _draw(series: TimeSeries, cloud: TouchCloud, width: Width) -> Figure:
     spin.set_ylim(min(low, -LEAST_SPIN), max(high, LEAST_SPIN))
     ratio.plot(*envelope(*_force_ratio(cloud)), color=MEASURED, linewidth=0.8, label="felt")
     ratio.set_ylim(bottom=0.0)
-    dress(spin, x="", y="spin torque [mN m]")
-    dress(ratio, x="time [s]", y="tangential / normal force")
+    style_axes(spin, x="", y="spin torque [mN m]")
+    style_axes(ratio, x="time [s]", y="tangential / normal force")
     spin.margins(x=0.0)
     figure.align_ylabels()
     legend_above(figure, [spin], columns=9 if width is Width.FULL else 4)

@@ -13,19 +13,15 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 from palpate.errors import FloatArray
 from palpate.mapping import Knowledge, SurfaceMesh, TouchCloud
 from palpate.reporting.style import (
-    FONT_SIZE,
     HEIGHT_COLOURS,
-    INK,
     MILLI,
-    PANE,
     PATH,
-    QUIET,
-    SMALL_SIZE,
     Picture,
     Width,
-    few_ticks,
+    colour_bar,
     new_figure,
     rim,
+    style_space,
 )
 
 IndexArray = npt.NDArray[np.integer]
@@ -37,7 +33,7 @@ AMBIENT = 0.62
 """Share of a colour that is left on a face turned away from the light."""
 
 PATH_STRETCHES = 2500.0
-"""The path is drawn with about so many points: more than pixels can tell apart."""
+"""The path is drawn with about this many points: more than pixels can resolve."""
 BROKEN_PATH = 4.0
 """The drawn path is broken where neighbours are further apart than this many stretches."""
 MARGIN = 0.08
@@ -83,13 +79,8 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
     figure, axes = _empty_view(view)
     if mesh is None:
         thin = _drawn_path(cloud)
-        axes.scatter(
-            *(MILLI * thin.position.T),
-            c=MILLI * thin.position[:, 2],
-            cmap=HEIGHT_COLOURS,
-            norm=view.norm,
-            s=2.0,
-        )
+        x, y, z = MILLI * thin.position.T
+        axes.scatter(x, y, z, c=z, cmap=HEIGHT_COLOURS, norm=view.norm, s=2.0)
         caption = "Touched points, coloured by height; there are too few, or too far apart, for a surface."
     else:
         _draw_triangles(axes, view, mesh.vertices, mesh.triangles)
@@ -99,7 +90,7 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
             "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the "
             "rim were not felt. Good is a surface without holes that looks as the object does."
             if (mesh.knowledge == Knowledge.OBSERVED).any()
-            else "The finger's path. The ribbon along it is drawn on, not claimed: beside it nothing was felt."
+            else "The finger's path. The ribbon along it is extrapolated, not claimed: beside it nothing was felt."
         )
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 
@@ -137,17 +128,10 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
     axes.set_box_aspect(tuple(high - low), zoom=1.0)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
     shares = (high - low) / (high - low).max()
-    for axis, name, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", shares.tolist(), strict=True):
-        axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
-        axis.set_pane_color(PANE)
-        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
-        axis.set_major_locator(few_ticks(share))
-        axis.get_major_formatter().set_useOffset(False)
+    style_space(axes, shares.tolist())
     axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
     colours = ScalarMappable(view.norm, HEIGHT_COLOURS)
-    bar = figure.colorbar(colours, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
-    bar.set_label("height z [mm]", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    bar = colour_bar(figure, colours, axes, "height z [mm]", shrink=0.7, pad=0.02)
     bar.ax.ticklabel_format(axis="x", useOffset=False)
     return figure, axes
 

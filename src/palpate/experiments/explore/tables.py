@@ -16,21 +16,21 @@ MILLI, CM2 = 1e3, 1e4
 
 STIFFNESS_NOTE = "the object alone: of the compression, half is taken for the tip's"
 
-FRICTION_NOTE = "told where it slid steadily, not near turns, landings and where it speeds up"
+FRICTION_NOTE = "measured where it slid steadily, not near turns, landings and accelerations"
 
 TOO_LITTLE = "too little was felt"
 
 SHOWN = 1e-8
-"""Of a length: less reads as nothing in a table [m]."""
+"""Least length that is shown in a table [m]."""
 
 NEGLIGIBLE = 1e-3
-"""Of a value: of a smaller deviation nobody needs the digits."""
+"""Relative standard deviation below which only its bound is shown."""
 
 Row = tuple[str, str, str, str]
 """Name, value, unit, note."""
 
-LINE: Row = ("map", "a line", "", "the ribbon beside it is drawn on, not claimed")
-"""Said in the place of all that is claimed of a surface."""
+LINE: Row = ("map", "a line", "", "the ribbon beside it is extrapolated, not claimed")
+"""The only row where no surface is claimed."""
 
 
 def map_rows(found: ExploredMap) -> tuple[Row, ...]:
@@ -61,13 +61,13 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
             ),
         ]
     if not found.is_line and found.truth_known:
-        note = f"of {CM2 * found.reachable.area.sum():.3g} cm² that the tip could feel on its way"
+        note = f"of {CM2 * found.reachable.area.sum():.3g} cm² that the tip could feel along its path"
         rows.append(("observed", f"{100.0 * found.observed_share:.1f}", "%", note))
     rows += [
         ("may be off everywhere", _mm(budget.total), "mm", "the budget, the sum of what follows"),
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
-        ("- noise", _mm(budget.noise), "mm", "contacts that are off sideways are off outwards"),
-        ("- changing force", _mm(budget.compression), "mm", "tip and object do not give way at once"),
+        ("- noise", _mm(budget.noise), "mm", "lateral errors of contacts shift them outwards"),
+        ("- changing force", _mm(budget.compression), "mm", "tip and object are compressed with a delay"),
         *(
             [("- as the run showed", _mm(budget.shown), "mm", "the zero moved, or another stiffness was felt")]
             if budget.shown >= SHOWN
@@ -109,8 +109,8 @@ def _layer(name: str, layer: VertexLayer, scale: float, unit: str, sign: str, no
     middle, low, high = (f"{as_known(each, sd):.3g}" for each in np.percentile(value, [50.0, 5.0, 95.0]).tolist())
     share = f"known on {100.0 * float(known.mean()):.0f} % of the map"
     over = f"{low} all over" if low == high else f"{low} to {high} over nine tenths of that"
-    said = [*_deviation(float(middle), sd, sign), share, over, *([note] if note else [])]
-    return (name, middle, unit, "; ".join(said))
+    notes = [*_deviation(float(middle), sd, sign), share, over, *([note] if note else [])]
+    return (name, middle, unit, "; ".join(notes))
 
 
 def _deviation(value: float, sd: float, sign: str) -> list[str]:
@@ -138,14 +138,14 @@ def shape_name(shape: NamedShape, felt_little: bool = False) -> str:
 
 
 def shape_sentence(shape: NamedShape, felt_little: bool = False) -> str:
-    """Return the answer as a sentence; `felt_little` likewise."""
+    """Return the result as a sentence; `felt_little` likewise."""
     if felt_little and shape.kind is None:
-        return f"Too little was felt to say which shape it is. {shape_sentence(shape)}"
+        return f"Too little was felt to decide which shape it is. {shape_sentence(shape)}"
     limits = f"{_mm(shape.limit)} mm and {math.degrees(shape.limit_tilt):.2g} degrees"
     if shape.fit is None:
         return f"None of these shapes comes within {limits} (RMS) of what was felt."
     others = [kind.value for kind in shape.choice.fits if kind is not shape.kind and shape.is_within(kind)]
-    also = f" More unknowns would do, too, and touch cannot tell: {', '.join(others)}." if others else ""
+    also = f" Shapes with more parameters fit as well: {', '.join(others)}." if others else ""
     article = "an" if shape_name(shape)[0] in "aeiou" else "a"
     return (
         f"It is {article} {shape_name(shape)}: the simplest shape within {limits} (RMS) of what was felt, as "

@@ -1,4 +1,4 @@
-"""With which force a sweeping tip hits a wall that nobody foresaw, and at which speed that stays below a limit."""
+"""Bound on the force with which a sweeping tip hits an unexpected wall, and the speed that keeps it to a limit."""
 
 import math
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ from palpate.controllers import LandingModel
 
 @dataclass(frozen=True, slots=True)
 class WallBound:
-    """What a vertical wall or a step in the way of a sweep does.
+    """Force of hitting a vertical wall or a step during a sweep.
 
-    One contact tells nothing of what lies ahead, so the wall is met at full speed, as in a landing, while the tip
+    One contact does not show what lies ahead, so the wall is met at full speed, as in a landing, while the tip
     presses on the floor: at most F + v max(K T, 2 sqrt(K m)) (see `palpate.controllers.landing`), and friction
-    makes that sqrt(1 + mu^2) longer. No control makes it smaller, for what the damping of an inelastic contact
-    gives is there with the first sample that shows it; a lower speed does.
+    makes that sqrt(1 + mu^2) longer. No control makes it smaller, since the
+    damping force of an inelastic contact is present at the first sample; a lower speed does.
 
     Attributes:
         force: Largest force with which a wall is hit at the speed of the sweep [N].
@@ -32,7 +32,7 @@ class WallBound:
         return cls(longer * (force + per_speed * speed), max(limit / longer - force, 0.0) / per_speed, limit)
 
     def __str__(self) -> str:
-        """What a report says."""
+        """The bound as text for a report."""
         return (
             f"hit with up to {self.force:.3g} N at this speed; up to {1e3 * self.speed:.3g} mm/s it stays below "
             f"the robot's limit of {self.limit:g} N"

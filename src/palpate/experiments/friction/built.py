@@ -84,8 +84,8 @@ def sensor_of(robot: Robot, config: FrictionConfig) -> SeededSensor:
             model = replace(model, rated=_rated(robot))
         if not min(model.noise_sd) > 0.0:
             raise InvalidValueError(
-                f"drift = {config.drift:g} N/min: a sensor that drifts has noise, too: readings that never change "
-                "pass for a dead sensor's; give --force-noise and --moment-noise, as 0.01 and 1e-4"
+                f"drift = {config.drift:g} N/min: a sensor that drifts has noise, too: constant readings "
+                "are taken for a dead sensor; give --force-noise and --moment-noise, as 0.01 and 1e-4"
             )
     return SeededSensor(model, config.seed)
 
@@ -101,7 +101,7 @@ def _touching_above(robot: Robot, model: SensorModel, config: FrictionConfig, to
     """Return the robot with a touch threshold for the noise and the drift that were typed, not for its own.
 
     Args:
-        robot: As its file says.
+        robot: As its file describes it.
         model: What is simulated.
         config: What was typed.
         touch_force: That counts as a touch on a sensor of which nothing is known [N].
@@ -129,7 +129,7 @@ def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
     shape, tip = object_of(config), config.tip or tip_sizes(robot)
     sensor = sensor_of(robot, config)
     loads = config.rubbed_loads
-    # half way in between: touch takes one size of the tip for all loads
+    # the mean: touch takes one size of the tip for all loads
     compression = 0.25 * (loads[0] + loads[-1]) / config.stiffness
     if min(tip) <= 2.0 * compression:
         raise InvalidValueError(

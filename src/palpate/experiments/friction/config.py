@@ -1,4 +1,4 @@
-"""What finding out about friction is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+"""The options of a friction measurement; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from palpate.experiments.kit.config_checks import (
     check_tip,
 )
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, check_options, option
 from palpate.friction.limit_surface import LimitSurface
 
 RubbedName = Literal["plate", "box", "sphere"]
@@ -24,11 +24,11 @@ SIZES: dict[RubbedName, tuple[float, ...]] = {
     "box": (0.08, 0.08, 0.04),
     "sphere": (0.04,),
 }
-"""Length, width and height, or radius, if nothing else is said [m]."""
+"""Default length, width and height, or radius [m]."""
 
 
 EXPONENT_SLIPS = 18
-"""There and back: with 3 % scatter they tell p within 0.15 and gamma within 0.05 in 95 % of all trials."""
+"""There and back: with 3 % scatter they determine p within 0.15 and gamma within 0.05 in 95 % of all trials."""
 
 SLOWEST_RUB = 1e-4
 """[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
@@ -40,7 +40,7 @@ LARGEST_CALIBRATION = 0.2
 """More is no calibration, or in per cent."""
 
 MOST_REPEATS = 100
-"""They tell a tenth of the noise, in an hour of rubbing."""
+"""They average the noise down to a tenth, in an hour of rubbing."""
 
 STIFFNESS = 4e3
 """Of a rubber fingertip on something hard [N/m]."""
@@ -51,7 +51,7 @@ LIBRARY_TEXT = "library.yaml"
 
 @dataclass(frozen=True, slots=True)
 class FrictionConfig:
-    """Rub a fingertip on a surface that nobody knows, to find out what a contact there bears before it slips.
+    """Rub a fingertip on an unknown surface, to measure what a contact there bears before it slips.
 
     A fingertip on a six-axis force/torque sensor lands, presses with each load, slides there and back, turns about
     the contact's normal and back, and lifts off. From that come mu (tangential over normal force in slip) and e
@@ -90,14 +90,14 @@ class FrictionConfig:
     radius."""
     size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
-    friction: float = option(0.5, fixed=TOUCHED)
+    friction: float = option(0.5, fixed=TOUCHED, symbol="mu")
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
-    spin_length: float = option(0.003, "m", fixed=TOUCHED)
+    spin_length: float = option(0.003, "m", fixed=TOUCHED, symbol="e")
     """Its true e at 1 N: largest spin torque per largest friction force [m]."""
-    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive")
+    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive", symbol="p")
     """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
     plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
-    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative")
+    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative", symbol="gamma")
     """Its true gamma: e grows as load^gamma, 0 to 1/3."""
     static_friction: float | None = option(None, fixed=TOUCHED, bound="positive")
     """Its true mu at rest, at least --friction."""
@@ -119,11 +119,11 @@ class FrictionConfig:
     most_travel: float | None = option(None, "m", bound="positive")
     """How far a stroke may go [m]. Left out: 25 mm, less on what is smaller or curved."""
     repeats: int = 1
-    """How often each stroke and twist is done: twice as often tells 0.7 times the noise."""
+    """How often each stroke and twist is done: twice as often means 0.7 times the noise."""
     quick: bool = False
     """One speed, and only the least and the largest load."""
     fit_exponents: bool = False
-    """Slide and turn at once, too, 18 times there and back at the least and the largest load: tells p, gamma."""
+    """Slide and turn at once, too, 18 times there and back at the least and the largest load: for p, gamma."""
     stiffness: float = option(STIFFNESS, "N/m", fixed=TOUCHED, bound="positive")
     """Of the simulated contact along the normal [N/m]."""
     calibration: float = option(
@@ -136,23 +136,23 @@ class FrictionConfig:
     zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
     tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    the next three: what the robot file says."""
+    the next three: the robot file's."""
     force_noise: float | None = option(None, "N", fixed=NOISY)
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     library: Path | None = option(None, fixed="a replay recognises nothing; rub again", kept=LIBRARY_TEXT)
     """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
-    its package: says which of them this one is, or that it is none, and what touch would tell most next. The
-    report names the file that was read, and each of its surfaces."""
+    its package: the surface is recognised among them, or as none of them, and the most informative next
+    touch is recommended. The report names the file that was read, and each of its surfaces."""
     robot: str = "turning-stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
-    out: Path = option(Path("runs/friction"), fixed=WRITTEN)
+    out: Path = Path("runs/friction")
     """Folder for friction.yaml, the report and the log."""
 
     def __post_init__(self) -> None:
@@ -203,14 +203,14 @@ class FrictionConfig:
         if not self.loads:
             raise InvalidValueError("loads: there are none; give one at least [N]")
         if list(self.loads) != sorted(set(self.loads)):
-            told = " ".join(f"{load:g}" for load in self.loads)
-            raise InvalidValueError(f"loads = {told}: must rise, each above the one before")
+            loads = " ".join(f"{load:g}" for load in self.loads)
+            raise InvalidValueError(f"loads = {loads}: must rise, each above the one before")
         if self.loads[-1] > MOST_FORCE:
             raise InvalidValueError(f"loads = {self.loads[-1]:g} N: must be at most {MOST_FORCE:g} N")
         if self.fit_exponents and self.loads[-1] < 2.0 * self.loads[0]:
             raise InvalidValueError(
                 f"loads from {self.loads[0]:g} to {self.loads[-1]:g} N: for --fit-exponents the largest must be "
-                "at least twice the least, or how e grows cannot be told"
+                "at least twice the least, or the growth of e cannot be measured"
             )
 
     @property

@@ -31,11 +31,11 @@ DARK = 0.4
 def confusion_picture(confusion: Confusion) -> Picture:
     """Return the picture of a confusion matrix: rows are what was touched, columns what it was taken for."""
     return Picture(
-        title="Materials told apart by touch",
+        title="Materials recognised by touch",
         caption=(
             "Share of touched objects of each material (row) that were taken for another (column), in per cent; "
-            "right answers lie on the diagonal; for objects of no material of the library, in the last column. "
-            "Nothing beside them is good."
+            "correct results lie on the diagonal; for objects of no material of the library, in the last column. "
+            "Empty cells elsewhere are good."
         ),
         full=_draw(confusion, Width.FULL),
         narrow=_draw(confusion, Width.HALF),
@@ -47,15 +47,15 @@ def _draw(confusion: Confusion, width: Width) -> Figure:
     shares = confusion.shares
     figure = new_figure(width, 1.6 + 0.3 * rows if width is Width.FULL else 1.9 + 0.24 * rows)
     axes = figure.subplots()
-    # white where nothing was answered, so that wrong answers stand out
+    # white where the share is 0, so that wrong results stand out
     image = axes.pcolormesh(
         np.where(shares > 0.0, shares, np.nan), cmap=HEIGHT_COLOURS.reversed(), vmin=0.0, vmax=1.0
     )
     axes.invert_yaxis()
     axes.axvline(columns - 1, color=INK, linewidth=1.0)
-    strangers = sum(truth not in confusion.answers for truth in confusion.truths)
-    if 0 < strangers < rows:
-        axes.axhline(rows - strangers, color=INK, linewidth=1.0)
+    unknown = sum(truth not in confusion.predictions for truth in confusion.truths)
+    if 0 < unknown < rows:
+        axes.axhline(rows - unknown, color=INK, linewidth=1.0)
     size = SMALL_SIZE
     if max(rows, columns) <= MOST_FIGURES:
         for (i, j), share in np.ndenumerate(shares):
@@ -64,12 +64,12 @@ def _draw(confusion: Confusion, width: Width) -> Figure:
                 axes.text(
                     j + 0.5, i + 0.5, _per_cent(share), ha="center", va="center", fontsize=size, color=colour
                 )
-    axes.set_xticks(np.arange(columns) + 0.5, [label(name, LONGEST_NAME) for name in confusion.answers])
+    axes.set_xticks(np.arange(columns) + 0.5, [label(name, LONGEST_NAME) for name in confusion.predictions])
     axes.set_yticks(np.arange(rows) + 0.5, [label(name, LONGEST_NAME) for name in confusion.truths])
     axes.tick_params(labelsize=size, colors=INK, length=0)
     for each in axes.get_xticklabels():
         each.set(rotation=40, ha="right", rotation_mode="anchor")
-    axes.get_xticklabels()[-1].set_fontstyle("italic" if confusion.answers[-1] == UNKNOWN else "normal")
+    axes.get_xticklabels()[-1].set_fontstyle("italic" if confusion.predictions[-1] == UNKNOWN else "normal")
     axes.set_xlabel("taken for", fontsize=FONT_SIZE, color=INK)
     axes.set_ylabel("touched", fontsize=FONT_SIZE, color=INK)
     for spine in axes.spines.values():

@@ -1,4 +1,4 @@
-"""What was found of a surface, in numbers: for tables, sweeps and comparisons."""
+"""Figures of a friction measurement: for tables, sweeps and comparisons."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -15,11 +15,11 @@ Value = Callable[["FrictionResult"], FigureValue]
 def _found(key: str, value: "Callable[[FrictionEstimate], FigureValue]") -> Value:
     """Of what friction.yaml has under a key; None if it has nothing."""
 
-    def told(result: "FrictionResult") -> FigureValue:
+    def evaluated(result: "FrictionResult") -> FigureValue:
         found: FrictionEstimate | None = None if result.file is None else getattr(result.file, key)
         return None if found is None else value(found)
 
-    return told
+    return evaluated
 
 
 def _number(key: str, end: str = "value") -> Value:
@@ -33,14 +33,14 @@ def _measured(key: str) -> Value:
 def _against(key: str, true: "Callable[[FrictionResult], float | None]", bounds: bool) -> Value:
     """Of what was measured, not bounded or assumed: its error, or whether its interval holds the truth."""
 
-    def told(result: "FrictionResult") -> FigureValue:
+    def evaluated(result: "FrictionResult") -> FigureValue:
         found: FrictionEstimate | None = None if result.file is None else getattr(result.file, key)
         truth = true(result)
         if found is None or truth is None or not found.measured:
             return None
         return found.lower <= truth <= found.upper if bounds else found.value - truth
 
-    return told
+    return evaluated
 
 
 def _true_mu(result: "FrictionResult") -> float | None:

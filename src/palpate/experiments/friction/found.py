@@ -1,4 +1,4 @@
-"""What rubbing has found: everything that `palpate.friction` makes of the strokes of one run."""
+"""The friction model of one run: everything that `palpate.friction` estimates from its strokes."""
 
 import math
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, S
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
-"""Of p where nobody has measured it: that of pressure as under elastic bodies, from a sphere's to uniform, and how
+"""Of p where it was not measured: that of pressure as under elastic bodies, from a sphere's to uniform, and how
 far rubber is from it (1.1 to 2 were measured)."""
 
 LEFT_DRIFT = 0.1
-"""Of how far the sensor's zero went, what is left of it when it is taken to go evenly."""
+"""Share of the sensor's drift that is left after linear interpolation."""
 
 FEWEST_SLIPS = 6
 """Loads for a fit of the limit surface, of both kinds."""
@@ -30,7 +30,7 @@ FEWEST_SLIPS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AtSpeed:
-    """What strokes told at one speed.
+    """Friction from strokes at one speed.
 
     Attributes:
         speed: Asked for [m/s].
@@ -43,7 +43,7 @@ class AtSpeed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AtLoad:
-    """What was told at one load.
+    """Friction and spin length at one load.
 
     Attributes:
         load: Asked for [N].
@@ -58,7 +58,7 @@ class AtLoad:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionFound:
-    """All that one run has told of a surface.
+    """Everything that one run has measured of a surface.
 
     Attributes:
         loads: At each load, rising.
@@ -66,7 +66,7 @@ class FrictionFound:
         curve: mu over the speed; None without two speeds that slipped.
         slips: Loads in full slip, of all kinds of slip, as they would be at the main slip speed.
         fitted: The limit surface through them, with its exponents; None if they were not asked for, or cannot be
-            told.
+            measured.
     """
 
     loads: tuple[AtLoad, ...]
@@ -110,7 +110,7 @@ def found_by(
     settling: float = SETTLING,
     tip_error: float = 0.0,
 ) -> FrictionFound:
-    """Return what rubs have told; exponents, if some slid and turned at once.
+    """Return what rubs have measured; exponents, if some slid and turned at once.
 
     Args:
         pairs: In the order in which they were done.
@@ -122,32 +122,36 @@ def found_by(
     """
     loads = sorted({pair.rub.normal_force for pair in pairs})
     strokes = {load: _strokes(pairs, load, speed) for load in loads}
-    told = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
-    speeds = _over_speed(pairs, told, speed, errors, settling)
+    frictions = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
+    speeds = _over_speed(pairs, frictions, speed, errors, settling)
     points = [
         SpeedPoint(each.friction.speed, each.friction.friction)
         for each in speeds
         if isinstance(each.friction, FrictionMeasured)
     ]
     curve = fit_speed_curve(points) if len(points) > 1 else None
-    first = tuple(_at_load(pairs, load, told, curve, points, errors, settling) for load in loads if load in told)
+    first = tuple(
+        _at_load(pairs, load, frictions, curve, points, errors, settling) for load in loads if load in frictions
+    )
 
     def slips_by(p: float) -> tuple[SlipLoad, ...]:
-        return _slips(pairs, told, first, speeds, curve, points, speed, settling, p)
+        return _slips(pairs, frictions, first, speeds, curve, points, speed, settling, p)
 
     slips = slips_by(ASSUMED_EXPONENT)
     mixed = any(pair.rub.speed > 0.0 and pair.rub.spin != 0.0 for pair in pairs)
     if not mixed or len(slips) < FEWEST_SLIPS:
         return FrictionFound(first, speeds, curve, slips, None)
-    mu = max(each.friction.value for each in told.values() if isinstance(each, FrictionMeasured))
+    mu = max(each.friction.value for each in frictions.values() if isinstance(each, FrictionMeasured))
     place = math.hypot(PLACE_ERROR, mu * tip_error)
     fitted = fit_limit_surface(slips, place_error=place)
-    # which speed a slip of both kinds has, p says
+    # p determines the speed of a combined slip
     slips = slips_by(fitted.surface.norm_exponent)
     fitted = fit_limit_surface(slips, place_error=place)
     p, sd = fitted.surface.norm_exponent, fitted.standard_deviations[3]
     again = tuple(
-        _at_load(pairs, load, told, curve, points, errors, settling, p, sd) for load in loads if load in told
+        _at_load(pairs, load, frictions, curve, points, errors, settling, p, sd)
+        for load in loads
+        if load in frictions
     )
     return FrictionFound(again, speeds, curve, slips, fitted)
 
@@ -163,7 +167,7 @@ def _strokes(pairs: Sequence[RubbedPair], load: float, speed: float) -> list[Two
 
 def _over_speed(
     pairs: Sequence[RubbedPair],
-    told: dict[float, FrictionMeasured | FrictionBound],
+    frictions: dict[float, FrictionMeasured | FrictionBound],
     main: float,
     errors: SensorErrors,
     settling: float,
@@ -173,7 +177,7 @@ def _over_speed(
         load: sorted(
             {pair.rub.speed for pair in pairs if pair.rub.spin == 0.0 and pair.rub.normal_force == load} | {main}
         )
-        for load in told
+        for load in frictions
     }
     if not speeds:
         return ()
@@ -181,7 +185,7 @@ def _over_speed(
     return tuple(
         AtSpeed(
             speed,
-            told[load] if speed == main else measure_friction(_strokes(pairs, load, speed), errors, settling),
+            frictions[load] if speed == main else measure_friction(_strokes(pairs, load, speed), errors, settling),
         )
         for speed in speeds[load]
     )
@@ -190,7 +194,7 @@ def _over_speed(
 def _at_load(
     pairs: Sequence[RubbedPair],
     load: float,
-    told: dict[float, FrictionMeasured | FrictionBound],
+    frictions: dict[float, FrictionMeasured | FrictionBound],
     curve: SpeedCurve | None,
     points: Sequence[SpeedPoint],
     errors: SensorErrors,
@@ -198,7 +202,7 @@ def _at_load(
     p: float = ASSUMED_EXPONENT,
     p_error: float = ASSUMED_ERROR,
 ) -> AtLoad:
-    friction = told[load]
+    friction = frictions[load]
     twists = [pair for pair in pairs if pair.rub.speed == 0.0 and pair.rub.normal_force == load]
     longest = max((pair.rub.duration for pair in twists), default=0.0)
     # of those that the survey did; slips for the exponents come later, and are judged with them
@@ -221,12 +225,12 @@ def _at_load(
         turning = spin.torque_ratio.value * abs(spin.spin)
         own, slow = spin_friction(curve, points, turning, friction.friction, friction.speed)
         spin = measured(replace(friction, friction=own, speed=slow))
-    return AtLoad(load, told[load], spin)
+    return AtLoad(load, frictions[load], spin)
 
 
 def _slips(
     pairs: Sequence[RubbedPair],
-    told: dict[float, FrictionMeasured | FrictionBound],
+    frictions: dict[float, FrictionMeasured | FrictionBound],
     loads: Sequence[AtLoad],
     over_speed: Sequence[AtSpeed],
     curve: SpeedCurve | None,
@@ -237,11 +241,11 @@ def _slips(
 ) -> tuple[SlipLoad, ...]:
     """Loads in full slip, as they would be at the main slip speed, as far as mu over the speed is known."""
     lengths = {each.load: each.spin.spin_length.value for each in loads if isinstance(each.spin, SpinMeasured)}
-    # those of the survey: exponents are told at one speed, slower than the main one if need be
+    # those of the survey: exponents are measured at one speed, slower than the main one if need be
     others = {each.speed for each in over_speed} - {speed}
     found = []
     for each in pairs:
-        rub, friction = each.rub, told.get(each.rub.normal_force)
+        rub, friction = each.rub, frictions.get(each.rub.normal_force)
         if not isinstance(friction, FrictionMeasured) or rub.normal_force not in lengths:
             continue
         if rub.spin == 0.0 and rub.speed in others:

@@ -1,4 +1,4 @@
-"""The figures of what was found of a surface, with intervals, and why what is no more than a bound is one."""
+"""Key figures of a friction measurement, with intervals, and the reasons for bounds."""
 
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
@@ -28,8 +28,8 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
         figures.append(_figure("static friction", file.static_friction, static, bound=_static_bound(result)))
     true_length, why = plan.true_spin_length(1.0), no_spin_length(result)
     if file.spin_length is None:
-        told = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
-        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{told}"))
+        truth = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
+        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{truth}"))
         figures += _torque(file)
     else:
         figures.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3, bound=why or ""))

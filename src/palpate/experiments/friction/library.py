@@ -1,4 +1,4 @@
-"""Which surface of a library it is that was rubbed, and which touch would tell most next."""
+"""Recognition of the rubbed surface in a library, and the most informative next touch."""
 
 import importlib.resources
 import math
@@ -26,7 +26,7 @@ DRAWN = 500
 """Objects for the confusion matrix, of all materials together: of ten, a share of 5 % is known to 3 %."""
 
 MOST_CONFUSED = 20
-"""Materials in it: of more nobody reads the shares."""
+"""Materials in it: more are illegible."""
 
 SHIPPED = Path("simulated")
 """Stands for the library that comes with palpate."""
@@ -34,7 +34,7 @@ SHIPPED = Path("simulated")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recognised:
-    """What a library says of the surface that was rubbed.
+    """Recognition of the rubbed surface in a library.
 
     Attributes:
         recognition: Of its materials.
@@ -49,9 +49,9 @@ class Recognised:
 
     @property
     def material(self) -> str:
-        """Name of the material, or what else is to be said, in a word or two."""
+        """Name of the material; without one, the outcome of the recognition."""
         found = self.recognition
-        return found.best if found.answer is RecognitionOutcome.RECOGNISED else found.answer.value
+        return found.best if found.outcome is RecognitionOutcome.RECOGNISED else found.outcome.value
 
     @property
     def words(self) -> str:
@@ -63,21 +63,21 @@ class Recognised:
             for i in order.tolist()
             if found.posterior[i] > 0.005
         )
-        if found.answer is RecognitionOutcome.UNKNOWN:
-            said = f"No material of the library fits it; {found.best} comes nearest."
-        elif found.answer is RecognitionOutcome.RECOGNISED:
-            said = f"It is {found.best}, as far as the library goes ({likely}). No further touch is needed."
+        if found.outcome is RecognitionOutcome.UNKNOWN:
+            verdict = f"No material of the library fits it; {found.best} comes nearest."
+        elif found.outcome is RecognitionOutcome.RECOGNISED:
+            verdict = f"It is {found.best}, as far as the library goes ({likely}). No further touch is needed."
         else:
-            said = f"It may be one of several: {likely}."
+            verdict = f"It may be one of several: {likely}."
         if advice.advice is Advice.TOUCH and advice.slip is not None:
             slip = advice.slip
             how = (
                 f"a stroke at {1e3 * slip.speed:g} mm/s" if slip.spin == 0.0 else f"a twist at {slip.spin:g} rad/s"
             )
-            return f"{said} What would tell most next, at another place: {how}, with {slip.normal_force:g} N."
+            return f"{verdict} Most informative next touch, at another place: {how}, with {slip.normal_force:g} N."
         if advice.advice is Advice.NOTHING_TELLS:
-            return f"{said} No stroke or twist with these loads tells them apart."
-        return said
+            return f"{verdict} No stroke or twist with these loads distinguishes them."
+        return verdict
 
 
 def library_text(config: FrictionConfig, texts: Mapping[str, str]) -> str:
@@ -117,7 +117,7 @@ def library_path(config: FrictionConfig) -> Path | None:
 def recognised(
     library: MaterialLibrary, found: FrictionFound, config: FrictionConfig, most_spin: float
 ) -> Recognised | None:
-    """Return what a library says; None if nothing was rubbed.
+    """Return the material recognised in a library; None if nothing was rubbed.
 
     Args:
         library: Of materials.
@@ -128,10 +128,10 @@ def recognised(
     touches = _touches(found)
     if not touches:
         return None
-    answer = recognise(library, touches, calibration=config.calibration)
+    recognition = recognise(library, touches, calibration=config.calibration)
     spins = (most_spin,) if most_spin > 0.0 else ()
-    advice = next_touch(answer, candidate_touches(config.rubbed_loads, (config.speed,), spins))
-    return Recognised(answer, advice, _confused(answer, touches, config))
+    advice = next_touch(recognition, candidate_touches(config.rubbed_loads, (config.speed,), spins))
+    return Recognised(recognition, advice, _confused(recognition, touches, config))
 
 
 def _confused(
@@ -152,7 +152,7 @@ def _confused(
 
 
 def _touches(found: FrictionFound) -> list[TouchEvidence | NeverSlipped]:
-    """One touch: all was rubbed at one place, and what a place has of its own, every load there shares."""
+    """One touch: all was rubbed at one place, and every load shares the deviation of that place."""
     touches: list[TouchEvidence | NeverSlipped] = []
     for at in found.loads:
         if isinstance(at.friction, FrictionBound):

@@ -63,12 +63,12 @@ def speeds(result: FrictionResult) -> tuple[Interval, ...]:
 
 
 def table_rows(
-    told: Sequence[Interval], name: str, at_unit: str, at_factor: float, unit: str = "", factor: float = 1.0
+    intervals: Sequence[Interval], name: str, at_unit: str, at_factor: float, unit: str = "", factor: float = 1.0
 ) -> list[tuple[str, str, str, str]]:
     """Return name, value, unit and interval of each.
 
     Args:
-        told: What to show.
+        intervals: To show.
         name: Of the quantity.
         at_unit: Of where it was measured, as shown.
         at_factor: From SI to that.
@@ -76,7 +76,7 @@ def table_rows(
         factor: From SI to that.
     """
     rows = []
-    for each in told:
+    for each in intervals:
         true = "" if each.true is None else f"; true {factor * each.true:.4g}"
         if each.bound:
             value, note = bound_words(factor * each.value), f"{each.why or 'it never slipped'}: a lower bound"

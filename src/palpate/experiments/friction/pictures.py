@@ -1,4 +1,4 @@
-"""What rubbing has found, as pictures: mu along strokes, the limit surface, e over load, mu over speed."""
+"""Pictures of a friction measurement: mu along strokes, the limit surface, e over load, mu over speed."""
 
 import math
 from collections.abc import Sequence
@@ -26,15 +26,15 @@ from palpate.reporting.style import (
     WANTED,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 ASSUMED = (
-    " p was assumed: these loads do not tell it, and the line may be any in the band; --fit-exponents measures it."
+    " p was assumed: these loads do not determine it, and the line may be any in the band; see --fit-exponents."
 )
-"""Of a limit surface whose p nobody measured."""
+"""Of a limit surface whose p was not measured."""
 
 CREEPING = " What creeps, as grease does, is proportional to the speed, and is left out of mu."
 """Of speeds at which it did."""
@@ -57,7 +57,7 @@ def stroke_picture(
     Args:
         strokes: There and back.
         friction: mu at each load.
-        bent: Whether the normal turns along the way.
+        bent: Whether the normal turns along the stroke.
     """
     if not strokes:
         return None
@@ -66,14 +66,14 @@ def stroke_picture(
     loads = sorted({stroke.load for stroke in strokes})
     colours = {load: LOAD_COLOURS[i % len(LOAD_COLOURS)] for i, load in enumerate(loads)}
     for stroke in strokes:
-        told = f"{stroke.load:g} N" if not stroke.back else None
+        name = f"{stroke.load:g} N" if not stroke.back else None
         axes.plot(
             *envelope(MILLI * stroke.travel, stroke.ratio),
             color=colours[stroke.load],
             linewidth=0.9,
             linestyle="--" if stroke.back else "-",
             alpha=0.85,
-            label=told,
+            label=name,
         )
     slipped = [each for each in friction if not each.bound]
     if slipped:
@@ -94,13 +94,13 @@ def stroke_picture(
         axes.axhline(true, color=TRUE, linewidth=1.2, linestyle=DASHED, label="true")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.margins(x=0.0)
-    dress(axes, x="travel [mm]", y="tangential / normal force")
+    style_axes(axes, x="travel [mm]", y="tangential / normal force")
     legend_above(figure, [axes], columns=4)
     return Picture(
         title="Friction along the strokes",
         caption=(
-            "There (solid) and back (dashed) at each load. What only gives way rises all along; what slips stays "
-            "level, and only that part counts" + _counted(friction) + (BENT if bent else "") + _band(slipped)
+            "There (solid) and back (dashed) at each load. Elastic deflection rises all along; slip stays level, "
+            "and only that part counts" + _counted(friction) + (BENT if bent else "") + _band(slipped)
         ),
         full=figure,
     )
@@ -116,10 +116,10 @@ def _counted(friction: Sequence[Interval]) -> str:
     bounds = [f"{each.at:.3g}" for each in friction if each.bound]
     if not bounds:
         return "."
-    told = ", ".join(bounds)
+    loads = ", ".join(bounds)
     return (
-        f", if it does so both ways and for long enough: not at {told} N. There mu is a lower bound, and the "
-        "normal, by which heights are told here, is known to a few degrees only."
+        f", if it does so in both directions and for long enough: not at {loads} N. There mu is a lower bound, "
+        "and the normal, which the ratio is computed with, is known to a few degrees only."
     )
 
 
@@ -130,10 +130,10 @@ def surface_picture(found: SurfacePoints) -> Picture:
     p = found.surface.norm_exponent
     x, y = _curve(p)
     axes.fill(np.append(x, 0.0), np.append(y, 0.0), color=INSIDE, zorder=1)
-    told = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
+    exponent = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
     if not found.exponent_measured:
         _draw_between(axes, *found.exponents)
-    axes.plot(x, y, color=INK, linewidth=1.3, zorder=2, label=told)
+    axes.plot(x, y, color=INK, linewidth=1.3, zorder=2, label=exponent)
     if found.true is not None:
         q = found.true.norm_exponent
         axes.plot(*_curve(q), color=TRUE, linewidth=1.3, linestyle=DASHED, zorder=2, label=f"true, p = {q:.3g}")
@@ -156,7 +156,7 @@ def surface_picture(found: SurfacePoints) -> Picture:
     axes.set_aspect("equal")
     axes.set_xlim(-0.05, AXIS_LIMIT)
     axes.set_ylim(-0.05, AXIS_LIMIT)
-    dress(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
+    style_axes(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
     legend_above(figure, [axes], columns=3)
     return Picture(
         title="Limit surface",
@@ -177,13 +177,13 @@ def length_picture(lengths: Sequence[Interval], growth: tuple[float, float] | No
     axes = figure.subplots()
     loads = np.array([each.at for each in lengths])
     span = np.geomspace(0.8 * loads.min(), 1.25 * loads.max(), 60)
-    said = "e at each load with its 95 % interval; short ones that hold the true value are good."
+    caption = "e at each load with its 95 % interval; short ones that hold the true value are good."
     if growth is not None:
         c, gamma = growth
         axes.plot(span, MILLI * c * span**gamma, color=MEASURED, linewidth=1.2, label="c $f_n^\\gamma$")
         power = f"{gamma:.2f}"
         law = "at all loads" if float(power) == 0.0 else f"(f_n / 1 N)^{power}"
-        said = (
+        caption = (
             "Short intervals that the line goes through are good. Here are e at each load with its 95 % interval, "
             f"and e = {MILLI * c:.3g} mm {law}."
         )
@@ -192,9 +192,9 @@ def length_picture(lengths: Sequence[Interval], growth: tuple[float, float] | No
     axes.set_xscale("log")
     axes.set_ylim(0.0, 1.25 * top)
     _plain_ticks(axes, loads)
-    dress(axes, x="normal force [N]", y="spin length e [mm]")
+    style_axes(axes, x="normal force [N]", y="spin length e [mm]")
     legend_above(figure, [axes], columns=4)
-    return Picture(title="Spin length over load", caption=said, full=figure)
+    return Picture(title="Spin length over load", caption=caption, full=figure)
 
 
 def speed_picture(
@@ -218,7 +218,7 @@ def speed_picture(
     axes.set_xscale("log")
     axes.set_ylim(0.0, 1.3 * max(values))
     _plain_ticks(axes, MILLI * np.array([each.at for each in speeds]))
-    dress(axes, x="slip speed [mm/s]", y="friction $\\mu$")
+    style_axes(axes, x="slip speed [mm/s]", y="friction $\\mu$")
     legend_above(figure, [axes], columns=4)
     return Picture(
         title="Friction over speed",
@@ -240,12 +240,12 @@ def _over_speed(speeds: Sequence[Interval]) -> str:
     )
 
 
-def _with_intervals(axes: Axes, told: Sequence[Interval], unit: float, across: float = 1.0) -> None:
-    true = [(across * each.at, unit * each.true) for each in told if each.true is not None]
+def _with_intervals(axes: Axes, intervals: Sequence[Interval], unit: float, across: float = 1.0) -> None:
+    true = [(across * each.at, unit * each.true) for each in intervals if each.true is not None]
     if true:
         axes.plot(*zip(*true, strict=True), "_", color=TRUE, markersize=15, markeredgewidth=2.2, label="true")
-    slipped = [each for each in told if not each.bound]
-    bounds = [each for each in told if each.bound]
+    slipped = [each for each in intervals if not each.bound]
+    bounds = [each for each in intervals if each.bound]
     if slipped:
         value = np.array([each.value for each in slipped])
         ends = np.array([[each.lower, each.upper] for each in slipped]).T

@@ -48,8 +48,8 @@ FROM_EDGE = 0.005
 """How far from an edge they end at least [m]."""
 
 BENT = 0.15
-"""Longest stroke on a sphere, over its radius: 0.3 mu, beyond which the turning normal looks like something that
-gives way, for a mu of 0.5."""
+"""Longest stroke on a sphere, over its radius: 0.3 mu, beyond which the turning normal looks like elastic
+deflection, for a mu of 0.5."""
 
 SPIN_SHARE = 0.8
 """Of the supervisor's limit on turning."""
@@ -58,7 +58,7 @@ TURNING_SHARE = 0.8
 """Of the acceleration with which the robot can turn: it catches up where a period was late."""
 
 TURNS = 1.5
-"""How far the tip may turn one way [rad]."""
+"""How far the tip may turn in one direction [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,11 +68,11 @@ class FrictionPlan(PlanDefaults):
     Attributes:
         config: What was asked for.
         robot: What carries it out.
-        wanted: Loads, speeds and ways.
+        wanted: Loads, speeds and travels.
         left_out: Speeds that were asked for, but whose strokes would be too long here [m/s].
         parameters: For the controller.
-        plant: How it rubs in truth, if it is not MuJoCo that does.
-        library_text: Of a library of materials, to say which one it is; empty if none was asked for.
+        plant: The true friction law; None if it is MuJoCo's.
+        library_text: Of a library of materials, for recognition; empty if none was asked for.
         limits: For the supervisor.
         ready: The robot as built, with what is known of it.
         expected_duration: About how long it takes [s].
@@ -117,7 +117,7 @@ class FrictionPlan(PlanDefaults):
 
     @property
     def library(self) -> MaterialLibrary | None:
-        """To say which material it is; None if none was asked for."""
+        """Library to recognise the material in; None if none was asked for."""
         return read_materials(self.library_text) if self.library_text else None
 
     def dry_run(self) -> DryRun:
@@ -136,7 +136,9 @@ class FrictionPlan(PlanDefaults):
                 KeyFigure("speed", MILLI * wanted.speed, "mm/s", "of strokes at every load"),
                 KeyFigure("fastest stroke", MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
                 KeyFigure("longest stroke", MILLI * wanted.most_travel, "mm"),
-                KeyFigure("twist, largest", wanted.most_angle if wanted.most_spin else 0.0, "rad", "one way"),
+                KeyFigure(
+                    "twist, largest", wanted.most_angle if wanted.most_spin else 0.0, "rad", "in one direction"
+                ),
                 *limit_figures(self.limits),
             ),
             (FILE_NAME,),
@@ -184,10 +186,10 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
         texts: Of the log of an earlier run, its library among them; empty for a new run.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised; the message says what to change.
+        InvalidValueError: The configuration cannot be carried out; the message names the remedy.
     """
     library = library_text(config, texts)
-    limits, loads = robot.file.limits.limits(), config.rubbed_loads
+    limits, loads = robot.file.limits, config.rubbed_loads
     check_force(loads[-1], loads[-1], limits)
     check_speed("speed", max((config.speed, *config.speeds)), limits)
     turns = not isinstance(robot.file.backend, StageEntry)

@@ -1,4 +1,4 @@
-"""What a library says of a surface, for the report: every material, how far the nearest is, what to touch next."""
+"""Report section on recognition: every material, the distance of the nearest one, and the next touch."""
 
 import math
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ APART = 2.58
 """Standard deviations from which on a number counts as one that does not fit: so far off is 1 of 100."""
 
 ALIKE = 0.005
-"""Relative: less apart is told without a percentage."""
+"""Relative difference below which no percentage is shown."""
 
 MOST_MATCHES = 20
 """Materials whose posterior is written down."""
@@ -36,7 +36,7 @@ def recognition_section(result: FrictionResult, known: Recognised) -> Section:
 
         yield None if known.confusion is None else confusion_picture(known.confusion)
 
-    fits = known.recognition.answer is not RecognitionOutcome.UNKNOWN
+    fits = known.recognition.outcome is not RecognitionOutcome.UNKNOWN
     likely = f"probability, {'if it is' if fits else 'were it'} one of these"
     heads = ("material", likely, "", "how likely the rubs are of it; how seldom it would be as far off itself")
     return Section(
@@ -86,26 +86,26 @@ def _setting(known: Recognised) -> str:
     drawn = int(known.confusion.counts[0].sum())
     of = "each material" if shown == count else f"each of the {shown} likeliest of {count} materials"
     return (
-        f"The rubs of this run, drawn {drawn} times for {of} as the library says that it scatters: "
-        f"{100.0 * known.confusion.right:.3g} % of the answers are right."
+        f"The rubs of this run, drawn {drawn} times for {of} with the scatter of the library: "
+        f"{100.0 * known.confusion.right:.3g} % are recognised correctly."
     )
 
 
 def _how_far(result: FrictionResult, known: Recognised) -> str:
-    """What does not fit the nearest material, if none fits, and which rub tells whether it is so elsewhere."""
+    """Text on what does not fit the nearest material, if none fits, and a rub that checks another place."""
     found, file, config = known.recognition, result.file, result.plan.config
-    if found.answer is not RecognitionOutcome.UNKNOWN or file is None or not file.friction.measured:
+    if found.outcome is not RecognitionOutcome.UNKNOWN or file is None or not file.friction.measured:
         return ""
     nearest = found.library.materials[found.library.names.index(found.best)]
-    told = _told_apart(file, nearest, config.calibration)
-    off = [each.name for each in told if each.deviations > APART]
+    differences = _differences(file, nearest, config.calibration)
+    off = [each.name for each in differences if each.deviations > APART]
     which = f"What does not fit: {listed(off)}" if off else "None of these is too far off alone, all together are"
     fit = found.fit[found.library.names.index(found.best)]
     rarely = "in less than 1 of 1000 cases" if fit < 1e-3 else f"in {100.0 * fit:.2g} % of cases"
     return (
-        f"Against {nearest.name}, {listed([each.words for each in told])}. {which}; touches of {nearest.name} "
-        f"itself are as far off {rarely}. To see whether the surface is alike elsewhere, rub another place with "
-        f"{config.rubbed_loads[-1]:g} N at {1e3 * config.speed:g} mm/s."
+        f"Against {nearest.name}, {listed([each.words for each in differences])}. {which}; touches of "
+        f"{nearest.name} itself are as far off {rarely}. To see whether the surface is alike "
+        f"elsewhere, rub another place with {config.rubbed_loads[-1]:g} N at {1e3 * config.speed:g} mm/s."
     )
 
 
@@ -115,7 +115,7 @@ class _Apart:
 
     Attributes:
         name: Of the number.
-        words: Both, as they are told.
+        words: Both, as text.
         deviations: Apart, over the standard deviation of that: of the measurement, from touch to touch and from
             specimen to specimen.
     """
@@ -125,26 +125,26 @@ class _Apart:
     deviations: float
 
 
-def _told_apart(file: FrictionFile, nearest: Material, calibration: float) -> list[_Apart]:
+def _differences(file: FrictionFile, nearest: Material, calibration: float) -> list[_Apart]:
     """Everything that was measured and that recognition goes by."""
     touch, specimen = nearest.scatter.variances, nearest.specimen.variances
     mu, c, gamma, p = np.sqrt(touch + specimen).tolist()
-    told = [_relative("mu", file.friction, nearest.friction_at(file.speed), math.hypot(mu, calibration))]
+    differences = [_relative("mu", file.friction, nearest.friction_at(file.speed), math.hypot(mu, calibration))]
     spun = [at for at in file.loads if at.spin_length is not None and at.spin_length.measured]
     for at in dict.fromkeys((0, len(spun) - 1)) if spun else ():
         length, force = spun[at].spin_length, spun[at].normal_force
         assert length is not None
         own = math.hypot(c, math.log(force) * gamma)
         there = nearest.spin_length_at(force)
-        told.append(_relative(f"e at {force:.3g} N", length, there, own, " mm", 1e3))
+        differences.append(_relative(f"e at {force:.3g} N", length, there, own, " mm", 1e3))
     for name, what, here, there, own in (
         ("gamma", " (how e grows with the load)", file.load_exponent, nearest.load_exponent, gamma),
         ("p", "", file.norm_exponent, nearest.norm_exponent, p),
     ):
         if here.measured:
             words = f"{name}{what} is {here.value:.2f} for {there:.2f}"
-            told.append(_Apart(name, words, abs(here.value - there) / math.hypot(_sd(here), own)))
-    return told
+            differences.append(_Apart(name, words, abs(here.value - there) / math.hypot(_sd(here), own)))
+    return differences
 
 
 def _relative(

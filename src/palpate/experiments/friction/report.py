@@ -16,8 +16,8 @@ from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
 from palpate.experiments.kit.advice import advice_on_ending
+from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.reporting.computing import computing
-from palpate.reporting.data import TimeSeries
 from palpate.reporting.report import Pictures, Report, Section, TextTable
 from palpate.runtime import Ending
 
@@ -85,7 +85,7 @@ def _advice(result: FrictionResult) -> Iterator[str]:
         return
     found = result.file.friction
     if not math.isfinite(found.upper):
-        yield "It never slipped for long enough: longer strokes (--most-travel) or less load tell mu."
+        yield "It never slipped for long enough: longer strokes (--most-travel) or less load measure mu."
     elif found.upper - found.lower > 2.0 * WIDE * found.value:
         yield "The interval of mu is wide: --repeats 3, or larger --loads, narrow it."
     yield f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}."
@@ -139,14 +139,5 @@ def _over_time(result: FrictionResult) -> "Iterator[Picture | None]":
         for stroke in pair.pair.both:
             inside = (record.time >= stroke.time[0]) & (record.time <= stroke.time[-1])
             wanted[inside] = pair.rub.normal_force
-    forces = force_overview(
-        TimeSeries(
-            time=record.time,
-            phase=[str(phase) for phase in record.phase],
-            measured_force=np.where(record.touching, record.normal_force, np.nan),
-            set_force=wanted,
-            spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-            speed=np.linalg.norm(record.velocity, axis=1),
-        )
-    )
+    forces = force_overview(recorded_series(record, wanted))
     yield None if forces is None else replace(forces, caption=OVER_TIME)

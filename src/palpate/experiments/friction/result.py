@@ -1,4 +1,4 @@
-"""What rubbing a surface has come to: its friction with intervals, and which surface of a library it is."""
+"""The result of rubbing a surface: its friction with intervals, and its recognition in a library."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from palpate.experiments.friction.summary import friction_file
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.friction.friction_file import FrictionFile
 from palpate.friction.rubbing.sliding import SETTLING
-from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
+from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN
 from palpate.robots.known_truth import cost_of
 from palpate.runtime import Record, RunResult
 from palpate.sim.scene_cost import SceneCost
@@ -20,20 +20,20 @@ from palpate.sim.scene_cost import SceneCost
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionResult:
-    """How a surface was rubbed, and what came of it.
+    """How a surface was rubbed, and its friction.
 
     Attributes:
         plan: What was to be done.
         run: How the run ended, and its timing.
         record: Every period.
-        pairs: The rubs that were done both ways.
+        pairs: The rubs that were done there and back.
         air: The sensor's zero.
-        found: What they told.
+        found: What they measured.
         file: What is kept of that; None if nothing was rubbed.
         shortfalls: What could not be done, a sentence each.
         lost: How often contact was lost that was to be kept.
         cost: Of the simulated scene; None on a robot.
-        recognised: What the library says of it; None without one.
+        recognised: Its recognition in a library; None without one.
     """
 
     plan: FrictionPlan
@@ -50,10 +50,10 @@ class FrictionResult:
 
 
 def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
-    """Return what came of a run, however it ended.
+    """Return the result of a run, however it ended.
 
     Raises:
-        InvalidValueError: What was rubbed tells of no friction.
+        InvalidValueError: No friction can be estimated from the rubs.
     """
     config, wanted, controller = plan.config, plan.wanted, recorded.controller
     rows = recorded.observer.rows()
@@ -63,22 +63,22 @@ def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
     # touch takes one size for the tip, that at the middle of all loads, half of whose compression is the tip's
     tip_error = 0.25 * (wanted.loads[-1] - wanted.loads[0]) / config.stiffness
     settling = SETTLING + plan.ready.finger.pipeline().delay
-    told = found_by(pairs, wanted.speed, errors, settling, tip_error)
+    model = found_by(pairs, wanted.speed, errors, settling, tip_error)
     library, known = plan.library, None
     if library is not None:
-        recorded.tell("asking the library")
-        known = recognised(library, told, config, wanted.most_spin)
-    said = provenance(plan, recorded.run)
+        recorded.progress("recognising the material")
+        known = recognised(library, model, config, wanted.most_spin)
+    source = provenance(plan, recorded.run)
     if known is not None:
-        said += f"; by the library {config.library}: {known.material}"
+        source += f"; by the library {config.library}: {known.material}"
     return FrictionResult(
         plan,
         recorded.run,
         recorded.record(),
         pairs,
         air,
-        told,
-        friction_file(told, wanted.speed, said, errors),
+        model,
+        friction_file(model, wanted.speed, source, errors),
         shortfall_words(controller.program),
         controller.lost,
         cost_of(plan.ready.backend),
@@ -88,17 +88,19 @@ def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
 
 def shortfall_words(survey: Survey) -> tuple[str, ...]:
     """Return what a survey could not do, a sentence each."""
-    said = []
+    sentences = []
     for loads, how in ((survey.stuck_sliding, "along the surface"), (survey.stuck_turning, "about the normal")):
         if loads:
-            told = listed([f"{load:g}" for load in loads])
-            said.append(f"At {told} N it did not slip {how} long enough to be seen, as far as the finger may go.")
-    if not survey.exponents_told:
-        said.append(
+            forces = listed([f"{load:g}" for load in loads])
+            sentences.append(
+                f"At {forces} N it did not slip {how} long enough to be seen, as far as the finger may go."
+            )
+    if not survey.exponents_measured:
+        sentences.append(
             "Exponents were not measured: that takes slips of both kinds at two loads, the larger at least "
-            f"{LEAST_LOAD_SPAN:g} times the smaller."
+            f"{MIN_LOAD_SPAN:g} times the smaller."
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def listed(words: Sequence[str]) -> str:

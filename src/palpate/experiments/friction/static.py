@@ -1,4 +1,4 @@
-"""Static friction, as far as rubbing has told it: seen in stick-slip, where mu levels towards rest, or a bound."""
+"""Static friction, as far as rubbing measured it: from stick-slip, from mu extrapolated to rest, or a bound."""
 
 import math
 from collections.abc import Sequence
@@ -7,25 +7,25 @@ from palpate.experiments.friction.found import FrictionFound
 from palpate.friction.friction_file import FrictionEstimate, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.friction.rubbing.speed_curve import SpeedCurve
-from palpate.friction.rubbing.stick_slip import LEAST_LET_GO, STATIC_ABOVE, STATIC_BELOW
+from palpate.friction.rubbing.stick_slip import MIN_LET_GO, STATIC_ABOVE, STATIC_BELOW
 
 STATIC_RISE = 1.02
-"""Static over kinetic friction, from which on it is told apart: less, measuring at one speed does no harm."""
+"""Least static over kinetic friction that is reported: less does not matter to a measurement at one speed."""
 
 LEVEL = 0.02
-"""How much of static friction may lie between the slowest stroke and rest, if the curve is to tell it."""
+"""How much of static friction may lie between the slowest stroke and rest, for the curve to determine it."""
 
 STEEPER = 3.0
-"""How many times as far mu may still rise as its curve says, which is Gaussian: a drop that is linear in the speed
+"""How many times as far mu may still rise as its Gaussian curve: a drop that is linear in the speed
 rises three times as far from the slowest stroke to rest as one that is quadratic, given mu there and at twice that
 speed."""
 
 
 def static_finding(found: FrictionFound) -> FrictionEstimate | None:
     """Return mu at which slip begins, where that is more than in slip; None if nothing shows that."""
-    told = _measured(found)
-    sticking = [each for each in told if each.turns is not None]
-    sure = [each for each in sticking if each.turns is not None and each.turns.times >= LEAST_LET_GO]
+    frictions = _measured(found)
+    sticking = [each for each in frictions if each.turns is not None]
+    sure = [each for each in sticking if each.turns is not None and each.turns.times >= MIN_LET_GO]
     if sure:
         highest = max(sure, key=lambda each: each.static_friction or 0.0)
         mu, static = highest.friction, highest.static_friction or 0.0
@@ -39,7 +39,7 @@ def static_finding(found: FrictionFound) -> FrictionEstimate | None:
     # it let go a few times, or mu still rose at the slowest speed: at least that much
     bounds = [each.turns.ratio / STATIC_ABOVE for each in sticking if each.turns is not None]
     bounds += [] if by_curve is None else [by_curve.value]
-    lowest = min((each.friction.value for each in told), default=math.inf)
+    lowest = min((each.friction.value for each in frictions), default=math.inf)
     least = max(bounds, default=0.0)
     if least < STATIC_RISE * lowest:
         return None
@@ -52,7 +52,7 @@ def _measured(found: FrictionFound) -> list[FrictionMeasured]:
 
 
 def _towards_rest(found: FrictionFound, curve: SpeedCurve) -> FrictionEstimate | None:
-    """As mu over the speed goes on towards rest, where nobody has felt it."""
+    """Static friction by extrapolating mu over the speed to rest."""
     kept = _slipped(found, curve)
     if len(kept) < 2:
         return None
@@ -62,8 +62,8 @@ def _towards_rest(found: FrictionFound, curve: SpeedCurve) -> FrictionEstimate |
         return None
     misfit = abs(curve.friction_at(kept[0].speed) / slow.value - 1.0)
     gap = curve.static_friction - slow.value
-    told = math.isfinite(curve.stribeck_speed) and misfit < 0.5 * LEVEL and kept[0].turns is None
-    if not told or gap > LEVEL * curve.static_friction:
+    determined = math.isfinite(curve.stribeck_speed) and misfit < 0.5 * LEVEL and kept[0].turns is None
+    if not determined or gap > LEVEL * curve.static_friction:
         return FrictionEstimate(value=lower, lower=lower, upper=math.inf, how=How.BOUND)
     static = max(curve.static_friction, slow.value)
     most = slow.value + STEEPER * max(gap, 0.0) + (upper - slow.value)

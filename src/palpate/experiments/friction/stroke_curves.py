@@ -15,11 +15,11 @@ SMOOTHED = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StrokeCurve:
-    """Tangential over normal force along one way of a stroke.
+    """Tangential over normal force along one direction of a stroke.
 
     Attributes:
         load: Normal force [N].
-        back: Whether on the way back.
+        back: Whether on the return.
         travel: Since it began to move, shape (n,) [m].
         ratio: Against the motion, shape (n,).
     """
@@ -53,12 +53,12 @@ def stroke_curves(result: FrictionResult) -> tuple[StrokeCurve, ...]:
 def _stroke_curve(load: float, back: bool, stroke: RubbingStroke, normal: FloatArray, speed: float) -> StrokeCurve:
     velocity = stroke.contact_velocity
     along = velocity - np.outer(velocity @ normal, normal)
-    way = along.sum(axis=0) / np.linalg.norm(along.sum(axis=0))
-    travel = np.concatenate([[0.0], np.cumsum((along @ way)[:-1] * np.diff(stroke.time))])
-    ratio = (stroke.force @ way) / (stroke.force @ normal)
+    direction = along.sum(axis=0) / np.linalg.norm(along.sum(axis=0))
+    travel = np.concatenate([[0.0], np.cumsum((along @ direction)[:-1] * np.diff(stroke.time))])
+    ratio = (stroke.force @ direction) / (stroke.force @ normal)
     step = float(np.median(np.diff(stroke.time)))
     width = max(1, round(SMOOTHED / step))
     ratio = np.convolve(ratio, np.full(width, 1.0 / width), "same")
-    # the ends of a mean over less than all of its width say nothing
+    # at its ends the moving average is not over its full width
     kept = slice(width, len(ratio) - width)
     return StrokeCurve(load, back, travel[kept], ratio[kept])

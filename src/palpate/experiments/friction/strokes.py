@@ -1,4 +1,4 @@
-"""From a run's observations to recorded strokes: which sample belongs to which way of which rub."""
+"""From a run's observations to recorded strokes: which sample belongs to which direction of which rub."""
 
 from array import array
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.controllers.rubs import AirSpan, Rub, RubSpan
 from palpate.errors import FloatArray
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay
 from palpate.runtime import Command, Observation, Sample
 
 _WIDTH = 1 + 6 + 9 + 3 + 3 + 3 + 3
@@ -51,7 +51,7 @@ class RubRecorder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RubbedPair:
-    """A rub that was done both ways.
+    """A rub that was done there and back.
 
     Attributes:
         rub: What was asked for.
@@ -94,7 +94,7 @@ def free_air(rows: FloatArray, spans: Sequence[AirSpan]) -> FreeAir | None:
         spans: When it was.
     """
     parts = [_within(rows, span.begin, span.end) for span in spans]
-    parts = [part for part in parts if len(part) >= LEAST_SAMPLES]
+    parts = [part for part in parts if len(part) >= MIN_SAMPLES]
     if not parts:
         return None
     return FreeAir(
@@ -105,11 +105,11 @@ def free_air(rows: FloatArray, spans: Sequence[AirSpan]) -> FreeAir | None:
 
 
 def rubbed_pairs(rows: FloatArray, spans: Sequence[RubSpan], air: FreeAir | None) -> tuple[RubbedPair, ...]:
-    """Return the rubs that were done both ways, their wrenches less the sensor's zero.
+    """Return the rubs that were done there and back, their wrenches less the sensor's zero.
 
     Args:
         rows: As `RubRecorder.rows` returns them.
-        spans: When each way was done.
+        spans: When each direction was done.
         air: The sensor's zero; not taken off if None.
     """
     pairs = []
@@ -129,7 +129,7 @@ def _within(rows: FloatArray, begin: float, end: float) -> FloatArray:
 
 def _stroke(rows: FloatArray, air: FreeAir | None) -> RubbingStroke | None:
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < LEAST_SAMPLES:
+    if len(rows) < MIN_SAMPLES:
         return None
     time = rows[:, 0].copy()
     wrench = rows[:, 1:7] - (0.0 if air is None else air.at(time))

@@ -1,4 +1,4 @@
-"""From what was found to what is kept of it: the surface with intervals, and what is a bound or assumed."""
+"""The friction file of a run: the surface with intervals, and which numbers are bounds or assumed."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from palpate.friction.friction_file import (
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
-from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
+from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 SIGMAS = 1.959964
@@ -119,7 +119,7 @@ def _spinning(
             return _bound(max(bounds) / most), gamma, p
         return None, gamma, p
     forces, lengths = [force for force, _ in known], [length for _, length in known]
-    if max(forces) < 0.99 * LEAST_LOAD_SPAN * min(forces):
+    if max(forces) < 0.99 * MIN_LOAD_SPAN * min(forces):
         return _measured(pooled(lengths)), gamma, p
     growth = growth_of(forces, lengths)
     exponent = min(max(growth.load_exponent, 0.0), LARGEST_LOAD_EXPONENT)
@@ -145,8 +145,10 @@ def _at_load(at: AtLoad) -> LoadFinding:
     )
 
 
-def _of_strokes(told: FrictionMeasured | FrictionBound) -> FrictionEstimate:
-    return _measured(told.friction) if isinstance(told, FrictionMeasured) else _bound(told.least_friction)
+def _of_strokes(friction: FrictionMeasured | FrictionBound) -> FrictionEstimate:
+    return (
+        _measured(friction.friction) if isinstance(friction, FrictionMeasured) else _bound(friction.least_friction)
+    )
 
 
 def _speed(found: FrictionFound, wanted: float) -> float:
@@ -154,8 +156,8 @@ def _speed(found: FrictionFound, wanted: float) -> float:
     return sum(felt) / len(felt) if felt else wanted
 
 
-def _slip_speed(told: FrictionMeasured | FrictionBound) -> float:
-    return told.speed if isinstance(told, FrictionMeasured) else math.nan
+def _slip_speed(friction: FrictionMeasured | FrictionBound) -> float:
+    return friction.speed if isinstance(friction, FrictionMeasured) else math.nan
 
 
 def _measured(estimate: Estimate) -> FrictionEstimate:

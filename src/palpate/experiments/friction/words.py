@@ -1,4 +1,4 @@
-"""What the report on friction says in words: outcome and settings."""
+"""Texts of the report on friction: outcome and settings."""
 
 from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
@@ -7,7 +7,7 @@ from palpate.experiments.friction.strokes import FreeAir
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.friction.friction_file import How
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
-from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
@@ -16,27 +16,28 @@ LEAST_MOVED = 0.01
 
 
 def outcome(result: FrictionResult) -> str:
-    """Return how it ended, and what could not be told."""
+    """Return how it ended, and what could not be measured."""
     run, count = result.run, len(result.pairs)
-    rest = "the robot is at rest" if run.stopped else "THE ROBOT DID NOT COME TO REST"
     if run.ending is Ending.DONE:
-        said = [f"Finished after {run.duration:.1f} s: {_rubs(count)} there and back; {rest}."]
+        sentences = [f"Finished after {run.duration:.1f} s: {_rubs(count)} there and back; {run.rest}."]
     elif run.ending is Ending.TRIPPED:
-        said = [f"Stopped by the supervisor after {_rubs(count)}: {run.why}; {rest}."]
+        sentences = [f"Stopped by the supervisor after {_rubs(count)}: {run.why}; {run.rest}."]
     elif run.ending is Ending.LOST and not count:
-        said = [f"Not finished: nothing was found where the surface was looked for; {rest}."]
+        sentences = [f"Not finished: nothing was found where the surface was looked for; {run.rest}."]
     else:
-        said = [f"Not finished ({run.ending.value}) after {run.duration:.1f} s and {_rubs(count)}; {rest}."]
+        sentences = [
+            f"Not finished ({run.ending.value}) after {run.duration:.1f} s and {_rubs(count)}; {run.rest}."
+        ]
     if result.lost:
         times = "once" if result.lost == 1 else f"{result.lost} times"
-        said.append(f"Contact was lost {times}.")
-    said += _bounds(result)
-    said += result.shortfalls
+        sentences.append(f"Contact was lost {times}.")
+    sentences += _bounds(result)
+    sentences += result.shortfalls
     if result.plan.left_out:
         speeds = ", ".join(f"{1e3 * speed:g}" for speed in result.plan.left_out)
-        said.append(f"Strokes at {speeds} mm/s were left out: they would go too far on this object.")
-    said += _sticking(result)
-    return " ".join(said)
+        sentences.append(f"Strokes at {speeds} mm/s were left out: they would go too far on this object.")
+    sentences += _sticking(result)
+    return " ".join(sentences)
 
 
 def bound_words(value: float) -> str:
@@ -54,9 +55,9 @@ def no_spin_length(result: FrictionResult) -> str | None:
     doubts = [spin.doubt for spin in spins if isinstance(spin, SpinBound)]
     if not doubts:
         return "no twist was done to its end"
-    if SpinDoubt.FRICTION_UNKNOWN in doubts:
-        return "it slipped about the normal, but mu is not known, and twists tell mu e alone"
-    if SpinDoubt.SLID in doubts:
+    if SpinUncertainty.FRICTION_UNKNOWN in doubts:
+        return "it slipped about the normal, but mu is unknown, and twists measure mu e only"
+    if SpinUncertainty.SLID in doubts:
         return "the finger slid more than it spun"
     if result.file is not None and result.file.spin_length is None:
         return "it did not slip about the normal, as far as it turned, nor is it known how large mu may be"
@@ -67,7 +68,7 @@ def bound_reason(friction: FrictionMeasured | FrictionBound) -> str:
     """Return why strokes gave no more than a bound, in words; "" if they gave more."""
     if isinstance(friction, FrictionMeasured):
         return ""
-    return "it slipped too shortly, or one way only" if friction.partly else "it never slipped"
+    return "it slipped too briefly, or in one direction only" if friction.partly else "it never slipped"
 
 
 def _rubs(count: int) -> str:
@@ -75,8 +76,8 @@ def _rubs(count: int) -> str:
 
 
 def _sticking(result: FrictionResult) -> list[str]:
-    told = [(each.load, each.friction) for each in result.found.loads]
-    if any(isinstance(each, FrictionMeasured) and each.stick_slip for _, each in told):
+    frictions = [(each.load, each.friction) for each in result.found.loads]
+    if any(isinstance(each, FrictionMeasured) and each.stick_slip for _, each in frictions):
         return ["It stuck and slipped by turns: mu is the kinetic one."]
     at = [
         f"{1e3 * each.speed:g}"
@@ -85,7 +86,7 @@ def _sticking(result: FrictionResult) -> list[str]:
     ]
     if at:
         return [f"At {listed(at)} mm/s it stuck and slipped by turns."]
-    few = any(isinstance(each, FrictionMeasured) and each.turns is not None for _, each in told)
+    few = any(isinstance(each, FrictionMeasured) and each.turns is not None for _, each in frictions)
     return ["It stuck and let go a few times: mu is what is between."] if few else []
 
 
@@ -93,7 +94,7 @@ def _bounds(result: FrictionResult) -> list[str]:
     file = result.file
     if file is None:
         return ["Nothing is known of its friction."]
-    said = []
+    sentences = []
     if file.friction.how is How.BOUND:
         partly = any(
             isinstance(each.friction, FrictionBound) and each.friction.partly for each in result.found.loads
@@ -103,12 +104,12 @@ def _bounds(result: FrictionResult) -> list[str]:
             if partly
             else "It never slipped along the surface"
         )
-        said.append(f"{how}: mu is at least {file.friction.value:.3g}, and nobody knows how much more.")
+        sentences.append(f"{how}: mu is at least {file.friction.value:.3g}, with no upper bound.")
     why = no_spin_length(result)
     if why is not None:
-        known = "nothing is known of e" if file.spin_length is None else "what is told of e is a lower bound"
-        said.append(f"{why[0].upper()}{why[1:]}: {known}.")
-    return said
+        known = "nothing is known of e" if file.spin_length is None else "its e is a lower bound"
+        sentences.append(f"{why[0].upper()}{why[1:]}: {known}.")
+    return sentences
 
 
 def _millinewtons(air: FreeAir) -> str:

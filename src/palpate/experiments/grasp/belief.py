@@ -1,10 +1,11 @@
-"""What a grasp is planned with: what its contacts are taken to bear, and who listens for slip."""
+"""The friction that a grasp is planned with, and its slip detection."""
 
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
+from palpate.experiments.grasp.grip_laws import LIMIT_SURFACE
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.strength import at_worst
 from palpate.experiments.grasp.surface import true_surface
@@ -29,15 +30,15 @@ COVERED = (0.03, 0.05)
 """By which mu and e may be smaller than planned with: what the grip's margin is for."""
 
 LEAST_EXPONENT = 1.0
-"""Of p: a diamond. Nothing shares worse."""
+"""Of p: a diamond, the least capacity for combined loads."""
 
-WORSE = 0.5
-"""Of the least that mu and e are said to be: so bad a surface is heard to slip, too. Nothing worse ever is: with
-0.7, a mu of 0.3 where 0.62 +- 30 % was said is at the very edge, and was dropped unheard."""
+WORST_SHARE = 0.5
+"""Of the least mu and e in the assumed range: slip on so bad a surface is detected, too, and on no worse one. With
+0.7, a mu of 0.3 where 0.62 +- 30 % was assumed was dropped without an alarm."""
 
-HEARING = ExcitedParameters(steady=0.3)
+EXCITED = ExcitedParameters(steady=0.3)
 """A load as light as half the weight of 0.1 kg changes by a good part from sample to sample, by noise: with the
-usual tenth, an object that slides out of fingers that press with 1.5 N is not heard."""
+usual tenth, an object that slides out of fingers that press with 1.5 N is not detected."""
 
 NUDGING_GRIP = 2.0
 """[N] 2 mu e f_n is then less than tips over a box of 0.1 kg, with mu 0.65 and e 6 mm too: 16 of 24 mNm."""
@@ -50,14 +51,14 @@ EVEN = 3.0**0.5
 
 
 def believed_surface(config: GraspConfig, found: FrictionFile | None) -> LimitSurface:
-    """Return what the contacts are believed to bear at first.
+    """Return the limit surface that is believed at first.
 
     Args:
         config: What was asked for.
         found: What rubbing has found, if that is to be planned with.
 
     Raises:
-        InvalidValueError: It does not say enough.
+        InvalidValueError: It lacks mu or e.
     """
     if found is not None:
         return planned_with(found)
@@ -104,7 +105,7 @@ def _cautious(found: FrictionEstimate, covered: float) -> float:
 
 
 def belief_of(config: GraspConfig, believed: LimitSurface) -> SurfaceBelief:
-    """Return what is planned with, and how that learns."""
+    """Return the belief that the grip is planned with, and its updates."""
     of_mu, of_e = SPREADS[config.known]
     if config.known in ("touched", "estimated"):
         return KnownSurface(believed)
@@ -128,13 +129,13 @@ def shares(config: GraspConfig) -> bool:
     Two opposed fingers whose friction is known share alike, which is the least already: with one grip for both,
     each by what it feels, they need no plan of the whole. Three do, and two where mu and e are estimated.
     """
-    if config.ignore_spin or config.known not in ("touched", "estimated"):
+    if config.controller != LIMIT_SURFACE or config.known not in ("touched", "estimated"):
         return False
     return config.fingers == THREE or config.known == "estimated"
 
 
 def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: float) -> FingerSlips:
-    """Return who listens for slip.
+    """Return the slip detection.
 
     Args:
         config: What was asked for.
@@ -147,12 +148,12 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         return FingerSlips(lambda: MarginCrossing(believed, period, noise, CROSSING))
     of_mu, of_e = SPREADS[config.known]
     weakest = LimitSurface(
-        WORSE * believed.friction * (1.0 - of_mu),
-        WORSE * believed.spin_length * (1.0 - of_e),
+        WORST_SHARE * believed.friction * (1.0 - of_mu),
+        WORST_SHARE * believed.spin_length * (1.0 - of_e),
         believed.load_exponent,
         believed.norm_exponent,
     )
-    return FingerSlips(lambda: ExcitedSlip(weakest, RIPPLE, period, noise, HEARING))
+    return FingerSlips(lambda: ExcitedSlip(weakest, RIPPLE, period, noise, EXCITED))
 
 
 def tip_radius(tip: Tip) -> float:

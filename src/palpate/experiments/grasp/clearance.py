@@ -6,7 +6,7 @@ from palpate.experiments.grasp.config import GraspConfig
 
 
 def clearance(config: GraspConfig, height: float, quat_wxyz: tuple[float, float, float, float]) -> float:
-    """Return the way from the table to an object's lowest point [m]; 0 or less where it stands on it.
+    """Return the height of an object's lowest point above the table [m]; 0 or less where it stands on it.
 
     Args:
         config: What is held; its origin is its centre, and stands half a height above the table at height 0.

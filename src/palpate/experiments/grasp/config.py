@@ -1,12 +1,13 @@
-"""What a grasp is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+"""The options of a grasp; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.grasp.grip_laws import COULOMB, LIMIT_SURFACE, check_grip_law
 from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
-from palpate.experiments.kit.options import NOISY, WRITTEN, check_options, option
+from palpate.experiments.kit.options import NOISY, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]
 LoadName = Literal["ramp", "step", "shake", "none"]
@@ -17,7 +18,7 @@ SIZES: dict[HeldName, tuple[float, ...]] = {
     "cylinder": (0.03, 0.06),
     "sphere": (0.03,),
 }
-"""Length, width and height; radius and height; radius, if nothing else is said [m]."""
+"""Length, width and height; radius and height; radius by default [m]."""
 
 WIDEST = 0.031
 """Of half an object, as the fingers see it [m]: open, they are 32 mm from the hand's axis."""
@@ -38,10 +39,10 @@ LARGEST_MARGIN = 3.0
 """Of the grip, as its controller has it (`palpate.controllers.grip.parameters`)."""
 
 RISES: dict[LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
-"""How long the load grows, shakes, or is waited for, if nothing else is said [s]."""
+"""How long the load grows, shakes, or is waited for, by default [s]."""
 
 PULLS: dict[LoadName, float] = {"ramp": 4.0, "step": 3.0, "shake": 1.0, "none": 0.0}
-"""Largest force, or amplitude, if nothing else is said [N]."""
+"""Largest force, or amplitude, by default [N]."""
 
 SPREADS: dict[Knowledge, tuple[float, float]] = {
     "touched": (0.03, 0.05),
@@ -49,8 +50,7 @@ SPREADS: dict[Knowledge, tuple[float, float]] = {
     "untouched": (0.3, 0.5),
     "estimated": (0.15, 0.25),
 }
-"""How far what is believed of mu, and of e, may be off: by a touch, and by a guess; of an estimate, standard
-deviations."""
+"""Largest relative errors of the believed mu and e, by touch and by guess; of an estimate, standard deviations."""
 
 MOST_PROBABLE = 0.999
 """Of holding: with an estimate as wide as that of e nothing more can be promised."""
@@ -71,26 +71,26 @@ class GraspConfig:
 
     A simulated hand with a force/torque sensor behind each fingertip closes on an object on a table, lifts it and
     holds it with the least force that neither lets it slip nor spin: the limit surface of each contact, from mu
-    (tangential over normal force) and e (torque over mu times normal force), says what its load needs. Meanwhile
-    something pulls at the object beside the fingers, so that it would rather spin than slip. The report shows the
-    load's way inside each limit surface, the grip against the theoretical minimum, and slip and spin by the
+    (tangential over normal force) and e (torque over mu times normal force), gives the grip that its load needs.
+    Meanwhile the object is pulled at beside the fingers, so that it tends to spin. The report shows the path
+    of the load inside each limit surface, the grip against the theoretical minimum, and slip and spin by the
     simulation's truth. A fault never opens the hand.
 
     All values are in SI units: metres, newtons, seconds, kilograms.
 
-    Example, a pull that grows to 4 N, 6 mm beside the fingers, friction known as a touch tells it:
+    Example, a pull that grows to 4 N, 6 mm beside the fingers, friction known from a touch:
     palpate grasp
 
-    Example, the same, and beside it a control that ignores spin, which fails as it should:
+    Example, the same, compared with a control that ignores spin, which fails as expected:
     palpate grasp --against-ignoring-spin
 
     Example, a jump of the load within 50 ms:
     palpate grasp --load step
 
-    Example, friction that nobody knows better than 30 %, and e than 50 %, felt by a nudge before the lift:
+    Example, friction known within 30 % and e within 50 %, measured by a nudge before the lift:
     palpate grasp --known nudged
 
-    Example, the same without a nudge: planned for the worst, with slip listened for:
+    Example, the same without a nudge: planned for the worst case, with slip detection:
     palpate grasp --known untouched
 
     Example, what rubbing has found first (palpate friction): the object then rubs as that surface does
@@ -115,27 +115,27 @@ class GraspConfig:
     """Of the object [kg]."""
     fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
     """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float | None = option(None, fixed=FELT)
-    """True friction coefficient mu between fingertips and object. Left out, as the next three: what
-    --friction-file says, else 0.5."""
-    spin_length: float | None = option(None, "m", fixed=FELT)
+    friction: float | None = option(None, fixed=FELT, symbol="mu")
+    """True friction coefficient mu between fingertips and object. Left out, as the next three: that of
+    --friction-file, else 0.5."""
+    spin_length: float | None = option(None, "m", fixed=FELT, symbol="e")
     """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
-    norm_exponent: float | None = option(None, fixed=FELT, bound="positive")
+    norm_exponent: float | None = option(None, fixed=FELT, bound="positive", symbol="p")
     """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
     an ellipse of constant size is rubbed by the friction plant."""
-    load_exponent: float | None = option(None, fixed=FELT, bound="not negative")
+    load_exponent: float | None = option(None, fixed=FELT, bound="not negative", symbol="gamma")
     """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
     plant: bool = option(False, fixed=FELT)
-    """Rub by the friction plant, whose contacts stick on bristles and tell when they slip, not by MuJoCo."""
+    """Rub by the friction plant, whose contacts stick on bristles and report slip, not by MuJoCo."""
     known: Knowledge = "touched"
     """How friction is known: touched before (mu within 3 %, e within 5 %), nudged before the lift (30 % and 50 %
     until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
-    that is likely, while a ripple on the grip listens for slip, and slip corrects what is believed), or estimated
+    that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
     probability: float = 0.99
     """Of holding, where friction is estimated: 0.5 to 0.999."""
     believed_friction: float | None = None
-    """mu that is believed at first. Left out, as the next: the seed draws it, within what --known says."""
+    """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m")
     """e that is believed at first [m]."""
     friction_file: Path | None = option(None, kept=KNOWN_TEXT)
@@ -160,10 +160,11 @@ class GraspConfig:
     """With which speed [m/s]."""
     margin: float = option(0.12, bound="not negative")
     """Share of grip beyond what the limit surface needs."""
-    ignore_spin: bool = False
-    """Plan by Coulomb's law alone, as if there were no torque: what not to do."""
+    controller: str = LIMIT_SURFACE
+    """Grip law: limit-surface bears force and torque; coulomb plans by Coulomb's law alone, as if there were no
+    torque, for comparison only."""
     against_ignoring_spin: bool = option(
-        False, fixed="the log is of the first of both; set ignore_spin", once=True
+        False, fixed="the log is of the first of both; set controller=coulomb", once=True
     )
     """Do it again with a control that ignores spin, and show both."""
     force_noise: float = option(0.01, "N", fixed=NOISY, bound="positive")
@@ -179,9 +180,9 @@ class GraspConfig:
     """Of noise, drift, and what is believed: the same seed gives the same run."""
     robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")
     """A robot that comes with palpate and has a hand (emulated-hand, ur5e-hand), or a robot file. Left out: the
-    simulated hand. Of a real one nobody knows the truth: what is believed is typed or comes from --friction-file.
-    Its hand is led open around the object before the run, and nothing pulls but who stands there."""
-    out: Path = option(Path("runs/grasp"), fixed=WRITTEN)
+    simulated hand. The truth of a real one is unknown: the belief is typed or comes from --friction-file.
+    Its open hand is placed around the object before the run, and nothing pulls but the people there."""
+    out: Path = Path("runs/grasp")
     """Folder for the report, the table and the log."""
 
     def __post_init__(self) -> None:
@@ -218,11 +219,12 @@ class GraspConfig:
             )
         if self.friction_file is not None and self.known != "touched":
             raise InvalidValueError(
-                f"friction_file with known = {self.known}: what a file tells was touched; leave --known out"
+                f"friction_file with known = {self.known}: a file comes from a touch; leave --known out"
             )
-        if self.ignore_spin and self.against_ignoring_spin:
+        check_grip_law(self.controller)
+        if self.ignores_spin and self.against_ignoring_spin:
             raise InvalidValueError(
-                "ignore_spin with against_ignoring_spin: both would be the same; leave one out"
+                "controller = coulomb with against_ignoring_spin: both would be the same; leave one out"
             )
         check_seed(self.seed)
 
@@ -259,6 +261,11 @@ class GraspConfig:
             raise InvalidValueError(
                 f"offset = {self.offset:g} m: must be within the object, at most {self.half_width:g} m"
             )
+
+    @property
+    def ignores_spin(self) -> bool:
+        """Whether the grip is planned as if there were no torque."""
+        return self.controller == COULOMB
 
     @property
     def sizes(self) -> tuple[float, ...]:

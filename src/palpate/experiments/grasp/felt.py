@@ -1,4 +1,4 @@
-"""What a real hand felt in a grasp, in the place of a truth that nobody knows, one row per period."""
+"""What a real hand felt in a grasp, in place of the unknown truth, one row per period."""
 
 import math
 from array import array
@@ -15,7 +15,7 @@ ALL = 5
 """Columns of all fingers together: time, stage, target, height, and regrips."""
 
 PER_FINGER = 5
-"""Columns: touching; normal force, length of the tangential force, spin torque; what was told."""
+"""Columns: touching; normal force, length of the tangential force, spin torque; commanded grip."""
 
 
 class GraspFeltRecorder:
@@ -28,12 +28,12 @@ class GraspFeltRecorder:
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append what belongs to this sample."""
-        controller, told = self._controller, command.grip_force
-        letting_go = controller.stage is GraspStage.LET_GO and told is not None
+        controller, commanded = self._controller, command.grip_force
+        letting_go = controller.stage is GraspStage.LET_GO and commanded is not None
         row = [
             now.time,
             STAGES.index(controller.stage),
-            max(told) if letting_go and told is not None else controller.grip.target,
+            max(commanded) if letting_go and commanded is not None else controller.grip.target,
             now.arm.position_base_tip[2],
             controller.grip.regrips,
         ]
@@ -41,7 +41,7 @@ class GraspFeltRecorder:
             contact, felt = finger.contact, finger.touching
             x, y, z = contact.tangential_force.tolist()
             loads = (contact.normal_force, norm((x, y, z)), contact.spin_torque) if felt else (0.0, 0.0, 0.0)
-            row += [felt, *loads, math.nan if told is None else told[i]]
+            row += [felt, *loads, math.nan if commanded is None else commanded[i]]
         self._rows.extend(row)
 
     def truth(self) -> GraspTruth:

@@ -39,20 +39,20 @@ def grasp_hand(config: GraspConfig, robot: Robot | None) -> HandDescription:
 
 
 def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
-    """Return what a grasp is to be like on a hand: what was typed, but for what nobody can ask of a real one.
+    """Return what a grasp is to be like on a hand: without what only a simulated hand can do.
 
     Raises:
-        InvalidValueError: Something was typed that no real hand can be asked for.
+        InvalidValueError: An option was given that only a simulated hand takes.
     """
     if not hand.real:
         return config
-    told = {
+    simulated = {
         "friction": config.friction,
         "spin_length": config.spin_length,
         "norm_exponent": config.norm_exponent,
         "load_exponent": config.load_exponent,
     }
-    for name, value in told.items():
+    for name, value in simulated.items():
         if value is not None:
             raise InvalidValueError(
                 f"{name} = {value:g}: is the truth of a simulated object, and {config.robot} is a robot; give "
@@ -60,17 +60,17 @@ def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
             )
     if config.friction_file is None and not (config.believed_friction and config.believed_spin_length):
         raise InvalidValueError(
-            f"robot = {config.robot}: nobody knows how a real object rubs; give --friction-file (palpate friction "
-            "writes it), or --believed-friction and --believed-spin-length"
+            f"robot = {config.robot}: the friction of a real object is unknown; give --friction-file (palpate "
+            "friction writes it), or --believed-friction and --believed-spin-length"
         )
     if config.load not in ("ramp", "none"):
         raise InvalidValueError(
-            f"load = {config.load}: nothing pulls at a real object but who stands there; leave --load out, and "
+            f"load = {config.load}: nothing is simulated that pulls at a real object; leave --load out, and "
             "give --rise for how long it is held"
         )
-    if config.plant or config.against_ignoring_spin or config.ignore_spin:
+    if config.plant or config.against_ignoring_spin or config.ignores_spin:
         raise InvalidValueError(
-            "plant, ignore_spin, against_ignoring_spin: are for simulation; leave them out on a robot"
+            "plant, controller = coulomb, against_ignoring_spin: are for simulation; leave them out on a robot"
         )
     assert hand.robot is not None  # it is real
     noises = [noise_of_finger(hand.robot, i) for i in range(config.fingers)]

@@ -1,4 +1,4 @@
-"""What came of a grasp, in figures."""
+"""Key figures of a grasp."""
 
 import math
 from collections.abc import Callable
@@ -18,7 +18,7 @@ OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
 MuJoCo's friction and half with the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
 
 DIGITS = 6
-"""Of millimetres and degrees: beyond, what is told is the rounding of numbers."""
+"""Decimals of millimetres and degrees: beyond is rounding error."""
 
 _COMMANDED = (
     f"{LARGEST_GRIP:g} N is asked for at most, and servos overshoot a jump by up to {in_percent(OVERSHOOT)}"
@@ -66,7 +66,11 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
     ]
     figures += [
         KeyFigure(
-            f"alarm after slip, finger {onset.finger + 1}", MILLI * onset.latency, "ms", _late(onset.latency), 3
+            f"alarm after slip, finger {onset.finger + 1}",
+            MILLI * onset.latency,
+            "ms",
+            _latency_note(onset.latency),
+            3,
         )
         for onset in grasp.onsets
     ]
@@ -76,7 +80,7 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
 def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
     pulled = len(grasp.pulled_alarms)
     return (
-        KeyFigure("alarms while pulled", float(pulled), "", _who_tells(grasp.planned.config)),
+        KeyFigure("alarms while pulled", float(pulled), "", _alarm_criterion(grasp.planned.config)),
         KeyFigure(
             "other alarms",
             float(len(grasp.alarms) - pulled),
@@ -91,7 +95,7 @@ def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
 
 def compared(grasp: Grasp) -> tuple[KeyFigure, ...]:
     """Return the figures of the control that ignores spin, noted with those of this one; empty without it."""
-    other = grasp.beside
+    other = grasp.comparison
     if other is None:
         return ()
     return (
@@ -137,8 +141,8 @@ def _spin_aloft(grasp: Grasp) -> float:
 
 def _at(counts: dict[GraspStage, int], note: str) -> str:
     """A note, and at what stages that was; while it is set down, the table pushes at what lands."""
-    told = {GraspStage.SET_DOWN: "set down, where the table pushes"}
-    where = ", ".join(f"{count} at {told.get(stage, stage.value)}" for stage, count in counts.items())
+    names = {GraspStage.SET_DOWN: "set down, where the table pushes"}
+    where = ", ".join(f"{count} at {names.get(stage, stage.value)}" for stage, count in counts.items())
     return f"{note}: {where}" if where else note
 
 
@@ -152,27 +156,25 @@ def _nudged(grasp: Grasp) -> list[KeyFigure]:
     e = MILLI * true.spin_length_at(NUDGING_GRIP)
     mu_off = OF_FRICTION * true.friction
     at = f"at {NUDGING_GRIP:g} N"
-    mu_told, e_told = f"true {true.friction:.3g}", f"true {e:.3g} mm {at}"
+    mu_note, e_note = f"true {true.friction:.3g}", f"true {e:.3g} mm {at}"
     if not grasp.truth_known:
-        mu_told, e_told = NOT_KNOWN, f"{at}; {NOT_KNOWN}"
+        mu_note, e_note = NOT_KNOWN, f"{at}; {NOT_KNOWN}"
     return [
-        _found("mu, by the nudge", frictions, mu_off, "", mu_told),
-        _found("e, by the nudge", lengths, MILLI * OF_SPIN_LENGTH, "mm", e_told),
+        _found("mu, by the nudge", frictions, mu_off, "", mu_note),
+        _found("e, by the nudge", lengths, MILLI * OF_SPIN_LENGTH, "mm", e_note),
     ]
 
 
 def _found(name: str, values: list[float], off: float, unit: str, true: str) -> KeyFigure:
     if not values:
-        return KeyFigure(
-            name, math.nan, unit, f"nothing slipped: the least that it may be is planned with; {true}"
-        )
+        return KeyFigure(name, math.nan, unit, f"nothing slipped: the lower bound is planned with; {true}")
     value = fmean(values)
     return KeyFigure(name, value, unit, f"as nudges err: {value - off:.3g} to {value + off:.3g}; {true}", 3)
 
 
-def _who_tells(config: GraspConfig) -> str:
+def _alarm_criterion(config: GraspConfig) -> str:
     if shares(config):
-        return "nobody listens: a finger at its limit hands on to the others, which is no slip"
+        return "disabled: a finger at its limit passes load to the others without slip"
     if config.known == "touched":
         return "a load that comes up to the limit surface believed in"
     return "a load that follows the ripple on the grip"
@@ -180,13 +182,13 @@ def _who_tells(config: GraspConfig) -> str:
 
 def _why_raised(grasp: Grasp) -> str:
     if shares(grasp.planned.config):
-        return "fingers that share a load answer it by its plan alone"
-    if grasp.planned.config.ignore_spin:
-        return "alarms are not heeded"
+        return "fingers that share a load follow its plan alone"
+    if grasp.planned.config.ignores_spin:
+        return "alarms are ignored"
     return "for an alarm, and again while it goes on; in the whole run"
 
 
-def _late(latency: float) -> str:
+def _latency_note(latency: float) -> str:
     if math.isnan(latency):
-        return "never told"
+        return "no alarm"
     return "before it slipped" if latency < 0.0 else "after the truth"

@@ -1,4 +1,4 @@
-"""What is to be known before a grasp begins: how the object rubs, how that was found, and what will not hold."""
+"""Notes before a grasp: its friction and where that comes from, and loads that will not be held."""
 
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ SAME = 1e-9
 
 
 def notes_on(planned: "GraspPlan") -> tuple[str, ...]:
-    """Return what people should know beforehand, a sentence or two each; empty if there is nothing to it."""
+    """Return the notes on a plan, a sentence or two each."""
     notes, found, config = [], planned.found, planned.config
     if found is not None:
         notes = [] if planned.hand.real else [_of_surface(planned, found)]
@@ -35,19 +35,19 @@ def notes_on(planned: "GraspPlan") -> tuple[str, ...]:
 def _of_surface(planned: "GraspPlan", found: FrictionFile) -> str:
     """How the simulated surface and that of the file differ, and what makes them the same."""
     file, true, measured = planned.config.friction_file, planned.true, likely(found)
-    told = (
+    given = (
         ("--friction", true.friction, found.friction),
         ("--spin-length", true.spin_length, found.spin_length),
         ("--load-exponent", true.load_exponent, found.load_exponent),
         ("--norm-exponent", true.norm_exponent, found.norm_exponent),
     )
-    others = [option for option, value, finding in told if finding is not None and not _within(value, finding)]
+    others = [option for option, value, finding in given if finding is not None and not _within(value, finding)]
     by = "the friction plant" if rubbed_by_plant(planned.config) else "MuJoCo"
     if not others:
-        return f"The simulated object rubs as {file} says: {bears(true)}, by {by}."
+        return f"The simulated object has the friction of {file}: {bears(true)}, by {by}."
     return (
-        f"The simulated object does not rub as {file} says: by {by}, {bears(true)}, where {bears(measured)} "
-        f"was found. Leave out {' '.join(others)}, and it rubs as was found."
+        f"The simulated object does not have the friction of {file}: by {by}, {bears(true)}, where "
+        f"{bears(measured)} was found. Leave out {' '.join(others)}, and it has the measured friction."
     )
 
 
@@ -57,7 +57,7 @@ def _of_plan(planned: "GraspPlan", found: FrictionFile) -> str:
     )
     if found.norm_exponent.how is How.ASSUMED:
         text += (
-            f" Nobody has measured p, so the worst of its range is taken, which may cost up to "
+            f" p was not measured, so the worst of its range is taken, which may cost up to "
             f"{in_percent(round(_cost(found), 2))} of grip; palpate friction --fit-exponents measures it."
         )
     return text

@@ -1,4 +1,4 @@
-"""What a nudge taught in a grasp: planned with, and kept for the report."""
+"""Friction measured by a nudge in a grasp: planned with, and kept for the report."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class NudgeFinding:
 
 
 class NotedNudge(NudgedSurface):
-    """Plans with what a nudge taught, and keeps it. e is felt at one grip, and grows with it as gamma says."""
+    """Plans with the friction that a nudge measured, and keeps it. e, measured at one grip, is scaled by gamma."""
 
     def __init__(self, cautious: LimitSurface, grip: float) -> None:
         """Take the least that the contacts can bear, and the grip of the nudge [N]."""

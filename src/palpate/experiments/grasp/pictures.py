@@ -24,16 +24,16 @@ from palpate.reporting.style import (
     WANTED,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 HIGHEST = 1.15
-"""Grip is drawn up to this share of the largest while it was held: what fingers are hit with is left out."""
+"""Grip is drawn up to this share of the largest while it was held: impacts are left out."""
 
 NO_SLIP, NO_SPIN = 0.01, 0.1
-"""The scales span at least this [mm], [degrees]: below, it is what contacts give way by."""
+"""The scales span at least this [mm], [degrees]: below is the elastic deflection of contacts."""
 
 SLIDES, SPINS = TRUE, SPIN
 
@@ -50,10 +50,9 @@ def grip_picture(grasp: Grasp, note: str = "") -> Picture:
         caption=(
             "Normal force of each finger (mean), as it was set and as it was, and the least that the true load "
             "needs with the true friction, shared as best it can be; known while the object is held in the air. "
-            "At the end the table pushes the object up between the fingers, and the grip that is wanted against "
-            "that jumps: it is not done. From there on the hand keeps the grip that it had, until it "
-            "lets go. Good is "
-            "a grip a little above the least."
+            "At the end the table pushes the object up between the fingers, and the grip that would hold against "
+            "that jumps. From there on the hand keeps its grip until it lets go. A grip slightly above the "
+            "least is good."
         ),
         full=_grip(grasp, Width.FULL, "true", TRUE),
         narrow=_grip(grasp, Width.HALF, "true", TRUE),
@@ -64,11 +63,7 @@ def felt_grip_picture(grasp: Grasp) -> Picture:
     """Return the picture of grip, wanted and felt, of a robot on which nobody knows what would do."""
     return Picture(
         title="Grip",
-        caption=(
-            "Normal force of each finger (mean), as it was wanted and as it was felt: the nearer to each "
-            "other the "
-            "better."
-        ),
+        caption=("Normal force of each finger (mean), as set and as felt: the closer together the better."),
         full=_grip(grasp, Width.FULL, "felt", MEASURED),
         narrow=_grip(grasp, Width.HALF, "felt", MEASURED),
     )
@@ -81,13 +76,13 @@ def slip_picture(grasp: Grasp, note: str = "") -> Picture:
         grasp: What came of it.
         note: For the end of the title.
     """
-    told = f"{len(grasp.alarms_aloft)} alarm{'' if len(grasp.alarms_aloft) == 1 else 's'}, drawn as short lines"
+    alarms = f"{len(grasp.alarms_aloft)} alarm{'' if len(grasp.alarms_aloft) == 1 else 's'}, drawn as short lines"
     return Picture(
         title=f"Slip and spin{note}",
         caption=(
             "How far the object moved over the fingertips, and turned about the contact normals, in the air, "
             "since the lift began: the larger of the fingers, by the simulation's truth. Next to nothing is good. "
-            f"Above: when slip was told ({told})."
+            f"Above: when slip was detected ({alarms})."
         ),
         full=_slip(grasp, Width.FULL),
         narrow=_slip(grasp, Width.HALF),
@@ -95,7 +90,7 @@ def slip_picture(grasp: Grasp, note: str = "") -> Picture:
 
 
 def load_pictures(grasp: Grasp, note: str = "") -> list[Picture]:
-    """Return for each finger the way of its load inside the limit surface, while figures count.
+    """Return for each finger the path of its load inside the limit surface, while figures count.
 
     Args:
         grasp: What came of it.
@@ -123,7 +118,7 @@ def _grip(grasp: Grasp, width: Width, name: str, colour: str) -> Figure:
         axes.plot(*envelope(time, grasp.least), color=LIMIT, linewidth=1.6, linestyle=DASH_DOT, label="least")
         axes.set_ylim(0.0, HIGHEST * float(np.nanmax(np.maximum(grasp.felt[held], grasp.least[held]))))
     axes.margins(x=0.0)
-    dress(axes, x="time [s]", y="grip [N]")
+    style_axes(axes, x="time [s]", y="grip [N]")
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure
 
@@ -146,8 +141,8 @@ def _slip(grasp: Grasp, width: Width) -> Figure:
         axes.set_ylim(0.0, 1.12 * top)
         if alarms:
             axes.vlines(alarms, 1.03 * top, 1.12 * top, color=INK, linewidth=0.8, label="alarm")
-    dress(slip, x="", y="slip [mm]")
-    dress(spin, x="time [s]", y="spin [degrees]")
+    style_axes(slip, x="", y="slip [mm]")
+    style_axes(spin, x="time [s]", y="spin [degrees]")
     if len(at):
         spin.set_xlim(float(at[0]) - 0.2, float(at[-1]) + 0.2)
     figure.align_ylabels()

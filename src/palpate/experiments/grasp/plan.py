@@ -5,16 +5,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from palpate.controllers.grip.belief import SurfaceBelief
-from palpate.controllers.grip.grasp import Carry, GraspController, GraspStage, SetDownParameters
-from palpate.controllers.grip.grasp_solver import GraspSolver, LeastGrip, LikelyGrip
+from palpate.controllers.grip.dithered_grip import DitheredGrip
+from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingController, SetDownParameters
+from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip, RobustGrip
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
-from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
-from palpate.controllers.grip.noted_watch import DisabledWatch, NotedWatch, UnheededWatch
+from palpate.controllers.grip.need import GripNeed
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
-from palpate.controllers.grip.rippled import RippledGrip
-from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
+from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch, RecordingWatch
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
@@ -29,6 +28,7 @@ from palpate.experiments.grasp.belief import (
 )
 from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
+from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
 from palpate.experiments.grasp.scene import PullTimes, pull_times, task_of
@@ -97,7 +97,7 @@ class GraspPlan(PlanDefaults):
 
     @property
     def true(self) -> LimitSurface:
-        """What the contacts really bear; on a real robot, where nobody knows, what they are believed to."""
+        """What the contacts really bear; on a real robot, what they are believed to."""
         return self.believed if self.hand.real else true_surface(self.config)
 
     @property
@@ -127,14 +127,14 @@ class GraspPlan(PlanDefaults):
         return self.expected_duration + SLACK
 
     def task(self) -> HandTask:
-        """Return what the hand is to hold; of a rig, what it was told that there is."""
+        """Return what the hand is to hold; of a rig, what its file describes."""
         return task_of(self.config, self.hand, self.times)
 
     def backend(self) -> Backend:
         """Return the hand over the object; nothing is opened before it starts.
 
         Raises:
-            InvalidValueError: It cannot be simulated so, or not be what its robot file says.
+            InvalidValueError: It cannot be simulated, or not be built as its robot file describes.
         """
         config = self.config
         try:
@@ -149,22 +149,22 @@ class GraspPlan(PlanDefaults):
             ) from None
 
     def controller(self) -> GraspController:
-        """Return a fresh controller; its grip's watch and belief tell what was heard and learnt."""
+        """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
-        need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.most_rubbed)
+        need = GRIP_LAWS[config.controller](self.most_rubbed)
         grip = self._grip(belief, self._watch(), need)
         lift = LiftController(grip, self.period, self.lift)
-        carry: Carry = lift
+        lifting: LiftingController = lift
         first = GraspStage.CLOSE
         if isinstance(belief, NudgedSurface):
             hand = self.hand.geometry
             center = (0.0, 0.0, -(hand.depth + hand.tip_along))
             nudge = NudgeController(config.fingers, self.period, _nudging(center))
-            carry, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
+            lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
-        return GraspController(carry, grip, self.period, down, first=first)
+        return GraspController(lifting, grip, self.period, down, first=first)
 
-    def _grip(self, belief: SurfaceBelief, watch: NotedWatch, need: GripNeed) -> SlipSafeGrip:
+    def _grip(self, belief: SurfaceBelief, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
@@ -173,20 +173,20 @@ class GraspPlan(PlanDefaults):
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
         if config.known == "untouched":
-            return RippledGrip(n, belief, period, RIPPLE, parameters, watch, common)
+            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common)
         return SlipSafeGrip(n, belief, period, parameters, watch, common)
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":
-            return LeastGrip(self.config.fingers)
-        return LikelyGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
+            return MinimumGrip(self.config.fingers)
+        return RobustGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
 
-    def _watch(self) -> NotedWatch:
-        """Who listens for slip; a grip that ignores spin, or is shared, does not heed it."""
+    def _watch(self) -> RecordingWatch:
+        """Slip detection; a grip that ignores spin, or is shared, ignores its alarms."""
         slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
         if shares(self.config):
             return DisabledWatch(slips)
-        return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
+        return PassiveWatch(slips) if self.config.ignores_spin else RecordingWatch(slips)
 
     @property
     def most_rubbed(self) -> float:
@@ -198,7 +198,7 @@ class GraspPlan(PlanDefaults):
         """Return the same, planned by Coulomb's law alone, if that is to be compared with."""
         if not self.config.against_ignoring_spin:
             return None
-        return replace(self, config=replace(self.config, ignore_spin=True, against_ignoring_spin=False))
+        return replace(self, config=replace(self.config, controller=COULOMB, against_ignoring_spin=False))
 
     def observer(
         self, controller: GraspController, truth: TruthSource | None
@@ -256,7 +256,7 @@ def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> 
         InvalidValueError: The friction file cannot be read, something cannot be, the robot has no hand, or
             the hand cannot hold so much.
     """
-    true_surface(config)  # refuses what was typed: below, it would be the file's fault
+    true_surface(config)  # refuses typed values: below, the message would blame the file
     hand = grasp_hand(config, robot)
     config = config_on(config, hand)
     found = None

@@ -76,7 +76,7 @@ def _least_forces(grasp: Grasp) -> Iterator[Section]:
 
 
 def _ignoring_spin(grasp: Grasp) -> Iterator[Section]:
-    other = grasp.beside
+    other = grasp.comparison
     if other is None:
         return
 

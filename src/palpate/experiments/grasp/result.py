@@ -1,4 +1,4 @@
-"""What came of a grasp."""
+"""The result of a grasp."""
 
 import math
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.controllers.grip.grasp import GraspStage
-from palpate.controllers.grip.noted_watch import SlipAlarm
+from palpate.controllers.grip.recording_watch import SlipAlarm
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
@@ -25,7 +25,7 @@ DROPPED = 0.01
 """[m] Of slip: that is a drop, even if the table or a fingertip caught it."""
 
 SLIPPED, SPUN = 2e-5, math.radians(0.2)
-"""[m], [rad] From there on it counts as slip: below, it is what contacts give way by, and creep."""
+"""[m], [rad] Least motion that counts as slip: below are elastic deflection and creep."""
 
 EVERY, SELDOM = 5, 25
 """Periods from one to the next for which the least grip is worked out, while it is pulled and else."""
@@ -34,41 +34,41 @@ MEAN = 0.02
 """[s] Over which the acceleration of lifting and lowering is taken: what contacts ring with is no load."""
 
 NEAR = 2e-5
-"""[m] Above the table: so near it may still be held up by it, a bit, and its weight says nothing of the grip."""
+"""[m] Above the table: closer, the table may still bear part of the weight."""
 
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """When a finger's contact began to slip by the truth, and when that was told.
+    """When a finger's contact began to slip by the truth, and when that was detected.
 
     Attributes:
         finger: Where.
         time: By the truth [s].
-        told: By the first alarm there since the lift began [s]; NaN if there was none.
+        alarm_time: Of the first alarm there since the lift began [s]; NaN if there was none.
     """
 
     finger: int
     time: float
-    told: float
+    alarm_time: float
 
     @property
     def latency(self) -> float:
-        """From slip to alarm [s]; below 0 if it was told before."""
-        return self.told - self.time
+        """From slip to alarm [s]; below 0 if the alarm came first."""
+        return self.alarm_time - self.time
 
 
 @dataclass(frozen=True, eq=False)
 class Grasp:
-    """What came of a grasp.
+    """The result of a grasp.
 
     Attributes:
         planned: What was planned.
         run: How it went.
         truth: What really happened; on a real robot what was felt, and NaN.
-        alarms: Slips that were told.
-        regrips: How often the grip answered one.
-        beside: What became of the same with a control that ignores spin, if that was asked for.
-        met_early: Whether it met something on the way down that it did not stand on.
+        alarms: Slips that were detected.
+        regrips: How often the grip was raised for one.
+        comparison: The same with a control that ignores spin, if that was asked for.
+        met_early: Whether it met something while it was lowered that it did not stand on.
         nudged: What a nudge before the lift found, per finger; empty without.
     """
 
@@ -77,7 +77,7 @@ class Grasp:
     truth: GraspTruth
     alarms: tuple[SlipAlarm, ...]
     regrips: int
-    beside: "Grasp | None" = field(default=None)
+    comparison: "Grasp | None" = field(default=None)
     met_early: bool = False
     nudged: tuple[NudgeFinding, ...] = ()
 
@@ -119,7 +119,7 @@ class Grasp:
 
     @property
     def gave_way(self) -> tuple[str, ...]:
-        """What it did in the air that counts: "slipped", "spun", both or neither."""
+        """Significant motion in the air: "slipped", "spun", both or neither."""
         slip, spin = max(self.slip, self.slip_aloft), max(self.spin, self.spin_aloft)
         return tuple(word for word, beyond in (("slipped", slip > SLIPPED), ("spun", spin > SPUN)) if beyond)
 
@@ -227,8 +227,8 @@ class Grasp:
         for k in range(self.truth.fingers):
             beyond = ((self.truth.slid[:, k] > SLIPPED) | (self.truth.turned[:, k] > SPUN)) & self.aloft
             if beyond.any():
-                told = [a.time for a in self.alarms_aloft if a.finger == k]
-                found.append(Onset(k, float(self.truth.time[int(beyond.argmax())]), min(told, default=math.nan)))
+                times = [a.time for a in self.alarms_aloft if a.finger == k]
+                found.append(Onset(k, float(self.truth.time[int(beyond.argmax())]), min(times, default=math.nan)))
         return tuple(found)
 
     @property
@@ -259,17 +259,17 @@ class Grasp:
 
 
 def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
-    """Return what came of a run, and of the one beside it if there was one."""
+    """Return the result of a run, with that of its companion if there was one."""
     control, other = recorded.controller, planned.companion()
     watch, belief = control.grip.watch, control.grip.belief
-    beside = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
+    comparison = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
     return Grasp(
         planned,
         recorded.run,
         recorded.observer.truth(),
         watch.alarms,
         control.grip.regrips,
-        beside,
+        comparison,
         control.met_early,
         belief.found if isinstance(belief, NotedNudge) else (),
     )

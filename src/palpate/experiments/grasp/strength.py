@@ -1,4 +1,4 @@
-"""What a grasp will take of the simulated hand, reckoned before anything moves, and what the hand has."""
+"""Grip that a grasp will need, computed beforehand, and the strength of the hand."""
 
 import math
 from dataclasses import replace
@@ -61,14 +61,14 @@ def grip_for(config: GraspConfig, surface: LimitSurface, load: Wrench) -> float:
 
 
 def cautious_surface(config: GraspConfig, believed: LimitSurface, true: LimitSurface) -> LimitSurface:
-    """Return the least that the grip is planned with while it is lifted: what a nudge told is the truth."""
+    """Return the least that the grip is planned with while it is lifted; a nudge is taken to measure the truth."""
     if config.known == "nudged":
         return true
     return believed if config.known == "touched" else at_worst(believed, config.known)
 
 
 def at_worst(believed: LimitSurface, known: Knowledge) -> LimitSurface:
-    """Return the least that contacts can bear by what is said to be known of them."""
+    """Return the least that contacts can bear within the assumed range of friction."""
     of_mu, of_e = SPREADS[known]
     if known == "estimated":
         of_mu, of_e = LIKELY * of_mu, LIKELY * of_e
@@ -119,6 +119,6 @@ def check_weight(config: GraspConfig, cautious: LimitSurface, true: LimitSurface
 
 
 def _rounded_down(value: float) -> float:
-    """To three digits, never up: what a message offers must do."""
+    """To three digits, never up: what a message recommends must be accepted."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return round(math.floor(value / step) * step, 12)

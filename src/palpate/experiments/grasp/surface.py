@@ -1,4 +1,4 @@
-"""What contacts really bear in a simulated grasp: as typed, else as rubbing found it, else as usual."""
+"""True friction of a simulated grasp: as typed, else as measured by rubbing, else the default."""
 
 from dataclasses import replace
 
@@ -7,18 +7,18 @@ from palpate.friction.friction_file import FrictionFile, How
 from palpate.friction.limit_surface import LimitSurface
 
 USUAL = LimitSurface(friction=0.5, spin_length=0.004)
-"""Of rubber on something smooth, if nothing else is said."""
+"""Default: rubber on a smooth surface."""
 
 
 def with_surface(config: GraspConfig, found: FrictionFile | None) -> GraspConfig:
-    """Return a configuration that says all four numbers of the simulated surface.
+    """Return a configuration with all four numbers of the simulated surface.
 
     Args:
         config: What was asked for; what it leaves out was found by rubbing, else it is as in `USUAL`.
         found: What rubbing has found, if something was.
 
     Raises:
-        InvalidValueError: That does not say enough, or a number cannot be.
+        InvalidValueError: mu or e is missing, or a number is impossible.
     """
     surface = USUAL if found is None else likely(found)
     surface = LimitSurface(

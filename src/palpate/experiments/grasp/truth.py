@@ -28,7 +28,7 @@ ALL = 12
 
 PER_FINGER = 15
 """Columns: touching; contact and normal, base frame, from the object's origin; normal force, length of the
-tangential force, spin torque; slip and spin since the pull began, and since the lift did; what was told."""
+tangential force, spin torque; slip and spin since the pull began, and since the lift did; commanded grip."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,8 +37,8 @@ class GraspTruth:
 
     Slip and spin are of the object over each fingertip since `watched`: how far the point that was under the
     finger then has moved over it across the normal, and how far the object has turned about the normal, what is
-    elastic included. Where the friction plant rubs, whose bristles bend, it is the way along which contacts really
-    slipped, and spun.
+    elastic included. Where the friction plant rubs, whose bristles bend, it is the integral of the contacts' slip
+    and spin speeds.
 
     Attributes:
         time: Shape (n,) [s].
@@ -56,7 +56,7 @@ class GraspTruth:
         clearance: From the table to the lowest point of the object, shape (n,) [m]; 0 or less: it touches.
         slid: As slip, but since the lift began, shape (n, k) [m].
         turned: As spin, but since the lift began, shape (n, k) [rad].
-        regrips: How often the grip had answered an alarm by then, shape (n,).
+        regrips: How often the grip had been raised for an alarm by then, shape (n,).
     """
 
     time: FloatArray
@@ -99,20 +99,20 @@ class GraspTruthRecorder:
         *,
         rubbed: bool,
     ) -> None:
-        """Take who knows the truth.
+        """Take the source of the truth.
 
         Args:
-            source: Tells the numbers of a hand (`palpate.sim.hand.truth_numbers`).
+            source: Of the numbers of a hand (`palpate.sim.hand.truth_numbers`).
             controller: Whose stage and target are kept.
             config: What is held.
             hand: That holds it.
             watched: From when on slip and spin are counted [s]: by then the object must be held.
-            rubbed: Whether the friction plant rubs: then slip and spin are what it tells.
+            rubbed: Whether the friction plant rubs: then slip and spin are those that it reports.
         """
         self._source, self._controller, self._config, self._from = source, controller, config, watched
         self._hand = hand.geometry
         self._rows = array("d")
-        self._pulled, self._lifted = (_Way(hand, rubbed=rubbed) for _ in range(2))
+        self._pulled, self._lifted = (_SlipMeter(hand, rubbed=rubbed) for _ in range(2))
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
@@ -126,9 +126,9 @@ class GraspTruthRecorder:
         center = hand.tip.center_of_mass
         normals = [_normal(center, f, its) for f, its in zip(truth.fingers, sensors, strict=True)]
         if now.time >= self._from:
-            self._pulled.go_on(truth, sensors, normals, moment.slip)
+            self._pulled.update(truth, sensors, normals, moment.slip)
         if controller.stage is GraspStage.LIFT or self._lifted.begun:
-            self._lifted.go_on(truth, sensors, normals, moment.slip)
+            self._lifted.update(truth, sensors, normals, moment.slip)
         row = [
             now.time,
             STAGES.index(controller.stage),
@@ -144,8 +144,8 @@ class GraspTruthRecorder:
             wanted = math.nan if command.grip_force is None else command.grip_force[i]
             at = subtract(finger.position, truth.position)
             spun = dot(finger.torque, normal)
-            ways = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
-            row += [finger.touching, *at, *normal, pressed, aside, spun, *ways, wanted]
+            motion = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
+            row += [finger.touching, *at, *normal, pressed, aside, spun, *motion, wanted]
         self._rows.extend(row)
 
     def _wanted(self, command: Command) -> float:
@@ -178,12 +178,12 @@ class GraspTruthRecorder:
         )
 
 
-class _Way:
-    """How far the object has slipped and spun over the fingertips since it was first asked to go on."""
+class _SlipMeter:
+    """How far the object has slipped and spun over the fingertips since the first update."""
 
     def __init__(self, hand: HandDescription, *, rubbed: bool) -> None:
         self._period = hand.period
-        self._moved: _Moved | None = None
+        self._moved: _RelativeMotion | None = None
         self._rubbed = [(0.0, 0.0)] * hand.geometry.fingers if rubbed else None
 
     @property
@@ -191,7 +191,7 @@ class _Way:
         """Whether it counts already."""
         return self._moved is not None
 
-    def go_on(
+    def update(
         self,
         truth: HandTruth,
         sensors: list[Pose],
@@ -207,7 +207,7 @@ class _Way:
             speeds: With which these slip and spin, where the friction plant rubs [m/s, rad/s].
         """
         if self._moved is None:
-            self._moved = _Moved(truth, sensors, normals)
+            self._moved = _RelativeMotion(truth, sensors, normals)
         if self._rubbed is not None:
             dt = self._period
             self._rubbed = [
@@ -224,8 +224,8 @@ class _Way:
         return self._moved.of(i, truth, sensor)
 
 
-class _Moved:
-    """How far the object has moved over the fingertips, each in its sensor's frame, since it was first seen."""
+class _RelativeMotion:
+    """How far the object has moved over the fingertips, each in its sensor's frame, since construction."""
 
     def __init__(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
         self._normals = [

@@ -1,4 +1,4 @@
-"""What the report on a grasp says in words and figures."""
+"""Texts of the report on a grasp."""
 
 import math
 
@@ -30,7 +30,7 @@ def title(grasp: Grasp) -> str:
         "shake": "shaken",
         "none": "just held",
     }[config.load]
-    ignoring = ", ignoring spin" if config.ignore_spin else ""
+    ignoring = ", ignoring spin" if config.ignores_spin else ""
     return f"A {config.object} in {fingers} fingers, {pulled}{ignoring}"
 
 
@@ -56,16 +56,16 @@ def _ended(grasp: Grasp) -> str:
         return f"Set down and let go {after}; {rest}."
     if grasp.met_early:
         return (
-            f"Ended {after} on the way down, for the object met something with the fingers still "
+            f"Ended {after} while lowering, for the object met something with the fingers still "
             f"{in_mm(grasp.higher)} higher than before the lift, {_moved(grasp)}; {kept}."
         )
     if result.ending is Ending.LOST and _too_much(grasp):
         return (
             f"Ended {after} in the lift, for the object took more grip than the {LARGEST_GRIP:g} N that fingers "
-            f"are told at most; {kept}."
+            f"may press with; {kept}."
         )
     if result.ending is Ending.LOST:
-        return f"Ended {after}, for a finger felt nothing, or nothing to be believed; {kept}."
+        return f"Ended {after}, for a finger felt nothing, or only implausible readings; {kept}."
     if result.ending is Ending.TRIPPED:
         return f"Stopped by the supervisor: {result.why}; {kept}."
     return f"Not finished ({result.ending.value}) {after}; {kept}."
@@ -122,35 +122,35 @@ def account(grasp: Grasp) -> tuple[str, ...]:
         return (
             f"Contacts were believed to bear {bears(planned.believed)} at first. {_source(grasp)}",
             *notes_on(planned),
-            "What they really bear, what pulled, and whether the object crept, nobody knows on a robot.",
+            "What they really bear, what pulled, and whether the object crept, is unknown on a robot.",
         )
-    said = [
+    sentences = [
         f"Contacts truly bore {bears(planned.true)}, and were believed to bear {bears(planned.believed)} at "
         f"first. {_source(grasp)}",
         *notes_on(planned),
     ]
     if grasp.counted.any():
-        said.append(_of_grip(grasp))
+        sentences.append(_of_grip(grasp))
     if config.load == "shake":
-        said.append(
+        sentences.append(
             "A load that shakes needs a grip that swings; the control keeps that of the peaks, for it "
             "lets go slowly. So the mean over the least is larger than for a load that grows."
         )
     if grasp.onsets:
         at = ", ".join(f"finger {onset.finger + 1} at {onset.time:.3f} s" for onset in grasp.onsets)
-        said.append(f"By the truth it began to slip: {at}.")
-    other = grasp.beside
+        sentences.append(f"By the truth it began to slip: {at}.")
+    other = grasp.comparison
     if other is not None:
         fate = (
             "dropped it"
             if other.dropped
             else f"let it spin by {in_degrees(other.spin_aloft)} and slip by {in_mm(other.slip_aloft)}"
         )
-        said.append(
+        sentences.append(
             f"The same with Coulomb's law alone, f_n = f_t / mu with the same margin, {fate}: a pull "
             f"{MILLI * config.offset:g} mm beside the fingers turns an object rather than drags it."
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def asked(grasp: Grasp) -> str:
@@ -166,8 +166,8 @@ def advice(grasp: Grasp) -> tuple[str, ...]:
     """Return what to do now."""
     config, known = grasp.planned.config, grasp.truth_known
     if grasp.dropped or (known and grasp.gave_way):
-        if config.ignore_spin:
-            return ("Spin was ignored: without --ignore-spin the grip bears the torque, too.",)
+        if config.ignores_spin:
+            return ("Spin was ignored: with --controller limit-surface the grip bears the torque, too.",)
         return (f"It gave way: hold it with more than the present --margin {config.margin:g}.",)
     if known and math.isfinite(grasp.grip_ratio) and grasp.grip_ratio > MUCH_GRIP:
         return (
@@ -195,7 +195,7 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
         ("load", _load(config) if known else "its own weight, and whoever pulled at it"),
         ("lifted", f"{MILLI * config.lift_height:g} mm, at {MILLI * config.lift_speed:g} mm/s"),
         ("margin", in_percent(config.margin)),
-        ("control", "ignores spin" if config.ignore_spin else "limit surface"),
+        ("control", config.controller),
         ("sensors", f"{noise}{drift}" if known else noise),
         ("control period", f"{MILLI * planned.period:g} ms"),
         *log_row(grasp.run),
@@ -209,22 +209,22 @@ def _source(grasp: Grasp) -> str:
     if planned.found is not None:
         return f"What was believed comes from {config.friction_file}."
     typed = bool(config.believed_friction or config.believed_spin_length)
-    told = {
-        "touched": "" if typed else "That is what a touch told before",
-        "nudged": "A nudge before the lift then told it closer",
-        "untouched": "Nobody has touched it before: the grip is planned for the least that is likely",
+    origin = {
+        "touched": "" if typed else "It was measured by an earlier touch",
+        "nudged": "A nudge before the lift then measured it more closely",
+        "untouched": "It was never touched before: the grip is planned for the least that is likely",
         "estimated": f"It was estimated; the grip is planned to hold with {in_percent(config.probability)}",
     }[config.known]
     if typed:
-        return f"What was believed was typed. {told}{'.' if told else ''}".rstrip()
+        return f"What was believed was typed. {origin}{'.' if origin else ''}".rstrip()
     of_mu, of_e = SPREADS[config.known]
     if config.known == "estimated":
-        return f"{told}; of what was believed, mu errs by {in_percent(of_mu)} and e by {in_percent(of_e)} (sd)."
-    return f"{told}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
+        return f"{origin}; of what was believed, mu errs by {in_percent(of_mu)} and e by {in_percent(of_e)} (sd)."
+    return f"{origin}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
 
 
 def _known(config: GraspConfig) -> str:
-    return config.known if config.friction_file is None else f"told by {config.friction_file}"
+    return config.known if config.friction_file is None else f"from {config.friction_file}"
 
 
 def _of_grip(grasp: Grasp) -> str:

@@ -1,4 +1,4 @@
-"""What the reader of a report is told to do because of how the run ended."""
+"""Advice to the reader of a report that follows from how the run ended."""
 
 from palpate.runtime import Ending, RunResult
 
@@ -9,9 +9,9 @@ def advice_on_ending(result: RunResult) -> tuple[str, ...]:
         return ("Switch the robot off: it did not come to rest.",)
     if result.ending is Ending.TRIPPED:
         return (
-            "The supervisor stopped it, for the reason above: take that away, or press less hard (--force) and go "
-            "slower, and repeat.",
+            "The supervisor stopped it for the reason above: remove that, or reduce force (--force) and speed, "
+            "and repeat.",
         )
     if result.ending is Ending.DONE:
         return ()
-    return ("It did not get to its end: what is shown is what there was until then; repeat it.",)
+    return ("The run did not finish: the results cover the time until then; repeat it.",)

@@ -1,4 +1,4 @@
-"""What the result of a run may tell besides figures, for runs to be laid over one another."""
+"""What results of runs may offer besides figures, so that runs can be overlaid."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

@@ -1,9 +1,9 @@
-"""What options that several experiments share may be; imports nothing heavy."""
+"""Checks of options that several experiments share; imports nothing heavy."""
 
 from palpate.errors import InvalidValueError, positive
 
 LARGEST_LENGTH = 2.0
-"""Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
+"""Of object, fingertip and raster [m]: robots reach 1 m in each direction; a larger number is in another unit."""
 
 LONGEST_PERIOD = 8e-3
 """Slowest control [s]: from 125 Hz on a stage explores as well as at 1 kHz; slower, it lands hard."""
@@ -54,7 +54,7 @@ def check_size(thing: str, size: tuple[float, ...], example: tuple[float, ...]) 
 
 
 def check_tip(tip: tuple[float, ...]) -> None:
-    """Refuse what is no size of a fingertip: a radius, three semi-axes [m], or nothing (the robot file says it).
+    """Refuse what is no size of a fingertip: a radius, three semi-axes [m], or nothing (the robot file gives it).
 
     Raises:
         InvalidValueError: It is none of these.

@@ -42,7 +42,7 @@ def experiment_in(text: str) -> str:
     """Return which experiment a text of `config_text` is of.
 
     Raises:
-        InvalidValueError: It does not say.
+        InvalidValueError: It names none.
     """
     found = read_mapping(text, "an experiment file").get(NAME_KEY)
     if not isinstance(found, str):
@@ -68,7 +68,7 @@ def load_overlay(path: Path, experiment: str, kind: type[Any]) -> dict[str, obje
 
     Args:
         path: Of the file.
-        experiment: For which it must be, if it says so.
+        experiment: That it must be for, if it names one.
         kind: The experiment's `Config`.
 
     Raises:

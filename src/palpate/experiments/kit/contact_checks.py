@@ -1,4 +1,4 @@
-"""What a touch may be: forces that are felt for sure, and that neither robot nor fingertip suffer from.
+"""Bounds on contact forces: reliably felt, and safe for robot and fingertip.
 
 Imports nothing heavy.
 """
@@ -25,20 +25,20 @@ SOFT = 1e3
 
 
 def check_force_noise(noise: float) -> None:
-    """Refuse a noise of the force [N] in which no touch can be told, or that is in another unit.
+    """Refuse a noise of the force [N] in which no touch can be detected, or that is in another unit.
 
     Raises:
         InvalidValueError: It is such a noise.
     """
     if LEAST_FORCE * TOUCH_DEVIATIONS * not_negative("force_noise", noise, "N") > MOST_FORCE:
         raise InvalidValueError(
-            f"force_noise = {noise:g} N: too large to tell a touch within {MOST_FORCE:g} N; for {noise:g} mN give "
-            f"{noise / 1e3:g}"
+            f"force_noise = {noise:g} N: too large to detect a touch within {MOST_FORCE:g} N; for {noise:g} mN "
+            f"give {noise / 1e3:g}"
         )
 
 
 def check_compression(tip: Sequence[float], force: float, stiffness: float) -> None:
-    """Refuse a fingertip that is compressed by more than its radius: by half of what the contact gives way.
+    """Refuse a fingertip that is compressed by more than its radius; it takes half of the contact's compression.
 
     Args:
         tip: Its radius or semi-axes [m].

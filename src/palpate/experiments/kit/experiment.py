@@ -1,4 +1,4 @@
-"""What an experiment is, to whoever runs, replays, sweeps, shows or compares it."""
+"""The interface of an experiment to the commands that run, replay, sweep, show and compare it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class DryRun:
 class Plan(Protocol):
     """A run that can be carried out: everything checked and built, nothing moved yet.
 
-    `PlanDefaults` has what most experiments answer to the methods below `dry_run`.
+    `PlanDefaults` implements the methods below `dry_run` as most experiments need them.
     """
 
     @property
@@ -79,7 +79,7 @@ class Plan(Protocol):
         """Return the robot, ready to be started once.
 
         Raises:
-            InvalidValueError: It cannot be what its file says, or cannot be simulated.
+            InvalidValueError: It cannot be built as its file describes, or cannot be simulated.
         """
         ...
 
@@ -112,7 +112,7 @@ class Plan(Protocol):
         """Measure what the plan needs first, on a robot and scene of its own, and return the plan with it.
 
         Raises:
-            InvalidValueError: The measurement has failed; the message says why.
+            InvalidValueError: The measurement has failed; the message names the reason.
         """
         ...
 
@@ -125,7 +125,7 @@ class Plan(Protocol):
 
         Args:
             controller: A fresh one of this plan, which is about to run.
-            truth: What tells the simulation's truth, live or from a log; None on a robot.
+            truth: Source of the simulation's truth, live or from a log; None on a robot.
         """
         ...
 
@@ -134,12 +134,12 @@ class Plan(Protocol):
         ...
 
     def shown_plan(self, controller: Any) -> "PlanSource | None":
-        """Return what tells a view where this controller is going; None if there is nothing to show."""
+        """Return the source of the path that a view shows of this controller; None if there is nothing to show."""
         ...
 
 
 class PlanDefaults:
-    """What a plan answers where an experiment has nothing to say; a base class."""
+    """Default implementation of the optional methods of a `Plan`; a base class."""
 
     __slots__ = ()
 
@@ -153,7 +153,7 @@ class PlanDefaults:
         return self
 
     def texts(self) -> Mapping[str, str]:
-        """Return nothing: configuration and robot say it all."""
+        """Return nothing: configuration and robot suffice."""
         return {}
 
     def changes(self) -> "Sequence[Change]":
@@ -161,7 +161,7 @@ class PlanDefaults:
         return ()
 
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
-        """Return none: record and truth say it all."""
+        """Return none: record and truth suffice."""
         return None
 
     def companion(self) -> Any:
@@ -174,7 +174,7 @@ class PlanDefaults:
 
 
 class Result(Protocol):
-    """What came of a run."""
+    """The result of a run."""
 
     @property
     def run(self) -> "RunResult":
@@ -199,14 +199,14 @@ class Experiment(Protocol):
     def Config(self) -> type[Any]:
         """A frozen dataclass, light to import: its fields are the options.
 
-        Each has a default and a docstring below it, and `option` says its unit and bounds, once. It has the fields
+        Each has a default and a docstring below it, and `option` gives its unit and bounds. It has the fields
         `robot`, `seed` and `out`.
         """
         ...
 
     @property
     def figures(self) -> tuple[Figure, ...]:
-        """What a run comes to, those that matter most first: for --json, sweeps and comparisons."""
+        """Figures of merit of a run, those that matter most first: for --json, sweeps and comparisons."""
         ...
 
     def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
@@ -218,15 +218,15 @@ class Experiment(Protocol):
             texts: What the log of an earlier run kept (see `Plan.texts`); empty for a new run.
 
         Raises:
-            InvalidValueError: It cannot be carried out; the message says what to change.
+            InvalidValueError: It cannot be carried out; the message names the remedy.
         """
         ...
 
     def found(self, plan: Any, recorded: "Recorded") -> Result:
-        """Return what came of a run, however it ended: one that has just ended, or one from its log.
+        """Return the result of a run, however it ended: one that has just ended, or one from its log.
 
         Raises:
-            InvalidValueError: What was recorded tells nothing; the message says why.
+            InvalidValueError: Nothing can be evaluated; the message names the reason.
         """
         ...
 

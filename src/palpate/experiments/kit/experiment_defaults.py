@@ -1,4 +1,4 @@
-"""A report and no files, for an experiment that has nothing special to tell."""
+"""A default report, and no files, for simple experiments."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wa
 
 
 class ExperimentDefaults:
-    """What an `Experiment` answers besides its plan and its result; a base class."""
+    """Default implementation of the report and files of an `Experiment`; a base class."""
 
     name: str
     summary: str

@@ -1,4 +1,4 @@
-"""A run as its log tells it: planned again, and fed again through touch, controller and observer."""
+"""A run from its log: planned again, and its samples fed again through touch, controller and observer."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -10,7 +10,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in, read_config
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting, spec_of
-from palpate.experiments.kit.recorded_run import RecordedRun, Tell, untold
+from palpate.experiments.kit.recorded_run import ProgressCallback, RecordedRun, no_progress
 from palpate.experiments.kit.registry import experiment_named
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Backend, Ending, RunResult
@@ -46,8 +46,8 @@ class LoggedRun:
         """
         if EXPERIMENT_TEXT not in log.attachments:
             raise InvalidValueError(
-                f"{log.path} is no log of an experiment: it has no {EXPERIMENT_TEXT}, so that nobody knows what "
-                "sensed and controlled; palpate.runtime.replay replays any log, if you say what"
+                f"{log.path} is no log of an experiment: it has no {EXPERIMENT_TEXT}, so that sensing and "
+                "control are unknown; palpate.runtime.replay replays any log with those that it is given"
             )
         text = log.attachments[EXPERIMENT_TEXT]
         experiment = experiment_named(experiment_in(text))
@@ -55,7 +55,7 @@ class LoggedRun:
             config = read_config(text, experiment.Config)
         except InvalidValueError as error:
             raise InvalidValueError(
-                f"{log.path}: what it says of the run cannot be understood; another version wrote it? {error}"
+                f"{log.path}: its {EXPERIMENT_TEXT} cannot be read; was it written by another version? {error}"
             ) from None
         return cls(log, experiment, lasting(config))
 
@@ -76,14 +76,15 @@ class LoggedRun:
         for each in fields(self.config):
             if each.name in settings and spec_of(each).kept:
                 texts.pop(spec_of(each).kept, None)
-        if robot is None and "robot" in settings and settings["robot"] is not None:
+        recorded = read_robot(texts) if ROBOT_TEXT in texts else None
+        if robot is None and settings.get("robot") is not None:
             robot = load_named_robot(str(settings["robot"]))
-        elif robot is None and ROBOT_TEXT in texts:
-            robot = read_robot(texts)
+            _check_kind(robot, recorded)
+        robot = robot or recorded
         return self.experiment.plan(self.config if config is None else config, robot, texts)
 
     def backend(self) -> Backend:
-        """Return what says again what was sampled, and what really happened if the log knows that.
+        """Return a back end that replays the recorded samples, with the recorded truth if there is one.
 
         Raises:
             InvalidValueError: There is nothing to replay.
@@ -92,20 +93,30 @@ class LoggedRun:
         samples = islice(log.samples(), extent_of(log).count)
         return replayed_backend(samples, log.heading.period, log.truth)
 
-    def found(self, tell: Tell = untold) -> Result:
-        """Return what came of the run, worked out from its log alone.
+    def found(self, progress: ProgressCallback = no_progress) -> Result:
+        """Return the result of the run, evaluated from its log alone.
 
         Raises:
-            InvalidValueError: It cannot be planned again, or tells nothing.
+            InvalidValueError: It cannot be planned again or evaluated.
         """
         plan = self.plan()
         run = RecordedRun(plan, self.backend())
         result = run.run(live=RecordedChanges(live_parameters_of(run.controller), self.log.changes))
-        return self.experiment.found(plan, run.recorded(self._as_it_ended(result), tell=tell))
+        return self.experiment.found(plan, run.recorded(self._as_it_ended(result), progress=progress))
 
     def _as_it_ended(self, again: RunResult) -> RunResult:
         """How the recorded run ended, with the timing of this one."""
-        told = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
-        ending = Ending(told[-1]) if told and told[-1] in list(Ending) else Ending.INTERRUPTED
+        endings = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
+        ending = Ending(endings[-1]) if endings and endings[-1] in list(Ending) else Ending.INTERRUPTED
         kept = RecordingSummary(self.log.path, len(self.log))
         return replace(again, ending=ending, trip=None, error=None, stopped=True, recording=kept)
+
+
+def _check_kind(robot: Robot, recorded: Robot | None) -> None:
+    """Refuse a robot with another kind of back end than the recorded one: the samples are of that one."""
+    kinds = [each.file.backend.__struct_config__.tag for each in (robot, recorded) if each is not None]
+    if len(set(kinds)) > 1:
+        raise InvalidValueError(
+            f"robot = {robot.file.name}: its back end is {kinds[0]}, and the samples are as recorded, of "
+            f"{kinds[1]}; name a robot of that kind, as one with other limits"
+        )

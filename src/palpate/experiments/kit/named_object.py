@@ -67,7 +67,7 @@ def _module(option: str, name: str, module_name: str) -> ModuleType:
 
 
 def _from_file(path: Path) -> ModuleType:
-    """Import a file under its whole path, once: its classes can be told apart from another file's of that name."""
+    """Import a file under its whole path, once: its classes differ from those of another file of that name."""
     whole = path.resolve(strict=True)
     known = sys.modules.get(str(whole))
     if known is not None:

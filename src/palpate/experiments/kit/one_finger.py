@@ -1,4 +1,4 @@
-"""An experiment with one fingertip over something to touch: the plan of whoever needs no more than that."""
+"""An experiment with one fingertip over something to touch: the plan of simple experiments."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class OneFingerPlan(PlanDefaults):
         control: From this plan to a fresh controller.
         title: What is done, for people.
         expected_duration: About how long it takes [s].
-        told: What a dry run says besides durations and limits.
+        figures: Of a dry run, besides durations and limits.
         files: Names of the files that it writes.
     """
 
@@ -47,7 +47,7 @@ class OneFingerPlan(PlanDefaults):
     control: Callable[[Any], Controller]
     title: str
     expected_duration: float
-    told: tuple[KeyFigure, ...] = ()
+    figures: tuple[KeyFigure, ...] = ()
     files: tuple[str, ...] = ()
 
     @classmethod
@@ -63,7 +63,7 @@ class OneFingerPlan(PlanDefaults):
         duration: float,
         title: str,
         beside: tuple[float, float] = (0.0, 0.0),
-        told: tuple[KeyFigure, ...] = (),
+        figures: tuple[KeyFigure, ...] = (),
         files: tuple[str, ...] = (),
     ) -> Self:
         """Return the plan of a fingertip that starts over an object.
@@ -78,13 +78,13 @@ class OneFingerPlan(PlanDefaults):
             duration: About how long it takes [s].
             title: What is done.
             beside: Where the tip's middle starts, x and y [m].
-            told: More for a dry run.
+            figures: More for a dry run.
             files: Names of the files that it writes.
 
         Raises:
             InvalidValueError: The robot cannot press so hard, or cannot be simulated so.
         """
-        check_force(force, force, robot.file.limits.limits())
+        check_force(force, force, robot.file.limits)
         finger, tip = only_finger(robot), tip_sizes(robot)
         x, y, z = finger.surface.center
         task = Task(
@@ -100,7 +100,7 @@ class OneFingerPlan(PlanDefaults):
         ready = build(robot, task)
         delay = tracking_delay(task.period, ready.response, ready.finger.pipeline().delay)
         gain = force_gain(series_stiffness(stiffness, ready.stiffness), delay)
-        return cls(config, robot, ready, gain, control, title, duration, told, files)
+        return cls(config, robot, ready, gain, control, title, duration, figures, files)
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
@@ -110,7 +110,7 @@ class OneFingerPlan(PlanDefaults):
     @property
     def limits(self) -> Limits:
         """See `Plan`."""
-        return self.robot.file.limits.limits()
+        return self.robot.file.limits
 
     @property
     def longest_duration(self) -> float:
@@ -128,7 +128,7 @@ class OneFingerPlan(PlanDefaults):
     def dry_run(self) -> DryRun:
         """See `Plan`."""
         expected = KeyFigure("expected duration", self.expected_duration, "s")
-        return DryRun(self.title, (expected, *self.told, *limit_figures(self.limits)), self.files)
+        return DryRun(self.title, (expected, *self.figures, *limit_figures(self.limits)), self.files)
 
     def view(self) -> ViewScene:
         """See `Plan`."""

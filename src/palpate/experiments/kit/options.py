@@ -1,7 +1,6 @@
-"""Options of an experiment, as metadata of its `Config`'s fields: unit, bounds, replay, owner.
+"""Options of an experiment, as metadata of its `Config`'s fields: unit, symbol, bounds, replay, owner.
 
-Imports nothing heavy. What a field says here is said nowhere else: checks, replays, reports, sweeps and
-comparisons read it from here.
+Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read it from here.
 """
 
 from collections.abc import Mapping
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 KEY = "palpate"
-"""Of what a field says, in its metadata."""
+"""Of an `OptionSpec` in the metadata of a field."""
 
 TOUCHED = "the samples are as recorded, on what was touched then"
 NOISY = "the samples are as recorded, with the noise that they have"
@@ -34,15 +33,16 @@ class OptionSpec:
     """What is known of an option besides its type, default and docstring.
 
     Attributes:
-        unit: SI unit; empty for a ratio, a count, a word.
+        unit: SI unit; empty for a ratio, a count, a text.
         fixed: Why a replay cannot change it; empty if it can.
         choice: The option that decides whether this one counts, as "strategy" for a radius; empty: it always does.
         choices: For which values of that one it does.
         hint: What else may have been meant by whoever gave it with another choice; follows the refusal.
         above: It must be larger than 0.
         least: It must not be below 0.
-        kept: Name of the text by which a log keeps what the file of this option said; empty if it keeps none.
+        kept: Name of the text by which a log keeps the content of this option's file; empty if it keeps none.
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
+        symbol: What the literature calls it, as mu; --set and --vary take it, too.
     """
 
     unit: str = ""
@@ -54,9 +54,12 @@ class OptionSpec:
     least: bool = False
     kept: str = ""
     once: bool = False
+    symbol: str = ""
 
 
-NOTHING_SAID = OptionSpec()
+UNSPECIFIED = OptionSpec()
+STANDARD = {"seed": OptionSpec(fixed=NOISY), "out": OptionSpec(fixed=WRITTEN)}
+"""Of options that every experiment has, unless their fields specify otherwise."""
 
 
 def option(
@@ -69,6 +72,7 @@ def option(
     bound: Literal["", "positive", "not negative"] = "",
     kept: str = "",
     once: bool = False,
+    symbol: str = "",
 ) -> Any:
     """Return the field of an option; see `OptionSpec`.
 
@@ -84,21 +88,28 @@ def option(
         bound: What numbers must be, if given at all.
         kept: Name of the text by which a log keeps its file.
         once: Whether a replay sets it back to its default.
+        symbol: What the literature calls it.
     """
-    said = OptionSpec(unit, fixed, of[0], of[1], hint, bound == "positive", bound == "not negative", kept, once)
-    return field(default=default, metadata={KEY: said})
+    above, least = bound == "positive", bound == "not negative"
+    spec = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol)
+    return field(default=default, metadata={KEY: spec})
 
 
 def spec_of(option: "Field[Any]") -> OptionSpec:
-    """Return what a field says."""
-    said = option.metadata.get(KEY, NOTHING_SAID)
-    assert isinstance(said, OptionSpec)
-    return said
+    """Return the metadata of a field."""
+    spec = option.metadata.get(KEY) or STANDARD.get(option.name, UNSPECIFIED)
+    assert isinstance(spec, OptionSpec)
+    return spec
 
 
 def specs_of(kind: type) -> dict[str, OptionSpec]:
-    """Return what each option of a `Config` says, by name."""
+    """Return the metadata of each option of a `Config`, by name."""
     return {each.name: spec_of(each) for each in fields(kind)}
+
+
+def option_of_symbol(kind: type, symbol: str) -> str | None:
+    """Return the name of the option of a `Config` that the literature calls so; None if there is none."""
+    return next((name for name, spec in specs_of(kind).items() if symbol and spec.symbol == symbol), None)
 
 
 def lasting(config: Any) -> Any:
@@ -112,27 +123,27 @@ def check_options(config: "DataclassInstance") -> None:
     Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
 
     Raises:
-        InvalidValueError: As it says; the message names value, limit and what to do.
+        InvalidValueError: A value is refused; the message names value, limit and what to do.
     """
     for each in fields(config):
-        value, said = getattr(config, each.name), spec_of(each)
+        value, spec = getattr(config, each.name), spec_of(each)
         if each.type in _PATHS and isinstance(value, str):
             object.__setattr__(config, each.name, Path(value))
         elif each.type in _NUMBERS and not isinstance(value, Real) and (value is not None or each.type is float):
             raise InvalidValueError(f"{each.name} = {shown(value)}: must be a number")
         numbers: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
         for number in numbers:
-            if said.above and number is not None:
-                positive(each.name, number, said.unit)
-            elif said.least and number is not None:
-                not_negative(each.name, number, said.unit)
+            if spec.above and number is not None:
+                positive(each.name, number, spec.unit)
+            elif spec.least and number is not None:
+                not_negative(each.name, number, spec.unit)
     for choice in choices_of(type(config)):
         _check_choice(config, choice)
 
 
 def choices_of(kind: type) -> dict[str, tuple[str, ...]]:
     """Return the options that decide which others count, with the values that each can have."""
-    names = dict.fromkeys(said.choice for said in specs_of(kind).values() if said.choice)
+    names = dict.fromkeys(spec.choice for spec in specs_of(kind).values() if spec.choice)
     hints = get_type_hints(kind)
     return {name: tuple(value for value in _literals(hints[name])) for name in names}
 
@@ -146,8 +157,8 @@ def foreign_options(kind: type, values: Mapping[str, object]) -> frozenset[str]:
     """
     return frozenset(
         name
-        for name, said in specs_of(kind).items()
-        if said.choice and values.get(said.choice) not in said.choices
+        for name, spec in specs_of(kind).items()
+        if spec.choice and values.get(spec.choice) not in spec.choices
     )
 
 
@@ -156,14 +167,14 @@ def _check_choice(config: "DataclassInstance", choice: str) -> None:
     if chosen not in known:
         raise InvalidValueError(f"{choice} = {chosen!r}: must be one of {', '.join(known)}")
     own = {each.name: (each, spec_of(each)) for each in fields(config) if spec_of(each).choice == choice}
-    for name, (each, said) in own.items():
+    for name, (each, spec) in own.items():
         value = getattr(config, name)
-        if chosen in said.choices or value == each.default:
+        if chosen in spec.choices or value == each.default:
             continue
         takes = [f"--{name.replace('_', '-')}" for name, (_, its) in own.items() if chosen in its.choices]
         raise InvalidValueError(
-            f"{name} = {_typed(value)}: is for --{choice} {' or '.join(said.choices)}; {chosen} takes "
-            f"{', '.join(takes) or 'no such options'}{said.hint}"
+            f"{name} = {_typed(value)}: is for --{choice} {' or '.join(spec.choices)}; {chosen} takes "
+            f"{', '.join(takes) or 'no such options'}{spec.hint}"
         )
 
 

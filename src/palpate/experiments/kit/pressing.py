@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 
 IDENTIFIED_TEXT = "identified.yaml"
-"""Under this name a log keeps what it has found."""
+"""Name of the identification in a log."""
 
 PRESSED_SHARE = 0.5
 """It presses between (1 - this) and (1 + this) of the set force, if the robot's limit has room for that."""
@@ -25,7 +25,7 @@ ROOM_BELOW_LIMIT = 0.9
 """Of the force limit: ramps turn a few periods after they have passed their upper force."""
 
 ABOVE_TOUCH = 1.1
-"""The lower force is at least so many times what counts as a touch: lifted off, the tip tells nothing."""
+"""The lower force is at least so many times what counts as a touch: a tip that lifts off measures nothing."""
 
 SWING_SHARE = 0.2
 """Amplitude of the sines, of what lies between the lower and the upper force."""
@@ -63,18 +63,18 @@ def pressed(
     *,
     longest: float,
 ) -> Found:
-    """Press with a robot and scene of its own, and return what that tells.
+    """Press with a robot and scene of its own, and return what was identified.
 
     Args:
         backend: The robot, not yet started.
         finger: For touch.
         limits: For the supervisor.
         controller: That presses, a fresh one.
-        of: Makes of an identification what force control goes by.
+        of: From an identification to the parameters of force control.
         longest: After which it is stopped [s].
 
     Raises:
-        InvalidValueError: It did not get so far.
+        InvalidValueError: The identification did not finish.
     """
     result = run(backend, Touch(finger), controller, Supervisor(limits), duration=longest)
     try:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.experiments.kit.change_account import ChangeAccount, account_of_changes
+from palpate.experiments.kit.change_outcome import ChangeOutcome, change_outcomes
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.experiment import Plan
 from palpate.runtime import Backend, Observer, Phase, Record, RunResult, Supervisor, Touch, run
@@ -15,17 +15,17 @@ from palpate.runtime.log import MemoryLog, Recorder, Sink
 from palpate.runtime.loop import Live
 from palpate.runtime.truth import TruthTable, truth_source
 
-Tell = Callable[[str], None]
-"""Told what is being worked out, for people who wait."""
+ProgressCallback = Callable[[str], None]
+"""Is called with the name of each step of an evaluation, for a progress display."""
 
 
-def untold(step: str) -> None:
-    """Tell nobody."""
+def no_progress(step: str) -> None:
+    """Show no progress."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """What there is of a run that is over: all that `Experiment.found` goes by.
+    """The record of a finished run: the input of `Experiment.found`.
 
     Attributes:
         run: How it ended, and its timing.
@@ -33,7 +33,7 @@ class Recorded:
         observer: What the plan's own observer kept; None if it has none.
         memory: Every period.
         companion: The same of the plan's companion, if there was one and it was run.
-        tell: Told what is being worked out.
+        progress: Is called with the name of each step of the evaluation.
     """
 
     run: RunResult
@@ -41,7 +41,7 @@ class Recorded:
     observer: Any
     memory: MemoryLog
     companion: "Recorded | None" = None
-    tell: Tell = untold
+    progress: ProgressCallback = no_progress
 
     def record(self, finger: int = 0) -> Record:
         """Return every period, base coordinates, for one finger."""
@@ -62,13 +62,13 @@ class Recorded:
         """Live parameters that were changed, as they took effect."""
         return tuple(self.memory.changes)
 
-    def account_of_changes(self, asked: Sequence[Change], work: Phase) -> tuple[ChangeAccount, ...]:
-        """Return what became of the changes that were asked for beforehand; `work` is what they are made for."""
+    def change_outcomes(self, asked: Sequence[Change], work: Phase) -> tuple[ChangeOutcome, ...]:
+        """Return which requested changes took effect, and when; `work` is the phase that they are meant for."""
         record, live = self.record(), live_parameters_of(self.controller)
         if not len(record):
             return ()
         working = np.flatnonzero(record.phase == work.value)
-        return account_of_changes(
+        return change_outcomes(
             asked,
             self.memory.changes,
             {name: parameter.unit for name, parameter in live.parameters.items()},
@@ -95,7 +95,7 @@ class Recorded:
 
 
 class RecordedRun:
-    """Is run once; what came of it is told however it ended.
+    """A run that is carried out once; what it recorded is available however it ended.
 
     Attributes:
         backend: The robot.
@@ -106,7 +106,7 @@ class RecordedRun:
         """Take what to do, and who does it if not the plan's own back end.
 
         Raises:
-            InvalidValueError: The back end cannot be what its robot file says.
+            InvalidValueError: The back end cannot be built as its robot file describes.
         """
         self._plan, self.backend = plan, plan.backend() if backend is None else backend
         self.controller: Any = plan.controller()
@@ -127,7 +127,7 @@ class RecordedRun:
             live: In the place of the changes that were asked for beforehand, as a log has them.
 
         Raises:
-            KeyboardInterrupt: The robot was stopped; `recorded` still tells what there is.
+            KeyboardInterrupt: The robot was stopped; `recorded` still returns what there is.
         """
         plan, own = self._plan, () if self._observer is None else (self._observer,)
         changes = plan.changes()
@@ -144,9 +144,11 @@ class RecordedRun:
             observers=(*own, *observers),
         )
 
-    def recorded(self, result: RunResult, companion: Recorded | None = None, tell: Tell = untold) -> Recorded:
+    def recorded(
+        self, result: RunResult, companion: Recorded | None = None, progress: ProgressCallback = no_progress
+    ) -> Recorded:
         """Return what there is of a run that went like `result`."""
-        return Recorded(result, self.controller, self._observer, self._memory, companion, tell)
+        return Recorded(result, self.controller, self._observer, self._memory, companion, progress)
 
 
 def carry_out(plan: Plan, observers: Sequence[Observer] = (), sinks: Sequence[Sink] = ()) -> Recorded:
@@ -158,7 +160,7 @@ def carry_out(plan: Plan, observers: Sequence[Observer] = (), sinks: Sequence[Si
         sinks: Where to record the first run, beside memory.
 
     Raises:
-        InvalidValueError: The back end cannot be what its robot file says.
+        InvalidValueError: The back end cannot be built as its robot file describes.
         KeyboardInterrupt: The robot was stopped. A `RecordedRun` still knows what was found until then.
     """
     first, companion = RecordedRun(plan), plan.companion()

@@ -1,4 +1,4 @@
-"""What a run leaves behind: its log, from which it can be found again, its report and its files."""
+"""Output of a run: its log, its report and its files."""
 
 from datetime import datetime
 from pathlib import Path

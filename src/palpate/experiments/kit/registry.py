@@ -11,14 +11,12 @@ from typing import cast
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.experiment_checks import check_experiment
 from palpate.experiments.kit.named_object import named_object
 from palpate.nearest_name import nearest
 
 GROUP = "palpate.experiments"
 """Of entry points: name = "module:Class"."""
-
-NEEDED = ("name", "summary", "Config", "figures", "plan", "found", "report", "files")
-"""What an experiment has; see `Experiment`."""
 
 
 @cache
@@ -60,12 +58,7 @@ def experiment_named(name: str) -> Experiment:
             "of your own is named as module:Class"
         )
     experiment = made() if isinstance(made, type) else made
-    missing = [each for each in NEEDED if not hasattr(experiment, each)]
-    if missing:
-        raise InvalidValueError(
-            f"experiment = {name}: is no experiment: it has no {', '.join(missing)} (see "
-            "palpate.experiments.kit.Experiment)"
-        )
+    check_experiment(name, experiment)
     return cast("Experiment", experiment)
 
 

@@ -1,4 +1,4 @@
-"""How to do a run again, and where its log is, as its report says it."""
+"""Commands that repeat a run, and the location of its log, for its report."""
 
 import shlex
 from collections.abc import Sequence
@@ -21,16 +21,16 @@ def repeat_commands(name: str, config: "DataclassInstance", result: RunResult) -
         config: What was asked for.
         result: How it went; without a log only the run itself can be done again.
     """
-    said = [("The same again:", command_line(name, config))]
+    commands = [("The same again:", command_line(name, config))]
     kept = result.recording
     if kept is not None and kept.path is not None:
         log = shlex.quote(str(kept.path))
-        said += [
+        commands += [
             ("Every command of it computed again from its log, bit for bit:", f"palpate replay {log}"),
             ("To watch it in the browser:", f"palpate view {log}"),
             ("Beside another run of the kind:", f"palpate compare {log} ANOTHER_RUN"),
         ]
-    return tuple(said)
+    return tuple(commands)
 
 
 def log_row(result: RunResult) -> tuple[tuple[str, str], ...]:

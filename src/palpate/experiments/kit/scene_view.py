@@ -36,7 +36,7 @@ def scene_view(
         title: For people.
         model: The scene, with a tip or a hand.
         map_spacing: See `ViewScene`.
-        motions: Of joints that move as told, by name; for a `MovingTarget` of name n, `n_0`, `n_1`, ...
+        motions: Of driven joints, by name; for a `MovingTarget` of name n, `n_0`, `n_1`, ...
 
     Raises:
         InvalidValueError: The scene has neither tip nor hand.

@@ -24,7 +24,7 @@ def plan_for(experiment: Experiment, config: Any) -> Plan:
 def perform(
     experiment: Experiment, config: Any, out: str | Path | None = None, observers: Sequence[Observer] = ()
 ) -> Any:
-    """Carry an experiment out and return what came of it.
+    """Carry an experiment out and return its result.
 
     Args:
         experiment: What to do.
@@ -34,7 +34,7 @@ def perform(
 
     Raises:
         InvalidValueError: It cannot be carried out, or what was felt tells nothing.
-        KeyboardInterrupt: The robot was stopped; of what it had found there is the log, if it was recorded.
+        KeyboardInterrupt: The robot was stopped; its log remains, if it was recorded.
         OSError: A file cannot be written.
     """
     plan = plan_for(experiment, config).prepared()

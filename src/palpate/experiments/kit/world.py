@@ -1,4 +1,4 @@
-"""What an episode happens in: a robot with a fingertip, and its limits."""
+"""The world of an episode: a robot with a fingertip, and its limits."""
 
 from dataclasses import dataclass
 from importlib.metadata import entry_points
@@ -23,7 +23,7 @@ class World:
         finger: For touch.
         limits: For the supervisor, which is always on.
         approach: Velocity with which a reset brings the tip to the surface, base frame [m/s]; zero: not at all.
-        farthest: How far it goes that way [m]; if it has met nothing by then, the episode begins there.
+        farthest: Longest approach [m]; if it has met nothing by then, the episode begins there.
     """
 
     backend: Backend
@@ -52,7 +52,7 @@ class WorldMaker(Protocol):
 
 
 def usual_worlds() -> WorldMaker:
-    """Return the worlds of an environment that was told of no others: the first that packages declare.
+    """Return the default worlds of an environment: the first that packages declare.
 
     Entry points of the group `palpate.worlds` name what makes a `WorldMaker`.
     """

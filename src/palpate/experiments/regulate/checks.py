@@ -1,4 +1,4 @@
-"""What a regulation of force may ask of the robot: refused beforehand where it is too much."""
+"""Checks of a force regulation against the limits of the robot."""
 
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
@@ -12,7 +12,7 @@ FARTHEST_MOTION = 1.8 * LARGEST_MOTION
 
 
 def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) -> None:
-    """Refuse forces, speeds, ways and frequencies beyond what robot and loop can do.
+    """Refuse forces, speeds, distances and frequencies beyond what robot and loop can do.
 
     Raises:
         InvalidValueError: One is.

@@ -1,4 +1,4 @@
-"""What a regulation of force is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+"""The options of a force regulation; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from palpate.experiments.kit.config_checks import (
     speed_hint,
 )
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
 PressedName = Literal["plate", "sphere"]
 SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
@@ -37,7 +37,7 @@ LIVE = ("force", "force_gain")
 """What may be changed while it runs; the controller knows within which bounds."""
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
-"""Of the simulated contact, hard and soft [N/m], if nothing else is said."""
+"""Of the simulated contact, hard and soft, by default [N/m]."""
 
 LARGEST_MOTION = 0.05
 """Bounds the amplitude of a motion along the plate [m]: the plate is 0.2 m wide."""
@@ -51,18 +51,18 @@ FASTEST_LEAVING = 1.0
 
 @dataclass(frozen=True, slots=True)
 class RegulateConfig:
-    """Hold a force on a simulated surface, still, moving or yielding, while something else moves the arm.
+    """Hold a force on a simulated surface, still, moving or yielding, while the arm follows another motion.
 
     A fingertip on a six-axis force/torque sensor lands on the surface, settles, holds the force profile and lifts
-    off. The report shows the force, set, felt and true, how it answers to steps (rise, overshoot, settling) or
-    to sines (amplitude, phase, bandwidth), what limits that, and the margins of the force control.
+    off. The report shows the force, set, felt and true, its step response (rise, overshoot, settling) or
+    frequency response (amplitude, phase, bandwidth), what limits that, and the margins of the force control.
 
     All values are in SI units: metres, newtons, seconds.
 
     Example, a force held on a plate that goes up and down, while a circle is drawn on it:
     palpate regulate --surface sine --motion circle
 
-    Example, how steps are answered on a plate on springs, whose stiffness is found by pressing first:
+    Example, the step response on a plate on springs, whose stiffness is found by pressing first:
     palpate regulate --surface yielding --profile step --identify
 
     Example, the bandwidth on the UR5e:
@@ -110,7 +110,7 @@ class RegulateConfig:
     """How long the profile is held [s]; sines take what they need."""
     motion: MotionName = option("still")
     """How something else moves the tip along the surface meanwhile: not at all; to and fro along x; on a circle;
-    on a recorded path, positions over time; or as a table of velocities says. Its part along the
+    on a recorded path, positions over time; or by a table of velocities. Its part along the
     normal is left out: that is force control's."""
     motion_size: float = option(0.005, "m", of=_MOVED, bound="positive")
     """Amplitude of the motion to and fro, or the circle's radius [m]."""
@@ -138,32 +138,32 @@ class RegulateConfig:
     simulated contact."""
     change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
     """Change force [N] or force_gain [m/s/N] while it runs: seconds after the start, name, new value, as in
-    --change 5 force 3. The start is that of the run: on the way down and while it lands, a change counts already
-    and what was to be held before is never held. A profile moves with the force. The change is ramped, so that
+    --change 5 force 3. The start is that of the run: a change during approach or landing takes effect at
+    once, and the force before it is never held. A profile moves with the force. The change is ramped, so that
     nothing jumps."""
     landing_speed: float | None = option(None, "m/s", bound="positive")
     """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
     5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
-    friction: float = option(0.3, fixed=TOUCHED)
+    friction: float = option(0.3, fixed=TOUCHED, symbol="mu")
     """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED)
+    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e")
     """Largest spin torque per largest friction force [m]."""
     drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
     """Drift of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
     tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    the next three: what the robot file says."""
+    the next three: the robot file's."""
     force_noise: float | None = option(None, "N", fixed=NOISY)
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     robot: str = option("stage")
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    out: Path = option(Path("runs/regulate"), fixed=WRITTEN)
+    out: Path = Path("runs/regulate")
     """Folder for the report and the log."""
 
     def __post_init__(self) -> None:
@@ -212,7 +212,7 @@ class RegulateConfig:
 
     def _check_motion(self) -> None:
         if self.motion in FROM_FILES and self.motion_file is None:
-            raise InvalidValueError(f"motion = {self.motion}: a file must say which (--motion-file)")
+            raise InvalidValueError(f"motion = {self.motion}: needs a file (--motion-file)")
         if self.motion_size > LARGEST_MOTION:
             raise InvalidValueError(
                 f"motion_size = {self.motion_size:g} m: must be at most {LARGEST_MOTION:g} m, or the tip would "

@@ -7,17 +7,17 @@ from palpate.experiments.kit.figure import Figure, FigureValue
 
 
 def _of_steps(column: str, meaning: str, unit: str, value: Callable[[Any], float]) -> Figure:
-    """A figure of the answer to steps; None if there is none."""
+    """A figure of the step response; None if there is none."""
     return Figure(column, meaning, unit, lambda found: _known(found.judged_steps, value))
 
 
 def _of_sines(column: str, meaning: str, unit: str, value: Callable[[Any], float | None]) -> Figure:
-    """Likewise of the answer to sines."""
+    """Likewise of the frequency response."""
     return Figure(column, meaning, unit, lambda found: _known(found.judged_tones, value))
 
 
-def _known(answer: Any, value: Callable[[Any], FigureValue]) -> FigureValue:
-    return None if answer is None else value(answer)
+def _known(response: Any, value: Callable[[Any], FigureValue]) -> FigureValue:
+    return None if response is None else value(response)
 
 
 FIGURES = (

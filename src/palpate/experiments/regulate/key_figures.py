@@ -14,7 +14,7 @@ LEAST_SAMPLED_DELAY = 1.5
 """Periods of control: a delay below that, as identified on a contact that is led, has no sampled model."""
 
 STABLE = "stable for a stiffness"
-"""Of feedback and of following the surface together: the one statement on what the stiffness may be off by."""
+"""Of feedback and surface following together: the range of stiffness over its assumed value."""
 
 
 def key_figures(regulation: Regulation) -> tuple[KeyFigure, ...]:
@@ -125,7 +125,7 @@ def margins(planned: RegulationPlan) -> tuple[KeyFigure, ...]:
     if gain.delay >= LEAST_SAMPLED_DELAY * period:
         whole, halved = (stiffness_range(gain, planned.follow, period, share) for share in (1.0, 0.5))
         figures += [
-            KeyFigure(STABLE, _range(whole), "times", "what it is taken for; beyond, it swings"),
+            KeyFigure(STABLE, _range(whole), "times", "the assumed one; beyond, it oscillates"),
             KeyFigure("once it swung", _range(halved), "times", "likewise: it goes on with half of the gain"),
         ]
     return tuple(figures)

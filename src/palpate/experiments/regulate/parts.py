@@ -1,4 +1,4 @@
-"""The parts of a regulation by what a configuration calls them: profile, motion, surface, sensor."""
+"""The parts of a regulation from its configuration: profile, motion, surface, sensor."""
 
 import math
 from dataclasses import replace
@@ -35,7 +35,7 @@ from palpate.sim import (
     Sine,
     SphereObject,
     SprungTarget,
-    StillObject,
+    StaticObject,
     Target,
 )
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
@@ -123,7 +123,7 @@ def target_of(config: RegulateConfig, *, at_rest: bool = False) -> Target:
     """
     shape = shape_of(config)
     if config.surface in ("still", "soft") or (at_rest and config.surface in ("sine", "leaving")):
-        return StillObject(shape)
+        return StaticObject(shape)
     match config.surface:
         case "yielding":
             return sprung(config, shape)
@@ -152,14 +152,13 @@ def sprung(config: RegulateConfig, shape: SceneObject) -> SprungTarget:
 
 
 def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
-    """Return what force control is told of contact, mount and servo.
+    """Return the model of contact, mount and servo that force control is designed for.
 
-    That is what is simulated (on a robot: what is taken for its stiffness), or what is assumed instead: of a
-    stiffness that is so many times as large, contact and mount have their shares, and as much damping as gives
-    them the same damping ratios.
+    That is what is simulated (on a robot: what is taken for its stiffness), or what is assumed instead: an
+    assumed stiffness scales contact and mount alike, with their damping ratios kept.
     """
     scene, servo = scene_of(ready.backend), ready.stiffness
-    if scene is None:  # nobody knows: what is told, and no damping unless that is told, too
+    if scene is None:  # the truth is unknown: the given values, with no damping by default
         return DampedContact(
             config.assumed_stiffness or config.true_stiffness, config.assumed_damping_time or 0.0, servo
         )

@@ -1,4 +1,4 @@
-"""How a force answers: its error while it is held, steps, and a Bode picture of sines."""
+"""Pictures of force control: error while holding, step response, and a Bode plot."""
 
 import math
 from collections.abc import Mapping
@@ -25,9 +25,9 @@ from palpate.reporting.style import (
     WANTED,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 from palpate.runtime.data import Phase
 
@@ -65,13 +65,13 @@ def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]]
     axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
     times = series.time[shown]
     axes.set_xlim(float(times[0]), float(times[-1]) + 1e-9)
-    dress(axes, x="time [s]", y="force error [mN]")
+    style_axes(axes, x="time [s]", y="force error [mN]")
     legend_above(figure, [axes], columns=3)
     return figure
 
 
 def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Picture | None:
-    """Return the picture of the mean answer to steps, of true force, felt force or both; None if of neither."""
+    """Return the picture of the mean step response, of true force, felt force or both; None if of neither."""
     judged = felt if true is None else true
     if judged is None:
         return None
@@ -91,10 +91,10 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
         for at in judged.rise:
             axes.axvline(MILLI * at, color=INK, linewidth=0.7, linestyle=":")
     axes.margins(x=0.0)
-    dress(axes, x="time since the step [ms]", y="share of the step")
+    style_axes(axes, x="time since the step [ms]", y="share of the step")
     legend_above(figure, [axes], columns=4)
     return Picture(
-        title="Answer to steps",
+        title="Step response",
         caption=(
             f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1; dotted: "
             "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within the band "
@@ -105,17 +105,17 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
 
 
 def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
-    """Return the Bode picture of the answers to sines; there is one at least, and the first is judged."""
+    """Return the Bode plot of frequency responses; there is at least one, and the first is judged."""
     judged = next(iter(tones.values()))
     bandwidth = judged.bandwidth
     figure = new_figure(Width.HALF, 4.4)
     gain, phase = figure.subplots(2, 1, sharex=True)
     marks = ("o", "x")
-    for i, (name, answer) in enumerate(tones.items()):
+    for i, (name, response) in enumerate(tones.items()):
         colour, mark = CURVES[i % 2], marks[i % 2]
         line = {"color": colour, "marker": mark, "markersize": 4.5, "linewidth": 1.4 - 0.5 * (i % 2)}
-        gain.semilogx(answer.frequency, 20.0 * np.log10(np.maximum(answer.gain, 1e-6)), label=name, **line)
-        phase.semilogx(answer.frequency, answer.phase_deg, **line)
+        gain.semilogx(response.frequency, 20.0 * np.log10(np.maximum(response.gain, 1e-6)), label=name, **line)
+        phase.semilogx(response.frequency, response.phase_deg, **line)
     gain.axhline(HALF_POWER_DB, color=LIMIT, linewidth=1.0, linestyle=DASH_DOT, label="-3 dB")
     if bandwidth is not None:
         for axes in (gain, phase):
@@ -131,20 +131,20 @@ def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
             fontsize=8.5,
             color=INK,
         )
-    _dress(gain, "amplitude ratio [dB]", "")
-    _dress(phase, "phase [degrees]", "frequency [Hz]")
+    _style_frequency_axes(gain, "amplitude ratio [dB]", "")
+    _style_frequency_axes(phase, "phase [degrees]", "frequency [Hz]")
     figure.align_ylabels()
     legend_above(figure, [gain], columns=3)
-    said = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB at {bandwidth:.3g} Hz"
+    width = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB at {bandwidth:.3g} Hz"
     return Picture(
-        title="Answer to sines",
-        caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {said}. "
+        title="Frequency response",
+        caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {width}. "
         "Level gain and a phase near zero up to high frequencies are good.",
         full=figure,
     )
 
 
-def _dress(axes: Axes, y: str, x: str) -> None:
-    dress(axes, x=x, y=y)
+def _style_frequency_axes(axes: Axes, y: str, x: str) -> None:
+    style_axes(axes, x=x, y=y)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())

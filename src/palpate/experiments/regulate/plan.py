@@ -63,7 +63,7 @@ SHORTEST_SETTLING, LONGEST_SETTLING = 0.5, 2.0
 
 SETTLED_AFTER = 4.0
 """Time constants of force control, half of which the set force is led in: what is three times as stiff as it was
-taken for is pressed too hard by a third of the change on the way, at most."""
+taken for is pressed too hard by a third of the change meanwhile, at most."""
 
 
 LONGEST_PRESSING = 120.0
@@ -141,7 +141,7 @@ class RegulationPlan(PlanDefaults):
         """Press first, if that was asked for, and return the plan with gain and filter that follow.
 
         Raises:
-            InvalidValueError: Pressing has found nothing; the message says why.
+            InvalidValueError: Pressing has found nothing; the message names the reason.
         """
         return self.with_identified(self._pressed()) if self.preparation else self
 
@@ -212,7 +212,7 @@ class RegulationPlan(PlanDefaults):
         )
 
     def _pressed(self) -> Identified:
-        """Press on the object while it stands still, on a robot and scene of its own; return what that tells."""
+        """Press on the object at rest, on a robot and scene of its own; return what was identified."""
         resting = built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
         controller = IdentifyController(self.pressing(), self.period)
         return pressed(
@@ -229,13 +229,13 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
         texts: Motion and identification as a log keeps them.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised; the message says what to change.
+        InvalidValueError: The configuration cannot be carried out; the message names the remedy.
     """
     target = target_of(config)
     motion = motion_of(config, texts.get(MOTION_TEXT))
     profile = profile_of(config)
     duration = duration_of(config, profile)
-    limits = robot.file.limits.limits()
+    limits = robot.file.limits
     check_limits(config, motion, limits)
     ready = built(config, robot, target)
     least = LEAST_FORCE * ready.touch_force

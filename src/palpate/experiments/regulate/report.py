@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.experiments.kit.advice import advice_on_ending
+from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.regulate.key_figures import key_figures, margins
 from palpate.experiments.regulate.response import FrequencyResponse
 from palpate.experiments.regulate.result import Regulation
@@ -32,7 +33,7 @@ def regulation_report(regulation: Regulation) -> Report:
         figures=key_figures(regulation),
         sections=(
             Section("Over time", (Pictures(lambda: _over_time(regulation)),)),
-            Section("Answer", (Pictures(lambda: _answers(regulation, tones)), TextTable(_tone_rows(tones)))),
+            Section("Response", (Pictures(lambda: _responses(regulation, tones)), TextTable(_tone_rows(tones)))),
             Section("What limits it", tuple(Paragraph(each) for each in limits(regulation.planned))),
             Section("Margins", (FigureTable(margins(regulation.planned)),)),
             computing(regulation.run.timing),
@@ -47,45 +48,42 @@ def regulation_report(regulation: Regulation) -> Report:
 
 def advice(regulation: Regulation) -> tuple[str, ...]:
     """Return what to do after a regulation of force."""
-    told, planned = list(advice_on_ending(regulation.run)), regulation.planned
+    sentences, planned = list(advice_on_ending(regulation.run)), regulation.planned
     if regulation.guard_trips and not planned.config.identify:
-        told.append(
+        sentences.append(
             "Force control swung: repeat with --identify, which measures stiffness and delay of this contact."
         )
     margin = planned.parameters.gain.gain_margin
     if math.isfinite(margin) and margin < LEAST_GAIN_MARGIN:
-        told.append(f"The gain margin of {margin:.2g} is small: a stiffer --assumed-stiffness lowers the gain.")
+        sentences.append(
+            f"The gain margin of {margin:.2g} is small: a stiffer --assumed-stiffness lowers the gain."
+        )
     if regulation.peak > planned.limits.force:
-        told.append("The force went beyond its limit: land more slowly (--landing-speed), or press with less.")
-    return tuple(told)
+        sentences.append(
+            "The force went beyond its limit: land more slowly (--landing-speed), or press with less."
+        )
+    return tuple(sentences)
 
 
 def series_of(regulation: Regulation) -> TimeSeries:
     """Return what happened over time."""
     record, known = regulation.record, regulation.truth.known
-    return TimeSeries(
-        time=record.time,
-        phase=[str(phase) for phase in record.phase],
-        measured_force=regulation.sensed_force,
-        set_force=regulation.set_force,
-        spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-        speed=np.linalg.norm(record.velocity, axis=1),
-        true_force=np.where(regulation.truth.touching, regulation.true_force, np.nan) if known else None,
-    )
+    true = np.where(regulation.truth.touching, regulation.true_force, np.nan) if known else None
+    return recorded_series(record, regulation.set_force, regulation.sensed_force, true)
 
 
 def _tones(regulation: Regulation) -> dict[str, FrequencyResponse]:
-    """The answers to sines, by force; the one that is judged first."""
+    """The frequency responses, by force; the one that is judged first."""
     true = regulation.judged_tones if regulation.truth.known else None
     tones = {"true": true, "felt": regulation.felt_tones}
-    return {name: answer for name, answer in tones.items() if answer is not None}
+    return {name: response for name, response in tones.items() if response is not None}
 
 
 def _tone_rows(tones: dict[str, FrequencyResponse]) -> list[tuple[str, str, str, str]]:
     return [
         (f"{name} force at {frequency:g} Hz", f"{gain:.3f}", "times", f"phase {phase:.0f} degrees")
-        for name, answer in list(tones.items())[:1]
-        for frequency, gain, phase in zip(answer.frequency, answer.gain, answer.phase_deg, strict=True)
+        for name, response in list(tones.items())[:1]
+        for frequency, gain, phase in zip(response.frequency, response.gain, response.phase_deg, strict=True)
     ]
 
 
@@ -99,7 +97,7 @@ def _over_time(regulation: Regulation) -> "Iterator[Picture | None]":
         yield error_picture(series)
 
 
-def _answers(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> "Iterator[Picture | None]":
+def _responses(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> "Iterator[Picture | None]":
     from palpate.experiments.regulate.pictures import bode_picture, step_picture
 
     judged, felt = regulation.judged_steps, regulation.felt_steps

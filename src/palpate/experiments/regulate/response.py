@@ -1,4 +1,4 @@
-"""How a force answers: to steps (rise, overshoot, settling) and to sines (amplitude ratio, phase, bandwidth)."""
+"""Step response (rise, overshoot, settling) and frequency response (amplitude ratio, phase, bandwidth)."""
 
 import math
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ STEADY_SHARE = 1.0 / 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepResponse:
-    """The mean answer to steps, each scaled to go from 0 to 1.
+    """The mean step response, each step scaled to go from 0 to 1.
 
     Attributes:
         time: Since the step, shape (n,) [s].
@@ -79,7 +79,7 @@ class StepResponse:
 def step_response(
     time: FloatArray, force: FloatArray, steps: Sequence[tuple[float, float, float]], hold: float
 ) -> StepResponse | None:
-    """Return the mean answer to steps; None if none lies wholly within the times.
+    """Return the mean step response; None if none lies wholly within the times.
 
     Args:
         time: Evenly spaced, shape (n,) [s].
@@ -104,11 +104,11 @@ def step_response(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrequencyResponse:
-    """How a force answers to sines of the set force.
+    """Response of a force to sines of the set force.
 
     Attributes:
         frequency: Rising, shape (n,) [Hz].
-        ratio: Of the complex amplitudes, answer per set, shape (n,).
+        ratio: Complex amplitude over that of the set force, shape (n,).
     """
 
     frequency: FloatArray
@@ -151,7 +151,7 @@ class FrequencyResponse:
 def frequency_response(
     time: FloatArray, wanted: FloatArray, force: FloatArray, begins: Sequence[float], frequencies: Sequence[float]
 ) -> FrequencyResponse | None:
-    """Return the answer to sines, one after the other; None if not one was finished.
+    """Return the frequency response from sines, one after the other; None if not one was finished.
 
     Args:
         time: Shape (n,) [s].
@@ -169,10 +169,10 @@ def frequency_response(
             continue
         angle = 2.0 * math.pi * frequency * (time[inside] - begin)
         columns = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
-        (set_part, answer), *_ = (
+        (set_part, response), *_ = (
             np.linalg.lstsq(columns, np.stack([wanted[inside], force[inside]], axis=1), rcond=None)[0].T,
         )
-        found.append((frequency, complex(answer[1], -answer[2]) / complex(set_part[1], -set_part[2])))
+        found.append((frequency, complex(response[1], -response[2]) / complex(set_part[1], -set_part[2])))
     if not found:
         return None
     found.sort(key=lambda pair: pair[0])

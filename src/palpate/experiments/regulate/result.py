@@ -9,7 +9,7 @@ import numpy as np
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.guarded_approach import Loss
 from palpate.errors import FloatArray
-from palpate.experiments.kit.change_account import ChangeAccount
+from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.regulate.plan import RegulationPlan
@@ -40,10 +40,10 @@ class Regulation:
         truth: What really happened, every period.
         moved: By how much the profile was moved while it ran [N], shape (n,): live parameter `force`.
         held_since: When the profile began [s]; None if it never did.
-        loss: What became of the contact.
+        loss: Whether contact was lost, and how.
         bounces: How often it was lost again before it had settled.
         guard_trips: How often gain and forward feed were halved because the loop swung.
-        changes: What became of the changes of live parameters that were asked for beforehand.
+        changes: Which of the requested changes of live parameters took effect, and when.
     """
 
     planned: RegulationPlan
@@ -55,7 +55,7 @@ class Regulation:
     loss: Loss
     bounces: int
     guard_trips: int
-    changes: tuple[ChangeAccount, ...] = ()
+    changes: tuple[ChangeOutcome, ...] = ()
 
     @property
     def holding(self) -> BoolArray:
@@ -151,7 +151,7 @@ class Regulation:
 
     @property
     def judged_steps(self) -> StepResponse | None:
-        """How the force that is judged answers to the profile's steps; None if it has none."""
+        """Response of the judged force to the profile's steps; None if it has none."""
         return self.steps(self.judged_force)
 
     @property
@@ -170,18 +170,18 @@ class Regulation:
         return self.tones(np.nan_to_num(self.sensed_force, nan=0.0))
 
     def steps(self, force: FloatArray) -> StepResponse | None:
-        """Return how a force, shape (n,) [N], answers to the profile's steps; None if it has none."""
+        """Return the response of a force, shape (n,) [N], to the profile's steps; None if it has none."""
         profile, held = self.planned.profile, self.holding
         if not isinstance(profile, StepForce):
             return None
         times = profile.steps(self.planned.parameters.duration)
         half = 0.5 * profile.hold
         steps = [(time, profile.at(time - half)[0], profile.at(time + half)[0]) for time in times]
-        # a period less: the next step is taken before the profile's own time says so, by rounding
+        # a period less: by rounding, the next step may be taken a period early
         return step_response(self.since[held], force[held], steps, profile.hold - 2.0 * self.planned.period)
 
     def tones(self, force: FloatArray) -> FrequencyResponse | None:
-        """Return how a force, shape (n,) [N], answers to the profile's sines; None if it has none."""
+        """Return the response of a force, shape (n,) [N], to the profile's sines; None if it has none."""
         profile, held = self.planned.profile, self.holding
         if not isinstance(profile, Tones):
             return None
@@ -191,7 +191,7 @@ class Regulation:
 
 
 def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
-    """Return what came of a run, however it ended."""
+    """Return the result of a run, however it ended."""
     force = recorded.live_values("force", planned.controller().live)
     controller = recorded.controller
     return Regulation(
@@ -204,7 +204,7 @@ def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
         controller.contact.loss,
         controller.contact.bounces,
         controller.guard.trips,
-        recorded.account_of_changes(planned.changes(), Phase.HOLD),
+        recorded.change_outcomes(planned.changes(), Phase.HOLD),
     )
 
 

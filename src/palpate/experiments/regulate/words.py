@@ -1,11 +1,11 @@
-"""What the report on a regulation of force says in words: heading, outcome, limits, settings."""
+"""Texts of the report on a force regulation: heading, outcome, limits, settings."""
 
 import math
 
 import numpy as np
 
 from palpate.controllers.guarded_approach import Loss
-from palpate.experiments.kit.change_account import change_rows, change_sentences
+from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
@@ -17,7 +17,7 @@ SERVO_HALF_POWER = math.sqrt(math.sqrt(2.0) - 1.0)
 """1 / (1 + s / w)^2 has half of its power at this times w: a servo that is critically damped, of lag 2 / w."""
 
 WRONG_BY = 3.0
-"""What the stiffness may be off by for steps to overshoot by no more than 10 %, as `STEP_IN_DELAYS` says."""
+"""Largest error factor of the stiffness at which steps overshoot by at most 10 %; see `STEP_IN_DELAYS`."""
 
 DRIFTED = 5.0
 """Felt and true force differ if by more than so many standard errors, and by a hundredth of the set force."""
@@ -65,15 +65,14 @@ def asked(config: RegulateConfig) -> str:
 def outcome(regulation: Regulation) -> str:
     """Return how it ended, and what is wrong with the figures if anything is."""
     result, limit = regulation.run, regulation.planned.limits.force
-    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     if result.ending is Ending.DONE:
-        sentences = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
+        sentences = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {result.rest}."]
     elif result.ending is Ending.TRIPPED:
-        sentences = [f"Stopped by the supervisor: {result.why}; {rest}."]
+        sentences = [f"Stopped by the supervisor: {result.why}; {result.rest}."]
     elif result.ending is Ending.LOST:
-        sentences = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
+        sentences = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {result.rest}."]
     else:
-        sentences = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
+        sentences = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {result.rest}."]
     sentences += change_sentences(regulation.changes, result.duration, "anything was held")
     if regulation.peak > limit:
         force = "true" if regulation.truth.known else "felt"
@@ -124,9 +123,9 @@ def limits(planned: RegulationPlan) -> tuple[str, ...]:
     else:
         sentences.append(f"Steps: the set force goes over as fast as the loop, whose delay is {delay:.3g} ms.")
     sentences.append(
-        "What nobody foresaw, feedback takes back: slower than "
+        "Unexpected disturbances are rejected by feedback below "
         f"{feedback:.2g} Hz, which is gain times stiffness / 2 pi. The delay of {delay:.3g} ms bounds it, and the "
-        "contact's damping, which a loop with delay answers to as to more stiffness; less delay raises it."
+        "contact's damping, which acts on a loop with delay as more stiffness does; less delay raises it."
     )
     return tuple(sentences)
 

@@ -1,1 +1,1 @@
-"""Surfaces told apart by touch: a library, what speaks for each, the next best touch."""
+"""Material recognition by touch: a library, the evidence for each material, the next best touch."""

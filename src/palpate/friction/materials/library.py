@@ -1,4 +1,4 @@
-"""Surfaces that are told apart by touch, as one YAML file; read strictly, as robot and sensor files are."""
+"""The materials that touch recognises, as one YAML file; read strictly, as robot and sensor files are."""
 
 import importlib.resources
 import os
@@ -15,7 +15,7 @@ from palpate.yaml_text import yaml_text
 VERSION = 1
 """Of the file format, under the key `palpate_materials`."""
 
-MOST_MATERIALS = 1000
+MAX_MATERIALS = 1000
 """More is a data base, not what one finger tells apart."""
 
 
@@ -30,7 +30,7 @@ class MaterialLibrary(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
 
     palpate_materials: int = VERSION
     fingertip: str
-    materials: Annotated[tuple[Material, ...], msgspec.Meta(min_length=1, max_length=MOST_MATERIALS)]
+    materials: Annotated[tuple[Material, ...], msgspec.Meta(min_length=1, max_length=MAX_MATERIALS)]
 
     def __post_init__(self) -> None:
         if self.palpate_materials != VERSION:
@@ -41,8 +41,8 @@ class MaterialLibrary(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
             raise InvalidValueError(
                 f"fingertip = {self.fingertip[:40]!r}: must be one line of printable characters"
             )
-        if not 1 <= len(self.materials) <= MOST_MATERIALS:
-            raise InvalidValueError(f"{len(self.materials)} materials: must be 1 to {MOST_MATERIALS}")
+        if not 1 <= len(self.materials) <= MAX_MATERIALS:
+            raise InvalidValueError(f"{len(self.materials)} materials: must be 1 to {MAX_MATERIALS}")
         seen: set[str] = set()
         for material in self.materials:
             if material.name in seen:

@@ -1,4 +1,4 @@
-"""Which touch tells most about the material, among those that are still likely.
+"""The touch with the largest expected information about the material.
 
 The information that a touch is expected to bring is the mutual information of the material, a stranger included,
 and the logarithm y that will be measured, a mixture of normals (MacKay 1992):
@@ -24,7 +24,7 @@ from palpate.friction.materials.touch_sums import speed_shifts
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
-LEAST_BITS = 0.01
+MIN_BITS = 0.01
 """Of a touch that is worth making: at 20 materials alike it would take hundreds of them."""
 
 STROKE_TIME, SAMPLES = 0.5, 250
@@ -83,10 +83,10 @@ def next_touch(found: Recognition, candidates: Sequence[PlannedSlip]) -> TouchAd
     if not candidates:
         raise InvalidValueError("0 candidates: must be at least one stroke or twist")
     bits = tuple(expected_bits(found, slip) for slip in candidates)
-    if found.answer is not RecognitionOutcome.UNDECIDED:
-        return TouchAdvice(Advice[found.answer.name], None, bits)
+    if found.outcome is not RecognitionOutcome.UNDECIDED:
+        return TouchAdvice(Advice[found.outcome.name], None, bits)
     best = int(np.argmax(bits))
-    if bits[best] < LEAST_BITS:
+    if bits[best] < MIN_BITS:
         return TouchAdvice(Advice.NOTHING_TELLS, None, bits)
     return TouchAdvice(Advice.TOUCH, candidates[best], bits)
 

@@ -20,7 +20,7 @@ from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidenc
 from palpate.friction.materials.touch_sums import Known, TouchSums
 
 FALSE_REJECTION = 0.005
-"""Probability that the true material is said not to fit: below the 1 % that may be told wrong after 3 strokes."""
+"""Probability of rejecting the true material: below the 1 % of wrong results allowed after 3 strokes."""
 
 CALIBRATION = 0.003
 """Of the ratio of two loads on different axes, relative: as in `SensorErrors`."""
@@ -52,7 +52,7 @@ class Recognition:
         posterior: Probability of each, given that it is one of them, and not one that does not fit while another
             does; shape (k,).
         fit: Probability that touches of the material itself fit it no better, shape (k,).
-        answer: What follows.
+        outcome: Decision that follows.
         stranger: Probability that it is none of them if one object in ten is; how sure, not what UNKNOWN goes by.
         known: Of the specimen, for each material and a stranger.
     """
@@ -60,13 +60,13 @@ class Recognition:
     library: MaterialLibrary
     posterior: FloatArray
     fit: FloatArray
-    answer: RecognitionOutcome
+    outcome: RecognitionOutcome
     stranger: float
     known: Known = field(repr=False)
 
     @property
     def best(self) -> str:
-        """Name of the likeliest material; of one that does not fit if the answer is UNKNOWN."""
+        """Name of the likeliest material; of one that does not fit if the outcome is UNKNOWN."""
         return self.library.names[int(np.argmax(self.posterior))]
 
 
@@ -86,7 +86,7 @@ def recognise(
         touches: In any order, all of the same object.
         prior: How likely each material was before, by name, in any unit; alike if not given. One that is left out
             is not considered.
-        false_rejection: Probability with which the true material may be said not to fit, each time one asks.
+        false_rejection: Probability of rejecting the true material, at every query.
         confidence: Posterior, strangers included, above which a material counts as recognised.
         calibration: Standard deviation of the sensor's error that all touches share, relative.
 
@@ -106,12 +106,12 @@ def recognise(
         log_posterior = np.where(fits, log_posterior, -np.inf)
     posterior = np.exp(log_posterior - logsumexp(log_posterior))
     stranger = _stranger(log_prior, known.log_likelihood)
-    answer = RecognitionOutcome.UNDECIDED
+    outcome = RecognitionOutcome.UNDECIDED
     if not fits.any():
-        answer = RecognitionOutcome.UNKNOWN
+        outcome = RecognitionOutcome.UNKNOWN
     elif (1.0 - stranger) * posterior.max() >= confidence:
-        answer = RecognitionOutcome.RECOGNISED
-    return Recognition(library, posterior, fit, answer, stranger, known)
+        outcome = RecognitionOutcome.RECOGNISED
+    return Recognition(library, posterior, fit, outcome, stranger, known)
 
 
 def _stranger(log_prior: FloatArray, log_likelihood: FloatArray) -> float:

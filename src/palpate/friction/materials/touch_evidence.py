@@ -1,11 +1,11 @@
-"""What one touch says of a surface, as numbers that add up.
+"""Evidence of one touch about a surface, in a form that adds up.
 
 In full slip the measured logarithms are linear in ln mu, ln c, gamma and p, but for mu's dependence on the speed,
 which is each material's own:
 
     stroke   ln(f_t / f_n)  = ln mu(v)
     twist    ln(tau / f_n)  = ln mu(e omega) + ln c + gamma ln f_n
-    fit      all four, as many slips together told them.
+    fit      all four, as fitted to many slips together.
 
 A surface that never slipped says that one of these is at least so much, at rest.
 """

@@ -1,4 +1,4 @@
-"""What touches of one object add up to, for each material of a library.
+"""Accumulated evidence of the touches of one object, for each material of a library.
 
 Touch i of material k says y_i = H_i (theta_k + delta + s_i) + v_i: theta_k the library's ln mu, ln c, gamma and p,
 delta ~ N(0, B_k) what is particular to this specimen and to the sensor's calibration, the same in all touches,
@@ -32,7 +32,7 @@ lie within 1.3 of them about their middles, and so do gamma and p about theirs."
 _SINGULAR = 1e-9
 """Eigenvalues of what the touches tell, over the largest once every parameter has a scale of 1, taken for 0."""
 
-_LEAST_VARIANCE = 1e-18
+_MIN_VARIANCE = 1e-18
 """Of a touch, where neither sensor nor surface have any [square of a relative error]."""
 
 
@@ -114,10 +114,10 @@ class TouchSums:
                 shifts[moving] = speed_shifts(library, *moving)
             H = touch.rows
             C = np.einsum("ma,ka,na->kmn", H, scatter, H) + touch.covariance
-            C = C + _LEAST_VARIANCE * np.eye(len(H))
+            C = C + _MIN_VARIANCE * np.eye(len(H))
             r = touch.values - theta @ H.T - np.outer(shifts[moving], H[:, 0])
-            told = np.concatenate([np.broadcast_to(H, (k, *H.shape)), r[:, :, None]], axis=2)
-            whitened = np.linalg.solve(C, told)
+            stacked = np.concatenate([np.broadcast_to(H, (k, *H.shape)), r[:, :, None]], axis=2)
+            whitened = np.linalg.solve(C, stacked)
             P += H.T @ whitened[:, :, :-1]
             q += whitened[:, :, -1] @ H
             s += (r * whitened[:, :, -1]).sum(axis=1)
@@ -152,21 +152,21 @@ class TouchSums:
         """
         p_values = []
         eigenvalues, vectors, scale = _scaled_eigen(self.P)
-        told = eigenvalues > _SINGULAR * eigenvalues.max(axis=1, initial=0.0, keepdims=True)
-        rank = told.sum(axis=1)
+        determined = eigenvalues > _SINGULAR * eigenvalues.max(axis=1, initial=0.0, keepdims=True)
+        rank = determined.sum(axis=1)
         # in the eigenvectors' coordinates P is diagonal; B is taken there too
-        inverse = np.where(told, 1.0 / np.where(told, eigenvalues, 1.0), 0.0)
+        inverse = np.where(determined, 1.0 / np.where(determined, eigenvalues, 1.0), 0.0)
         estimate = inverse * np.einsum("kab,ka->kb", vectors, self.q * scale)
         turned = vectors / scale[:, :, None]
         B = np.einsum("kab,ka,kac->kbc", turned, self.specimen, turned)
-        both = told[:, :, None] & told[:, None, :]
-        spread = np.where(both, B, 0.0) + np.where(told, inverse, 1.0)[:, :, None] * np.eye(PARAMETERS)
+        both = determined[:, :, None] & determined[:, None, :]
+        spread = np.where(both, B, 0.0) + np.where(determined, inverse, 1.0)[:, :, None] * np.eye(PARAMETERS)
         place = (estimate * np.linalg.solve(spread, estimate[:, :, None])[:, :, 0]).sum(axis=1)
         if self.values:
             p_values.append(chdtrc(rank, place))
         spare = self.values - rank
         if (spare > 0).any():
-            rest = np.maximum(self.s - (estimate**2 * np.where(told, eigenvalues, 0.0)).sum(axis=1), 0.0)
+            rest = np.maximum(self.s - (estimate**2 * np.where(determined, eigenvalues, 0.0)).sum(axis=1), 0.0)
             p_values.append(np.where(spare > 0, chdtrc(np.maximum(spare, 1), rest), 1.0))
         passed = self._bounds_passed(self.theta, self.specimen[:, :, None] * np.eye(PARAMETERS))
         if len(passed):

@@ -1,4 +1,4 @@
-"""How often materials are taken for which: touches drawn as the library says they come, and answers counted."""
+"""Confusion matrices of material recognition, from touches drawn at random from the library."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -27,18 +27,18 @@ class Confusion:
 
     Attributes:
         truths: What was touched, one for each row.
-        answers: What it was taken for, one for each column, the last of them `UNKNOWN`.
+        predictions: What it was taken for, one for each column, the last of them `UNKNOWN`.
         counts: Shape (rows, columns).
     """
 
     truths: tuple[str, ...]
-    answers: tuple[str, ...]
+    predictions: tuple[str, ...]
     counts: IntArray
 
     def __post_init__(self) -> None:
-        if self.counts.shape != (len(self.truths), len(self.answers)) or (self.counts < 0).any():
+        if self.counts.shape != (len(self.truths), len(self.predictions)) or (self.counts < 0).any():
             raise InvalidValueError(
-                f"counts has shape {self.counts.shape}: must be ({len(self.truths)}, {len(self.answers)}), "
+                f"counts has shape {self.counts.shape}: must be ({len(self.truths)}, {len(self.predictions)}), "
                 "nothing below 0"
             )
 
@@ -50,9 +50,11 @@ class Confusion:
 
     @property
     def right(self) -> float:
-        """Share of all answers that name what it was, `UNKNOWN` for what is in no column; NaN without any."""
+        """Share of all predictions that name what it was, `UNKNOWN` for what is in no column; NaN without any."""
         total = int(self.counts.sum())
-        columns = [self.answers.index(truth if truth in self.answers else UNKNOWN) for truth in self.truths]
+        columns = [
+            self.predictions.index(truth if truth in self.predictions else UNKNOWN) for truth in self.truths
+        ]
         good = int(self.counts[np.arange(len(self.truths)), columns].sum())
         return good / total if total else float("nan")
 
@@ -60,15 +62,15 @@ class Confusion:
 def confusion(library: MaterialLibrary, cases: Iterable[tuple[str, Recognition]]) -> Confusion:
     """Return the confusion matrix of some cases: what was touched, and what was made of it.
 
-    The answer is the likeliest material, also where more touches were asked for, or `UNKNOWN`. What is not in the
+    The result is the likeliest material, also where more touches were asked for, or `UNKNOWN`. What is not in the
     library gets a row of its own, below the others.
     """
-    answers = (*library.names, UNKNOWN)
-    rows: dict[str, list[int]] = {name: [0] * len(answers) for name in library.names}
+    predictions = (*library.names, UNKNOWN)
+    rows: dict[str, list[int]] = {name: [0] * len(predictions) for name in library.names}
     for truth, found in cases:
-        row = rows.setdefault(truth, [0] * len(answers))
-        row[answers.index(UNKNOWN if found.answer is RecognitionOutcome.UNKNOWN else found.best)] += 1
-    return Confusion(tuple(rows), answers, np.array(list(rows.values()), dtype=np.int64))
+        row = rows.setdefault(truth, [0] * len(predictions))
+        row[predictions.index(UNKNOWN if found.outcome is RecognitionOutcome.UNKNOWN else found.best)] += 1
+    return Confusion(tuple(rows), predictions, np.array(list(rows.values()), dtype=np.int64))
 
 
 def drawn_touches(
@@ -140,7 +142,7 @@ def confusion_of_touches(
 
     Args:
         library: Of materials.
-        touches: Those that were made; what they said does not matter.
+        touches: Those that were made; their values do not matter.
         trials: Specimens of each material.
         rng: Source of chance.
         calibration: Standard deviation of the sensor's error that all touches share, relative.

@@ -1,1 +1,1 @@
-"""What strokes and twists on a surface tell: mu, e, how they grow, and with what right."""
+"""Friction parameters from strokes and twists: mu, e, their dependence on load, and their uncertainty."""

@@ -1,8 +1,8 @@
 """How the normal turns along a stroke, so that it is known where a twist is done beside it.
 
-Where both ways rubbed, the normal bisects the force there and the force back at that very place. A twist is done
-at an end of a stroke: on a sphere of 40 mm radius 3 mm from its middle, where the normal is another by 0.07 rad;
-taken for the same, that passes for sliding.
+Where both motions rubbed, the normal bisects the force there and the force back at that very place. A twist is
+done at an end of a stroke: on a sphere of 40 mm radius 3 mm from its middle, where the normal is another by 0.07
+rad; taken for the same, that passes for sliding.
 """
 
 import math
@@ -21,7 +21,8 @@ SEEN = 5.0
 with the 6 degrees of freedom left (Student)."""
 
 _FARTHEST = 3.0
-"""How far beside the line a bend is taken to go on, over its reach: both ways rub the middle third of a stroke."""
+"""How far beside the line a bend is taken to go on, over its reach: both motions rub the middle third of a
+stroke."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,13 +31,13 @@ class NormalAlongLine:
 
     Attributes:
         place: In the middle of it, base coordinates, shape (3,) [m].
-        way: Unit vector along it, shape (3,).
-        rate: By how much the normal changes per way, shape (3,) [1/m]; 0 where nothing is seen to turn.
+        direction: Unit vector along it, shape (3,).
+        rate: By how much the normal changes per path length, shape (3,) [1/m]; 0 where nothing is seen to turn.
         reach: How far from the middle it is known by the line's own length [m].
     """
 
     place: FloatArray
-    way: FloatArray
+    direction: FloatArray
     rate: FloatArray
     reach: float
 
@@ -47,28 +48,30 @@ class NormalAlongLine:
             normal: In the middle, shape (3,).
             place: Base coordinates, shape (3,) [m].
         """
-        along = float((place - self.place) @ self.way)
+        along = float((place - self.place) @ self.direction)
         along = min(max(along, -_FARTHEST * self.reach), _FARTHEST * self.reach)
         turned = normal + along * self.rate
         return np.asarray(turned / np.linalg.norm(turned))
 
 
 def bend_of(
-    contacts: tuple[FloatArray, FloatArray], forces: tuple[FloatArray, FloatArray], way: FloatArray
+    contacts: tuple[FloatArray, FloatArray], forces: tuple[FloatArray, FloatArray], direction: FloatArray
 ) -> NormalAlongLine:
     """Return how the normal turns along a stroke there and back.
 
     Args:
-        contacts: Where it rubbed on the two ways, over the same stretch, base coordinates, shape (n, 3) each [m].
+        contacts: Where it rubbed there and back, over the same stretch, base coordinates, shape (n, 3) each [m].
         forces: On the finger, shape (n, 3) each [N].
-        way: Unit vector of the first way, shape (3,).
+        direction: Unit vector of the first motion, shape (3,).
     """
-    ways = []
+    profiles = []
     for points, force in zip(contacts, forces, strict=True):
-        order = np.argsort(points @ way, kind="stable")
+        order = np.argsort(points @ direction, kind="stable")
         length = np.linalg.norm(force, axis=1)[:, None]
-        ways.append((batch_means(points[order] @ way, STRETCHES), batch_means((force / length)[order], STRETCHES)))
-    (x, there), (y, back) = ways
+        profiles.append(
+            (batch_means(points[order] @ direction, STRETCHES), batch_means((force / length)[order], STRETCHES))
+        )
+    (x, there), (y, back) = profiles
     s = 0.5 * (x + y)
     normals = -(there + back)
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
@@ -79,4 +82,6 @@ def bend_of(
     off = math.sqrt(float((left**2).sum()) / (len(s) - 2) / spread)
     place = 0.5 * (contacts[0].mean(axis=0) + contacts[1].mean(axis=0))
     seen = float(np.linalg.norm(rate)) > SEEN * off
-    return NormalAlongLine(place, way, np.asarray(rate if seen else np.zeros(3)), 0.5 * float(s.max() - s.min()))
+    return NormalAlongLine(
+        place, direction, np.asarray(rate if seen else np.zeros(3)), 0.5 * float(s.max() - s.min())
+    )

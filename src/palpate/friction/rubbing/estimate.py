@@ -1,4 +1,4 @@
-"""A measured number with an interval that owns up to what noise cannot show."""
+"""A measured number with an interval that includes model errors beside noise."""
 
 import math
 from dataclasses import dataclass

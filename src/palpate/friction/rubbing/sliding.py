@@ -5,7 +5,7 @@ the opposite side of it. So the two forces enclose twice that angle and the norm
 forces were: neither the sensor's origin, nor its tilt, nor the fingertip's shape comes in.
 
 On a curved surface means are taken over the stretch that both strokes rubbed, as normals differ elsewhere. Strokes
-there should be shorter than 0.3 mu times its radius: the turning normal looks like something that gives way, and
+there should be shorter than 0.3 mu times its radius: the turning normal looks like something that yields, and
 longer ones end as a mere bound.
 """
 
@@ -19,8 +19,8 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.rubbing.bend import NormalAlongLine, bend_of
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, ends_level, slip_evidence
-from palpate.friction.rubbing.stick_slip import LEAST_TURNS, StickSlip, stick_slip
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stick_slip import MIN_TURNS, StickSlip, stick_slip
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
@@ -49,7 +49,7 @@ travel is lost."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionMeasured:
-    """What strokes there and back told of one surface at one load and speed.
+    """Friction measured by strokes there and back, at one load and speed.
 
     Attributes:
         friction: mu in slip; the kinetic one where it sticks and slips.
@@ -76,7 +76,7 @@ class FrictionMeasured:
     @property
     def stick_slip(self) -> bool:
         """Whether it stuck and slipped by turns."""
-        return self.turns is not None and self.turns.times >= LEAST_TURNS
+        return self.turns is not None and self.turns.times >= MIN_TURNS
 
     @property
     def static_friction(self) -> float | None:
@@ -86,14 +86,14 @@ class FrictionMeasured:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionBound:
-    """All that strokes can say which never slipped.
+    """Bound on friction from strokes that never slipped.
 
     Attributes:
         least_friction: mu is at least this.
         normal: As well as such strokes tell it, base coordinates, shape (3,).
         normal_force: Mean [N].
         evidence: Why this counts as no slip.
-        partly: Whether a way or more ended in slip all the same: too short a slip, or one way only, to tell mu.
+        partly: Whether a motion or more still ended in slip: too short, or in one direction only, to measure mu.
     """
 
     least_friction: float
@@ -127,7 +127,7 @@ def measure_friction(
     normal, resistances = _resistances(pairs)
     evidence = slip_evidence(resistances)
     rising = evidence.rise > SEEN_RISE * evidence.uncertainty
-    if evidence.slipped and rising and min(len(each.travel) for each in resistances) >= 2 * LEAST_SAMPLES:
+    if evidence.slipped and rising and min(len(each.travel) for each in resistances) >= 2 * MIN_SAMPLES:
         # at either end one of the two did not slip yet: the mean is to be of slip alone
         pairs = [_rubbed(pair, settling, LATEST_SLIP) for pair in strokes]
         normal, resistances = _resistances(pairs)
@@ -142,7 +142,7 @@ def measure_friction(
     variances = [batch_means(each.ratio).var(axis=0, ddof=1) / 8.0 for each in resistances]
     noise = 0.5 * math.sqrt(float(np.sum(variances))) / len(pairs)
     # there, back, back, there cancels a steady drift: then these have both signs
-    wait = float(np.mean([math.copysign(pair.wait, pair.way @ pairs[0].way) for pair in pairs]))
+    wait = float(np.mean([math.copysign(pair.wait, pair.direction @ pairs[0].direction) for pair in pairs]))
     turns = stick_slip(resistances, mu, errors.force_noise * math.hypot(1.0, mu) / normal_force)
     model = math.hypot(
         errors.calibration * mu,
@@ -161,7 +161,7 @@ def measure_friction(
         bend_of(
             (pairs[0].there.contact, pairs[0].back.contact),
             (pairs[0].there.force, pairs[0].back.force),
-            pairs[0].way,
+            pairs[0].direction,
         ),
     )
 
@@ -200,7 +200,7 @@ class _Rub:
 class _Pair:
     there: _Rub
     back: _Rub
-    way: FloatArray
+    direction: FloatArray
     friction: float
     normal: FloatArray
     normal_force: float
@@ -210,19 +210,19 @@ class _Pair:
 
 def _rubbed(pair: TwoWay, settling: float, left_out: float = 0.0) -> _Pair:
     """The stretch that both rubbed, but for a share of it at either end."""
-    way = _direction(pair.there)
-    if float(way @ _direction(pair.back)) > -0.9:
-        raise InvalidValueError("the second stroke does not reverse the first: must go the same way back")
-    places = [stroke.position @ way for stroke in pair.both]
+    direction = _direction(pair.there)
+    if float(direction @ _direction(pair.back)) > -0.9:
+        raise InvalidValueError("the second stroke does not reverse the first: must go back along the same path")
+    places = [stroke.position @ direction for stroke in pair.both]
     parts = [
-        steady_part(stroke.time, sign * (stroke.contact_velocity @ way), settling)
+        steady_part(stroke.time, sign * (stroke.contact_velocity @ direction), settling)
         for stroke, sign in zip(pair.both, (1.0, -1.0), strict=True)
     ]
     low = max(float(place[part].min()) for place, part in zip(places, parts, strict=True))
     high = min(float(place[part].max()) for place, part in zip(places, parts, strict=True))
     low, high = low + left_out * (high - low), high - left_out * (high - low)
     there, back = (
-        _kept(stroke, place, part, low, high, sign * way)
+        _kept(stroke, place, part, low, high, sign * direction)
         for stroke, place, part, sign in zip(pair.both, places, parts, (1.0, -1.0), strict=True)
     )
     a, b = there.force.mean(axis=0), back.force.mean(axis=0)
@@ -232,24 +232,26 @@ def _rubbed(pair: TwoWay, settling: float, left_out: float = 0.0) -> _Pair:
     normal = -_unit(u + v)
     wait = float(pair.back.time.mean() - pair.there.time.mean())
     pushing = -0.5 * float((a + b) @ normal)
-    return _Pair(there, back, way, math.tan(half), normal, pushing, 0.5 * (there.speed + back.speed), wait)
+    return _Pair(there, back, direction, math.tan(half), normal, pushing, 0.5 * (there.speed + back.speed), wait)
 
 
-def _kept(stroke: RubbingStroke, place: FloatArray, part: slice, low: float, high: float, way: FloatArray) -> _Rub:
+def _kept(
+    stroke: RubbingStroke, place: FloatArray, part: slice, low: float, high: float, direction: FloatArray
+) -> _Rub:
     start = place[0]
     inside = (place[part] >= low) & (place[part] <= high)
-    if np.count_nonzero(inside) < LEAST_SAMPLES:
+    if np.count_nonzero(inside) < MIN_SAMPLES:
         raise InvalidValueError(
             f"there and back have {np.count_nonzero(inside)} steady samples in common: must be at least "
-            f"{LEAST_SAMPLES}; go back over the same place, for longer"
+            f"{MIN_SAMPLES}; go back over the same place, for longer"
         )
     velocity = stroke.contact_velocity[part][inside]
     return _Rub(
         stroke.force[part][inside],
         stroke.contact[part][inside],
         np.abs(place[part][inside] - start),
-        way,
-        float((velocity @ way).mean()),
+        direction,
+        float((velocity @ direction).mean()),
     )
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.rubbing.sliding import LATE_SHARES, SEEN_RISE, SETTLING
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, steady_part
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, steady_part
 from palpate.friction.rubbing.surface_fit import SlipLoad
 
 
@@ -25,13 +25,15 @@ def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: fl
     """
     there, back = (_Slip(stroke, normal, spin_length, settling) for stroke in pair.both)
     if float(there.slip @ back.slip) > -0.8 * float(np.linalg.norm(there.slip) * np.linalg.norm(back.slip)):
-        raise InvalidValueError("the second motion does not reverse the first: must go and turn the same way back")
+        raise InvalidValueError(
+            "the second motion does not reverse the first: must go and turn back along the same path"
+        )
     evidence = slip_evidence([there.resistance, back.resistance])
     if not evidence.slipped:
         return None
     for left_out in LATE_SHARES:
         shortest = min(len(each.resistance.travel) for each in (there, back))
-        if evidence.rise <= SEEN_RISE * evidence.uncertainty or (1.0 - left_out) * shortest < LEAST_SAMPLES:
+        if evidence.rise <= SEEN_RISE * evidence.uncertainty or (1.0 - left_out) * shortest < MIN_SAMPLES:
             break
         # the beginning, where it did not slip yet
         there, back = (_Slip(stroke, normal, spin_length, settling, left_out) for stroke in pair.both)
@@ -64,10 +66,10 @@ class _Slip:
         mean = slips.mean(axis=0)
         if not mean.any():
             raise InvalidValueError("the finger does not move in this stroke: must be a motion in one direction")
-        way = mean / np.linalg.norm(mean)
-        part = steady_part(stroke.time, slips @ way, settling)
+        direction = mean / np.linalg.norm(mean)
+        part = steady_part(stroke.time, slips @ direction, settling)
         part = slice(part.start + round(left_out * (part.stop - part.start)), part.stop)
-        travel = np.concatenate([[0.0], np.cumsum((slips @ way)[:-1] * np.diff(stroke.time))])
+        travel = np.concatenate([[0.0], np.cumsum((slips @ direction)[:-1] * np.diff(stroke.time))])
         force = stroke.force[part]
         pushing = -(force @ normal)
         torque = stroke.spin_torque(normal)[part]
@@ -77,4 +79,4 @@ class _Slip:
         self.normal_force = float(pushing.mean())
         # against the motion, both on the scale of a force
         scale = np.array([1.0, 1.0, 1.0, 1.0 / spin_length])
-        self.resistance = Resistance(travel[part], -(loads * scale) @ way)
+        self.resistance = Resistance(travel[part], -(loads * scale) @ direction)

@@ -1,4 +1,4 @@
-"""Whether a finger slipped at all: a surface that only gives way shows a force, but no friction.
+"""Whether a finger slipped at all: a surface that only yields shows a force, but no friction.
 
 Something elastic resists in proportion to the travel, something that slips does not. Over the steady part of a
 stroke, fit resistance = mean + slope (travel - mid); `rise` = slope mid / mean is 1 for anything elastic, whatever
@@ -30,7 +30,7 @@ SIGMAS_ABOVE_NOTHING = 4.0
 
 
 LEVEL_END = 0.3
-"""Share of a single way at whose end a plateau is looked for."""
+"""Share of a single motion at whose end a plateau is looked for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +92,9 @@ def slip_evidence(strokes: Sequence[Resistance]) -> SlipEvidence:
 
 
 def ends_level(stroke: Resistance) -> bool:
-    """Return whether a single way that rose at first no longer rises at its end: it began to slip.
+    """Return whether the resistance of a single motion has stopped rising at its end: it began to slip.
 
-    That is not enough to measure by: something that gives way ever less ends level, too.
+    That is not enough to measure by: something that stiffens ends level, too.
     """
     s, r = batch_means(stroke.travel, 20), batch_means(stroke.ratio, 20)
     last = round(len(s) * (1.0 - LEVEL_END))

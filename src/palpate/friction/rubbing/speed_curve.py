@@ -1,6 +1,6 @@
 """How mu depends on the slip speed, and which strokes crept instead of slipping.
 
-What gives way in proportion to the speed (a simulator's regularised friction below its creep speed, a film of
+What yields in proportion to the speed (a simulator's regularised friction below its creep speed, a film of
 grease) looks like slip at any one speed: a steady force however far it goes. Only another speed shows it: such
 friction is proportional to the speed, where dry friction hardly changes. Fitted to the rest (Armstrong-Helouvry,
 Dupont, Canudas de Wit 1994):
@@ -22,7 +22,7 @@ LARGEST_CREEP_SLOPE = 0.3
 """Of d ln mu / d ln v between a stroke and the next faster one: 1 in creep, at most 0.1 or so in slip, as even
 boundary lubrication changes mu by tens of per cent over decades of speed."""
 
-LEAST_CREEP_LOSS = 0.02
+MIN_CREEP_LOSS = 0.02
 """How much less mu must be than at the next faster speed to be called creep: below, it does no harm."""
 
 _COARSE, _FINE = 60, 41
@@ -135,7 +135,7 @@ def _crept(ordered: Sequence[SpeedPoint]) -> int:
         slow, fast = ordered[i], ordered[i + 1]
         low, high = slow.friction.value, fast.friction.value
         noise = math.hypot(slow.friction.noise, fast.friction.noise)
-        if high - low < LEAST_CREEP_LOSS * high + 3.0 * noise:
+        if high - low < MIN_CREEP_LOSS * high + 3.0 * noise:
             continue
         if low <= 0.0 or math.log(high / low) > LARGEST_CREEP_SLOPE * math.log(fast.speed / slow.speed):
             return i + 1

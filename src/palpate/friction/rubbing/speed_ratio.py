@@ -1,4 +1,4 @@
-"""mu at a slip speed at which nobody rubbed, over mu at one at which somebody did, and how sure that is.
+"""Interpolated ratio of mu at two slip speeds, with its uncertainty.
 
 Between two rubbed speeds mu lies between the two, wherever it rises or falls evenly. The curve through all speeds
 says more, if it goes through all that was measured: as much more as it agrees with a curve of no law at all
@@ -82,7 +82,7 @@ def spin_friction(
         points: As measured.
         torque_speed: Spin times torque over normal force [m/s].
         friction: mu at `reference`.
-        reference: At which speed strokes told it [m/s].
+        reference: Speed at which strokes measured it [m/s].
     """
     positive("torque_speed", torque_speed, "m/s")
     speed = torque_speed / friction.value

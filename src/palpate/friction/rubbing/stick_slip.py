@@ -17,7 +17,7 @@ from palpate.friction.rubbing.slip_test import Resistance
 STICK_SLIP_NOISE = 2.0
 """How many times more than the sensor's noise the ratio must vary to be called stick-slip."""
 
-LEAST_STICK_SLIP = 0.01
+MIN_STICK_SLIP = 0.01
 """Its least standard deviation, over its mean, however good the sensor: that of a sawtooth that rises 1.7 % above
 its mean. What a simulated finger's force control leaves of the ratio on a smooth surface is below 0.3 %."""
 
@@ -29,10 +29,10 @@ STATIC_ABOVE, STATIC_BELOW = 1.10, 1.03
 """By how much that may be more and less than the static coefficient: 1.10 as above; on the friction plant
 0.98 to 1.01 times it was seen where it let go ten times and more."""
 
-LEAST_LET_GO = 10
+MIN_LET_GO = 10
 """From so many times on the quantile is the static coefficient; of fewer, some let go before they had stuck."""
 
-LEAST_TURNS = 3
+MIN_TURNS = 3
 """From so many times on it is called stick-slip: fewer may be the start of a stroke."""
 
 _BEND = 2
@@ -62,10 +62,10 @@ def stick_slip(strokes: Sequence[Resistance], mean: float, sensor: float) -> Sti
     """
     left = [_steady(stroke) for stroke in strokes]
     spread = math.sqrt(float(np.mean([each.var() for each in left])))
-    if spread <= max(STICK_SLIP_NOISE * sensor, LEAST_STICK_SLIP * mean):
+    if spread <= max(STICK_SLIP_NOISE * sensor, MIN_STICK_SLIP * mean):
         return None
     times = sum(_times(each, spread) for each in left)
-    # of few long turns the parabola is a part; of the bend of a surface, ways there and back have as much
+    # of few long turns the parabola is a part; of the bend of a surface, motions there and back have as much
     bend = float(np.mean([_slope(stroke) for stroke in strokes]))
     level = [stroke.ratio - bend * (stroke.travel - stroke.travel.mean()) for stroke in strokes]
     return StickSlip(float(np.quantile(np.concatenate(level), STATIC_QUANTILE)), times)

@@ -1,4 +1,4 @@
-"""A recorded stroke: what sensor and arm said while a fingertip rubbed or turned on a surface.
+"""A recorded stroke: readings of sensor and arm while a fingertip rubbed or turned on a surface.
 
 Everything that is measured from strokes rests on two quantities that do not depend on where the sensor's origin
 is, nor on the fingertip's shape (f and m are the wrench about any one point):
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError, numbers
 
-LEAST_SAMPLES = 40
+MIN_SAMPLES = 40
 """Below, there are not eight batches of five samples to tell noise from."""
 
 
@@ -46,8 +46,8 @@ class RubbingStroke:
 
     def __post_init__(self) -> None:
         n = len(self.time)
-        if n < LEAST_SAMPLES:
-            raise InvalidValueError(f"a stroke of {n} samples: must have at least {LEAST_SAMPLES}; rub for longer")
+        if n < MIN_SAMPLES:
+            raise InvalidValueError(f"a stroke of {n} samples: must have at least {MIN_SAMPLES}; rub for longer")
         widths: dict[str, tuple[int, ...]] = {
             "time": (),
             "wrench": (6,),
@@ -141,10 +141,10 @@ def steady_part(time: FloatArray, speed: FloatArray, settling: float) -> slice:
     fast = np.flatnonzero(smooth > 0.75 * usual)
     first = int(np.searchsorted(time, time[fast[0]] + settling))
     last = int(np.searchsorted(time, time[fast[-1]] - 0.5 * SMOOTHING, side="right"))
-    if last - first < LEAST_SAMPLES:
+    if last - first < MIN_SAMPLES:
         raise InvalidValueError(
             f"of a stroke of {time[-1] - time[0]:.3g} s, {max(0, last - first)} samples are steady after "
-            f"a settling time of {settling:g} s: must be at least {LEAST_SAMPLES}; rub for longer"
+            f"a settling time of {settling:g} s: must be at least {MIN_SAMPLES}; rub for longer"
         )
     return slice(first, last)
 

@@ -1,4 +1,4 @@
-"""Which slips tell most about a limit surface.
+"""The slips that determine a limit surface best.
 
 - Loads: ln e is a straight line over ln f_n with the slope gamma, so half of them at either end of the range.
 - Spins: tau / f_n alone tells mu e, which has two parameters; mu has one, and every slip helps it.
@@ -18,11 +18,11 @@ PURE_SLIDE, PURE_SPIN = math.inf, 0.0
 RATIOS = (PURE_SLIDE, PURE_SPIN, 0.4, 2.5, PURE_SPIN, 1.25, 0.8, PURE_SPIN, 1.0)
 """v over e omega of the slips at one load, the most telling ones first."""
 
-LEAST_LOAD_SPAN = 2.0
+MIN_LOAD_SPAN = 2.0
 """Largest over least normal force: at 2, gamma takes eight times the strokes that 0.7 to 5 N take,
 (ln 7 / ln 2)^2."""
 
-LEAST_SLIPS = 6
+MIN_SLIPS = 6
 """A slide, a spin and both at once, at either load."""
 
 
@@ -47,7 +47,7 @@ def planned_slips(
     count: int = 18,
     slip_speed: float = 0.02,
 ) -> tuple[PlannedSlip, ...]:
-    """Return slips that tell mu, c, gamma and p.
+    """Return slips that determine mu, c, gamma and p.
 
     Args:
         forces: Least and largest normal force that finger and surface bear [N].
@@ -62,13 +62,13 @@ def planned_slips(
     for length in spin_lengths:
         positive("spin length", length, "m")
     positive("slip_speed", slip_speed, "m/s")
-    if high < LEAST_LOAD_SPAN * low:
+    if high < MIN_LOAD_SPAN * low:
         raise InvalidValueError(
-            f"forces = {low:g} and {high:g} N: the second must be at least {LEAST_LOAD_SPAN:g} times the first; "
-            "gamma is told by how e grows between them"
+            f"forces = {low:g} and {high:g} N: the second must be at least {MIN_LOAD_SPAN:g} times the first; "
+            "gamma follows from how e grows between them"
         )
-    if count < LEAST_SLIPS:
-        raise InvalidValueError(f"count = {count}: must be at least {LEAST_SLIPS}, three at either load")
+    if count < MIN_SLIPS:
+        raise InvalidValueError(f"count = {count}: must be at least {MIN_SLIPS}, three at either load")
     slips = []
     for i in range(count):
         force, e = (low, spin_lengths[0]) if i % 2 == 0 else (high, spin_lengths[1])

@@ -7,8 +7,8 @@ the slip (see `palpate.friction.limit_surface`): with a = v, b = e omega,
 
 Maximum likelihood over both components of every load, each with a standard deviation of `scatter` times itself
 (real surfaces differ from stroke to stroke by some per cent) and the sensor's own, and what an error of the place
-turned about does to the slip. p is told by two things: how far a load of both lies from the axes, and how fast it
-turns as the slip does; so slips of both kinds and several ratios are wanted, see
+turned about does to the slip. p is determined by two things: how far a load of both lies from the axes, and how
+fast it turns as the slip does; so slips of both kinds and several ratios are wanted, see
 `palpate.friction.rubbing.stroke_plan`.
 """
 
@@ -25,7 +25,7 @@ from scipy.stats import t as student
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LimitSurface
 
-LEAST_EXPONENT = 1.01
+MIN_EXPONENT = 1.01
 """Of p while it is searched: at 1 the load jumps from corner to corner of the diamond."""
 
 SMALLEST_SCATTER, LARGEST_SCATTER = 0.003, 0.5
@@ -66,7 +66,7 @@ class SlipLoad:
         not_negative("speed", self.speed, "m/s")
         not_negative("spin", self.spin, "rad/s")
         if self.speed == self.spin == 0.0:
-            raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: must slip one way or the other")
+            raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: must slip, with one of them not 0")
         if not (math.isfinite(self.tangential_force) and math.isfinite(self.spin_torque)):
             raise InvalidValueError(
                 f"tangential_force = {self.tangential_force} N, spin_torque = {self.spin_torque} N m: "
@@ -149,7 +149,7 @@ def fit_limit_surface(
     return LimitSurfaceFit(LimitSurface(mu, c, gamma, p), covariance, size, len(loads))
 
 
-_LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, LEAST_EXPONENT])
+_LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, MIN_EXPONENT])
 _HIGH = np.array([math.log(1e2), math.log(1.0), LARGEST_LOAD_EXPONENT, 2.0])
 _PRIOR = 12.0 / (_HIGH - _LOW) ** 2
 

@@ -24,8 +24,8 @@ from palpate.friction.rubbing.sliding import (
     FrictionMeasured,
 )
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
-from palpate.friction.rubbing.stick_slip import LEAST_TURNS, stick_slip
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stick_slip import MIN_TURNS, stick_slip
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
 
 LARGEST_SLIDE = 0.9
 """Of mu f_n, how much tangential force a twist may have: above, sqrt(1 - x^2) < 0.44 makes 1 % in mu 4 % in e."""
@@ -33,7 +33,7 @@ LARGEST_SLIDE = 0.9
 
 @dataclass(frozen=True, slots=True)
 class SpinMeasured:
-    """What twists there and back told of one surface at one load.
+    """Spin friction measured by twists there and back, at one load.
 
     Attributes:
         spin_length: e [m], the largest torque of a pure twist over mu f_n.
@@ -59,7 +59,7 @@ class SpinMeasured:
         return self.static_torque_ratio is not None
 
 
-class SpinDoubt(Enum):
+class SpinUncertainty(Enum):
     """Why twists gave no more than a bound."""
 
     NEVER_SLIPPED = "never slipped"
@@ -72,7 +72,7 @@ class SpinDoubt(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SpinBound:
-    """All that twists can say which never slipped.
+    """Bound on spin friction from twists that never slipped.
 
     Attributes:
         least_torque_ratio: mu e is at least this [m].
@@ -83,7 +83,7 @@ class SpinBound:
 
     least_torque_ratio: float
     normal_force: float
-    doubt: SpinDoubt
+    doubt: SpinUncertainty
     evidence: SlipEvidence
 
 
@@ -100,7 +100,7 @@ def measure_spin(
 
     Args:
         twists: About the normal as nearly as it was known, where the strokes rubbed, at their load.
-        friction: What the strokes told, at about the slip speed of these twists.
+        friction: As measured by strokes, at about the slip speed of these twists.
         errors: Of the sensor; those of the Nano17 class if not given.
         settling: How long transients last, the sensor's filter and delay included [s].
         norm_exponent: p of the limit surface, for the correction.
@@ -118,14 +118,14 @@ def measure_spin(
     turns = [_turned(pair, friction.normal, settling) for pair in twists]
     evidence = slip_evidence([turn.resistance for pair in turns for turn in pair])
     if not evidence.slipped:
-        return _bound(twists, friction.normal, errors, SpinDoubt.NEVER_SLIPPED, turns)
+        return _bound(twists, friction.normal, errors, SpinUncertainty.NEVER_SLIPPED, turns)
     turns = _in_slip(twists, friction.normal, settling, turns)
     each = [turn for pair in turns for turn in pair]
     normal_force = float(np.mean([turn.normal_force for turn in each]))
     measured = float(np.mean([turn.torque / turn.normal_force for turn in each]))
     x = math.sqrt(float(np.mean([(turn.slide_force / turn.normal_force) ** 2 for turn in each]))) / mu
     if x > LARGEST_SLIDE:
-        return SpinBound(measured, normal_force, SpinDoubt.SLID, evidence)
+        return SpinBound(measured, normal_force, SpinUncertainty.SLID, evidence)
     share = torque_share(x, norm_exponent)
     ratio = measured / share
 
@@ -163,7 +163,7 @@ def measure_spin(
             freedom,
         ),
         Estimate(ratio, ratio * math.hypot(noise, x * steepness * of_mu.noise / mu), ratio * model, freedom),
-        None if turning is None or turning.times < LEAST_TURNS else turning.ratio / share,
+        None if turning is None or turning.times < MIN_TURNS else turning.ratio / share,
         normal_force,
         float(np.mean([turn.spin for turn in each])),
         x,
@@ -192,7 +192,7 @@ def bound_spin(
         raise InvalidValueError("0 twists: must be at least one there and one back")
     turns = [_turned(pair, normal, settling) for pair in twists]
     slipped = slip_evidence([turn.resistance for pair in turns for turn in pair]).slipped
-    doubt = SpinDoubt.FRICTION_UNKNOWN if slipped else SpinDoubt.NEVER_SLIPPED
+    doubt = SpinUncertainty.FRICTION_UNKNOWN if slipped else SpinUncertainty.NEVER_SLIPPED
     return _bound(twists, normal, errors or SensorErrors(), doubt, turns)
 
 
@@ -218,12 +218,12 @@ _Turns = list[tuple[_Turn, _Turn]]
 
 
 def _in_slip(twists: Sequence[TwoWay], normal: FloatArray, settling: float, turns: _Turns) -> _Turns:
-    """Leave out how every way began, as far as it did not slip yet: what remains is to rise no more."""
+    """Leave out the part of every motion before slip: what remains no longer rises."""
     for left_out in LATE_SHARES:
         each = [turn.resistance for pair in turns for turn in pair]
         evidence = slip_evidence(each)
         kept = min(len(one.travel) for one in each) * (1.0 - left_out)
-        if evidence.rise <= SEEN_RISE * evidence.uncertainty or kept < LEAST_SAMPLES:
+        if evidence.rise <= SEEN_RISE * evidence.uncertainty or kept < MIN_SAMPLES:
             break
         turns = [_turned(pair, normal, settling, left_out) for pair in twists]
     return turns
@@ -232,7 +232,7 @@ def _in_slip(twists: Sequence[TwoWay], normal: FloatArray, settling: float, turn
 def _turned(pair: TwoWay, normal: FloatArray, settling: float, left_out: float = 0.0) -> tuple[_Turn, _Turn]:
     senses = [float(np.sign((stroke.angular_velocity @ normal).mean())) for stroke in pair.both]
     if senses[0] * senses[1] != -1.0:
-        raise InvalidValueError("the second twist does not reverse the first: must turn the same way back")
+        raise InvalidValueError("the second twist does not reverse the first: must turn back along the same path")
     there, back = (
         _turn(stroke, normal, sense, settling, left_out) for stroke, sense in zip(pair.both, senses, strict=True)
     )
@@ -262,8 +262,9 @@ def _turn(stroke: RubbingStroke, normal: FloatArray, sense: float, settling: flo
 def _slide_force(tangential: FloatArray) -> float:
     """Root mean square of a tangential force [N], (n, 3), without noise: a tip that shakes slides as well.
 
-    Noise is told by its steps from sample to sample, which a shaking tip hardly makes (40 Hz at 1 kHz: 3 %). Means
-    over stretches bound it from below: where noise is all there is, they hold what it leaves of a steady force.
+    Noise is estimated by its steps from sample to sample, which a shaking tip hardly makes (40 Hz at 1 kHz: 3 %).
+    Means over stretches bound it from below: where noise is all there is, they hold what it leaves of a steady
+    force.
     """
     noise = 0.5 * float((np.diff(tangential, axis=0) ** 2).sum(axis=1).mean())
     shaken = float((tangential**2).sum(axis=1).mean()) - noise
@@ -272,7 +273,7 @@ def _slide_force(tangential: FloatArray) -> float:
 
 
 def _bound(
-    twists: Sequence[TwoWay], normal: FloatArray, errors: SensorErrors, doubt: SpinDoubt, turns: _Turns
+    twists: Sequence[TwoWay], normal: FloatArray, errors: SensorErrors, doubt: SpinUncertainty, turns: _Turns
 ) -> SpinBound:
     each = [turn for pair in turns for turn in pair]
     evidence = slip_evidence([turn.resistance for turn in each])

@@ -1,4 +1,4 @@
-"""What is believed of mu and e, and how holding and slipping change it.
+"""Bayesian belief about mu and e, updated by holding and by slip.
 
 A grid over the logarithms of mu and of mu c, the torque borne per normal force (at 1 N): what is wanted of it are
 cautious quantiles of just these two. The prior is normal in log mu and log c, as from a touch, or wide. Then
@@ -9,9 +9,10 @@ cautious quantiles of just these two. The prior is normal in log mu and log c, a
 - a slip is a point of the surface: log r is normal about 0 with s, or, if it was a false alarm, something inside.
 
 A slip under a load that the belief says is borne with certainty means that the surface has changed (it is wet
-now), or was a false alarm. The cautious answer to both is the first: what was believed counts no more, and a wide
-prior takes its place before the slip is taken in. So friction is never believed in for what it has been; the
-price of a false alarm is a firmer grip. Upwards, what a touch has said is left by three of its deviations at most.
+now), or was a false alarm. The cautious response to both is the first: what was believed counts no more, and a
+wide prior takes its place before the slip is taken in. So friction is never believed in for what it has been; the
+price of a false alarm is a firmer grip. Upwards, it exceeds the value measured by touch by three of its deviations
+at most.
 """
 
 import math
@@ -29,14 +30,14 @@ BELOW = 16
 """Of them, how many are below the prior."""
 REACH = 3.0
 """How far the grid reaches upwards, in standard deviations of the prior."""
-LEAST_REACH = math.log(4.0)
+MIN_REACH = math.log(4.0)
 """Downwards it reaches to a quarter at least: a dry surface that gets wet."""
 CHANGED = 0.5
 """Standard deviation of the logarithms once the surface has turned out to be another."""
 DIRECTIONS = 8
 """Between pull and twist, for each of which the hardest load held is remembered."""
 FALSE_ALARM = 0.02
-"""Share of slips told that are none: then friction is anything from there up."""
+"""Share of detected slips that are false alarms: then friction is anything from there up."""
 INCREDIBLE = 0.01
 """Share of the belief that says a slip was possible, below which the surface is taken to be another."""
 
@@ -64,7 +65,8 @@ class FrictionBelief:
             spin_length_deviation: Likewise of log c.
             load_exponent: gamma, taken as known.
             norm_exponent: p, taken as known; 1 is the cautious one.
-            observation_deviation: s, of the log of the load ratio at a slip told, static against kinetic included.
+            observation_deviation: s, of the log of the load ratio at a detected slip, static against kinetic
+                included.
 
         Raises:
             InvalidValueError: One of them is out of range.
@@ -81,8 +83,8 @@ class FrictionBelief:
         self._cells = np.log(cells[0]) + np.log(cells[1])
         # of an observation and of where in its cell the truth lies: evenly, a twelfth of the square of its width
         self._width = np.sqrt(self._s**2 + (cells[0] ** 2 + cells[1] ** 2) / 12.0)
-        self._told = self._normal(friction_deviation, spin_length_deviation)
-        self._held = np.zeros_like(self._told)
+        self._log_likelihood = self._normal(friction_deviation, spin_length_deviation)
+        self._held = np.zeros_like(self._log_likelihood)
         self._hardest = [0.0] * DIRECTIONS
         self._weights: FloatArray | None = None
 
@@ -106,7 +108,7 @@ class FrictionBelief:
         self._weights = None
 
     def slipped(self, load: ContactLoad) -> None:
-        """Take note that a contact slips under a load: what `ExcitedSlip` says, not what a margin says."""
+        """Take note that a contact slips under a load: as detected by `ExcitedSlip`, not by a margin."""
         force, torque, normal_force = load.tangential_length, abs(load.spin_torque), load.normal_force
         if not (math.isfinite(force + torque + normal_force) and normal_force > 0.0):
             return
@@ -115,14 +117,14 @@ class FrictionBelief:
             return
         # friction at most 3 s above what this load shows
         if float(self._believed()[log_ratio >= -3.0 * self._s].sum()) < INCREDIBLE:
-            self._told = self._normal(CHANGED, CHANGED)
+            self._log_likelihood = self._normal(CHANGED, CHANGED)
             self._held[:] = 0.0
             self._hardest = [0.0] * DIRECTIONS
         density = (1.0 - FALSE_ALARM) * np.exp(-0.5 * (log_ratio / self._width) ** 2) * self._s / self._width
         # a false alarm comes below the surface, anywhere within its capacity
         density += FALSE_ALARM * np.exp(-np.abs(np.minimum(log_ratio, 0.0))) * (log_ratio < 0.0)
-        self._told = self._told + np.log(density + 1e-30)
-        self._told -= self._told.max()
+        self._log_likelihood = self._log_likelihood + np.log(density + 1e-30)
+        self._log_likelihood -= self._log_likelihood.max()
         self._weights = None
 
     def quantile(self, probability: float) -> LimitSurface:
@@ -167,7 +169,7 @@ class FrictionBelief:
     def _believed(self) -> FloatArray:
         """Probability of each node, shape (NODES, NODES)."""
         if self._weights is None:
-            both = self._told + self._held
+            both = self._log_likelihood + self._held
             weights: FloatArray = np.exp(both - both.max())
             weights /= weights.sum()
             self._weights = weights
@@ -195,7 +197,7 @@ def _log(value: float) -> float:
 def _axis(deviation: float) -> FloatArray:
     """Nodes about a median in the logarithm: close where the prior is, and down to a quarter of it."""
     middle = np.linspace(-REACH, REACH, NODES - BELOW) * deviation
-    lowest = min(-LEAST_REACH, middle[0] - math.log(2.0))
+    lowest = min(-MIN_REACH, middle[0] - math.log(2.0))
     below = np.linspace(lowest, middle[0], BELOW, endpoint=False)
     nodes: FloatArray = np.concatenate([below, middle])
     return nodes

@@ -1,4 +1,4 @@
-"""Slip felt without knowing friction: tangential load begins to follow a ripple on the grip force.
+"""Slip detection without known friction: tangential load begins to follow a dither of the grip force.
 
 In full slip f_t = mu f_n and tau = mu e f_n, each shared by direction: the load is proportional to the normal
 force, ripple included. While the contact sticks it is what gravity and motion make it, whatever the grip. Both
@@ -44,7 +44,7 @@ _Row = tuple[float, float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class ExcitedParameters:
-    """When to tell.
+    """Parameters of the detection.
 
     Attributes:
         threshold: Of Page's test.
@@ -55,8 +55,8 @@ class ExcitedParameters:
         gate: Load ratio, on the surface given, below which nothing slips.
         steady: Share by which the load may change over the four samples while slipping, root mean square.
         lag: By which friction may follow the normal force [s], rounded to periods; not at all is allowed for too.
-            The friction plant's follows by one time step, 1 ms in the simulated hand; the slip is then told 4 ms
-            later if only no lag is allowed for.
+            The friction plant's follows by one time step, 1 ms in the simulated hand; the slip is then detected 4
+            ms later if only no lag is allowed for.
     """
 
     threshold: float = 16.0
@@ -81,7 +81,7 @@ class ExcitedParameters:
 
 
 class ExcitedSlip:
-    """Tells of one contact whether it slips, while its grip force ripples. One call of `step` per period."""
+    """Detects slip of one contact while its grip force is dithered. One call of `step` per period."""
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class ExcitedSlip:
             dither: The ripple; only its frequency is used, amplitude and phase are measured.
             period: Between two samples [s].
             noise: Of one sample.
-            parameters: When to tell.
+            parameters: Parameters of the detection.
 
         Raises:
             InvalidValueError: The ripple is too fast for the period.
@@ -117,7 +117,7 @@ class ExcitedSlip:
 
     @property
     def evidence(self) -> float:
-        """From 0 to 1: how near it is to telling."""
+        """From 0 to 1: how near it is to an alarm."""
         return self._test.sum / self._own.threshold
 
     def step(self, load: ContactLoad) -> SlipKind | None:
@@ -137,11 +137,11 @@ class ExcitedSlip:
         ratio = self.weakest.load_ratio(load.normal_force, load.tangential_length, load.spin_torque)
         if ratio < own.gate or load.normal_force <= 0.0:
             self._test.add(-own.most)
-            return self._told(load)
+            return self._slip_kind(load)
         self._test.add(self._log_ratio())
-        return self._told(load)
+        return self._slip_kind(load)
 
-    def _told(self, load: ContactLoad) -> SlipKind | None:
+    def _slip_kind(self, load: ContactLoad) -> SlipKind | None:
         return kind_of_slip(self.weakest, load) if self._test.alarm else None
 
     def _log_ratio(self) -> float:
@@ -152,7 +152,7 @@ class ExcitedSlip:
         ripple = 0.125 * (d[0] - 3.0 * c[0] + 3.0 * b[0] - a[0])
         earlier = 0.125 * (past[3 * half][0] - 3.0 * past[2 * half][0] + 3.0 * past[half][0] - past[0][0])
         force, torque = NOISE_GAIN * self._noise.force, NOISE_GAIN * self._noise.torque
-        told, tiny = -self._unsteady(a, b, c, d), 1e-300  # no logarithm of 0 where all three underflow
+        log_ratio, tiny = -self._unsteady(a, b, c, d), 1e-300  # no logarithm of 0 where all three underflow
         for i in range(1, 5):
             noise = force if i < 4 else torque
             y = 0.125 * (d[i] - 3.0 * c[i] + 3.0 * b[i] - a[i])
@@ -164,8 +164,8 @@ class ExcitedSlip:
             odd = own.blow / blow * math.exp(-0.5 * (y / blow) ** 2)
             slipping = odd + (1.0 - own.blow) * follows
             sticking = odd + (1.0 - own.blow) * math.exp(-0.5 * (y / noise) ** 2) / noise
-            told += math.log((slipping + tiny) / (sticking + tiny))
-        return told
+            log_ratio += math.log((slipping + tiny) / (sticking + tiny))
+        return log_ratio
 
     def _density(self, y: float, r: float, ripple: float, noise: float) -> float:
         """Of y where it follows a ripple of the normal force, but for a factor that all share."""

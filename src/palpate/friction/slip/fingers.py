@@ -24,7 +24,7 @@ class SlipDetector(Protocol):
 
 
 class FingerSlips:
-    """Tells of each finger when slip begins there."""
+    """Detects the onset of slip at each finger."""
 
     def __init__(self, build: Callable[[], SlipDetector]) -> None:
         """Take how a detector for one finger is made."""
@@ -36,7 +36,7 @@ class FingerSlips:
 
     @property
     def slipping(self) -> bool:
-        """Whether a slip that was told goes on at any finger."""
+        """Whether a detected slip continues at any finger."""
         return any(kind is not None for kind in self.kinds)
 
     def start(self) -> None:
@@ -64,8 +64,8 @@ class FingerSlips:
 class LearntSurface:
     """A belief about friction that all fingers of a hand feed, and its cautious surface to plan with.
 
-    What was held counts as held when the next block of time has passed without slip: a slip is told late, and the
-    loads until then are no evidence of holding. Blocks are averaged, so that noise is not taken for strength.
+    What was held counts as held when the next block of time has passed without slip: a slip is detected late, and
+    the loads until then are no evidence of holding. Blocks are averaged, so that noise is not taken for strength.
     """
 
     def __init__(self, prior: Callable[[], FrictionBelief], caution: float = 0.02, block: float = 0.02) -> None:
@@ -74,7 +74,7 @@ class LearntSurface:
         Args:
             prior: Makes the belief that every grip begins with.
             caution: Probability that friction is less than the surface says.
-            block: Over which loads are averaged [s]: longer than a slip takes to be told.
+            block: Over which loads are averaged [s]: longer than the detection of a slip takes.
 
         Raises:
             InvalidValueError: One of them cannot be.

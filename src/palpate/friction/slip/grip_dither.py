@@ -1,11 +1,11 @@
-"""A small ripple on the grip force that tells sticking from slipping."""
+"""A small dither of the grip force that distinguishes sticking from slipping."""
 
 import math
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, positive
 
-LEAST_SAMPLES = 4
+MIN_SAMPLES = 4
 """Per cycle: below, nothing is left between the ripple and half the sampling rate."""
 
 
@@ -47,9 +47,9 @@ class GripDither:
         Raises:
             InvalidValueError: There are less than four samples in a cycle.
         """
-        if not LEAST_SAMPLES * self.frequency * period <= 1.0 + 1e-9:
+        if not MIN_SAMPLES * self.frequency * period <= 1.0 + 1e-9:
             raise InvalidValueError(
-                f"frequency = {self.frequency:g} Hz at a period of {period:g} s: must leave {LEAST_SAMPLES} "
-                f"samples in a cycle; take at most {1.0 / (LEAST_SAMPLES * period):g} Hz"
+                f"frequency = {self.frequency:g} Hz at a period of {period:g} s: must leave {MIN_SAMPLES} "
+                f"samples in a cycle; take at most {1.0 / (MIN_SAMPLES * period):g} Hz"
             )
         return round(0.5 / (self.frequency * period))

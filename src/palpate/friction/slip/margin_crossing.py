@@ -1,4 +1,4 @@
-"""Slip from a limit surface that touch has measured: the load comes up to it.
+"""Slip detection on a measured limit surface: the load comes up to it.
 
 The load ratio r is 1 on the limit surface. Page's test decides between "r is at most `safe`" and "r is at least
 `slipping`"; how many samples that takes follows from the noise: one or two under a large load, ten where the
@@ -19,7 +19,8 @@ from palpate.friction.slip.load_noise import LoadNoise
 from palpate.friction.slip.page_test import PageTest
 
 ODD = 0.3
-"""By which a load ratio may be off what was foretold; further off it makes no rate before the next is off, too."""
+"""By which a load ratio may be off what was predicted; further off it makes no rate before the next is off,
+too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ class MarginCrossing:
             surface: Best estimate, neither reduced nor a quantile: `MarginParameters` hold the distance.
             period: Between two samples [s].
             noise: Of one sample.
-            parameters: When to tell.
+            parameters: Parameters of the detection.
 
         Raises:
             InvalidValueError: The period is not above 0.
@@ -89,7 +90,7 @@ class MarginCrossing:
 
     @property
     def evidence(self) -> float:
-        """From 0 to 1: how near it is to telling."""
+        """From 0 to 1: how near it is to an alarm."""
         return self._test.sum / self._own.threshold
 
     def step(self, load: ContactLoad) -> SlipKind | None:
@@ -99,10 +100,10 @@ class MarginCrossing:
         ratio = surface.load_ratio(normal_force, force, torque)
         if math.isnan(ratio):
             self._level = math.nan  # what comes after a gap did not come within one period
-            return self._kind  # as before: of what is not known no kind can be told
+            return self._kind  # unchanged: an unknown load gives no kind of slip
         if math.isinf(ratio):
             self._level = math.nan
-            return self._told(load, math.inf)
+            return self._tested(load, math.inf)
         if normal_force <= 0.0:
             self._level = math.nan
             self._test.add(-math.inf)
@@ -112,9 +113,9 @@ class MarginCrossing:
         deviation = self._noise.of_ratio(surface, normal_force, force, torque)
         # of two normal distributions of the same width
         log_ratio = (own.slipping - own.safe) / deviation**2 * (coming - 0.5 * (own.slipping + own.safe))
-        return self._told(load, log_ratio)
+        return self._tested(load, log_ratio)
 
-    def _told(self, load: ContactLoad, log_ratio: float) -> SlipKind | None:
+    def _tested(self, load: ContactLoad, log_ratio: float) -> SlipKind | None:
         self._kind = kind_of_slip(self.surface, load) if self._test.add(log_ratio) else None
         return self._kind
 

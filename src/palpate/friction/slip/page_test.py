@@ -19,7 +19,7 @@ class PageTest:
         """Set it up.
 
         Args:
-            threshold: Sum at which it is told.
+            threshold: Sum at which the alarm is raised.
             most: Of what one sample may add or take: no single sample decides, however odd.
 
         Raises:

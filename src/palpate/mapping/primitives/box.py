@@ -17,7 +17,7 @@ LEANING = math.sin(math.radians(12.0))
 """A normal that leans so much towards a face is on it or on the edge that leads to it, and tells where it is; by
 chance it would be off by 24 times the error of a usual sensor."""
 
-FEWEST_ON_FACE = 3
+MIN_ON_FACE = 3
 """Points that two faces must have each for a box to be looked for: three determine a plane."""
 
 SAME_EDGE = 0.02
@@ -42,7 +42,7 @@ class BoxShape(PrimitiveShape):
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.BOX
     MOTIONS: ClassVar[tuple[int, ...]] = TURNS
     SIZES: ClassVar[tuple[str, ...]] = ("half_size_1", "half_size_2", "half_size_3", "rounding")
-    FEWEST_POINTS: ClassVar[int] = 9
+    MIN_POINTS: ClassVar[int] = 9
 
     half_sizes: FloatArray
     rounding: float
@@ -157,7 +157,7 @@ def box_starts(points: FloatArray, normals: FloatArray) -> list[BoxShape]:
     first = _gathered(normals, near.sum(axis=1))
     across = np.abs(normals @ first) < LEANING
     counts = (near & across[:, np.newaxis] & across).sum(axis=1) * across
-    if counts.max() < FEWEST_ON_FACE:
+    if counts.max() < MIN_ON_FACE:
         return []
     second = _gathered(normals, counts)
     second = second - (second @ first) * first

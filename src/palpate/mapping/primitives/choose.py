@@ -13,7 +13,7 @@ from palpate.mapping.primitives.fit import FitStatus, PrimitiveFit, fit_primitiv
 from palpate.mapping.primitives.shape import PrimitiveKind, PrimitiveShape
 from palpate.mapping.primitives.structure import Structure, residual_structure
 
-FEWEST_POINTS = 20
+MIN_POINTS = 20
 """Contacts below which no choice is made: twice the unknowns of the largest shape."""
 
 ROUGHEST = 0.03
@@ -67,7 +67,7 @@ def choose_primitive(cloud: TouchCloud, *, correlation_points: float = 1.0) -> P
 
     The size of the errors is not assumed: each shape is judged at the most likely size of its own residuals
     (n log(chi^2 / n)), with a penalty for every unknown (Schwarz, "Estimating the dimension of a model", 1978).
-    The best is refused, and the answer is none of them, if its residuals are not noise: if they are alike at
+    The best is refused, and the result is none of them, if its residuals are not noise: if they are alike at
     neighbours, or too large to speak of a shape.
 
     Args:
@@ -75,11 +75,11 @@ def choose_primitive(cloud: TouchCloud, *, correlation_points: float = 1.0) -> P
         correlation_points: Over how many neighbouring points errors are alike, as in `fit_sphere`.
 
     Raises:
-        InvalidValueError: Fewer than `FEWEST_POINTS` contacts, all in one place, or `correlation_points` below 1.
+        InvalidValueError: Fewer than `MIN_POINTS` contacts, all in one place, or `correlation_points` below 1.
     """
-    if len(cloud) < FEWEST_POINTS:
+    if len(cloud) < MIN_POINTS:
         raise InvalidValueError(
-            f"{len(cloud)} contacts cannot tell shapes apart: give {FEWEST_POINTS} or more, or fit one shape"
+            f"{len(cloud)} contacts cannot tell shapes apart: give {MIN_POINTS} or more, or fit one shape"
         )
     fits = {kind: fit_primitive(cloud, kind, correlation_points=correlation_points) for kind in PrimitiveKind}
     criterion = {kind: _criterion(fit, correlation_points) for kind, fit in fits.items()}

@@ -16,7 +16,7 @@ class CylinderShape(RoundShape):
 
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.CYLINDER
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 3, 4)
-    FEWEST_POINTS: ClassVar[int] = 5
+    MIN_POINTS: ClassVar[int] = 5
     ACROSS: ClassVar[tuple[float, float, float]] = (1.0, 1.0, 0.0)
 
     @property

@@ -14,10 +14,10 @@ SMALLEST, LARGEST = 0.02, 50.0
 about the axis that points into it, and noise can carry it off to infinity, or to nothing."""
 
 ROUNDS = 60
-"""Newton steps for the foot of a point at most; near the surface five do."""
+"""Newton steps for the nearest point at most; near the surface five do."""
 
 CONVERGED = 1e-14
-"""Relative change of the multiplier at which the foot of a point is found: some fifty roundings."""
+"""Relative change of the multiplier at which the nearest point is found: some fifty roundings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +32,7 @@ class EllipsoidShape(PrimitiveShape):
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.ELLIPSOID
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4, 5)
     SIZES: ClassVar[tuple[str, ...]] = ("semi_axis_1", "semi_axis_2", "semi_axis_3")
-    FEWEST_POINTS: ClassVar[int] = 9
+    MIN_POINTS: ClassVar[int] = 9
 
     semi_axes: FloatArray
     hollow: bool = False
@@ -54,7 +54,7 @@ class EllipsoidShape(PrimitiveShape):
         return bool(self.semi_axes.max() > 0.999 * LARGEST or self.semi_axes.min() < 1.001 * SMALLEST)
 
     def local_geometry(self, points: FloatArray, normals: FloatArray) -> LocalGeometry:
-        """Return distance and normal from the foot x of each point u.
+        """Return distance and normal from the nearest point x of each point u.
 
         With the multiplier t, x_i = a_i^2 u_i / (a_i^2 + t), and t solves G = sum (a_i u_i / (a_i^2 + t))^2 = 1
         (Eberly, "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid"). The gradient
@@ -112,7 +112,7 @@ class EllipsoidShape(PrimitiveShape):
 
 
 def _multiplier(u: FloatArray, a: FloatArray) -> FloatArray:
-    """Return t (n,) with sum (a_i u_i / (a_i^2 + t))^2 = 1, above -min(a)^2: the nearest of the feet.
+    """Return t (n,) with sum (a_i u_i / (a_i^2 + t))^2 = 1, above -min(a)^2: the nearest of the stationary points.
 
     On that side G falls and is convex, so Newton's method climbs from any start left of the root without passing
     it. G >= (a_i u_i / (a_i^2 + t))^2 for each i puts a_i |u_i| - a_i^2 left of it.

@@ -1,4 +1,4 @@
-"""Shapes fitted to touch, with covariance and an honest status."""
+"""Shapes fitted to contacts, with covariance and status."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -152,9 +152,9 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float) -> P
             f"correlation_points = {correlation_points!r}: must be a finite number, 1 or above"
         )
     form, starts = _STARTS[kind]
-    if len(cloud) < form.FEWEST_POINTS:
+    if len(cloud) < form.MIN_POINTS:
         raise InvalidValueError(
-            f"{len(cloud)} contacts cannot determine a {kind.value}: give {form.FEWEST_POINTS} or more"
+            f"{len(cloud)} contacts cannot determine a {kind.value}: give {form.MIN_POINTS} or more"
         )
     origin = cloud.position.mean(axis=0)
     scale = float(np.sqrt(((cloud.position - origin) ** 2).sum(axis=1).mean()))
@@ -248,7 +248,7 @@ def _renamed(found: Solution[EllipsoidShape], points: FloatArray, normals: Float
 
 
 def _no_shape(form: type[PrimitiveShape], cloud: TouchCloud) -> PrimitiveFit[Any]:
-    """The answer where there is no such shape to see."""
+    """The result where there is no such shape to see."""
     if form is not BoxShape:
         raise AssertionError(f"{form.__name__} always has a start")
     nothing = BoxShape(cloud.position.mean(axis=0), np.eye(3), np.full(3, np.nan), np.nan, np.zeros(6, dtype=bool))
@@ -262,6 +262,6 @@ def _no_shape(form: type[PrimitiveShape], cloud: TouchCloud) -> PrimitiveFit[Any
         point_count=len(cloud),
         distance=np.full(len(cloud), np.nan),
         tilt=np.full((len(cloud), 3), np.nan),
-        unknowns=BoxShape.FEWEST_POINTS,
+        unknowns=BoxShape.MIN_POINTS,
         log_likelihood=float("-inf"),
     )

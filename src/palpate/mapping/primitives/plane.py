@@ -16,7 +16,7 @@ class PlaneShape(PrimitiveShape):
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.PLANE
     MOTIONS: ClassVar[tuple[int, ...]] = (2, 3, 4)
     SIZES: ClassVar[tuple[str, ...]] = ()
-    FEWEST_POINTS: ClassVar[int] = 3
+    MIN_POINTS: ClassVar[int] = 3
 
     @property
     def sizes(self) -> FloatArray:

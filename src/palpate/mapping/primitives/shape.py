@@ -29,7 +29,7 @@ class LocalGeometry:
 
     Attributes:
         distance: Signed, positive outside the object, shape (n,) [m].
-        normal: Outward unit normal at the foot of the point, shape (n, 3).
+        normal: Outward unit normal at the nearest point, shape (n, 3).
         bend: How the normal changes with the point (Hessian of the distance), shape (n, 3, 3) [1/m].
         distance_by_size: Change of the distance per unit of each free size, shape (n, s).
         normal_by_size: Change of the normal likewise, shape (n, 3, s).
@@ -56,7 +56,7 @@ class PrimitiveShape(ABC):
     """Which of (shift x y z, turn x y z), along and about the shape's axes, move the surface."""
     SIZES: ClassVar[tuple[str, ...]]
     """Names of `sizes`."""
-    FEWEST_POINTS: ClassVar[int]
+    MIN_POINTS: ClassVar[int]
     """Unknowns of the shape: fewer points leave nothing to judge a fit by."""
 
     center: FloatArray
@@ -102,7 +102,7 @@ class PrimitiveShape(ABC):
         return self.local_geometry(local, np.zeros_like(local)).distance
 
     def normal(self, points: FloatArray) -> FloatArray:
-        """Return the outward unit normals at the feet of `points` (n, 3), shape (n, 3)."""
+        """Return the outward unit normals at the points nearest to `points` (n, 3), shape (n, 3)."""
         local = (np.asarray(points, dtype=np.float64) - self.center) @ self.rotation
         return self.local_geometry(local, np.zeros_like(local)).normal @ self.rotation.T
 

@@ -16,7 +16,7 @@ class SphereShape(RoundShape):
 
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.SPHERE
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2)
-    FEWEST_POINTS: ClassVar[int] = 4
+    MIN_POINTS: ClassVar[int] = 4
     ACROSS: ClassVar[tuple[float, float, float]] = (1.0, 1.0, 1.0)
 
     def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:

@@ -1,11 +1,11 @@
 """A Gaussian-process surface of what was touched, in patches, with what is known and what is not."""
 
 from palpate.mapping.surface_map.agreement import Agreement as Agreement
-from palpate.mapping.surface_map.answer import Knowledge as Knowledge
-from palpate.mapping.surface_map.answer import SurfaceAnswer as SurfaceAnswer
-from palpate.mapping.surface_map.answer import half_widths as half_widths
 from palpate.mapping.surface_map.curvature import SurfaceCurvature as SurfaceCurvature
 from palpate.mapping.surface_map.curvature import surface_curvature as surface_curvature
+from palpate.mapping.surface_map.estimate import Knowledge as Knowledge
+from palpate.mapping.surface_map.estimate import SurfaceEstimate as SurfaceEstimate
+from palpate.mapping.surface_map.estimate import half_widths as half_widths
 from palpate.mapping.surface_map.learn import Parameter as Parameter
 from palpate.mapping.surface_map.mesh import SurfaceMesh as SurfaceMesh
 from palpate.mapping.surface_map.mesh import surface_mesh as surface_mesh

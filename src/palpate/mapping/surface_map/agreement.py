@@ -1,4 +1,4 @@
-"""Do rows predict one another as well as the model says? If not, by how much its deviations are wrong.
+"""Cross-validation of the model between rows, and the factor by which its deviations are wrong.
 
 Likelihoods look at neighbours along the path and hardly see how far noise keeps: with a correlation length of
 half or twice the truth (and its variance, fitted to it) they fit, while a row errs by up to 1.2 or 0.65 times
@@ -34,10 +34,10 @@ ROW_GAP = 3.0
 """Stretches of one row follow one another; where the path between two is longer than so many median steps, it has
 left the patch and come back."""
 
-FEWEST_IN_ROW = 3
+MIN_IN_ROW = 3
 """Stretches that make a row: fewer are its end, at the rim of a patch."""
 
-FEWEST_OTHERS = 6
+MIN_OTHERS = 6
 """Stretches that must be left to predict a row from: as many as a quadratic surface has coefficients."""
 
 LARGEST_SQUARE = 9.0
@@ -47,7 +47,7 @@ surface, not of noise. Where most rows miss by more, for three of theirs: then i
 MEDIAN_SQUARE = 0.4549
 """Median of the square of a standard normal variable (chi^2 of one degree of freedom)."""
 
-LEAST_OWN_SHARE = 0.5
+MIN_OWN_SHARE = 0.5
 """A row is well predicted where its own noise is at least so much of the variance that is expected of its miss:
 the others then know its place as well as it does itself. Rows 1 mm apart show 0.76 to 0.95, 6 mm apart mostly less
 than 0.35 (`benchmarks/mapping_surface`'s shapes and a torus of 60 and 25 mm)."""
@@ -102,12 +102,12 @@ class Agreement:
         squares: tuple[list[float], list[float]] = [], []
         for i, j in itertools.pairwise(ends):
             passing = middle[i:j].astype(np.float64)
-            if j - i < FEWEST_IN_ROW or n - (j - i) < FEWEST_OTHERS or not passing.any():
+            if j - i < MIN_IN_ROW or n - (j - i) < MIN_OTHERS or not passing.any():
                 continue
             # with w = B 1 over what passes: the sum of misses w.a, its variance 1.w
             w = np.linalg.solve(inverse[i:j, i:j], passing)
             expected = float(w @ passing)
-            far = float(passing @ noise[i:j, i:j] @ passing) < LEAST_OWN_SHARE * expected
+            far = float(passing @ noise[i:j, i:j] @ passing) < MIN_OWN_SHARE * expected
             squares[far].append(float(w @ weights[i:j]) ** 2 / (expected * widened))
         near, beyond = squares
         return cls(tuple(near), tuple(beyond))

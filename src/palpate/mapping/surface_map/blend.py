@@ -1,4 +1,4 @@
-"""Patches that overlap speak with one voice: a partition of unity."""
+"""Patches that overlap speak with one estimate: a partition of unity."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -38,8 +38,8 @@ class Blend:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Voice:
-    """What one patch says of k points that it reaches.
+class PatchEstimate:
+    """Estimate of one patch at the k points within its reach.
 
     Attributes:
         patch: The patch.
@@ -66,13 +66,13 @@ class Voice:
         return np.asarray(upright @ self.patch.frame.axes)
 
 
-def voices(
+def patch_estimates(
     points: FloatArray,
     sheet_normals: FloatArray,
     patches: Sequence[SurfacePatch],
     centers: FloatArray,
     reach: float,
-) -> Iterator[Voice]:
+) -> Iterator[PatchEstimate]:
     """Go through the patches within `reach` of points, weighted by Wendland's (1 - r)^4 (4 r + 1).
 
     Args:
@@ -94,26 +94,26 @@ def voices(
         r = np.minimum(np.linalg.norm(offset, axis=1) / reach, 1.0)
         ramp = np.clip((cos - STEEP_COS) / (FLAT_COS - STEEP_COS), 0.0, 1.0)
         weight = (1.0 - r) ** 4 * (4.0 * r + 1.0) * ramp * ramp * (3.0 - 2.0 * ramp)
-        voice = Voice(patch, chosen, local, h, np.stack([hx, hy], axis=1), cos, weight)
-        weight *= (voice.normal * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
-        yield voice
+        estimate = PatchEstimate(patch, chosen, local, h, np.stack([hx, hy], axis=1), cos, weight)
+        weight *= (estimate.normal * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
+        yield estimate
 
 
-def blended(heard: Iterable[Voice], count: int, *, with_sd: bool) -> Blend:
-    """Return what patches say together.
+def blended(estimates: Iterable[PatchEstimate], count: int, *, with_sd: bool) -> Blend:
+    """Return the blended estimate of all patches.
 
     Neighbouring patches share their data, so their errors are taken as fully correlated: standard deviations are
     averaged like the distances, never divided by the root of their number.
 
     Args:
-        heard: From `voices`.
+        estimates: From `patch_estimates`.
         count: Number of points.
         with_sd: Whether standard deviations are wanted: they cost ten times the rest.
     """
     total, distance, surprise = np.zeros(count), np.zeros(count), np.zeros(count)
     sd = np.zeros(count) if with_sd else np.full(count, np.nan)
     normal = np.zeros((count, 3))
-    for each in heard:
+    for each in estimates:
         chosen, weight = each.chosen, each.weight
         total[chosen] += weight
         distance[chosen] += weight * (each.local[:, 2] - each.height) * each.cos

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.answer import Knowledge
-from palpate.mapping.surface_map.blend import Voice
+from palpate.mapping.surface_map.blend import PatchEstimate
+from palpate.mapping.surface_map.estimate import Knowledge
 from palpate.mapping.surface_map.surface_map import SurfaceMap
 
 ANY_DIRECTION = np.pi / 12.0**0.5
@@ -50,7 +50,7 @@ class SurfaceCurvature:
 
 
 def surface_curvature(surface: SurfaceMap, points: FloatArray) -> SurfaceCurvature:
-    """Return how the surface is curved at the feet of points.
+    """Return how the surface is curved at the points nearest to some points.
 
     Args:
         surface: A map.
@@ -59,28 +59,28 @@ def surface_curvature(surface: SurfaceMap, points: FloatArray) -> SurfaceCurvatu
     Raises:
         InvalidValueError: As `SurfaceMap.query`.
     """
-    answer = surface.query(points)
-    return curvature_on(surface, answer.foot, answer.normal, answer.knowledge)
+    estimate = surface.query(points)
+    return curvature_on(surface, estimate.nearest, estimate.normal, estimate.knowledge)
 
 
 def curvature_on(
-    surface: SurfaceMap, feet: FloatArray, normals: FloatArray, knowledge: npt.NDArray[np.int8]
+    surface: SurfaceMap, points: FloatArray, normals: FloatArray, knowledge: npt.NDArray[np.int8]
 ) -> SurfaceCurvature:
     """Return how the surface is curved at points of it, such as the vertices of its mesh.
 
     Args:
         surface: A map.
-        feet: Points of its surface, shape (n, 3) [m].
+        points: Points of its surface, shape (n, 3) [m].
         normals: Its unit normals there, shape (n, 3).
         knowledge: Values of `Knowledge`, shape (n,).
     """
-    n = len(feet)
-    there = np.isfinite(feet).all(axis=1) & np.isfinite(normals).all(axis=1)
+    n = len(points)
+    there = np.isfinite(points).all(axis=1) & np.isfinite(normals).all(axis=1)
     tangents = np.full((n, 3, 2), np.nan)
     tangents[there] = tangent_basis(normals[there])
     index = np.flatnonzero(there)
     total, form, covariance = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
-    for each in surface.voices(feet[there]):
+    for each in surface.patch_estimates(points[there]):
         if not (each.weight > 0.0).any():
             continue
         at = index[each.chosen]
@@ -102,20 +102,20 @@ def tangent_basis(normals: FloatArray) -> FloatArray:
     return np.asarray(np.stack([x, np.cross(normals, x)], axis=2), np.float64)
 
 
-def _second_form(voice: Voice, tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _second_form(estimate: PatchEstimate, tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (w_11, w_12, w_22) of the second fundamental form in `tangents` (k, 3, 2), and its covariance.
 
     A tangent t moves x and y of the patch by its components there, so the form is -cos t_xy' H t_xy, with H the
     second derivatives of the heights; outward normals make it positive where the surface is convex. Errors of the
     slopes are small beside 1 and left out.
     """
-    H, C = voice.patch.bends(voice.local[:, :2])
-    b = np.einsum("ij,kjt->kit", voice.patch.frame.axes[:2], tangents)
+    H, C = estimate.patch.bends(estimate.local[:, :2])
+    b = np.einsum("ij,kjt->kit", estimate.patch.frame.axes[:2], tangents)
     rows = []
     for s, t in ((0, 0), (0, 1), (1, 1)):
         mixed = b[:, 0, s] * b[:, 1, t] + b[:, 1, s] * b[:, 0, t]
         rows.append(np.stack([b[:, 0, s] * b[:, 0, t], mixed, b[:, 1, s] * b[:, 1, t]], axis=1))
-    M = -voice.cos[:, None, None] * np.stack(rows, axis=1)
+    M = -estimate.cos[:, None, None] * np.stack(rows, axis=1)
     return np.einsum("kij,kj->ki", M, H), M @ C @ M.transpose(0, 2, 1)
 
 

@@ -1,4 +1,4 @@
-"""Noise, its length and the ways of a surface, from what was felt."""
+"""Hyperparameters of noise and surface, learned from the contacts."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -65,9 +65,9 @@ def learn(data: Sequence[PatchData], start: SurfaceModel, held: Collection[Param
     """Return the model that makes what was felt most probable, with `start` as a weak opinion.
 
     Maximum a posteriori over the pooled evidence of patches. Noise that keeps along a row, but not from one row to
-    the next, is told from surface by what neighbouring rows agree on and by the normals. It is learned where the
-    surface is calm, since a finger errs alike everywhere and an edge would pass for noise; length and curvature of
-    the surface then are learned from all of it.
+    the next, is distinguished from surface by what neighbouring rows agree on and by the normals. It is learned
+    where the surface is calm, since a finger errs alike everywhere and an edge would pass for noise; length and
+    curvature of the surface then are learned from all of it.
 
     On facets the evidence has two peaks: heights err from row to row while normals are believed, or normals err
     alike along whole rows while heights are believed. The second halves the map's error there; which one a search

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.mapping.surface_map.answer import Knowledge, half_widths
+from palpate.mapping.surface_map.estimate import Knowledge, half_widths
 from palpate.mapping.surface_map.surface_map import SurfaceMap
 from palpate.mapping.surface_map.surface_nets import IndexArray, surface_nets
 
@@ -18,7 +18,7 @@ BENT = 0.5
 """A contact's plane misses the surface at distance d by d^2 / (2 R): d / 2 at a radius of d. Corners farther from
 the nearest contact's plane than the shell and that are not asked for."""
 
-MOST_VOXELS = 60_000_000
+MAX_VOXELS = 60_000_000
 """More voxels than this in the box around what was felt are refused: half a gigabyte, a voxel in a wrong unit."""
 
 
@@ -45,7 +45,7 @@ class SurfaceMesh:
     voxel: float
 
     def band(self, probability: float = 0.95) -> FloatArray:
-        """Return half-widths that hold the true surface, as `SurfaceAnswer.band`, shape (n,) [m]."""
+        """Return half-widths that hold the true surface, as `SurfaceEstimate.band`, shape (n,) [m]."""
         return half_widths(self.sd, self.bias, probability)
 
     @property
@@ -134,9 +134,9 @@ def _shell(contacts: FloatArray, reach: float, h: float) -> tuple[IndexArray, Fl
     low = cells.min(axis=0) - pad
     size = cells.max(axis=0) + pad + 1 - low + 1
     shape = (int(size[0]), int(size[1]), int(size[2]))
-    if shape[0] * shape[1] * shape[2] > MOST_VOXELS:
+    if shape[0] * shape[1] * shape[2] > MAX_VOXELS:
         raise InvalidValueError(
-            f"voxel = {h} m makes a grid of {shape}, more than {MOST_VOXELS} points: is it in metres?"
+            f"voxel = {h} m makes a grid of {shape}, more than {MAX_VOXELS} points: is it in metres?"
         )
     taken = np.zeros(shape, np.bool_)
     steps = np.arange(-pad, pad + 2)

@@ -1,4 +1,4 @@
-"""What a map believes before it is told: how a surface bends, and how contacts err."""
+"""Prior of a map: how a surface bends, and how contacts err."""
 
 import dataclasses
 import math

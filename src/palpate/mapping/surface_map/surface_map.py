@@ -1,4 +1,4 @@
-"""The surface of what was touched, as it grows."""
+"""The map of a touched surface, updated contact by contact."""
 
 import dataclasses
 import math
@@ -10,8 +10,8 @@ from scipy.spatial import KDTree
 from palpate.errors import FloatArray, InvalidValueError, numbers
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.surface_map.agreement import Agreement
-from palpate.mapping.surface_map.answer import Knowledge, SurfaceAnswer
-from palpate.mapping.surface_map.blend import Blend, Voice, blended, voices
+from palpate.mapping.surface_map.blend import Blend, PatchEstimate, blended, patch_estimates
+from palpate.mapping.surface_map.estimate import Knowledge, SurfaceEstimate
 from palpate.mapping.surface_map.learn import Parameter, learn
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.patch import STEEPEST_COS, PatchData, PatchFrame, SurfacePatch
@@ -35,8 +35,8 @@ FACET_DOUBT = 1.25
 """Facets are taken for so much deeper than learned. A patch sees some eight rows, each with one slope: their RMS
 is known to 1 / (2 * 8)^0.5, a quarter, and the smooth surface through them has taken a part of it for itself."""
 
-FOOT_STEPS = 3
-"""Steps to the foot of a point: each leaves a fraction of distance times curvature squared."""
+NEAREST_STEPS = 3
+"""Steps to the nearest point: each leaves a fraction of distance times curvature squared."""
 
 SEARCH_REACHES = 1.5
 """Contacts up to 1.5 reaches away tell on which sides of a point something was felt. From the middle between rows
@@ -152,7 +152,7 @@ class SurfaceMap:
         self._model = learn(data, self._settings.model, held)
         self._refit(set(range(len(self._patches))))
 
-    def query(self, points: FloatArray) -> SurfaceAnswer:
+    def query(self, points: FloatArray) -> SurfaceEstimate:
         """Return where the surface lies from each point, and how well that is known.
 
         Args:
@@ -170,14 +170,15 @@ class SurfaceMap:
         if self._tree is None or not len(x):
             return _nothing(len(x), self._settings.bias)
         plane, n = self._nearest_plane(x)
-        foot = x - plane[:, None] * n
-        for _ in range(FOOT_STEPS):
-            step = self.blend_at(foot)
-            foot = foot - _or_zero(step.distance)[:, None] * _or_zero(step.normal)
-            # back onto the line through x along the normal: a point's foot is nearest, not merely on the surface
-            aside = (x - foot) - ((x - foot) * step.normal).sum(axis=1, keepdims=True) * step.normal
-            foot = foot + _or_zero(aside)
-        return self._answer(x, foot)
+        nearest = x - plane[:, None] * n
+        for _ in range(NEAREST_STEPS):
+            step = self.blend_at(nearest)
+            nearest = nearest - _or_zero(step.distance)[:, None] * _or_zero(step.normal)
+            # back onto the line through x along the normal: the nearest point lies there, not merely on the
+            # surface
+            aside = (x - nearest) - ((x - nearest) * step.normal).sum(axis=1, keepdims=True) * step.normal
+            nearest = nearest + _or_zero(aside)
+        return self._estimate(x, nearest)
 
     def plane_distance(self, points: FloatArray) -> FloatArray:
         """Return the height above the plane of the nearest contact, shape (n,) [m]: crude, and everywhere."""
@@ -188,28 +189,28 @@ class SurfaceMap:
         if self._tree is None:
             n = len(points)
             return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
-        found = blended(self.voices(points), len(points), with_sd=with_sd)
+        found = blended(self.patch_estimates(points), len(points), with_sd=with_sd)
         return dataclasses.replace(found, sd=np.hypot(self._factor * found.sd, self.facet_height))
 
-    def voices(self, points: FloatArray) -> Iterator[Voice]:
-        """Go through what each patch says of points near the surface."""
+    def patch_estimates(self, points: FloatArray) -> Iterator[PatchEstimate]:
+        """Iterate over the estimates of all patches at points near the surface."""
         if self._tree is None:
             return iter(())
         _, nearest = self._tree.query(points)
         sheet = self._stretches.normal[nearest]
-        return voices(points, sheet, self._patches, self._centers, self._settings.patch_reach)
+        return patch_estimates(points, sheet, self._patches, self._centers, self._settings.patch_reach)
 
-    def knowledge_at(self, feet: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    def knowledge_at(self, points: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Return `Knowledge` and the distance to the nearest stretch at points of the surface, shapes (n,)."""
-        knowledge = np.full(len(feet), Knowledge.UNOBSERVED, np.int8)
+        knowledge = np.full(len(points), Knowledge.UNOBSERVED, np.int8)
         if self._tree is None:
-            return knowledge, np.full(len(feet), np.inf)
-        contact_distance = np.asarray(self._tree.query(feet)[0])
+            return knowledge, np.full(len(points), np.inf)
+        contact_distance = np.asarray(self._tree.query(points)[0])
         known = np.isfinite(normals).all(axis=1) & (contact_distance <= self._settings.reach)
         knowledge[known] = Knowledge.EXTRAPOLATED
         near = np.flatnonzero(known)
         radius = SEARCH_REACHES * self._settings.reach
-        inside = surrounded(feet[near], normals[near], self._tree, self._stretches.normal, radius)
+        inside = surrounded(points[near], normals[near], self._tree, self._stretches.normal, radius)
         knowledge[near[inside]] = Knowledge.OBSERVED
         return knowledge, contact_distance
 
@@ -220,14 +221,14 @@ class SurfaceMap:
         normal = self._stretches.normal[nearest]
         return ((points - self._stretches.position[nearest]) * normal).sum(axis=1), normal
 
-    def _answer(self, x: FloatArray, foot: FloatArray) -> SurfaceAnswer:
-        blend = self.blend_at(foot, with_sd=True)
-        foot = foot - blend.distance[:, None] * blend.normal
-        knowledge, contact_distance = self.knowledge_at(_or_zero(foot), blend.normal)
-        distance = ((x - foot) * blend.normal).sum(axis=1)
-        return SurfaceAnswer(
+    def _estimate(self, x: FloatArray, nearest: FloatArray) -> SurfaceEstimate:
+        blend = self.blend_at(nearest, with_sd=True)
+        nearest = nearest - blend.distance[:, None] * blend.normal
+        knowledge, contact_distance = self.knowledge_at(_or_zero(nearest), blend.normal)
+        distance = ((x - nearest) * blend.normal).sum(axis=1)
+        return SurfaceEstimate(
             distance=distance,
-            foot=foot,
+            nearest=nearest,
             normal=blend.normal,
             sd=blend.sd,
             bias=self._settings.bias,
@@ -237,13 +238,13 @@ class SurfaceMap:
         )
 
     def _contacts(self, cloud: TouchCloud) -> PathContacts:
-        ones, told = np.ones(len(cloud)), self._settings.model
+        ones, model = np.ones(len(cloud)), self._settings.model
         return PathContacts(
             time=cloud.time,
             position=cloud.position,
             normal=cloud.normal,
-            noise=ones if cloud.noise is None else cloud.noise / told.noise,
-            tilt=ones if cloud.tilt is None else cloud.tilt / told.tilt,
+            noise=ones if cloud.noise is None else cloud.noise / model.noise,
+            tilt=ones if cloud.tilt is None else cloud.tilt / model.tilt,
         )
 
     def _forget_open(self) -> set[int]:
@@ -308,8 +309,8 @@ def _or_zero(values: FloatArray) -> FloatArray:
     return np.nan_to_num(values, nan=0.0)
 
 
-def _nothing(count: int, bias: float) -> SurfaceAnswer:
+def _nothing(count: int, bias: float) -> SurfaceEstimate:
     nan = np.full(count, np.nan)
     nowhere = np.full((count, 3), np.nan)
     unobserved = np.full(count, Knowledge.UNOBSERVED, np.int8)
-    return SurfaceAnswer(nan, nowhere, nowhere, nan, bias, np.full(count, np.inf), unobserved, nan)
+    return SurfaceEstimate(nan, nowhere, nowhere, nan, bias, np.full(count, np.inf), unobserved, nan)

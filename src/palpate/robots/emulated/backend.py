@@ -1,4 +1,4 @@
-"""A robot behind emulated devices: starts them in a process of their own, speaks with them as with real ones."""
+"""A robot behind emulated devices: starts them in a process of their own, and talks to them as to real ones."""
 
 import math
 import os
@@ -23,7 +23,7 @@ Emulation = Callable[[int, int], Callable[[], Host]]
 
 
 class OnTheWire(Closing):
-    """A `Backend`: the emulators run from `start` to `close`, and the rig that speaks with them likewise.
+    """A `Backend`: the emulators run from `start` to `close`, and the rig that connects to them likewise.
 
     Its times are the plant's: the rig's, scaled. If this process is killed, the emulators end by themselves.
     """
@@ -34,9 +34,9 @@ class OnTheWire(Closing):
         """Start nothing yet.
 
         Args:
-            truth_columns: Names of the numbers that the emulators' process tells of the truth.
+            truth_columns: Names of the true values that the emulators' process reports.
             emulation: Makes what the emulators' process runs; it must be importable there.
-            rig: Speaks with them, once they listen.
+            rig: Connects to them, once they listen.
             time_scale: Seconds of the plant per second of wall time.
         """
         self.truth_columns = truth_columns
@@ -130,7 +130,7 @@ class EmulatedBackend(OnTheWire):
         Args:
             scene: What is simulated there: for pictures, and for what it costs.
             emulation: See `OnTheWire`, as the next two.
-            rig: Speaks with them.
+            rig: Connects to them.
             time_scale: Seconds of the plant per second of wall time.
         """
         super().__init__(CONTACT_COLUMNS, emulation, rig, time_scale)

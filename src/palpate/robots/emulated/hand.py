@@ -1,7 +1,7 @@
 """A hand over real wires: fingers, sensors and what lifts them emulated, the simulated hand of a task behind them.
 
 Dynamixel servos on a terminal, an F/T box for each fingertip, and a UR controller for the lift; the makers' client
-libraries speak with them as with real ones.
+libraries talk to them as to real ones.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth_numbers import hand_columns
 from palpate.spatial import Vector, Wrench
 
-FOOT = Pose((-0.45, 0.0, 0.0))
+ARM_BASE = Pose((-0.45, 0.0, 0.0))
 """Where the emulated arm stands in the scene: half of its reach behind the object."""
 
 FLANGE_HAND = Pose((0.0, 0.0, 0.05), LOOKING_DOWN)
@@ -57,7 +57,7 @@ RANGES: Wrench = (40.0, 40.0, 40.0, 0.5, 0.5, 0.5)
 """Of the F/T boxes [N, N m]: beyond those of the sensors behind them, which end by themselves."""
 
 QUIET = (1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5)
-"""Least noise that a tare is told [N, N m]; nothing is tared here."""
+"""Least noise of a tare [N, N m]; nothing is tared here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class EmulatedHand:
         assert isinstance(grip, ServoGrip)
         trace = TruthTrace.of_process(self.process, self.memory)
         plant = _Lifting(scene, trace, _BusServos(grip))
-        arm = UrServer(wires.arm, mounting=ArmMounting(pose_base_robot=FOOT, pose_flange_tip=FLANGE_HAND))
+        arm = UrServer(wires.arm, mounting=ArmMounting(pose_base_robot=ARM_BASE, pose_flange_tip=FLANGE_HAND))
         boxes = [
             NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
             for i, address in enumerate(wires.sensors)
@@ -179,7 +179,7 @@ def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
     rig = Rig(
         RealTime(period, priority=USUAL_PRIORITY),
         RigSettings(period, oldest=PATIENCE, kinematics=hand),
-        arm=FramedArm(arm, FOOT),
+        arm=FramedArm(arm, ARM_BASE),
         hand=PolledHand(DynamixelHand(str(wires.bus), settings), hand.bus_period / scale),
         fingers=[FingerSensor(NetFt(address, stream), payload) for address in wires.sensors],
     )

@@ -35,7 +35,7 @@ class EmulatedUr5e:
     """What `EmulatorProcess` takes: a UR controller and an F/T box, the simulated arm over its object behind them.
 
     Attributes:
-        robot: As its file says, of kind `emulated_ur5e`.
+        robot: Of kind `emulated_ur5e`.
         task: What it is to touch.
         process: That has made the memory for the truth.
         memory: Its descriptor there.

@@ -32,15 +32,13 @@ class SceneBackend(Backend, TruthSource, Protocol):
 class ScenePlant:
     """A scene, as emulated devices move and measure it. A `Plant`.
 
-    Until the trace says so, it stands as it started, and only its clock runs: what moves in a scene by a schedule,
-    as a surface that leaves or a pull that grows, begins when the robot does, not while it is still connected to.
+    Until the trace starts it, it stands as it started, and only its clock runs: what moves in a scene by a
+    schedule, as a surface that leaves or a pull that grows, begins when the robot does, not while it is still
+    connected to.
     """
 
     def __init__(
-        self,
-        backend: SceneBackend,
-        trace: TruthTrace | None = None,
-        servos: Servos | None = None,
+        self, backend: SceneBackend, trace: TruthTrace | None = None, servos: Servos | None = None
     ) -> None:
         """Take a scene.
 

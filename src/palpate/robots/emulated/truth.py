@@ -1,8 +1,8 @@
-"""What really happens in a simulated scene, told by the process that simulates it to the one that runs the robot.
+"""Ground truth of a simulated scene, sent by the process that simulates it to the one that runs the robot.
 
 Rows of numbers in memory that both share, beside all wires: no controller sees them. They carry `time.monotonic`,
-which is the same clock in every process, so that a sample's own truth is found however long it was on its way. The
-other way goes one word: that the scene may begin.
+which is the same clock in every process, so that a sample's own truth is found whatever its latency. One
+message goes back: that the scene may begin.
 """
 
 import mmap

@@ -32,14 +32,14 @@ WIRE_CYCLES = 2.5
 delay: one in the client's loop, one in the controller's, half of one until it is read."""
 
 QUIET = (1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5)
-"""Least noise that a tare is told [N, N m]; nothing is tared here, for the emulated box has no bias."""
+"""Least noise of a tare [N, N m]; nothing is tared here, for the emulated box has no bias."""
 
 
 def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
     """Return the emulated UR5e of a robot file, at the task's start; nothing runs before its back end is started.
 
     Raises:
-        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+        InvalidValueError: The simulation cannot be built as the file specifies, or cannot do the task.
     """
     entry = emulated_entry(robot)
     if isinstance(robot.file.pace, SimulatedPaceEntry):
@@ -65,10 +65,7 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
         fingers=(FingerSensor(sensor, SensorPayload(tip.mass, tip.center_of_mass)),),
     )
     backend = EmulatedBackend(
-        scene,
-        lambda process, memory: EmulatedUr5e(robot, task, process, memory),
-        rig,
-        entry.time_scale,
+        scene, lambda process, memory: EmulatedUr5e(robot, task, process, memory), rig, entry.time_scale
     )
     return replace(
         ready,

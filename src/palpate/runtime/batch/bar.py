@@ -32,7 +32,7 @@ def progress_bar(console: Console | None = None) -> Iterator[ShowProgress]:
     """
     console = Console(stderr=True) if console is None else console
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    # refreshed by what it is told: no thread of its own
+    # refreshed by each update: no thread of its own
     with_time = (*columns, TimeElapsedColumn(), TimeRemainingColumn())
     bar = Progress(*with_time, console=console, transient=True, auto_refresh=False)
     task = bar.add_task("cases", total=None)

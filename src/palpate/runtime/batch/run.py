@@ -56,7 +56,7 @@ def run_batch(
     - A case whose process dies (a crash in C, out of memory, SIGKILL) is run once more, last, in another process;
       it disturbs no other case. If that dies too, it is a `Failure`.
     - Ctrl-C, or an exception of `progress`, ends every worker at once and is raised. So does the death of this
-      process, however it comes. What was found until then is what `progress` was told.
+      process, however it comes. What was found until then is what was reported to `progress`.
 
     Work, cases and results travel between processes as pickles. Functions and classes of a script or a notebook
     may be used, lambdas too. All results are held here at the end: let the work reduce them ("return the RMS, not

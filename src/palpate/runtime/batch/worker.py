@@ -1,4 +1,4 @@
-"""What runs in a worker process: one case after the other, until told to stop or alone in the world."""
+"""What runs in a worker process: one case after the other, until asked to stop or orphaned."""
 
 import os
 import pickle

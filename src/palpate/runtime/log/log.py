@@ -103,7 +103,7 @@ class Log:
         return truth_of(self.codec, self.rows)
 
     def samples(self) -> Iterator[Sample]:
-        """Yield what the devices said, bit for bit; see `gaps` for what is missing."""
+        """Yield what the devices reported, bit for bit; see `gaps` for what is missing."""
         return samples_of(self.codec, self.rows)
 
     def commands(self) -> Iterator[Command]:

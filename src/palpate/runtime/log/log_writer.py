@@ -137,7 +137,7 @@ class LogWriter:
         return RecordingSummary(self._path, written, lost, problem, self._note)
 
     def _write(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec) -> None:
-        """Write until told to stop: the thread."""
+        """Write until asked to stop: the thread."""
         try:
             while segments := self._next_segments():
                 content = encode_chunk(segments, codec)

@@ -26,9 +26,9 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
     """Read a log, or as much of it as is undamaged.
 
     Every check sum is checked, and every message compared with what palpate would have written: a chunk that does
-    not pass is left out and told in `Log.damage`. What was read before stays, and so does what comes after, if it
-    can be found: sequence numbers tell what is missing. A log that is still being written is read up to its last
-    chunk.
+    not pass is left out and reported in `Log.damage`. What was read before stays, and so does what comes after, if
+    it can be found: sequence numbers show what is missing. A log that is still being written is read up to its
+    last chunk.
 
     Args:
         path: The file.

@@ -33,7 +33,7 @@ class Recorder:
     """Packs each period into one row of float64 and hands the rows to the sinks, a block at a time.
 
     `start` does all that is slow. `record`, `event` and `change` never raise and never wait; a period that does
-    not fit the first sample's layout is dropped, counted, and told in the summary. One recorder records one run.
+    not fit the first sample's layout is dropped and counted in the summary. One recorder records one run.
     """
 
     def __init__(self, *sinks: Sink) -> None:
@@ -86,7 +86,7 @@ class Recorder:
         """Keep one period.
 
         Args:
-            sample: What the devices said.
+            sample: What the devices reported.
             now: What touch made of it.
             command: What was commanded, after the supervisor.
             compute_time: That sensing, control and supervision took [s].

@@ -32,8 +32,8 @@ class RecordingSummary:
         """One line for a person: what was kept and where, and what went wrong."""
         place = "" if self.path is None else f"{self.path}, "
         lost = f", {self.rows_lost} lost" if self.rows_lost else ""
-        said = (f"{place}{self.rows_written} periods{lost}", self.problem, self.note)
-        return "; ".join(text for text in said if text)
+        parts = (f"{place}{self.rows_written} periods{lost}", self.problem, self.note)
+        return "; ".join(text for text in parts if text)
 
     @staticmethod
     def joined(summaries: Sequence["RecordingSummary"]) -> "RecordingSummary":

@@ -8,21 +8,22 @@ from palpate.runtime.supervision.conditions import (
     HealthySensors,
     InsideJointRange,
     InsideWorkspace,
+    MonitoredQuantity,
     SensorsInRange,
 )
 from palpate.runtime.supervision.finding import Trip, Violation
-from palpate.runtime.supervision.guard import Guard, guards_of
+from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.measures import (
+from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
+from palpate.runtime.supervision.run_guards import (
     CONTACT_FORCE,
     CONTACT_MOMENT,
     GRIP_FORCE,
     SPIN_TORQUE,
     TIP_SPEED,
     TIP_TURN,
-    MonitoredQuantity,
+    guards_of,
 )
-from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
 from palpate.runtime.supervision.supervisor import Supervisor
 
 __all__ = [

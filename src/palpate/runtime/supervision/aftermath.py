@@ -1,7 +1,7 @@
-"""What happened after a trip, told in the end."""
+"""What happened after a trip, summarised at its end."""
 
 from palpate.runtime.data import Observation
-from palpate.runtime.supervision.measures import CONTACT_FORCE
+from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import norm, subtract
 
 
@@ -10,8 +10,8 @@ class Aftermath:
 
     Attributes:
         duration: So far [s].
-        way: From where it tripped [m].
-        farthest: Largest way so far [m].
+        distance: From where it tripped [m].
+        farthest: Largest distance so far [m].
         hardest: Largest contact force of any finger so far [N].
         force: Of the finger that feels most, now [N].
     """
@@ -19,16 +19,16 @@ class Aftermath:
     def __init__(self, first: Observation) -> None:
         """Take the observation of the trip."""
         self._first = first
-        self.duration = self.way = self.farthest = 0.0
+        self.duration = self.distance = self.farthest = 0.0
         self.force = self.hardest = CONTACT_FORCE.of(first)
 
     def add(self, now: Observation) -> None:
         """Take a period."""
         self.duration = now.time - self._first.time
-        self.way = norm(subtract(now.arm.position_base_tip, self._first.arm.position_base_tip))
+        self.distance = norm(subtract(now.arm.position_base_tip, self._first.arm.position_base_tip))
         self.force = CONTACT_FORCE.of(now)
-        if self.way > self.farthest:
-            self.farthest = self.way
+        if self.distance > self.farthest:
+            self.farthest = self.distance
         if self.force > self.hardest:
             self.hardest = self.force
 
@@ -37,8 +37,8 @@ class Aftermath:
         """Whether it took any time: a plain stop takes none."""
         return self.duration > 0.0
 
-    def told(self, why: str = "") -> str:
-        """Return it in words.
+    def summary(self, why: str = "") -> str:
+        """Return a sentence for the log.
 
         Args:
             why: It ended early; empty if it did not.

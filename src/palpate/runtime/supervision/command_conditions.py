@@ -118,7 +118,7 @@ class CommandedAcceleration:
 
 @dataclass(frozen=True, slots=True)
 class CommandedTurn:
-    """The tip is not told to turn faster than `speed` [rad/s], nor to change that faster than `acceleration`.
+    """The tip is not commanded to turn faster than `speed` [rad/s], nor to change that faster than `acceleration`.
 
     Attributes:
         speed: [rad/s].
@@ -150,7 +150,7 @@ class CommandedTurn:
 
 @dataclass(frozen=True, slots=True)
 class CommandedGrip:
-    """No finger is told to press with more than `limit` [N]."""
+    """No finger is commanded to press with more than `limit` [N]."""
 
     limit: float
 

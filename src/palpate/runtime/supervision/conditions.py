@@ -1,12 +1,12 @@
 """What a guard watches in what was sensed: each condition is a pure function of this and the last observation."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision.finding import Violation
-from palpate.runtime.supervision.measures import MonitoredQuantity
 from palpate.sensing.ft.health import HEALTHY, HealthCheck
 from palpate.spatial import Vector
 
@@ -17,6 +17,21 @@ class Condition(Protocol):
     def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """Return what is wrong, if anything; `before` is the last observation, None at first."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class MonitoredQuantity:
+    """A number with a name.
+
+    Attributes:
+        name: For people.
+        unit: Of the number.
+        of: Takes it from an observation; not finite counts as out of bounds.
+    """
+
+    name: str
+    unit: str
+    of: Callable[[Observation], float]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,10 @@
-"""What must not be exceeded, with safe defaults."""
+"""What must not be exceeded, with safe defaults; in robot files with units in the keys."""
 
-import math
-from dataclasses import dataclass
+import msgspec
 
 from palpate.errors import InvalidValueError, positive
+from palpate.nearest_name import unit_of
+from palpate.runtime.robot_ranges import at_most
 from palpate.spatial import Vector
 
 REDUCED_SPEED = 0.25
@@ -21,9 +22,25 @@ MAX_ANGULAR_ACCELERATION = 250.0
 OLDEST_SAMPLE = 0.02
 """[s]: two and a half periods of the slowest arm in use (UR CB3, 125 Hz)."""
 
+_LARGEST = {
+    "force": 1e4,
+    "moment": 1e3,
+    "spin_torque": 1e3,
+    "grip_force": 1e4,
+    "speed": 10.0,
+    "acceleration": 1e3,
+    "angular_speed": 100.0,
+    "angular_acceleration": 1e4,
+    "sample_age": 1.0,
+    "workspace_lower": 100.0,
+    "workspace_upper": 100.0,
+    "joint_lower": 1e3,
+    "joint_upper": 1e3,
+}
+"""Beyond any robot that works by touch: a larger number is in another unit (mN, mm/s, ms, mm, degrees, steps)."""
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+
+class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What must not be exceeded.
 
     Attributes:
@@ -43,39 +60,44 @@ class Limits:
         joint_upper: Largest position of each joint of the arm [rad or m]; empty: not limited.
     """
 
-    force: float = 20.0
-    moment: float = 2.0
-    spin_torque: float = 1.0
-    grip_force: float = 20.0
-    speed: float = REDUCED_SPEED
-    acceleration: float = GRAVEST_STEP
-    angular_speed: float = REDUCED_TURN
-    angular_acceleration: float = MAX_ANGULAR_ACCELERATION
-    sample_age: float = OLDEST_SAMPLE
-    workspace_lower: Vector = (-1.0, -1.0, -1.0)
-    workspace_upper: Vector = (1.0, 1.0, 1.0)
-    joint_lower: tuple[float, ...] = ()
-    joint_upper: tuple[float, ...] = ()
+    force: float = msgspec.field(name="force_N", default=20.0)
+    moment: float = msgspec.field(name="moment_Nm", default=2.0)
+    spin_torque: float = msgspec.field(name="spin_torque_Nm", default=1.0)
+    grip_force: float = msgspec.field(name="grip_force_N", default=20.0)
+    speed: float = msgspec.field(name="speed_m_per_s", default=REDUCED_SPEED)
+    acceleration: float = msgspec.field(name="acceleration_m_per_s2", default=GRAVEST_STEP)
+    angular_speed: float = msgspec.field(name="angular_speed_rad_per_s", default=REDUCED_TURN)
+    angular_acceleration: float = msgspec.field(
+        name="angular_acceleration_rad_per_s2", default=MAX_ANGULAR_ACCELERATION
+    )
+    sample_age: float = msgspec.field(name="sample_age_s", default=OLDEST_SAMPLE)
+    workspace_lower: Vector = msgspec.field(name="workspace_lower_m", default=(-1.0, -1.0, -1.0))
+    workspace_upper: Vector = msgspec.field(name="workspace_upper_m", default=(1.0, 1.0, 1.0))
+    joint_lower: tuple[float, ...] = msgspec.field(name="joint_lower_rad", default=())
+    joint_upper: tuple[float, ...] = msgspec.field(name="joint_upper_rad", default=())
 
     def __post_init__(self) -> None:
-        positive("force limit", self.force, "N")
-        positive("moment limit", self.moment, "N m")
-        positive("spin torque limit", self.spin_torque, "N m")
-        positive("grip force limit", self.grip_force, "N")
-        positive("speed limit", self.speed, "m/s")
-        positive("acceleration limit", self.acceleration, "m/s^2")
-        positive("angular speed limit", self.angular_speed, "rad/s")
-        positive("angular acceleration limit", self.angular_acceleration, "rad/s^2")
-        positive("sample age limit", self.sample_age, "s")
+        for field in msgspec.structs.fields(self):
+            key, value, largest = field.encode_name, getattr(self, field.name), _LARGEST[field.name]
+            unit = unit_of(key)
+            if not isinstance(value, tuple):
+                positive(key, value, unit)
+            for each in value if isinstance(value, tuple) else (value,):
+                at_most(key, each, largest, unit)
         for axis, lower, upper in zip("xyz", self.workspace_lower, self.workspace_upper, strict=True):
             if not lower < upper:
-                raise InvalidValueError(f"workspace along {axis} is [{lower:g}, {upper:g}] m: must not be empty")
+                raise InvalidValueError(
+                    f"workspace_lower_m, {axis}, is {lower:g} and workspace_upper_m {upper:g}: must be the "
+                    "smaller one"
+                )
         if len(self.joint_lower) != len(self.joint_upper):
             raise InvalidValueError(
-                f"joint limits: {len(self.joint_lower)} lower and {len(self.joint_upper)} upper ones; give as many"
+                f"joint_lower_rad has {len(self.joint_lower)} numbers and joint_upper_rad "
+                f"{len(self.joint_upper)}: give one of each per joint, or none"
             )
         for i, (lower, upper) in enumerate(zip(self.joint_lower, self.joint_upper, strict=True)):
-            if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
+            if not lower < upper:
                 raise InvalidValueError(
-                    f"range of joint {i + 1} is [{lower:g}, {upper:g}]: must be finite and not empty"
+                    f"joint_lower_rad, joint {i + 1}, is {lower:g} and joint_upper_rad {upper:g}: must be the "
+                    "smaller one"
                 )

@@ -69,13 +69,13 @@ class Retract:
     Standing still is not enough there: position servos would press on, and so would a surface that moves. While
     the tip is pressed it backs off, faster if that does not help; then it goes on until it is `distance` clear,
     and stands watching: whenever it is pressed again, it backs off again. It is over when nothing has pressed
-    for the time `quiet`; the supervisor bounds the whole time and way.
+    for the time `quiet`; the supervisor bounds the whole time and distance.
 
-    The way is along the contact normal of the finger that feels most, out of the object; along the force, where no
+    It moves along the contact normal of the finger that feels most, out of the object; along the force, where no
     contact explains it. A hand that holds something does not retract: drawing one finger back would drop it.
 
     A surface that comes with speed u presses harder by (u + v) K T before the tip, which moved towards it with v,
-    answers: T is the delay from a force to the tip's motion, K the stiffness of contact and robot in series.
+    responds: T is the delay from a force to the tip's motion, K the stiffness of contact and robot in series.
 
     Attributes:
         relieved: A tip that feels more than this is pressed [N].
@@ -146,7 +146,7 @@ class Retract:
 
 
 def _way_out(since: Observation) -> Vector | None:
-    """Unit vector out of the object, base frame; None if it cannot be told."""
+    """Unit vector out of the object, base frame; None if it cannot be determined."""
     finger = max(since.fingers, key=lambda f: norm(_force(f)))
     force = _force(finger)
     if finger.contact.status is ContactStatus.OK:

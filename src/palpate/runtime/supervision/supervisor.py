@@ -17,17 +17,18 @@ from palpate.runtime.supervision.command_conditions import (
     WellFormed,
 )
 from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
-from palpate.runtime.supervision.guard import Guard, guards_of
+from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
+from palpate.runtime.supervision.run_guards import guards_of
 from palpate.spatial import ZERO, Vector, norm, scale, toward
 
 LONGEST_REACTION = 10.0
 """After this long [s] a reaction is over, finished or not: backing off from a surface that comes at 10 mm/s takes
-as long for `LONGEST_WAY`."""
+as long for `LARGEST_RETREAT`."""
 
-LONGEST_WAY = 0.1
-"""As far from where it tripped [m] a reaction ends, too."""
+LARGEST_RETREAT = 0.1
+"""Distance from where it tripped [m] at which a reaction ends, too."""
 
 
 class Supervisor:
@@ -86,7 +87,7 @@ class Supervisor:
         self._reaction: tuple[Reaction, ...] = ()
         self._since: Observation | None = None
         self._aftermath: Aftermath | None = None
-        self._told: Vector = ZERO
+        self._commanded: Vector = ZERO
 
     @property
     def reacting(self) -> bool:
@@ -147,7 +148,7 @@ class Supervisor:
         while self._stages and not self.finished:
             command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
-                self._told = command.velocity_base_tip
+                self._commanded = command.velocity_base_tip
                 return command
             self._stages, self._since = self._stages[1:], now
         if not self.finished:
@@ -158,8 +159,8 @@ class Supervisor:
         """End a reaction that runs into something new, takes too long, or leads too far."""
         if not aftermath.duration < LONGEST_REACTION:
             self._finish(aftermath, f"ended after {LONGEST_REACTION:g} s")
-        elif not aftermath.way < LONGEST_WAY:
-            self._finish(aftermath, f"ended after {1e3 * LONGEST_WAY:g} mm")
+        elif not aftermath.distance < LARGEST_RETREAT:
+            self._finish(aftermath, f"ended after {1e3 * LARGEST_RETREAT:g} mm")
         else:
             for i, guard in enumerate(self.guards):
                 # what calls for the very same, a contact that presses harder for one, is no reason to break it off
@@ -173,7 +174,7 @@ class Supervisor:
     def _finish(self, aftermath: Aftermath, why: str = "") -> None:
         self.finished = True
         if self.trip is not None and (why or aftermath.moved):
-            self.trip = replace(self.trip, aftermath=aftermath.told(why))
+            self.trip = replace(self.trip, aftermath=aftermath.summary(why))
 
     def _within_limits(self, command: Command | None) -> Command | None:
         """A reaction's command, slowed down to the limits; None if it is none, or lets go of something.
@@ -185,8 +186,8 @@ class Supervisor:
             return None
         velocity, turn = command.velocity_base_tip, command.angular_velocity_base_tip
         fastest, widest = self.limits.speed, self.limits.angular_speed
-        share = 1.0 / max(norm(velocity) / fastest, norm(turn) / widest, 1.0)  # of both: the way stays the same
-        velocity = toward(self._told, scale(share, velocity), self.limits.acceleration * self._period)
+        share = 1.0 / max(norm(velocity) / fastest, norm(turn) / widest, 1.0)  # of both: the path stays the same
+        velocity = toward(self._commanded, scale(share, velocity), self.limits.acceleration * self._period)
         return Command(velocity, command.phase, self._grip, scale(share, turn))
 
     def standstill(self) -> Command:
@@ -203,7 +204,7 @@ class Supervisor:
         """
         if self.trip is None:
             self.error = error
-            self._trip(time, Violation(source, _told(error), NO_EXCEPTION), ())
+            self._trip(time, Violation(source, _text_of(error), NO_EXCEPTION), ())
         self.finished = True
 
     def _trip(self, time: float, finding: Violation, reaction: tuple[Reaction, ...]) -> None:
@@ -214,7 +215,7 @@ class Supervisor:
         return frozenset(i for i, guard in enumerate(self.guards) if guard.condition.broken(now, before))
 
 
-def _told(error: Exception) -> str:
+def _text_of(error: Exception) -> str:
     """An exception in one line, whatever it does when it is asked for its words."""
     try:
         words = f": {error}"

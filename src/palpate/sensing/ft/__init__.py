@@ -1,4 +1,4 @@
-"""The force/torque sensor behind a fingertip: what it is, how to find out, and what its readings say.
+"""The force/torque sensor behind a fingertip: description, calibration and processing of its readings.
 
 Found out once, from data: `fit_calibration` (known loads), `identify_payload` (static poses), `average_bias` and
 `estimate_drift` (readings at rest). Kept in one `SensorFile` per sensor (`load_sensor_file`, `save_sensor_file`).

@@ -19,7 +19,7 @@ from palpate.spatial import Wrench
 BATCHES = 20
 """Enough that Student's t is near the normal law, few enough that each is long."""
 
-FEWEST_READINGS = 5 * BATCHES
+MIN_READINGS = 5 * BATCHES
 """So that a batch holds five."""
 
 STILL_FACTOR = 2.0
@@ -138,8 +138,8 @@ def estimate_drift(wrench: npt.ArrayLike, *, period: float, limit: npt.ArrayLike
 
 def _enough(wrench: npt.ArrayLike) -> FloatArray:
     rows = finite_rows("wrench", wrench, 6, "N, N m")
-    if len(rows) < FEWEST_READINGS:
-        raise InvalidValueError(f"{len(rows)} readings: give {FEWEST_READINGS} or more")
+    if len(rows) < MIN_READINGS:
+        raise InvalidValueError(f"{len(rows)} readings: give {MIN_READINGS} or more")
     return rows
 
 

@@ -3,7 +3,7 @@
 The loads are known well and the k channels are noisy, so what is fitted is the sensor itself,
     raw = S wrench + offset + noise,                                        (S: k x 6)
 and the calibration matrix is the generalised inverse of S, C = (S'PS)^-1 S'P with P the inverse variances of the
-channels. (Fitting wrench = C raw directly shrinks C by the noise of the raw channels, and has no unique answer
+channels. (Fitting wrench = C raw directly shrinks C by the noise of the raw channels, and has no unique solution
 when k > 6 channels carry little noise.) S is solved by QR of centred loads in units of the sensor's ranges, so
 that newtons and newton metres compare.
 
@@ -25,7 +25,7 @@ from palpate.sensing.ft.calibration_map import CalibrationMap
 UNKNOWNS = 7
 """Per channel: its sensitivity to six loads, and its offset."""
 
-FEWEST_LOADS = UNKNOWNS + 1
+MIN_LOADS = UNKNOWNS + 1
 """One more than unknowns, so that the residuals tell something."""
 
 SMALLEST_EXCITATION = 0.01
@@ -137,9 +137,9 @@ def fit_calibration(
     scale = positive_entries("ranges", ranges, 6, "N, N m")
     n, k = readings.shape
     if k < 6:
-        raise InvalidValueError(f"raw has {k} channels: six loads cannot be told apart by fewer than 6")
-    if n < FEWEST_LOADS:
-        raise InvalidValueError(f"{n} loads: give {FEWEST_LOADS} or more ({UNKNOWNS} unknowns per channel)")
+        raise InvalidValueError(f"raw has {k} channels: six loads cannot be distinguished by fewer than 6")
+    if n < MIN_LOADS:
+        raise InvalidValueError(f"{n} loads: give {MIN_LOADS} or more ({UNKNOWNS} unknowns per channel)")
     root = np.sqrt(positive_entries("weights", weights, n, ""))[:, None]
     root = root / np.sqrt((root**2).mean())
 
@@ -224,8 +224,8 @@ def _refuse_unloaded(scaled: FloatArray) -> float:
         )
         raise InvalidValueError(
             f"the {len(scaled)} loads do not vary in {missing} (in units of the ranges; {excitation[-1]:.1e} RMS, "
-            f"{SMALLEST_EXCITATION} is needed): what the sensor shows for it cannot be told from other loads or "
-            "the offset. Add loads in that direction, of both signs"
+            f"{SMALLEST_EXCITATION} is needed): what the sensor shows for it cannot be distinguished from "
+            "other loads or the offset. Add loads in that direction, of both signs"
         )
     return float(singular[0] / singular[-1])
 

@@ -23,7 +23,7 @@ LOWEST_RELATIVE_FREQUENCY = 1e-5
 HIGHEST_RELATIVE_FREQUENCY = 0.49
 """Of the sample rate, just below Nyquist's half, where a filter passes everything or is undefined."""
 
-LEAST_QUALITY, MOST_QUALITY = 0.5, 100.0
+MIN_QUALITY, MAX_QUALITY = 0.5, 100.0
 """Of a notch: below, it is critically damped and takes the signal out too; above, a drift of half a per cent of
 the disturbance leaves the notch, and it rings for a second at 50 Hz."""
 
@@ -113,10 +113,8 @@ class Notch(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="
 
     def __post_init__(self) -> None:
         positive("center_Hz", self.center, "Hz")
-        if not LEAST_QUALITY <= self.quality <= MOST_QUALITY:
-            raise InvalidValueError(
-                f"quality = {self.quality!r}: must be from {LEAST_QUALITY:g} to {MOST_QUALITY:g}"
-            )
+        if not MIN_QUALITY <= self.quality <= MAX_QUALITY:
+            raise InvalidValueError(f"quality = {self.quality!r}: must be from {MIN_QUALITY:g} to {MAX_QUALITY:g}")
 
     def section(self, rate: float) -> Biquad:
         """Return its coefficients at `rate` [Hz]."""

@@ -1,4 +1,4 @@
-"""Whether a sensor's readings can be believed, sample by sample."""
+"""Plausibility checks of a sensor's readings, sample by sample."""
 
 import math
 from collections.abc import Sequence

@@ -23,7 +23,7 @@ from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.arrays import finite_rows, positive_entries, same_length
 from palpate.spatial import Vector, as_vector
 
-FEWEST_POSES = 4
+MIN_POSES = 4
 """Three poses already determine everything; the fourth lets the residuals speak."""
 
 SMALLEST_SPREAD = 0.01
@@ -118,8 +118,8 @@ def identify_payload(
     same_length("specific_force", a, "wrench", rows)
     sd_f = float(positive_entries("force_sd", force_sd, 1, "N")[0])
     sd_m = float(positive_entries("moment_sd", moment_sd, 1, "N m")[0])
-    if len(a) < FEWEST_POSES:
-        raise InvalidValueError(f"{len(a)} poses: give {FEWEST_POSES} or more, in different orientations")
+    if len(a) < MIN_POSES:
+        raise InvalidValueError(f"{len(a)} poses: give {MIN_POSES} or more, in different orientations")
     _refuse_moving(a)
     mean_a, mean_w = a.mean(axis=0), rows.mean(axis=0)
     da, dw = a - mean_a, rows - mean_w
@@ -220,7 +220,7 @@ def _refuse_moving(a: FloatArray) -> None:
 
 
 def _refuse_singular(a: FloatArray, da: FloatArray) -> float:
-    """Return the condition number of the problem for h; raise if something cannot be told apart."""
+    """Return the condition number of the problem for h; raise if something cannot be distinguished."""
     g = float(np.median(np.linalg.norm(a, axis=1)))
     s, vt = np.linalg.svd(da, full_matrices=False)[1:]
     tilt = s / (g * math.sqrt(len(a)))
@@ -228,14 +228,15 @@ def _refuse_singular(a: FloatArray, da: FloatArray) -> float:
         raise InvalidValueError(
             f"all {len(a)} poses have the same direction of gravity in the sensor (they differ by {tilt[0]:.1e} "
             f"rad RMS, {SMALLEST_SPREAD} is needed; turning about the vertical changes nothing): the weight "
-            "cannot be told from the force bias, nor mass * centre from the moment bias. Tilt the sensor, best "
-            "onto all six sides"
+            "cannot be distinguished from the force bias, nor mass * centre from the moment bias. Tilt the "
+            "sensor, best onto all six sides"
         )
     if tilt[1] < SMALLEST_SPREAD:
         axis = ", ".join(f"{x:.2f}" for x in vt[0])
         raise InvalidValueError(
             f"gravity changes only along ({axis}) of the sensor frame, in all {len(a)} poses: the centre of mass "
-            "along that direction cannot be told from the moment bias. Add a pose tilted about another axis"
+            "along that direction cannot be distinguished from the moment bias. Add a pose tilted about "
+            "another axis"
         )
     # The information on h is sum |da|^2 I - da da' = V diag(sum s^2 - s_i^2) V'.
     information = (s**2).sum() - s**2

@@ -24,7 +24,7 @@ def specific_force_from_rotations(
     Args:
         rotation_sensor_base: Maps base to sensor coordinates, shape (n, 3, 3).
         gravity: Local g [m/s^2].
-        up_base: Which way is up in base coordinates (a robot on a wall: not z); any length.
+        up_base: Upward direction in base coordinates (a robot on a wall: not z); any length.
 
     Returns:
         Shape (n, 3) [m/s^2].

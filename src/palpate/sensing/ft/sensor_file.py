@@ -1,4 +1,4 @@
-"""What is known of one force/torque sensor, as one YAML file.
+"""Description and calibration of one force/torque sensor, as one YAML file.
 
 A sensor file is read strictly: a key that is misspelt or has another unit, a value that cannot be, is refused
 with the reason and the place. Written files carry comments and read back to exactly the same numbers.
@@ -154,7 +154,7 @@ class SensorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         device_rate: How often the device itself samples [Hz], if that is less: each reading then comes several
             times. None: every reading is a fresh one.
         device_delay: From the load to the reading that shows it, on the average [s]: filters in the device, its
-            way to the reader, half a sample of a slower device.
+            transmission to the reader, half a sample of a slower device.
         force_range: Largest force the sensor bears, per axis [N].
         moment_range: Largest moment, per axis [N m].
         noise_force: Standard deviation of a reading, per axis [N].

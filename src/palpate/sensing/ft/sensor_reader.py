@@ -1,4 +1,4 @@
-"""Reading sensor files, and saying what is wrong with them."""
+"""Reading and validating sensor files."""
 
 import os
 

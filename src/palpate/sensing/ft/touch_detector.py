@@ -1,10 +1,10 @@
-"""Whether a force is a touch."""
+"""Detection of contact from the force, with hysteresis."""
 
 import math
 
 from palpate.errors import InvalidValueError, not_negative, positive
 
-LEAST_SIGMAS = 5.0
+MIN_SIGMAS = 5.0
 """Of the noise of one axis that the touch force must exceed: the length of three-dimensional noise exceeds it
 once in 65 000 samples (chi law), a minute at 1 kHz; times of a few samples make that hours."""
 
@@ -34,7 +34,7 @@ class ContactDetector:
 
         Raises:
             InvalidValueError: Not above zero, the release force above the touch force, or a touch force
-                within `LEAST_SIGMAS` of the noise.
+                within `MIN_SIGMAS` of the noise.
         """
         self.touch_force = positive("touch_force", touch_force, "N")
         self.release_force = positive("release_force", release_force, "N")
@@ -44,10 +44,10 @@ class ContactDetector:
             raise InvalidValueError(
                 f"release_force = {release_force:g} N: must not exceed touch_force = {touch_force:g} N"
             )
-        if touch_force < LEAST_SIGMAS * noise:
+        if touch_force < MIN_SIGMAS * noise:
             raise InvalidValueError(
                 f"touch_force = {touch_force:g} N: noise of {noise:.3g} N would pass for a touch; give at least "
-                f"{LEAST_SIGMAS * noise:.3g} N ({LEAST_SIGMAS:g} standard deviations), or filter more"
+                f"{MIN_SIGMAS * noise:.3g} N ({MIN_SIGMAS:g} standard deviations), or filter more"
             )
         # So many samples in a row span the time; rounding must not add one.
         self._touch_samples = 1 + math.ceil(not_negative("touch_time", touch_time, "s") / period - 1e-9)

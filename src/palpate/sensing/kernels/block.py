@@ -1,4 +1,4 @@
-"""Blocks of wrenches on their way in, and of contacts on their way out, compiled.
+"""Input of wrenches and output of contacts in blocks, compiled.
 
 A block goes through stages that are plain loops over a scratch array that stays in the first-level cache. The
 loops have no branches and constant strides, so that the compiler turns them into vector instructions. Here are
@@ -70,7 +70,7 @@ INVALID = float(ContactStatus.INVALID)
 _CENTER = int(Packed.CENTER)
 _ROTATION = int(Packed.ROTATION)
 
-_LEAST_STREAMED = 16_384
+_MIN_STREAMED = 16_384
 """Contacts from which results (2 MB) no longer stay in a second-level cache, and are written past it."""
 
 _NEVER = -(1 << 20)  # an exponent below any other
@@ -208,7 +208,7 @@ def settle_cancelled_dots(wrenches, start, n, length_exponent, t):
         back = highest - 2 * int(t[EXPONENT + i]) - length_exponent
         s = math.ldexp(terms[5], back)
         low = math.ldexp(terms[4], back)
-        if terms[5] != 0.0 and abs(s) < _SMALLEST_DOT:  # its sign decides which way the finger spins
+        if terms[5] != 0.0 and abs(s) < _SMALLEST_DOT:  # its sign decides in which sense the finger spins
             s, low = math.copysign(_SMALLEST_DOT, terms[5]), 0.0
         t[S + i] = s
         t[S_LOW + i] = low
@@ -362,7 +362,7 @@ def _stream_scalars(t, row, whole, result, offset):
 @njit(error_model="numpy")
 def can_stream(total, stride, result):
     """Whether results are large enough, and aligned, to be written past the caches."""
-    return total >= _LEAST_STREAMED and stride % LANES == 0 and result.ctypes.data % 64 == 0
+    return total >= _MIN_STREAMED and stride % LANES == 0 and result.ctypes.data % 64 == 0
 
 
 @njit(error_model="numpy")

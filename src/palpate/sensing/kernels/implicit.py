@@ -7,9 +7,9 @@ is shortened until the residual falls and the force still pushes.
 
 The start is the exact solution on the ellipsoid with the same half lengths. Should the iteration get stuck, the
 moment is led from one for which the start is exact, m_0 = c_0 x f + (s/phi_0) n_0 with s = f.m, to the measured
-one: s stays the same on the way, and with it the sign of the spin, so that the path never meets the singularity.
+one: s stays the same in between, and with it the sign of the spin, so that the path never meets the singularity.
 
-A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x in the same way: moving x
+A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x likewise: moving x
 by d moves c by (I - delta W) d and, through the normal force, along n. It makes sense while delta W stays below 1.
 """
 
@@ -36,17 +36,17 @@ RESIDUAL = 1e-14
 ACCEPTED = 1e-12
 """Largest such residual that counts as a contact."""
 
-ON_THE_WAY = 1e-6
+INTERMEDIATE = 1e-6
 """The same for the contacts between the easy moment and the measured one."""
 
-MOST_STEPS = 40
+MAX_STEPS = 40
 """Of Newton's iteration; 5 to 8 are usual."""
 
-LEAST_PUSH = 1e-9
+MIN_PUSH = 1e-9
 """Normal force, relative to the force, below which rounding decides on which side a finger is touched."""
 
-LEAST_SPIN = 1e-14
-"""f.m, relative to |f||m|, that cannot be told from zero."""
+MIN_SPIN = 1e-14
+"""f.m, relative to |f||m|, that cannot be distinguished from zero."""
 
 LONGEST_STEP = 0.5
 """Of a Newton step, relative to the distance from the centre."""
@@ -55,7 +55,7 @@ SMALLEST_SHARE = 1.0 / 64.0
 """Shortest share of a Newton step that is tried."""
 
 SMALLEST_LEAD = 1e-7
-"""Shortest step from the easy moment to the measured one, of the whole way."""
+"""Shortest step from the easy moment to the measured one, of the whole distance."""
 
 
 @lru_cache(maxsize=64)
@@ -207,7 +207,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         error = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
         if not softness(law, n, phi, h) < 1.0:
             return c, math.inf
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
             if error <= RESIDUAL * (size + reach):
                 break
@@ -243,17 +243,17 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         delta, _rate = indentation(law, phi)
         x, y, z = start[0] - delta * n[0], start[1] - delta * n[1], start[2] - delta * n[2]
         m0 = (y * f[2] - z * f[1] + k * n[0], z * f[0] - x * f[2] + k * n[1], x * f[1] - y * f[0] + k * n[2])
-        c, way, share, residual = start, 0.0, 0.25, math.inf
-        while way < 1.0:
-            ahead = min(1.0, way + share)
+        c, progress, share, residual = start, 0.0, 0.25, math.inf
+        while progress < 1.0:
+            ahead = min(1.0, progress + share)
             moment = (
                 m0[0] + ahead * (m[0] - m0[0]),
                 m0[1] + ahead * (m[1] - m0[1]),
                 m0[2] + ahead * (m[2] - m0[2]),
             )
             new, residual = newton(p, law, f, moment, c)
-            if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
-                c, way, share = new, ahead, 2.0 * share
+            if residual <= (ACCEPTED if ahead == 1.0 else INTERMEDIATE):
+                c, progress, share = new, ahead, 2.0 * share
             else:
                 share *= 0.5
                 if share < SMALLEST_LEAD:
@@ -263,13 +263,13 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
     @jit
     def soften(p, law, f, m, start):
         """Follow the contact from the rigid surface's while the surface becomes as soft as it is."""
-        c, way, share, residual = start, 0.0, 0.25, math.inf
-        while way < 1.0:
-            ahead = min(1.0, way + share)
+        c, progress, share, residual = start, 0.0, 0.25, math.inf
+        while progress < 1.0:
+            ahead = min(1.0, progress + share)
             # delta is `ahead` times that of the law
             new, residual = newton(p, (law[0] * ahead ** (-1.0 / law[1]), law[1], law[2]), f, m, c)
-            if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
-                c, way, share = new, ahead, 2.0 * share
+            if residual <= (ACCEPTED if ahead == 1.0 else INTERMEDIATE):
+                c, progress, share = new, ahead, 2.0 * share
             else:
                 share *= 0.5
                 if share < SMALLEST_LEAD:
@@ -402,10 +402,10 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                     n, phi, Q, rest, h = frame_at(p, law, f, m, c)
                     _d, determinant, bend = step_from(law, f, n, phi, Q, rest, h)
                     delta, _rate = indentation(law, phi)
-                    if phi < -LEAST_PUSH and delta * bend < 1.0:
+                    if phi < -MIN_PUSH and delta * bend < 1.0:
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
-                if code != _OK and abs(s) <= LEAST_SPIN * moment and axis_misses(p, axes, f, m):
+                if code != _OK and abs(s) <= MIN_SPIN * moment and axis_misses(p, axes, f, m):
                     code = _NO_CONTACT
             if code == _OK:
                 c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])

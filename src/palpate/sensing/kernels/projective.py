@@ -1,4 +1,4 @@
-"""The contact centroid on a paraboloid or a hyperboloid's sheet, compiled, by way of the unit sphere.
+"""The contact centroid on a paraboloid or a hyperboloid's sheet, compiled, by mapping to the unit sphere.
 
 A soft contact on the quadric Q satisfies L c~ = K Q c~ with homogeneous c~ and the antisymmetric 4x4 matrix
 L = [[ [f]x, m ], [-m', 0]]. Where c~ = T y turns Q into diag(1, 1, 1, -1), T' L T is the L of another wrench, and

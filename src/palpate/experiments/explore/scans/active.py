@@ -39,7 +39,7 @@ class ActiveScan(OverRectangle):
     def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:
         """As `Scan`."""
         region = self.region
-        # the goal counts ways at one speed: take that of a whole row, with the way to it
+        # the goal assumes one mean speed: that of a whole row with the travel to it
         speed = (region.width + self.prior) / self._each(effort)
         goal = replace(self.goal, speed=speed)
         return Active(region.width, region.depth, goal, center=region.center, plane=plane)
@@ -67,5 +67,5 @@ class ActiveScan(OverRectangle):
         return rows if math.isinf(rows) else math.ceil(rows)
 
     def _each(self, effort: Effort) -> float:
-        """A row and the way to it, which is slid where nothing is in the way."""
+        """Duration of a row and of the slide to it, without obstacles [s]."""
         return effort.piece(self.region.width) + effort.piece(self.prior)

@@ -1,4 +1,4 @@
-"""What is foreseen of a path that may leave the object."""
+"""Prediction for a path that may leave the object."""
 
 import math
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ LEAST_PIECE = 2e-4
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """What is foreseen of a field that may leave the object.
+    """Prediction for a region that may leave the object.
 
     Attributes:
         begin: Where to land first: where nothing is met at the beginning, an exploration ends [m].
@@ -38,7 +38,7 @@ class Beyond:
 
 @dataclass(frozen=True, slots=True)
 class BeyondPath(Beyond):
-    """What is foreseen of a path that may leave the object.
+    """Prediction for a path that may leave the object.
 
     Attributes:
         path: From where it begins.
@@ -47,7 +47,7 @@ class BeyondPath(Beyond):
     path: Waypoints
 
 
-def wasted(beyond: Beyond | None, effort: Effort) -> float:
+def missed_time(beyond: Beyond | None, effort: Effort) -> float:
     """Return the time in which nothing is met [s]."""
     return 0.0 if beyond is None else beyond.missed * effort.missing
 
@@ -66,10 +66,10 @@ def in_pieces(corners: Sequence[Point], longest: float) -> list[Point]:
     return path
 
 
-def foreseen_rows(target: SceneObject, config: ExploreConfig, raster: Raster) -> Beyond | None:
-    """Return what is foreseen of rows that may leave the object; None if they may not.
+def predicted_rows(target: SceneObject, config: ExploreConfig, raster: Raster) -> Beyond | None:
+    """Return the prediction for rows that may leave the object; None if they may not.
 
-    They begin on a row, as far from where nothing can be touched as can be.
+    They begin on a row, as far as possible from where nothing can be touched.
 
     Raises:
         InvalidValueError: None of it can be touched.
@@ -87,8 +87,8 @@ def foreseen_rows(target: SceneObject, config: ExploreConfig, raster: Raster) ->
     return Beyond((x, min((v for _, v in raster.corners()), key=lambda v: abs(v - y))), missed)
 
 
-def foreseen_path(target: SceneObject, config: ExploreConfig, corners: tuple[Point, ...]) -> BeyondPath | None:
-    """Return what is foreseen of a path that may leave the object; None if it may not.
+def predicted_path(target: SceneObject, config: ExploreConfig, corners: tuple[Point, ...]) -> BeyondPath | None:
+    """Return the prediction for a path that may leave the object; None if it may not.
 
     Raises:
         InvalidValueError: None of it can be touched.

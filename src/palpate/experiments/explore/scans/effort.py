@@ -1,4 +1,4 @@
-"""What ways cost in time."""
+"""Durations of the pieces of a path."""
 
 import math
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ AT_CORNER = -0.02
 on a ball at 50 mm/s."""
 
 CLIMBS = 1.05
-"""Way along the surface over that seen from above, about: 1.03 on a ball of 40 mm over a square of 40 mm."""
+"""Path length along the surface over that seen from above: 1.03 on a ball of 40 mm over a square of 40 mm."""
 
 SLACK = 4.0
-"""So many times longer than foretold, something is wrong: on slopes of 60 degrees the way is twice as long."""
+"""Longest over expected duration: on slopes of 60 degrees a path is twice as long; beyond, something is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What ways cost.
+    """Durations of the pieces of a path.
 
     Attributes:
         parameters: Speeds.
@@ -30,33 +30,33 @@ class Effort:
     descent: float
     miss: float
 
-    def piece(self, way: float) -> float:
-        """Return how long a way along the surface takes from corner to corner, seen from above [s]."""
-        own, way = self.parameters, CLIMBS * way
-        if way < own.speed**2 / own.acceleration:  # it brakes before it is at speed
-            return 2.0 * math.sqrt(way / own.acceleration) + AT_CORNER
-        return way / own.speed + own.speed / own.acceleration + AT_CORNER
+    def piece(self, length: float) -> float:
+        """Return the duration of a straight piece from corner to corner, `length` [m] seen from above [s]."""
+        own, length = self.parameters, CLIMBS * length
+        if length < own.speed**2 / own.acceleration:  # it brakes before it is at speed
+            return 2.0 * math.sqrt(length / own.acceleration) + AT_CORNER
+        return length / own.speed + own.speed / own.acceleration + AT_CORNER
 
     @property
     def ends(self) -> float:
-        """From where the run begins, until the force has settled, and off the surface at last [s]."""
+        """Duration of the first landing with its settling, and of the last lift-off [s]."""
         own = self.parameters
         return self.down(self.descent) + own.settle_time + own.lift_distance / own.lift_speed
 
     @property
     def missing(self) -> float:
-        """Nothing [s]."""
+        """Duration of an approach that meets nothing [s]."""
         return self.down(self.miss) + self.miss / self.parameters.lift_speed
 
-    def down(self, way: float) -> float:
-        """A way down [s]."""
-        return way / self.parameters.landing_speed
+    def down(self, length: float) -> float:
+        """Duration of an approach over a length [m], in [s]."""
+        return length / self.parameters.landing_speed
 
-    def hop(self, way: float, height: float) -> float:
-        """Off the surface, up by a height, along a way, down and settled [s]."""
+    def hop(self, length: float, height: float) -> float:
+        """Duration of lifting by a height, travelling a length [m], landing and settling [s]."""
         own = self.parameters
-        return height / own.lift_speed + way / own.travel_speed + self.down(height) + own.settle_time
+        return height / own.lift_speed + length / own.travel_speed + self.down(height) + own.settle_time
 
-    def slide(self, way: float) -> float:
-        """A way along the surface, seen from above [s]."""
-        return CLIMBS * way / self.parameters.speed
+    def slide(self, length: float) -> float:
+        """Duration of a slide, `length` [m] seen from above [s]."""
+        return CLIMBS * length / self.parameters.speed

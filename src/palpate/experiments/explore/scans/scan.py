@@ -25,7 +25,7 @@ class Scan(Protocol):
 
     @property
     def row(self) -> float:
-        """Way over which contacts share one error: each row counts as one observation of a shape [m]."""
+        """Path length over which contacts share one error: each row counts as one observation of a shape [m]."""
         ...
 
     @property

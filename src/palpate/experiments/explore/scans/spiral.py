@@ -9,7 +9,7 @@ import numpy.typing as npt
 from palpate.controllers.paths import Follow, PathPlane, Point, Spiral, Strategy, Waypoints
 from palpate.errors import FloatArray
 from palpate.experiments.explore.fit import Region
-from palpate.experiments.explore.scans.beyond import BeyondPath, longest_hops, wasted
+from palpate.experiments.explore.scans.beyond import BeyondPath, longest_hops, missed_time
 from palpate.experiments.explore.scans.effort import CLIMBS, SLACK, Effort
 
 
@@ -83,7 +83,7 @@ class SpiralScan:
             effort.ends
             + CLIMBS * slow
             + effort.slide(0.5 * turn * (radius**2 - inner**2))
-            + wasted(self.beyond, effort)
+            + missed_time(self.beyond, effort)
         )
 
     def longest(self, effort: Effort) -> float:

@@ -1,26 +1,31 @@
-"""Numbers that can be taken from an observation and compared with a limit."""
+"""The guards that every run has, and what they measure.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+A new one takes a limit in `palpate.runtime.supervision.limits`, and a measure and a line of `guards_of` in here.
+"""
 
 from palpate.runtime.data import Observation
+from palpate.runtime.supervision.conditions import (
+    AtMost,
+    FiniteState,
+    FreshSamples,
+    HealthySensors,
+    InsideJointRange,
+    InsideWorkspace,
+    MonitoredQuantity,
+    SensorsInRange,
+)
+from palpate.runtime.supervision.guard import Guard
+from palpate.runtime.supervision.limits import Limits
+from palpate.runtime.supervision.reactions import Retract, Stop
 from palpate.sensing.contact import ContactStatus
 from palpate.spatial import ZERO, norm
 
+OVERSHOOT = 1.1
+"""By which factor the measured speed may exceed the commanded one's limit: servos overshoot, sensors are noisy."""
 
-@dataclass(frozen=True, slots=True)
-class MonitoredQuantity:
-    """A number with a name.
-
-    Attributes:
-        name: For people.
-        unit: Of the number.
-        of: Takes it from an observation; not finite counts as out of bounds.
-    """
-
-    name: str
-    unit: str
-    of: Callable[[Observation], float]
+RELIEF = 0.1
+"""A finger that felt too much is pressed, and backs off, as long as it feels more than this share of the limit:
+less than what a surface that follows it presses with before the tip answers."""
 
 
 def _contact_force(now: Observation) -> float:
@@ -84,3 +89,23 @@ TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", _tip_speed)
 
 TIP_TURN = MonitoredQuantity("measured angular speed of the tip", "rad/s", _tip_turn)
 """As the arm tells."""
+
+
+def guards_of(limits: Limits) -> tuple[Guard, ...]:
+    """Return the guards that every run has; the first ones vouch for the numbers that the others compare."""
+    joints = (Guard(InsideJointRange(limits.joint_lower, limits.joint_upper)),) if limits.joint_lower else ()
+    out_of_it = (Retract(RELIEF * limits.force), Stop())
+    return (
+        Guard(FreshSamples(limits.sample_age)),
+        Guard(FiniteState()),
+        Guard(HealthySensors()),
+        Guard(SensorsInRange(), reaction=out_of_it),
+        Guard(AtMost(CONTACT_FORCE, limits.force), reaction=out_of_it),
+        Guard(AtMost(CONTACT_MOMENT, limits.moment), reaction=out_of_it),
+        Guard(AtMost(SPIN_TORQUE, limits.spin_torque), reaction=out_of_it),
+        Guard(AtMost(GRIP_FORCE, limits.grip_force)),
+        Guard(AtMost(TIP_SPEED, OVERSHOOT * limits.speed)),
+        Guard(AtMost(TIP_TURN, OVERSHOOT * limits.angular_speed)),
+        Guard(InsideWorkspace(limits.workspace_lower, limits.workspace_upper)),
+        *joints,
+    )

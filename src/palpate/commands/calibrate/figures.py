@@ -42,7 +42,7 @@ def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
 
 
 def bias_figures(found: BiasEstimate, drift: Drift, after: SensorFile) -> dict[str, object]:
-    """Return a bias with its standard errors, and what else readings at rest say."""
+    """Return a bias with its standard errors, noise and drift."""
     return {
         "readings": found.reading_count,
         **_per_axis("bias", after.bias),

@@ -1,4 +1,4 @@
-"""What a map says about points, and how sure it is."""
+"""What a map estimates at points, and with what uncertainty."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -25,22 +25,22 @@ class Knowledge(IntEnum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceAnswer:
-    """A map's answer for n points, in the robot's base frame.
+class SurfaceEstimate:
+    """Distance, normal and uncertainty of a map at n points, in the robot's base frame.
 
     Attributes:
         distance: Signed distance to the surface, positive outside, shape (n,) [m]; NaN where no patch reaches.
-        foot: Nearest points of the surface, shape (n, 3) [m].
+        nearest: Nearest points of the surface, shape (n, 3) [m].
         normal: Outward unit normals there, shape (n, 3).
         sd: Standard deviation of the surface's place along the normal from random errors, shape (n,) [m].
         bias: Largest constant offset beyond that, the budget of the settings [m].
-        contact_distance: From the foot to the nearest stretch of contacts, shape (n,) [m].
+        contact_distance: From the nearest point to the nearest stretch of contacts, shape (n,) [m].
         knowledge: Values of `Knowledge`, shape (n,).
         surprise: How ill what was felt there fits the model, 1 where it fits, shape (n,).
     """
 
     distance: FloatArray
-    foot: FloatArray
+    nearest: FloatArray
     normal: FloatArray
     sd: FloatArray
     bias: float

@@ -1,4 +1,4 @@
-"""What a strategy is told while the tip is on its way."""
+"""What a strategy observes while the tip slides."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""A slip-safe grip with a small ripple on it, by which slip is felt where friction is only guessed."""
+"""A slip-safe grip with dither, by which slip is detected where friction is unknown."""
 
 from palpate.controllers.grip.belief import SlipWatch, SurfaceBelief
 from palpate.controllers.grip.grip_plan import GripPlan
@@ -8,8 +8,8 @@ from palpate.friction.slip.grip_dither import GripDither
 from palpate.runtime.data import Observation
 
 
-class RippledGrip(SlipSafeGrip):
-    """Presses as `SlipSafeGrip` does, and ripples: what `palpate.friction.slip.excited_slip` listens to.
+class DitheredGrip(SlipSafeGrip):
+    """A `SlipSafeGrip` with dither, which `palpate.friction.slip.excited_slip` needs.
 
     The grip is raised by the ripple's amplitude, so that it never falls below what is safe.
     """

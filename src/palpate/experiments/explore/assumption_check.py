@@ -1,8 +1,8 @@
-"""What a run shows of its own assumptions: whether the sensor's zero stayed, and how stiff the contact really was.
+"""Checks of a run's assumptions: whether the sensor's zero stayed, and how stiff the contact really was.
 
-Both are felt besides the scan: before the first touch and after the last one the tip is in free air, where a
-sensor shows its zero; and while a landing settles, force and place tell the stiffness. Where either is otherwise
-than was assumed, the map is off by more than it could know, and says so.
+Both are measured outside the scan: before the first touch and after the last one the tip is in free air, where
+the sensor shows its zero; and while a landing settles, force and position give the stiffness. Where either
+differs from what was assumed, the error budget of the map grows, and the report states it.
 """
 
 import math
@@ -17,34 +17,34 @@ from palpate.sensing.solver import contacts_from_wrenches
 FREE_TIME = 0.05
 """[s] In free air, over which a zero is averaged: the last millimetre of a lift, far off the surface."""
 
-SURE = 6.0
+SIGNIFICANT = 6.0
 """Standard errors beyond which a zero has moved: noise alone does that once in 1e9 runs."""
 
-LIKE = 1.5
-"""Stiffnesses up to so many times apart are not told apart: landings are short, their damping is not known."""
+SAME_RATIO = 1.5
+"""Largest ratio of stiffnesses that count as equal: landings are short, and their damping is unknown."""
 
 FEWEST = 20
-"""Periods of a landing, below which it tells nothing."""
+"""Least periods of a landing from which its stiffness is estimated."""
 
 KNOWN_SHARE = 0.1
-"""A landing tells the stiffness if its standard error is below this share of it."""
+"""Largest relative standard error of a landing's stiffness at which it counts."""
 
-TOLD_SHARE = 0.01
-"""Of the set force: less of a moved zero is not worth a sentence."""
+REPORTED_SHARE = 0.01
+"""Least shift of the zero, over the set force, that is reported."""
 
-ASKED = 200
-"""Contacts that are asked what a moved zero does, evenly over the scan."""
+EVALUATED = 200
+"""Contacts at which the effect of a moved zero is evaluated, evenly over the scan."""
 
 MOST_PERCENT = 95.0
-"""Of these contacts, it does so much at most."""
+"""Percentile of that effect that the budget takes."""
 
 GROUND = (Phase.SETTLE.value, Phase.SCAN.value)
 """Phases in which the tip may touch for long."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RunAccount:
-    """What a run shows of its assumptions.
+class AssumptionCheck:
+    """Sensor zero and contact stiffness as a run showed them.
 
     Attributes:
         zero_shift: By how much what the sensor shows in free air moved from the beginning to the end, sensor
@@ -65,14 +65,14 @@ class RunAccount:
         return float(np.linalg.norm(self.zero_shift[:3]))
 
 
-def run_account(
+def assumption_check(
     record: Record,
     finger: FingerDescription,
     *,
     stiffness: float,
     kept: np.ndarray[tuple[int], np.dtype[np.bool_]],
-) -> RunAccount:
-    """Return what a run shows.
+) -> AssumptionCheck:
+    """Return what a run shows of its assumptions.
 
     Args:
         record: Of the run.
@@ -86,39 +86,39 @@ def run_account(
         pressed = float(np.median(record.normal_force[kept])) if kept.any() else 0.0
         offset += pressed * abs(1.0 / found - 1.0 / stiffness)
     force = np.linalg.norm(record.wrench[:, :3], axis=1)
-    return RunAccount(shift, found, offset, float(force.max()) if len(force) else 0.0)
+    return AssumptionCheck(shift, found, offset, float(force.max()) if len(force) else 0.0)
 
 
-def account_sentences(account: RunAccount, force: float, stiffness: float) -> tuple[str, ...]:
-    """Return what was otherwise than assumed, and what to do.
+def assumption_sentences(checked: AssumptionCheck, force: float, stiffness: float) -> tuple[str, ...]:
+    """Return which assumptions did not hold, and what to do.
 
     Args:
-        account: Of the run.
+        checked: Of the run.
         force: That was to be held [N].
         stiffness: Of the contact, as it was assumed [N/m].
     """
-    said = []
-    if account.zero_moved > TOLD_SHARE * force:
-        said.append(
-            f"The sensor's zero moved by {account.zero_moved:.2g} N meanwhile: the force was off by as much, and "
+    sentences = []
+    if checked.zero_moved > REPORTED_SHARE * force:
+        sentences.append(
+            f"The sensor's zero moved by {checked.zero_moved:.2g} N meanwhile: the force was off by as much, and "
             "where it touched; tare it, let it warm up, or explore in shorter runs."
         )
-    if other_stiffness(account.stiffness, stiffness):
-        found = float(f"{account.stiffness:.2g}")
-        said.append(
+    if other_stiffness(checked.stiffness, stiffness):
+        found = float(f"{checked.stiffness:.2g}")
+        sentences.append(
             f"Landing felt {1e-3 * found:g} kN/m, not the {1e-3 * stiffness:g} kN/m assumed: points may be off by "
-            f"{1e3 * account.offset:.2g} mm; give --stiffness {found:g}."
+            f"{1e3 * checked.offset:.2g} mm; give --stiffness {found:g}."
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def other_stiffness(found: float, assumed: float) -> bool:
     """Return whether a stiffness that was found is another than was assumed; False if none was found."""
-    return math.isfinite(found) and not assumed / LIKE <= found <= assumed * LIKE
+    return math.isfinite(found) and not assumed / SAME_RATIO <= found <= assumed * SAME_RATIO
 
 
 def zero_shift(record: Record) -> FloatArray:
-    """Return by how much the sensor's zero moved, shape (6,) [N, N m]: see `RunAccount`."""
+    """Return by how much the sensor's zero moved, shape (6,) [N, N m]: see `AssumptionCheck`."""
     ground = np.flatnonzero(np.isin(record.phase, GROUND))
     if not len(ground):
         return np.zeros(6)
@@ -129,8 +129,8 @@ def zero_shift(record: Record) -> FloatArray:
     first, last = before[count : 2 * count], after[-count:]
     shift = last.mean(axis=0) - first.mean(axis=0)
     error = np.sqrt((first.var(axis=0) + last.var(axis=0)) / count)
-    # what still touches does not rest: its force changes on the way
-    return np.asarray(shift) if (np.abs(shift) > SURE * error).any() else np.zeros(6)
+    # a contact that persists is not at rest: its force changes meanwhile
+    return np.asarray(shift) if (np.abs(shift) > SIGNIFICANT * error).any() else np.zeros(6)
 
 
 def landed_stiffness(record: Record) -> float:
@@ -138,8 +138,8 @@ def landed_stiffness(record: Record) -> float:
     settling = (record.phase == Phase.SETTLE.value) & record.touching & (record.status == 0)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], settling.astype(int), [0]])))
     found = [_stiffness(record, slice(a, b)) for a, b in edges.reshape(-1, 2) if b - a >= FEWEST]
-    told = [each for each in found if math.isfinite(each)]
-    return float(np.median(told)) if told else math.nan
+    known = [each for each in found if math.isfinite(each)]
+    return float(np.median(known)) if known else math.nan
 
 
 def _stiffness(record: Record, rows: slice) -> float:
@@ -151,7 +151,7 @@ def _stiffness(record: Record, rows: slice) -> float:
         return math.nan
     columns = np.column_stack([depth - depth.mean(), rate - rate.mean()])
     scale = np.abs(columns).max(axis=0)
-    scale[scale == 0.0] = 1.0  # a robot that tells no velocity, or always the same
+    scale[scale == 0.0] = 1.0  # a robot without velocity measurement, or at constant velocity
     columns = columns / scale
     solved, *_ = np.linalg.lstsq(columns, force - force.mean(), rcond=None)
     left = force - force.mean() - columns @ solved
@@ -169,8 +169,8 @@ def zero_offset(
 ) -> float:
     """Return how far points come out off their place because of a moved zero [m].
 
-    A contact that is said to be d beside where it is, with a normal turned by a, is off by d a / 2 on the tip and
-    as much on an object as round as it; a normal force that is off moves the compression.
+    A contact estimated a distance d off, with a normal turned by a, is off by d a / 2 on the tip and by as much on
+    an object of the same curvature; an error of the normal force changes the compression.
 
     Args:
         record: Of the run.
@@ -182,12 +182,12 @@ def zero_offset(
     felt = np.flatnonzero(kept)
     if not len(felt) or not shift.any():
         return 0.0
-    wrench = record.wrench[felt[np.unique(np.linspace(0, len(felt) - 1, ASKED).round().astype(int))]]
-    said, meant = (
+    wrench = record.wrench[felt[np.unique(np.linspace(0, len(felt) - 1, EVALUATED).round().astype(int))]]
+    shifted, corrected = (
         contacts_from_wrenches(finger.surface, wrench),
         contacts_from_wrenches(finger.surface, wrench - shift),
     )
-    aside = np.linalg.norm(said.centroid - meant.centroid, axis=1)
-    turn = np.linalg.norm(said.normal - meant.normal, axis=1)
-    pressed = compliance * np.abs(said.normal_force - meant.normal_force)
+    aside = np.linalg.norm(shifted.centroid - corrected.centroid, axis=1)
+    turn = np.linalg.norm(shifted.normal - corrected.normal, axis=1)
+    pressed = compliance * np.abs(shifted.normal_force - corrected.normal_force)
     return float(np.nanpercentile(aside * turn + pressed, MOST_PERCENT))

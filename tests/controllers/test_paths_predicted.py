@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers.paths import ActiveSettings, Goal, GoalError, TouchNoise
+from palpate.controllers.paths.innovation import innovation_error
 from palpate.controllers.paths.missed import missed, missed_around
 from palpate.controllers.paths.reached import reached
 from palpate.controllers.paths.row import Row
-from palpate.controllers.paths.surprise import surprise
 from palpate.errors import InvalidValueError
 
 QUIET = TouchNoise(height=0.0, slope=0.0)
@@ -29,7 +29,7 @@ def row(slope, cross_slope=lambda u: 0.0 * u, half=0.02):
 
 
 def across(v, height, slope, columns=9):
-    """Rows at v over all columns: what `surprise` takes."""
+    """Rows at v over all columns: what `innovation_error` takes."""
     v = np.asarray(v, dtype=np.float64)
     below = np.arange(len(v))[:, None] - 1 + np.zeros((1, columns), np.intp)
     return v, np.repeat(height(v)[:, None], columns, 1), np.repeat(slope(v)[:, None], columns, 1), below
@@ -126,7 +126,7 @@ def test_noise_is_taken_off_as_a_variance_and_leaves_no_less_than_nothing():
 
 def test_equal_strips_are_expected_to_err_twice_what_hermite_interpolation_would():
     a = 3e-3
-    left = surprise(*across([-a, 0.0, a], quartic, quartic_slope), QUIET, 5e-4)
+    left = innovation_error(*across([-a, 0.0, a], quartic, quartic_slope), QUIET, 5e-4)
     assert left[0] == pytest.approx(0.0, abs=1e-15)
     assert left[1:] == pytest.approx(2 * BEND * a**4 / 384, rel=1e-6)
 
@@ -143,17 +143,17 @@ def test_uneven_strips_share_a_surprise_by_their_squared_ratio(a, begin, ratio):
     def slope(v):
         return quartic_slope(v - begin)
 
-    left = surprise(*across(v, height, slope), QUIET, 5e-4)
+    left = innovation_error(*across(v, height, slope), QUIET, 5e-4)
     # x^2 (x - a - b)^2 f'''' / 24 and its derivative, a slope counting (a + b) / 8
     off = math.hypot(BEND * (a * b) ** 2 / 24, (a + b) / 8 * BEND * a * b * (b - a) / 12)
     assert left[1] == pytest.approx(off / 8 / ratio**2, rel=1e-5)
     assert left[2] == pytest.approx(off / 8 * ratio**2, rel=1e-5)
 
 
-def test_a_very_uneven_strip_counts_no_more_than_twice_the_other_way():
+def test_a_very_uneven_strip_counts_no_more_than_twice_the_other_strip():
     step = 1e-3
-    low = surprise(*across([0.0, 5 * step, 6 * step], quartic, quartic_slope), QUIET, 5e-4)
-    high = surprise(*across([-6 * step, -5 * step, 0.0], quartic, quartic_slope), QUIET, 5e-4)
+    low = innovation_error(*across([0.0, 5 * step, 6 * step], quartic, quartic_slope), QUIET, 5e-4)
+    high = innovation_error(*across([-6 * step, -5 * step, 0.0], quartic, quartic_slope), QUIET, 5e-4)
     assert low[1] == pytest.approx(100 * low[2], rel=1e-6)  # 2^2 against (1 / 5)^2
     assert high[2] == pytest.approx(low[1], rel=1e-6)  # mirrored: the strips change places
     assert high[1] == pytest.approx(low[2], rel=1e-6)
@@ -164,24 +164,24 @@ def test_a_very_uneven_strip_counts_no_more_than_twice_the_other_way():
 def test_a_cubic_across_surprises_nobody(terms, gaps):
     cubic = np.polynomial.Polynomial([1e-3 * terms[0], terms[1], 20 * terms[2], 1e3 * terms[3]])
     v = np.cumsum(gaps)
-    assert surprise(*across(v, cubic, cubic.deriv()), QUIET, 5e-4) == pytest.approx(0.0, abs=1e-12)
+    assert innovation_error(*across(v, cubic, cubic.deriv()), QUIET, 5e-4) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_noise_of_three_rows_is_taken_off_and_leaves_no_less_than_nothing():
     a, rise = 3e-3, 1e-4
     v, height, slope, below = across([-a, 0.0, a], lambda v: rise * (v == 0.0), lambda v: 0.0 * v)
     for sd, tilt in ((4e-5, 0.0), (0.0, 0.05), (3e-5, 0.04)):
-        left = surprise(v, height, slope, below, TouchNoise(height=sd, slope=tilt), 5e-4)
+        left = innovation_error(v, height, slope, below, TouchNoise(height=sd, slope=tilt), 5e-4)
         rest = rise**2 - 1.5 * (sd**2 + (2 * a / 8 * tilt) ** 2)
         assert left[1:] == pytest.approx(math.sqrt(rest) / 8, rel=1e-9)
-    assert (surprise(v, height, slope, below, TouchNoise(height=rise), 5e-4) == 0.0).all()
+    assert (innovation_error(v, height, slope, below, TouchNoise(height=rise), 5e-4) == 0.0).all()
 
 
 def test_what_one_column_feels_is_shared_with_a_quarter_of_the_gap_to_both_sides():
     a, width, rise = 4e-3, 5e-4, 1e-4
     v, height, slope, below = across([-a, 0.0, a], lambda v: 0.0 * v, lambda v: 0.0 * v, columns=41)
     height[1, 20] = rise
-    left = surprise(v, height, slope, below, QUIET, width)
+    left = innovation_error(v, height, slope, below, QUIET, width)
     assert np.flatnonzero(left[1]).tolist() == list(range(16, 25))  # a quarter of 8 mm is four columns
     assert left[1, 16:25] == pytest.approx(rise / 3 / 8, rel=1e-9)
 
@@ -189,25 +189,27 @@ def test_what_one_column_feels_is_shared_with_a_quarter_of_the_gap_to_both_sides
 def test_two_strokes_on_one_line_and_columns_without_three_rows_say_nothing():
     for step, silent in ((0.9e-4, True), (1.1e-4, False)):
         for v in ([0.0, step, 3e-3], [0.0, 3e-3, 3e-3 + step]):
-            found = surprise(*across(v, lambda v: 1e-4 * np.arange(3) ** 2, lambda v: 0.0 * v), QUIET, 5e-4)
+            found = innovation_error(
+                *across(v, lambda v: 1e-4 * np.arange(3) ** 2, lambda v: 0.0 * v), QUIET, 5e-4
+            )
             assert (found == 0.0).all() == silent
     v, height, slope, below = across([-3e-3, 0.0, 3e-3], quartic, quartic_slope)
     below[1, :4] = -1
-    left = surprise(v, height, slope, below, QUIET, 5e-4)
+    left = innovation_error(v, height, slope, below, QUIET, 5e-4)
     assert (left[:, :4] == 0.0).all()
     assert left[1:, 4:] == pytest.approx(2 * BEND * 3e-3**4 / 384, rel=1e-6)  # nor do they dilute the others
-    assert (surprise(*across([0.0, 1e-3], quartic, quartic_slope), QUIET, 5e-4) == 0.0).all()
+    assert (innovation_error(*across([0.0, 1e-3], quartic, quartic_slope), QUIET, 5e-4) == 0.0).all()
 
 
 # -- the end ------------------------------------------------------------------------------------------------------
 
 
 def test_a_goal_ends_at_its_length_or_its_time_whichever_is_less():
-    assert Goal().way == math.inf
-    assert Goal(length=0.3).way == 0.3
-    assert Goal(time=10.0, speed=0.03).way == pytest.approx(0.3)
-    assert Goal(length=0.2, time=10.0, speed=0.03).way == 0.2
-    assert Goal(length=0.4, time=10.0, speed=0.03).way == pytest.approx(0.3)
+    assert Goal().path_length == math.inf
+    assert Goal(length=0.3).path_length == 0.3
+    assert Goal(time=10.0, speed=0.03).path_length == pytest.approx(0.3)
+    assert Goal(length=0.2, time=10.0, speed=0.03).path_length == 0.2
+    assert Goal(length=0.4, time=10.0, speed=0.03).path_length == pytest.approx(0.3)
 
 
 def test_errors_count_as_a_mean_square_or_nearly_as_the_largest():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.controllers.grip.in_turn import InTurn
+from palpate.controllers.grip.controller_sequence import ControllerSequence
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, Command, Observation, Phase
 from palpate.spatial import IDENTITY, ZERO
@@ -26,10 +26,10 @@ class Says:
 
 def test_each_begins_where_the_one_before_was_done_and_a_loss_ends_all():
     first, second, third = Says(Phase.DONE, 2), Says(Phase.LOST, 2), Says(Phase.DONE, 1)
-    both = InTurn(first, second, third)
+    both = ControllerSequence(first, second, third)
     both.start(FIRST)
     phases = [both.step(FIRST).phase for _ in range(4)]
     assert phases == [Phase.HOLD, Phase.HOLD, Phase.LOST, Phase.LOST]
     assert (first.started, second.started, third.started) == (1, 1, 0)
     with pytest.raises(InvalidValueError, match="at least one"):
-        InTurn()
+        ControllerSequence()

@@ -1,12 +1,12 @@
-"""One controller after another: grip and lift, then turn."""
+"""Runs controllers in sequence, such as lifting and then turning."""
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.protocols import Controller
 
 
-class InTurn:
-    """Runs controllers, each from where the one before was DONE; ends as the last, or with the first LOST.
+class ControllerSequence:
+    """Starts each controller when the one before is DONE; ends as the last, or with the first LOST.
 
     Attributes:
         at: Index of the one that runs.
@@ -19,7 +19,7 @@ class InTurn:
             InvalidValueError: None given.
         """
         if not controllers:
-            raise InvalidValueError("InTurn() has no controller: give at least one")
+            raise InvalidValueError("ControllerSequence() has no controller: give at least one")
         self._controllers = controllers
         self.at = 0
 

@@ -1,8 +1,8 @@
-"""Collects the marks of a strategy."""
+"""Records the marks of a strategy."""
 
+from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Ended, LegEnd
+from palpate.controllers.paths.legs import LegEnd, LegResult
 from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.spatial import Vector
 
@@ -17,10 +17,10 @@ EVENTS = {
     LegEnd.OVERLONG: (PathEvent.OPEN, "the contour did not close within the length that was allowed"),
 }
 
-OUT_OF_REACH = "the tip could not be brought there: something stood in the way, or the robot's room ended"
+OUT_OF_REACH = "the tip could not be brought there: something an obstacle was met, or the robot's workspace ended"
 
 
-class Diary:
+class MarkRecorder:
     """Marks from features that were felt and from legs that did not end well."""
 
     def __init__(self, limits: FeatureLimits | None = None) -> None:
@@ -40,7 +40,7 @@ class Diary:
         if mark is not None:
             self._marks.append(mark)
 
-    def end(self, ended: Ended, aim: Vector | None = None) -> None:
+    def end(self, ended: LegResult, aim: Vector | None = None) -> None:
         """Take the end of a leg; `aim` is where it should have landed, if that was what it was for [m]."""
         mark = self._watch.leave()
         if mark is not None:

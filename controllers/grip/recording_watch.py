@@ -1,4 +1,4 @@
-"""Slips that were told, kept for whoever looks at the run afterwards."""
+"""Slip detection that records its alarms for the report of the run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from palpate.friction.slip.kinds import SlipKind
 
 @dataclass(frozen=True, slots=True)
 class SlipAlarm:
-    """A slip that was told.
+    """A detected slip.
 
     Attributes:
         time: When [s].
@@ -23,8 +23,8 @@ class SlipAlarm:
     kind: SlipKind
 
 
-class NotedWatch:
-    """Tells what its detectors tell, and keeps it. A `SlipWatch`."""
+class RecordingWatch:
+    """Passes on the alarms of its detectors and records them. A `SlipWatch`."""
 
     def __init__(self, slips: FingerSlips) -> None:
         """Take the detectors."""
@@ -33,7 +33,7 @@ class NotedWatch:
 
     @property
     def alarms(self) -> tuple[SlipAlarm, ...]:
-        """All that were told since the start."""
+        """All alarms since the start."""
         return tuple(self._alarms)
 
     @property
@@ -56,8 +56,8 @@ class NotedWatch:
         return onsets
 
 
-class UnheededWatch(NotedWatch):
-    """Keeps what its detectors tell, and tells nobody: for a control that is not to answer. A `SlipWatch`."""
+class PassiveWatch(RecordingWatch):
+    """Records the alarms of its detectors, without reporting them to the grip. A `SlipWatch`."""
 
     @property
     def slipping(self) -> bool:
@@ -70,8 +70,8 @@ class UnheededWatch(NotedWatch):
         return (False,) * len(loads)
 
 
-class DisabledWatch(NotedWatch):
-    """Hears nothing: of fingers that share a load one may come up to its limit and hand on, and nothing slips."""
+class DisabledWatch(RecordingWatch):
+    """Runs no detector: where fingers share a load, one may reach its limit without any slip of the object."""
 
     @property
     def slipping(self) -> bool:

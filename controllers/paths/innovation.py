@@ -1,7 +1,7 @@
-"""What a row felt against what its neighbours foretold: the innovation, and the error that it leaves.
+"""The innovation of a row: what was measured minus what its neighbours predict, and the error it implies.
 
 Between two rows the map is about the cubic Hermite polynomial through their heights and cross slopes. A row
-between them tests it: where rows at distances a below and b above foretell a height that is off by r, the
+between them tests it: where rows at distances a below and b above predict a height that is off by r, the
 surface's fourth derivative across is 24 r / (a b)^2; the strips that remain err by a^4 / 384 or b^4 / 384 of it
 (error of Hermite interpolation, Stoer & Bulirsch, Numerical Analysis, 2.1.5). Unlike what is judged along rows,
 this sees a seam that runs beside them.
@@ -17,14 +17,15 @@ UNEVEN = 2.0
 """Most that one distance counts over the other: beyond it noise would be blown up."""
 
 LEFT = 8.0
-"""What a row foretold wrongly over what then remains between it and its neighbours, at equal distances. By the law
-above 16; but a detail as narrow as the gap does not follow it yet, and a seam would be left half felt."""
+"""Ratio of the prediction error of a row to what then remains between it and its neighbours, at equal distances.
+By the law above 16; but a detail as narrow as the gap does not follow it yet, and a seam would be left half
+felt."""
 
 CLOSE = 1e-4
 """Rows closer than this [m] are the same row twice."""
 
 
-def surprise(
+def innovation_error(
     v: FloatArray,
     height: FloatArray,
     cross_slope: FloatArray,
@@ -32,7 +33,7 @@ def surprise(
     noise: TouchNoise,
     width: float,
 ) -> FloatArray:
-    """Return the error that innovations foretell for the strip below each row and column, shape (n, m) [m].
+    """Return the error that innovations imply for the strip below each row and column, shape (n, m) [m].
 
     Args:
         v: Where the rows are, increasing, shape (n,) [m].
@@ -55,10 +56,10 @@ def surprise(
         return left
     a, b = v[middle] - v[lower], v[upper] - v[middle]
     t, g = a / (a + b), a + b
-    foretold, slope = _hermite(
+    predicted, slope = _hermite(
         t, g, height[lower, at], height[upper, at], cross_slope[lower, at], cross_slope[upper, at]
     )
-    off = (height[middle, at] - foretold) ** 2 + (CROSS * g * (cross_slope[middle, at] - slope)) ** 2
+    off = (height[middle, at] - predicted) ** 2 + (CROSS * g * (cross_slope[middle, at] - slope)) ** 2
     # three rows of independent noise; the outer two count for a half each in the middle
     off -= 1.5 * (noise.height**2 + (CROSS * g * noise.slope) ** 2)
     # averaged along the row over a part of the gap: noise counts less, and a detail seldom ends within it

@@ -12,13 +12,13 @@ from palpate.runtime.log import Log
 from palpate.strict_yaml import read_yaml
 
 
-def log_answer(log: Log, size: int, versions: str) -> CommandResult:
-    """Return what there is to say about a log.
+def log_result(log: Log, size: int, versions: str) -> CommandResult:
+    """Return the contents of a log as a command's result.
 
     Args:
         log: As read.
         size: Of its file [bytes].
-        versions: Name of the attachment that says which versions wrote it.
+        versions: Name of the attachment with the versions that wrote it.
     """
     heading = log.heading
     figures: dict[str, object] = {

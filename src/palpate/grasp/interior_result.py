@@ -1,11 +1,11 @@
-"""What an interior point method answers."""
+"""What an interior point method returns."""
 
 from dataclasses import dataclass
 from enum import Enum
 
 from palpate.errors import FloatArray
 
-__all__ = ["InteriorPointAnswer", "InteriorPointStatus"]
+__all__ = ["InteriorPointResult", "InteriorPointStatus"]
 
 
 class InteriorPointStatus(Enum):
@@ -22,7 +22,7 @@ class InteriorPointStatus(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class InteriorPointAnswer:
+class InteriorPointResult:
     """What `InteriorPoint.solve` found, in the units of its input.
 
     Attributes:
