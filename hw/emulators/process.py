@@ -43,8 +43,8 @@ class EmulatorProcess:
         try:
             self._process.start()
             theirs.close()
-            port, self._addresses = self._heard(self._lifeline)
-            self._control = EmulatorControl(port)
+            control, self._addresses = self._heard(self._lifeline)
+            self._control = EmulatorControl(control)
         except BaseException:
             self.__exit__(None, None, None)
             raise
@@ -89,8 +89,8 @@ class EmulatorProcess:
             self._process.kill()
             self._process.join(_ENDS_WITHIN)
 
-    def _heard(self, lifeline: Connection) -> tuple[int, dict[str, str]]:
-        """Return what it says once it listens: the port of its control, and where its devices are.
+    def _heard(self, lifeline: Connection) -> tuple[str, dict[str, str]]:
+        """Return what it says once it listens: the address of its control, and where its devices are.
 
         Raises:
             DeviceError: It did not come up.
@@ -101,8 +101,8 @@ class EmulatorProcess:
             reply = "it ended at once; its own messages say why"
         if isinstance(reply, str):
             raise DeviceError("emulator", f"did not start: {reply}", "see that its address is free")
-        port, addresses = reply
-        return port, addresses
+        control, addresses = reply
+        return control, addresses
 
 
 def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
@@ -118,5 +118,5 @@ def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
     # a collection of all that was imported would hold up the loop for several periods
     gc.collect()
     gc.freeze()
-    lifeline.send((host.control_port, host.addresses))
+    lifeline.send((host.control_address, host.addresses))
     host.run(lifeline.fileno())

@@ -51,7 +51,8 @@ class EmulateUrConfig:
     """Faults from the beginning, with their values. More can be switched while it runs: palpate emulate fault."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    printed at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end. The token that it takes is printed, too, or chosen by
+    PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
         checked_address(self.address)
@@ -88,7 +89,8 @@ class EmulateDynamixelConfig:
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    printed at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end. The token that it takes is printed, too, or chosen by
+    PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.servos <= MOST_SERVOS:
@@ -119,7 +121,8 @@ class EmulateNetftConfig:
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    printed at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end. The token that it takes is printed, too, or chosen by
+    PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
         checked_address(self.address)
@@ -133,11 +136,11 @@ class EmulateNetftConfig:
 class EmulateFaultConfig:
     """Switch a fault of a device that is being emulated; a wrong name lists those that there are.
 
-    Example: palpate emulate fault 41234 ur drop_rst
+    Example: palpate emulate fault '41234?token=TOKEN' ur drop_rst
     """
 
-    port: Annotated[int, tyro.conf.Positional, tyro.conf.arg(metavar="PORT")]
-    """Of the emulator's control, as printed at its start."""
+    address: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PORT?token=TOKEN")]
+    """Of the emulator's control, as it printed it when it began; a port alone if PALPATE_CONTROL_TOKEN is set."""
     device: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DEVICE")]
     """Its name, as printed likewise."""
     fault: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FAULT")]
@@ -146,8 +149,9 @@ class EmulateFaultConfig:
     """What of it; 0 ends most."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.port < 65536:
-            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, as the emulator printed it")
+        port = self.address.partition("?")[0]
+        if not (port.isdecimal() and len(port) < 6 and 0 < int(port) < 65536):
+            raise InvalidValueError(f"port = {port}: must be from 1 to 65535, as the emulator printed it")
 
 
 EmulateConfig = EmulateUrConfig | EmulateDynamixelConfig | EmulateNetftConfig

@@ -38,7 +38,7 @@ class ViewConfig:
     """Of an experiment, where it is not to be the default: named as its options, as in object=box force=3; mu
     stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
     config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
-    """Experiment file; --set overrides it."""
+    """Experiment file; --set goes before what it holds."""
     host: str = "127.0.0.1"
     """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network."""
     port: int = 8080
