@@ -68,8 +68,7 @@ class Texture(ExperimentDefaults):
         return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
     def pictures(self, result):
-        # here, as matplotlib is only needed now
-        from palpate.reporting.style import Picture, Width, new_figure, style_axes
+        from palpate.reporting.style import Picture, Width, new_figure, style_axes  # imports matplotlib
 
         figure = new_figure(Width.HALF, 3.0)
         figure.subplots().plot(1e3 * result.x, 1e6 * result.z)
