@@ -18,7 +18,6 @@ STATUS: Mapping[int, str] = {
     ExitCode.DONE: "done",
     ExitCode.UNFINISHED: "unfinished",
     ExitCode.MISTAKE: "wrong_input",
-    ExitCode.INTERRUPTED: "interrupted",
 }
 
 
@@ -33,7 +32,7 @@ def document(command: str, answer: CommandResult) -> str:
         "schema": SCHEMA,
         "command": command,
         "version": __version__,
-        "status": STATUS.get(answer.exit_code, "unfinished"),
+        "status": "interrupted" if answer.exit_code > 128 else STATUS.get(answer.exit_code, "unfinished"),
         "exit_code": int(answer.exit_code),
     }
     if answer.error:

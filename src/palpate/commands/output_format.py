@@ -10,12 +10,15 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import replace
 from typing import Any, Protocol
 
+from palpate.commands import start_up
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.json_document import document
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
+from palpate.interruption import exit_code
 
 Run = Callable[[], CommandResult | int]
 """Carries out a command. What returns no more than an exit code has no figures."""
@@ -106,9 +109,12 @@ def _answered(run: Run) -> CommandResult:
     except OSError as error:
         return CommandResult(ExitCode.UNFINISHED, error=_line(error))
     except KeyboardInterrupt as error:
-        # a run that is interrupted says that the robot was stopped; without a run, none moved
-        return CommandResult(ExitCode.INTERRUPTED, error=_line(error) or "interrupted")
-    return found if isinstance(found, CommandResult) else CommandResult(int(found))
+        start_up.conclude()
+        # a run that is interrupted says that the robot was stopped, a sweep what it keeps; else none moved
+        words = _line(error) or f"{start_up.interrupted_by()}; nothing was finished, and nothing is kept"
+        return CommandResult(exit_code(), error=words)
+    answer = found if isinstance(found, CommandResult) else CommandResult(int(found))
+    return replace(answer, exit_code=exit_code()) if answer.exit_code == ExitCode.INTERRUPTED else answer
 
 
 def _line(error: BaseException) -> str:

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from palpate.commands.progress import run_progress
 from palpate.commands.say import say
+from palpate.interruption import finishing, requested
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
@@ -30,6 +31,8 @@ def run_shown(
     Raises:
         KeyboardInterrupt: Before there was anything to tell of, or for the second time.
     """
+    if requested() is not None:  # and an extension module has swallowed it: nothing moves
+        raise KeyboardInterrupt
     with run_progress(console, expected_duration) as observer:
         try:
             return run(observer), False
@@ -45,11 +48,14 @@ def run_shown(
 def kept_if_interrupted(result: RunResult) -> Iterator[None]:
     """While a run is evaluated, and its report made: say after a Ctrl-C what there is of it without them.
 
+    Any other signal waits until both are done: a terminal may be closed at any time.
+
     Raises:
         KeyboardInterrupt: At a Ctrl-C, with what is to be said.
     """
     try:
-        yield
+        with finishing():
+            yield
     except KeyboardInterrupt:
         rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
         recording = result.recording

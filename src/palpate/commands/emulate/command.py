@@ -1,8 +1,5 @@
 """`palpate emulate`: one emulated device in the foreground, until Ctrl-C."""
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import FrameType
 
 from rich.console import Console
@@ -36,6 +33,7 @@ from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
+from palpate.interruption import handling, note
 
 PORTS = "RTDE 30004, script 30003, dashboard 29999"
 
@@ -64,7 +62,12 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
         server.close()
         raise
     facts = {"device": server.name, "about": told, "control_port": host.control_port, "faults": faults}
-    with _stopped_by_signals(host):
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        note(number)
+        host.stop()
+
+    with handling(stop):
         say(console, told)
         say(console, f"Faults: palpate emulate fault {host.control_port} {server.name!r} NAME VALUE")
         say(console, f"  NAME: {', '.join(faults)}")
@@ -144,20 +147,3 @@ def _plant(config: EmulateConfig) -> SimplePlant | LoadPlant:
             return SimplePlant(servos=tuple(SimpleServo(wall=wall) for _ in range(config.servos)))
         case EmulateNetftConfig():
             return steady_plant(config.load)
-
-
-@contextmanager
-def _stopped_by_signals(host: Host) -> Iterator[None]:
-    """Let the signals that end a process end the host's loop: its sockets and terminals are closed then."""
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        host.stop()
-
-    hung_up = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)  # ignored: nohup
-    asked = (signal.SIGINT, signal.SIGTERM, *hung_up)
-    before = [signal.signal(number, stop) for number in asked]
-    try:
-        yield
-    finally:
-        for number, handler in zip(asked, before, strict=True):
-            signal.signal(number, handler)
