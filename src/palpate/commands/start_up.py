@@ -1,8 +1,8 @@
 """Signals from the first import to the last line, and terminals that are closed.
 
-While palpate starts nothing moves yet and no file is open, so it ends at once, in one line. (Python would show where
-among the imports it was, a screen full of it, or, inside an extension module that catches what it does not expect, go
-on.) From then on a signal is a KeyboardInterrupt, until the last line is out.
+While palpate starts nothing moves yet and no file is open, so it ends at once, in one line. (Python would show
+where among the imports it was, a screen full of it, or, inside an extension module that catches what it does not
+expect, go on.) From then on a signal is a KeyboardInterrupt, until the last line is out.
 """
 
 import errno

@@ -8,10 +8,12 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeAlias
 
+from palpate.interruption import SIGNALS
 from palpate.runtime.batch.pickling import packed
 
 STOP = b""
@@ -60,7 +62,33 @@ class Raised:
     traceback: str
 
 
-Message: TypeAlias = Ready | Refused | Done | Raised
+@dataclass(frozen=True, slots=True)
+class Alive:
+    """This process runs, whatever it is busy with."""
+
+
+Message: TypeAlias = Ready | Refused | Done | Raised | Alive
+
+BEAT = 1.0
+"""Time between two signs of life [s]."""
+
+
+class _Parent:
+    """Is sent messages, from any thread."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe, self._lock = pipe, threading.Lock()
+
+    def send(self, message: Message) -> None:
+        with self._lock:
+            self._pipe.send(message)
+
+    def beat(self) -> None:
+        """Give signs of life, until nobody is there any more."""
+        with suppress(OSError):
+            while True:
+                self.send(Alive())
+                time.sleep(BEAT)
 
 
 def serve(pipe: Connection, work: bytes) -> None:
@@ -70,18 +98,21 @@ def serve(pipe: Connection, work: bytes) -> None:
         pipe: To the parent: cases in, messages out.
         work: What to do with a case, packed.
     """
-    # Ctrl-C in a terminal reaches every process: the parent decides
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C in a terminal, and its closing, reach every process: the parent decides
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    parent = _Parent(pipe)
     threading.Thread(target=_listen, args=(pipe, inbox), daemon=True).start()
+    threading.Thread(target=parent.beat, daemon=True).start()
     try:
         call = pickle.loads(work)
     except Exception:
-        pipe.send(Refused(traceback.format_exc()))
+        parent.send(Refused(traceback.format_exc()))
         return
-    pipe.send(Ready())
+    parent.send(Ready())
     while (case := inbox.get()) != STOP:
-        pipe.send(_attempt(call, case))
+        parent.send(_attempt(call, case))
 
 
 def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]") -> None:
