@@ -18,7 +18,7 @@ WALL_PER_SIMULATED = 0.1
 """Wall time of a simulated second, before any run is finished: measured from 0.05 to 0.2 on a core of 2023."""
 
 LATE = 50.0
-"""Times its expected wall time, after which a run hangs: 25 times the slowest measured, on cores that others use."""
+"""Times its expected wall time, after which a run hangs: 25 times the slowest that was measured."""
 
 COMPILING = 300.0
 """Besides [s]: the first run may have to compile every kernel, a minute of a free core."""

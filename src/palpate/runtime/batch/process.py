@@ -21,11 +21,11 @@ STARTS_WITHIN = 120.0
 """For the first sign of life [s]: a new interpreter on a machine that is busy, or swaps."""
 
 MOST_SILENT = 30.0
-"""Between two signs of life, which are a second apart [s]: a worker that is stopped, or swapped out, gives none."""
+"""Between two signs of life, which are a second apart [s]: a worker that is stopped or swapped out gives none."""
 
 
 class ParentTime:
-    """Time in which the parent itself ran: one that was stopped with its workers must not find all of them late."""
+    """Time in which the parent itself ran: one that was stopped with its workers must not find them late."""
 
     def __init__(self, most: float) -> None:
         """Begin; no two looks at the clock count as further apart than `most` [s]."""

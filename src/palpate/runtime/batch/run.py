@@ -88,7 +88,9 @@ def run_batch(
     count = joblib.cpu_count() if processes is None else processes
     if not isinstance(count, int) or isinstance(count, bool) or count < 1:
         raise InvalidValueError(f"processes = {processes!r}: must be a whole number, 1 or above")
-    batch = _Batch(packed("work", work), cases, [packed(f"cases[{i}]", case) for i, case in enumerate(cases)], longest)
+    batch = _Batch(
+        packed("work", work), cases, [packed(f"cases[{i}]", case) for i, case in enumerate(cases)], longest
+    )
     if prepare is not None:
         prepare()
     with progress_bar() if progress is None else nullcontext(progress) as show:

@@ -8,7 +8,6 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeAlias
@@ -83,13 +82,6 @@ class _Parent:
         with self._lock:
             self._pipe.send(message)
 
-    def beat(self) -> None:
-        """Give signs of life, until nobody is there any more."""
-        with suppress(OSError):
-            while True:
-                self.send(Alive())
-                time.sleep(BEAT)
-
 
 def serve(pipe: Connection, work: bytes) -> None:
     """Carry out cases as they come.
@@ -103,8 +95,7 @@ def serve(pipe: Connection, work: bytes) -> None:
         signal.signal(number, signal.SIG_IGN)
     inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     parent = _Parent(pipe)
-    threading.Thread(target=_listen, args=(pipe, inbox), daemon=True).start()
-    threading.Thread(target=parent.beat, daemon=True).start()
+    threading.Thread(target=_listen, args=(pipe, inbox, parent), daemon=True).start()
     try:
         call = pickle.loads(work)
     except Exception:
@@ -115,11 +106,13 @@ def serve(pipe: Connection, work: bytes) -> None:
         parent.send(_attempt(call, case))
 
 
-def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]") -> None:
-    """Take in cases; end this process at once, in mid-case, if the parent's end is gone: it was killed."""
+def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]", parent: _Parent) -> None:
+    """Take in cases, and give signs of life; end this process at once, in mid-case, if the parent was killed."""
     while True:
         try:
-            inbox.put(pipe.recv_bytes())
+            parent.send(Alive())
+            if pipe.poll(BEAT):
+                inbox.put(pipe.recv_bytes())
         except (EOFError, OSError):
             os._exit(1)
 
