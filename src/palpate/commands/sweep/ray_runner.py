@@ -1,7 +1,9 @@
 """Runs on a ray cluster: this process hands them out and takes them in, any node does them."""
 
+import atexit
 import os
 import socket
+import sys
 import threading
 import time
 from collections import deque
@@ -13,6 +15,7 @@ from typing import Any
 
 import joblib
 
+from palpate.commands.command_result import ExitCode
 from palpate.commands.sweep.record import RunCase
 from palpate.errors import InvalidValueError
 from palpate.extras import require
@@ -40,7 +43,7 @@ PATIENCE = 5.0
 """For a cluster to answer [s]."""
 
 HEAD_LOST = 4.0
-"""Without a reply of the cluster's head [s], which gives one in milliseconds; to let go of it takes as long again."""
+"""Without a reply of the cluster's head [s], which comes in milliseconds."""
 
 LARGEST_PORT = 65535
 
@@ -66,7 +69,7 @@ class RayRunner:
         """See `palpate.commands.sweep.runner.Runner.run`; of what is handed out, the one before counts, too.
 
         Raises:
-            BatchError: The head of the cluster has been lost.
+            HeadLostError: The head of the cluster has been lost.
             MissingLibraryError: ray is not installed.
             InvalidValueError: There is no such cluster.
         """
@@ -105,8 +108,20 @@ class RayRunner:
             raise InvalidValueError(_unreachable(self.address, f"{type(error).__name__}: {error}")) from None
         try:
             yield
-        finally:
+        except HeadLostError:
+            atexit.register(_leave)
+            raise
+        except BaseException:
             ray.shutdown()
+            raise
+        ray.shutdown()
+
+
+def _leave() -> None:
+    """End the process: ray would wait for the head that is lost, or crash; its reaper ends a cluster of our own."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(ExitCode.UNFINISHED)
 
 
 def check_ray(address: str) -> None:
@@ -133,6 +148,10 @@ def _unreachable(address: str, reason: str) -> str:
     return (
         f"ray = {address}: cannot be reached ({told}); `ray start --head` starts a cluster, and says its address"
     )
+
+
+class HeadLostError(BatchError):
+    """The head of a ray cluster does not reply any more."""
 
 
 class _Head:
@@ -165,10 +184,10 @@ class _Head:
         """Look at it at a time [s].
 
         Raises:
-            BatchError: It has been lost.
+            HeadLostError: It has been lost.
         """
         if not self.lives(now):
-            raise BatchError(
+            raise HeadLostError(
                 f"the head of the ray cluster has not replied for {HEAD_LOST:g} s; see that it runs (`ray status`)"
             )
 
