@@ -118,7 +118,7 @@ class RayRunner:
 
 
 def _leave() -> None:
-    """End the process: ray would wait for the head that is lost, or crash; its reaper ends a cluster of our own."""
+    """End the process: ray would wait for the head that is lost, or crash; its reaper ends our own cluster."""
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     os._exit(ExitCode.UNFINISHED)
