@@ -12,6 +12,7 @@ from typing import Self
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
+from palpate.interruption import SIGNALS
 
 _READY_WITHIN = 60.0
 """[s] for a new interpreter to import and compile what it needs on a busy machine."""
@@ -107,8 +108,9 @@ class EmulatorProcess:
 
 def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
     """The child: ends when its parent closes the pipe, which its death does too."""
-    # Ctrl-C in a terminal reaches all processes: the parent decides
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C in a terminal, and its closing, reach all processes: the parent brings its robot to rest first
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     try:
         host = factory()
     except Exception as error:

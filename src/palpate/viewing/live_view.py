@@ -15,6 +15,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from palpate.errors import InvalidValueError
+from palpate.interruption import SIGNALS
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import LiveParameter, LiveParameters
@@ -194,7 +195,8 @@ def _serve(
     pipe: Connection,
 ) -> None:
     """What the view's process does, until the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which closes the view when it is done
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)  # they are for the loop, which closes the view when it is done
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     try:

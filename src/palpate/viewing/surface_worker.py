@@ -16,6 +16,7 @@ from time import monotonic
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.interruption import SIGNALS
 from palpate.viewing.frames import Frames
 from palpate.viewing.surface_grower import CONTACT_WIDTH, TIME, SurfaceGrower, contacts_of
 from palpate.viewing.surface_view import GrownSurface, SurfaceView
@@ -175,7 +176,8 @@ class SurfaceFeed:
 
 def _serve(pipe: Connection, view: SurfaceView) -> None:
     """What the process does, until the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)  # they are for the loop
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     grower, run = SurfaceGrower(view), 0

@@ -1,9 +1,6 @@
 """`palpate emulate`: one emulated device in the foreground, until Ctrl-C."""
 
 import os
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import FrameType
 
 from rich.console import Console
@@ -37,6 +34,7 @@ from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
+from palpate.interruption import handling, note
 
 TOKEN_VARIABLE = "PALPATE_CONTROL_TOKEN"
 """Of the environment: the token of a program that chooses it, as it chooses the port."""
@@ -72,7 +70,12 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
         server.close()
         raise
     facts = {"device": server.name, "about": instructions, "control_port": host.control_port, "faults": faults}
-    with _stopped_by_signals(host):
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        note(number)
+        host.stop()
+
+    with handling(stop):
         say(console, instructions)
         say(console, f"Faults: palpate emulate fault '{host.control_address}' {server.name!r} NAME VALUE")
         say(console, f"  NAME: {', '.join(faults)}")
@@ -169,20 +172,3 @@ def _plant(config: EmulateConfig) -> SimplePlant | LoadPlant:
             return SimplePlant(servos=tuple(SimpleServo(wall=wall) for _ in range(config.servos)))
         case EmulateNetftConfig():
             return steady_plant(config.load)
-
-
-@contextmanager
-def _stopped_by_signals(host: Host) -> Iterator[None]:
-    """Let the signals that end a process end the host's loop: its sockets and terminals are closed then."""
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        host.stop()
-
-    hung_up = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)  # ignored: nohup
-    ending = (signal.SIGINT, signal.SIGTERM, *hung_up)
-    before = [signal.signal(number, stop) for number in ending]
-    try:
-        yield
-    finally:
-        for number, handler in zip(ending, before, strict=True):
-            signal.signal(number, handler)

@@ -3,6 +3,7 @@
 A process that is killed at whatever instant loses the runs that it was busy with, and nothing else.
 """
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -142,17 +143,19 @@ class SweepFolder:
         except ImportError:  # Windows: two at work there repeat each other's runs, and spoil nothing
             yield
             return
-        with (self.path / ".lock").open("w") as file:
+        folder = os.open(self.path, os.O_RDONLY)
+        try:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InvalidValueError(
                     f"out = {self.path}: another palpate sweep is at work there; wait, or choose another folder"
                 ) from None
             except OSError:  # a file system without locks
-                yield
-                return
+                pass
             yield
+        finally:
+            os.close(folder)
 
     def _file(self, number: int) -> Path:
         return self.runs / f"{number:06d}.json"

@@ -28,6 +28,7 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
 from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import plan_for
+from palpate.interruption import requested
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
 from palpate.runtime.live import live_parameters_of
@@ -127,7 +128,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
         say(console, command_result.outcome)
         if result.recording is not None and result.recording.path is not None:
             say(console, f"Log: {result.recording.path}; watch it again: palpate view {result.recording.path}")
-        if interrupted:
+        if interrupted or requested() is not None:
             return replace(command_result, exit_code=ExitCode.INTERRUPTED)
         _wait(view, console)
     return command_result
