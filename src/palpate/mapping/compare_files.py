@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from palpate.csv_table import read_csv_table
+from palpate.bounded_file import read_text
+from palpate.csv_table import BOUNDS, read_csv_table
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.compare import SAMPLES, TouchedMap
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mesh_file import load_geometry
 
 _POSITION, _NORMAL = ("x_m", "y_m", "z_m"), ("nx", "ny", "nz")
 
@@ -42,7 +44,7 @@ def read_map(path: str | os.PathLike[str], metres_per_unit: float = 1.0, samples
 
 
 def read_reference(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -> TriangleSurface:
-    """Read a reference mesh (STL, PLY, OBJ, ...: what trimesh reads).
+    """Read a reference mesh (STL, PLY, OBJ or OFF).
 
     Raises:
         InvalidValueError: The file cannot be read as triangles.
@@ -68,14 +70,7 @@ def _outwards(surface: TriangleSurface) -> TriangleSurface:
 
 
 def _loaded(path: Path) -> Any:
-    import trimesh  # imported here: a second that others need not wait for
-
-    try:
-        loaded = trimesh.load(os.fspath(path), process=False)
-        if isinstance(loaded, trimesh.Scene):
-            loaded = loaded.to_mesh()
-    except Exception as error:  # trimesh raises whatever its readers do
-        raise InvalidValueError(f"{path}: cannot be read as points or a mesh ({error})") from None
+    loaded = load_geometry(path, process=False)
     if not hasattr(loaded, "vertices"):
         raise InvalidValueError(f"{path}: holds neither points nor triangles")
     return loaded
@@ -92,9 +87,9 @@ def _cloud_normals(loaded: Any, count: int) -> FloatArray | None:
 
 def _from_csv(path: Path, metres_per_unit: float) -> TouchedMap:
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidValueError(f"cannot read {path}: {error}") from None
+        text = read_text(path, BOUNDS, "a map is CSV text")
+    except OSError as error:
+        raise InvalidValueError(f"cannot read {path}: {error.strerror}") from None
     found = read_csv_table(
         text, str(path), "x_m, y_m and z_m below a line with these names, as explore writes them"
     )

@@ -10,6 +10,9 @@ from palpate.errors import InvalidValueError, positive
 
 Unit = Literal["m", "mm"]
 
+MOST_SAMPLES = 1_000_000
+"""Points on a surface: a minute, and 200 MB."""
+
 
 @dataclass(frozen=True, slots=True)
 class CompareConfig:
@@ -33,7 +36,7 @@ class CompareConfig:
     map: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="MAP|RUN")]
     """What was felt: a cloud (contacts.ply, contacts.csv, height_map.csv) or a mesh (PLY, OBJ, STL). Or a run."""
     reference: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="REFERENCE|RUN")]
-    """The true surface: a mesh (STL, PLY, OBJ, ...: what trimesh reads). Or another run."""
+    """The true surface: a mesh (STL, PLY, OBJ or OFF). Or another run."""
     others: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[RUN ...]")] = ()
     """Further runs."""
     map_unit: Unit = "m"
@@ -55,5 +58,7 @@ class CompareConfig:
 
     def __post_init__(self) -> None:
         positive("within", self.within, "m")
-        if self.samples < 100:
-            raise InvalidValueError(f"samples = {self.samples}: must be 100 or above; 20000 take a second")
+        if not 100 <= self.samples <= MOST_SAMPLES:
+            raise InvalidValueError(
+                f"samples = {self.samples}: must be from 100 to {MOST_SAMPLES}; 20000 take a second"
+            )

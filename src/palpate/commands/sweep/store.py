@@ -13,6 +13,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.atomic_file import replacing
+from palpate.bounded_file import Bounds, read_bytes
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord, read_record, record_text
 from palpate.commands.typed_values import shown_value
@@ -21,6 +22,9 @@ from palpate.experiments.kit.output_folder import make_folder
 
 SWEEP_FILE = "sweep.json"
 """What was asked."""
+
+BOUNDS = Bounds(size=1 << 22)
+"""Of what was asked, and of what a run has found: some thousand figures take a tenth of it."""
 
 VERSION = 1
 """Of the folder's layout."""
@@ -112,7 +116,7 @@ class SweepFolder:
         found = {}
         for run in plan.runs:
             try:
-                record = read_record(self._file(run.number).read_bytes())
+                record = read_record(read_bytes(self._file(run.number), BOUNDS))
             except FileNotFoundError:
                 continue
             # what cannot be read, or is of something else, is run (again)
@@ -160,7 +164,7 @@ class SweepFolder:
     def _asked_before(self) -> Asked | None:
         file = self.path / SWEEP_FILE
         try:
-            return msgspec.json.decode(file.read_bytes(), type=Asked)
+            return msgspec.json.decode(read_bytes(file, BOUNDS), type=Asked)
         except FileNotFoundError:
             return None
         except msgspec.DecodeError as error:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.csv_table import NumberTable, number_in, read_csv_table
+from palpate.bounded_file import read_array, read_text
+from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -55,14 +56,12 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
         InvalidValueError: It cannot be read, is none of these, or does not say how large it is.
     """
     name = str(path)
-    if path.suffix.lower() == ".npy":
-        return _field(name, _array(path) * metres_per_unit, size)
     try:
-        text = path.read_text("utf-8-sig")
+        if path.suffix.lower() == ".npy":
+            return _field(name, read_array(path, BOUNDS) * metres_per_unit, size)
+        text = read_text(path, BOUNDS, "a height field is a CSV or .npy file")
     except OSError as error:
         raise InvalidValueError(f"file = {name}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InvalidValueError(f"{name}: not text: a height field is a CSV or .npy file") from None
     own, table = _extent(name, text), read_csv_table(text, name, HOLDS)
     if table.columns:
         heights, sides = _map(table)
@@ -123,13 +122,6 @@ def _sized(name: str, typed: tuple[float, ...], own: tuple[float, ...]) -> tuple
             f"size = {typed[0]:g} {typed[1]:g}: {name} says {own[0]:g} x {own[1]:g} m; leave --size out"
         )
     return own
-
-
-def _array(path: Path) -> FloatArray:
-    try:
-        return np.asarray(np.load(path, allow_pickle=False), np.float64)
-    except (OSError, ValueError, TypeError, EOFError) as error:
-        raise InvalidValueError(f"file = {path}: cannot be read as an array of numbers ({error})") from None
 
 
 def _extent(name: str, text: str) -> tuple[float, float] | None:

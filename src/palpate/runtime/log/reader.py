@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from mcap.opcode import Opcode
 
+from palpate.bounded_file import open_regular
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.live import Change
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, LogRows, decode_chunk
@@ -63,7 +64,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
 
 def _opened(path: Path) -> BinaryIO:
     try:
-        return path.open("rb")
+        return open_regular(path)
     except PermissionError:
         raise InvalidValueError(
             f"{path}: may not be read; ask its owner, or allow it (chmod a+r {path})"
