@@ -17,5 +17,5 @@ def inert(text: str) -> str:
 
 
 def inert_cell(text: str) -> str:
-    """Return a text as a cell that a spreadsheet shows: with an apostrophe before a formula; numbers as they are."""
+    """Return a text as a cell that a spreadsheet shows: an apostrophe before a formula, numbers as they are."""
     return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text

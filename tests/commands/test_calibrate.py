@@ -549,7 +549,7 @@ FILES = {
     "empty field": (WRENCH + "\n1,2,,0,0,0", ("line 2", "''")),
     "ragged": (WRENCH + "\n1,2,0,0,0,0\n1,2,0,0,0", ("line 3", "5 fields", "6 columns")),
     "semicolons": (WRENCH.replace(",", ";"), ("commas",)),
-    "binary": (bytes(range(256)), ("line 1",)),
+    "binary": (bytes(range(256)), ("byte 128", "UTF-8")),
     "utf-16": (WRENCH.encode("utf-16"), ("UTF-8",)),
     "a sensor file": (b"palpate_sensor: 1\nmodel: x\n", ("no column fx", "'palpate_sensor: 1'")),
     "quote": ('"fx,fy\n', ("quoted",)),

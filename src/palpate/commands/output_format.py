@@ -16,6 +16,7 @@ from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.json_document import document
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
+from palpate.plain_text import inert
 
 Run = Callable[[], CommandResult | int]
 """Carries out a command. What returns no more than an exit code has no figures."""
@@ -117,7 +118,7 @@ def _line(error: BaseException) -> str:
 
 def _say(error: str) -> None:
     if error:
-        sys.stderr.write(f"palpate: {error}\n")
+        sys.stderr.write(f"palpate: {inert(error)}\n")
 
 
 class _Heard:

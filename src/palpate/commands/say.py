@@ -8,8 +8,7 @@ from palpate.plain_text import inert
 
 
 def say(console: Console, text: str) -> None:
-    """Print a text as it is, in one line: what people typed may look like markup or steer a terminal, and paths are
-    long.
+    """Print a text in one line, inert: what people typed may look like markup, and paths are long.
 
     Whoever reads the output may have had enough, upon which rich exits: that must cost neither run nor report.
     """

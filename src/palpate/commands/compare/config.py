@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, positive
+from palpate.experiments.kit.options import check_options, option
 
 Unit = Literal["m", "mm"]
 
@@ -43,11 +44,11 @@ class CompareConfig:
     """Unit of the map's file."""
     reference_unit: Unit = "m"
     """Unit of the reference's file: CAD often means mm."""
-    within: float = 1e-3
+    within: float = option(1e-3, "m")
     """Up to this distance from the map the reference counts as covered [m]."""
     region: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="X Y Z X Y Z")
-    ] = None
+    ] = option(None, "m")
     """Lower and upper corner of the part that can be reached [m]: only there the reference counts for coverage."""
     align: bool = False
     """Move the map onto the reference first (rigid, from where it is); says by how much."""
@@ -57,6 +58,7 @@ class CompareConfig:
     """Folder for the report, made if need be. Left out: that of the map, or of the first run."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         positive("within", self.within, "m")
         if not 100 <= self.samples <= MOST_SAMPLES:
             raise InvalidValueError(

@@ -4,13 +4,15 @@ Imports nothing heavy. What a field says here is said nowhere else: checks, repl
 comparisons read it from here.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
+from palpate.unit_ranges import check_unit_range
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -43,6 +45,7 @@ class OptionSpec:
         least: It must not be below 0.
         kept: Name of the text by which a log keeps what the file of this option said; empty if it keeps none.
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
+        infinite: Whether it may be infinity.
     """
 
     unit: str = ""
@@ -54,6 +57,7 @@ class OptionSpec:
     least: bool = False
     kept: str = ""
     once: bool = False
+    infinite: bool = False
 
 
 NOTHING_SAID = OptionSpec()
@@ -69,6 +73,7 @@ def option(
     bound: Literal["", "positive", "not negative"] = "",
     kept: str = "",
     once: bool = False,
+    infinite: bool = False,
 ) -> Any:
     """Return the field of an option; see `OptionSpec`.
 
@@ -84,8 +89,10 @@ def option(
         bound: What numbers must be, if given at all.
         kept: Name of the text by which a log keeps its file.
         once: Whether a replay sets it back to its default.
+        infinite: Whether it may be infinity; other numbers keep to the range of their unit (`unit_ranges`).
     """
-    said = OptionSpec(unit, fixed, of[0], of[1], hint, bound == "positive", bound == "not negative", kept, once)
+    above, least = bound == "positive", bound == "not negative"
+    said = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, infinite)
     return field(default=default, metadata={KEY: said})
 
 
@@ -107,7 +114,7 @@ def lasting(config: Any) -> Any:
 
 
 def check_options(config: "DataclassInstance") -> None:
-    """Make paths of strings; refuse what is no number or out of its bounds, and options of other choices.
+    """Make paths of strings; refuse what is no number or out of its bounds or unit, and options of other choices.
 
     Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
 
@@ -120,14 +127,24 @@ def check_options(config: "DataclassInstance") -> None:
             object.__setattr__(config, each.name, Path(value))
         elif each.type in _NUMBERS and not isinstance(value, Real) and (value is not None or each.type is float):
             raise InvalidValueError(f"{each.name} = {shown(value)}: must be a number")
-        numbers: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
-        for number in numbers:
-            if said.above and number is not None:
+        for number in _numbers_in(value):
+            if said.above:
                 positive(each.name, number, said.unit)
-            elif said.least and number is not None:
+            elif said.least:
                 not_negative(each.name, number, said.unit)
+            if each.type is not int and not (said.infinite and number == math.inf):
+                check_unit_range(each.name, number, said.unit)
     for choice in choices_of(type(config)):
         _check_choice(config, choice)
+
+
+def _numbers_in(value: object) -> Iterator[Any]:
+    """Every number in an option's value, however deep; words and truths are none."""
+    if isinstance(value, tuple | list):
+        for each in value:
+            yield from _numbers_in(each)
+    elif isinstance(value, Real) and not isinstance(value, bool):
+        yield value
 
 
 def choices_of(kind: type) -> dict[str, tuple[str, ...]]:
