@@ -5,6 +5,7 @@ import io
 import math
 import os
 import stat
+import warnings
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -15,11 +16,9 @@ from palpate.errors import FloatArray, InvalidValueError, shown
 
 PathLike = str | os.PathLike[str]
 
+
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 """Without O_NONBLOCK, opening a pipe waits for whoever writes into it."""
-
-_NOT_ARRAYS = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, MemoryError, RecursionError)
-"""What numpy raises of a header that it cannot understand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,11 +121,12 @@ def read_array(path: PathLike, bounds: Bounds) -> FloatArray:
     name, data = os.fspath(path), read_bytes(path, bounds)
     file = io.BytesIO(data)
     try:
-        version = npy.read_magic(file)
-        header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, in_columns, dtype = header(file)
+        with warnings.catch_warnings(action="ignore"):  # of headers that Python 2 wrote
+            version = npy.read_magic(file)
+            header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+            shape, in_columns, dtype = header(file)
         count = math.prod(shape)
-    except _NOT_ARRAYS as error:
+    except Exception as error:  # of a header, numpy raises what its tokenizer and parser do
         raise InvalidValueError(f"{name}: cannot be read as an array of numbers ({shown(str(error))})") from None
     if dtype.kind not in "fiub" or dtype.itemsize == 0 or min(shape, default=0) < 0:
         raise InvalidValueError(f"{name}: holds {shown(str(dtype))} of shape {shown(shape)}: must be real numbers")
@@ -137,8 +137,9 @@ def read_array(path: PathLike, bounds: Bounds) -> FloatArray:
         )
     try:
         numbers = np.frombuffer(data, dtype, count, file.tell()) if count else np.empty(0)
-        return np.asarray(numbers.reshape(shape, order="F" if in_columns else "C"), np.float64)
-    except _NOT_ARRAYS as error:
+        with np.errstate(all="ignore"):  # extremes become infinite, which nobody takes
+            return np.asarray(numbers.reshape(shape, order="F" if in_columns else "C"), np.float64)
+    except ValueError as error:
         raise InvalidValueError(f"{name}: shape {shown(shape)}: cannot be ({shown(str(error))})") from None
 
 

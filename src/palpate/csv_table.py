@@ -15,6 +15,9 @@ BOUNDS = Bounds(size=1 << 25, lines=400_000, fields=1_500_000)
 MOST_COLUMNS = 10_000
 """Of a line: more is another file, or one whose line ends are missing."""
 
+LONGEST_SHOWN = 400
+"""Characters of the names of columns that a message repeats."""
+
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 """Characters that no text file holds within a line; a tab is one that does."""
 
@@ -44,9 +47,8 @@ class NumberTable:
             InvalidValueError: There is no such column, or a field is no number.
         """
         if missing := [column for column in columns if column not in self.columns]:
-            raise InvalidValueError(
-                f"{self.name}: no column {missing[0]}: there are {', '.join(self.columns)}; give {self.holds}"
-            )
+            there = ", ".join(self.columns[:40])[:LONGEST_SHOWN]
+            raise InvalidValueError(f"{self.name}: no column {missing[0]}: there are {there}; give {self.holds}")
         places = [self.columns.index(column) for column in columns] or range(len(self.rows[0]))
         found = np.empty((len(self.rows), len(places)))
         for i, row in enumerate(self.rows):

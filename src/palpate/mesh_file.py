@@ -1,6 +1,7 @@
 """Triangle meshes and clouds of points in files: their sizes checked before trimesh takes them apart."""
 
 import io
+import logging
 import os
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ BOUNDS = Bounds(size=1 << 25, lines=1_500_000)
 
 MOST_TRIANGLES = 200_000
 """What is read, merged and checked within 2 s; a finer mesh shows no fingertip more."""
+
+FARTHEST = 1e6
+"""Bounds coordinates, in whatever unit the file has: a kilometre in millimetres."""
 
 FORMATS = (".stl", ".obj", ".ply", ".off")
 """Endings of files that stand alone: archives would expand, and scenes name other files."""
@@ -47,15 +51,23 @@ def load_geometry(path: PathLike, *, process: bool) -> Any:
     _check(name, kind, data)
     import trimesh  # imported here: a second that others need not wait for
 
+    if not trimesh.util.log.handlers:  # without one, it logs tracebacks on standard error
+        trimesh.util.log.addHandler(logging.NullHandler())
     try:
         with np.errstate(all="ignore"):
             found = trimesh.load(io.BytesIO(data), file_type=kind[1:], process=process)
             found = found.to_mesh() if isinstance(found, trimesh.Scene) else found
-        count = len(getattr(found, "faces", ()))
-        np.asarray(found.vertices, np.float64).reshape(-1, 3)
+        faces = np.asarray(getattr(found, "faces", np.empty((0, 3))))
+        vertices = np.asarray(found.vertices, np.float64).reshape(-1, 3)
     except Exception as error:  # trimesh raises whatever its readers do
         raise InvalidValueError(f"{name}: cannot be read as a mesh ({_in_one_line(error)})") from None
-    _refuse_more(name, count)
+    _refuse_more(name, len(faces))
+    if (np.abs(vertices[np.isfinite(vertices)]) > FARTHEST).any():
+        raise InvalidValueError(f"{name}: a vertex is farther than {FARTHEST:g} from the origin; leave it out")
+    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
+        raise InvalidValueError(
+            f"{name}: triangles name vertices {faces.min()} to {faces.max()}: must be 0 to {len(vertices) - 1}"
+        )
     return found
 
 

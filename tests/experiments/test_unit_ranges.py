@@ -22,11 +22,9 @@ REQUIRED |= {"log": "a.mcap", "what": "a.mcap", "port": 5000, "device": "arm", "
 def configs():
     """Every dataclass that is called a Config, wherever it stands."""
     names = [each.name for each in pkgutil.walk_packages(palpate.__path__, "palpate.") if "config" in each.name]
-    found = {kind for name in names for kind in vars(importlib.import_module(name)).values()}
-    return sorted(
-        (kind for kind in found if dataclasses.is_dataclass(kind) and kind.__name__.endswith("Config")),
-        key=lambda kind: kind.__name__,
-    )
+    found = [kind for name in names for kind in vars(importlib.import_module(name)).values()]
+    kinds = {kind.__name__: kind for kind in found if isinstance(kind, type) and dataclasses.is_dataclass(kind)}
+    return [kinds[name] for name in sorted(kinds) if name.endswith("Config")]
 
 
 def with_value(kind, value):

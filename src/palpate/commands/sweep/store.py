@@ -167,7 +167,7 @@ class SweepFolder:
             return msgspec.json.decode(read_bytes(file, BOUNDS), type=Asked)
         except FileNotFoundError:
             return None
-        except msgspec.DecodeError as error:
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise InvalidValueError(
                 f"{file}: cannot be understood ({error}); choose another folder (--out)"
             ) from None

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bounded_file import read_array, read_text
-from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table
+from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table, short
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -131,7 +131,8 @@ def _extent(name: str, text: str) -> tuple[float, float] | None:
         return None
     width, depth = number_in(found[1]), number_in(found[2])
     if width is None or depth is None:
-        raise InvalidValueError(f"{name}, line 1: width_m = {found[1]}, depth_m = {found[2]}: must be numbers")
+        given = f"width_m = {short(found[1])}, depth_m = {short(found[2])}"
+        raise InvalidValueError(f"{name}, line 1: {given}: must be numbers")
     return width, depth
 
 
