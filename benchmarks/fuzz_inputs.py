@@ -3,9 +3,9 @@
     python benchmarks/fuzz_inputs.py [--inputs 20000] [--seconds 60] [--seed 0] [--reader NAME]
 
 Valid examples of every format are damaged as whoever knows the format would: bits, lengths, counts, numbers,
-nesting, repetition, splices; records of a log with check sums that are right again. Each reader has a process of its
-own with a limit on its memory. Asked: a value or one sentence of a PalpateError, below 300 MB above the process's start and
-2 s of processor time each. Ends with 1 if an input breaks that, and prints its seed.
+nesting, repetition, splices; records of a log with check sums that are right again. Each reader has a process of
+its own with a limit on its memory. Asked: a value or one sentence of a PalpateError, below 300 MB above the start
+of the process and 2 s of processor time each. Ends with 1 if an input breaks that, and prints its seed.
 """
 
 import argparse
