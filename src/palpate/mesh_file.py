@@ -55,7 +55,7 @@ def load_geometry(path: PathLike, *, process: bool) -> Any:
         trimesh.util.log.addHandler(logging.NullHandler())
     try:
         with np.errstate(all="ignore"):
-            found = trimesh.load(io.BytesIO(data), file_type=kind[1:], process=process)
+            found: Any = trimesh.load(io.BytesIO(data), file_type=kind[1:], process=process)
             found = found.to_mesh() if isinstance(found, trimesh.Scene) else found
         faces = np.asarray(getattr(found, "faces", np.empty((0, 3))))
         vertices = np.asarray(found.vertices, np.float64).reshape(-1, 3)

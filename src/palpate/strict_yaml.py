@@ -114,7 +114,7 @@ def _refuse_beyond(text: str) -> None:
             )
 
 
-def _too_deep(mark: yaml.Mark) -> InvalidValueError:
+def _too_deep(mark: Any) -> InvalidValueError:
     return InvalidValueError(f"nested too deep{_place(mark)}: at most {DEEPEST} levels; write it flatter")
 
 
@@ -167,5 +167,5 @@ def _scalar(word: str) -> object:
     return float(word)
 
 
-def _place(mark: yaml.Mark | None) -> str:
+def _place(mark: Any) -> str:
     return "" if mark is None else f" (line {mark.line + 1}, column {mark.column + 1})"

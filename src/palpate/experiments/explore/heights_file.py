@@ -31,6 +31,9 @@ OTHER_UNIT = (
 LEAST_SAMPLES = 4
 """Along each side of a grid, as a `HeightField` wants them."""
 
+FARTHEST = 1e6
+"""Bounds coordinates, in whatever unit the file has."""
+
 REGULAR = 1e-6
 """By so much of their spacing may samples be off their places on the grid: rounding of seven digits."""
 
@@ -101,7 +104,7 @@ def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightFie
             "`# width_m=... depth_m=...` as its first line"
         )
     largest = max(*size, float(np.ptp(heights)) if heights.size and np.isfinite(heights).all() else 0.0)
-    if not SMALLEST <= largest <= LARGEST:
+    if not SMALLEST <= largest <= LARGEST or min(size) < SMALLEST * REGULAR:
         raise InvalidValueError(
             f"{name}: {largest:.4g} m across, must be {SMALLEST:g} to {LARGEST:g} m; {OTHER_UNIT}"
         )
@@ -160,7 +163,7 @@ def _map(table: NumberTable) -> tuple[FloatArray, tuple[float, float]]:
 
 def _places(name: str, column: str, values: FloatArray) -> tuple[np.ndarray, float]:
     """Index of each value on a regular grid, and the grid's extent."""
-    finite = values.size > 0 and bool(np.isfinite(values).all())
+    finite = values.size > 0 and bool((np.abs(values) <= FARTHEST).all())
     levels = np.unique(values) if finite else values
     extent = float(np.ptp(levels)) if finite else 0.0
     # values of the same line of the grid may differ by rounding

@@ -143,7 +143,7 @@ def _numbers_in(value: object) -> Iterator[Any]:
     if isinstance(value, tuple | list):
         for each in value:
             yield from _numbers_in(each)
-    elif isinstance(value, Real) and not isinstance(value, bool):
+    elif not isinstance(value, bool) and isinstance(value, Real):
         yield value
 
 
