@@ -82,9 +82,11 @@ def read_bytes(path: PathLike, bounds: Bounds) -> bytes:
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         _refuse_beyond(os.fspath(path), size, bounds.size, "bytes")
-        data = file.read(bounds.size + 1)  # files of /proc have no size, and others grow meanwhile
-    _refuse_beyond(os.fspath(path), len(data), bounds.size, "bytes")
-    return data
+        data = bytearray()
+        while part := file.read(1 << 20):  # files of /proc have no size, and others grow meanwhile
+            data += part
+            _refuse_beyond(os.fspath(path), len(data), bounds.size, "bytes")
+    return bytes(data)
 
 
 def read_text(path: PathLike, bounds: Bounds, what: str) -> str:

@@ -47,7 +47,8 @@ def load_geometry(path: PathLike, *, process: bool) -> Any:
     try:
         data = read_bytes(name, BOUNDS)
     except OSError as error:
-        raise InvalidValueError(f"{name}: cannot be read as a mesh: {error.strerror}") from None
+        why = "there is no such file" if isinstance(error, FileNotFoundError) else error.strerror
+        raise InvalidValueError(f"{name}: cannot be read as a mesh: {why}") from None
     _check(name, kind, data)
     import trimesh  # imported here: a second that others need not wait for
 
