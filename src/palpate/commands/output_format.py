@@ -16,6 +16,7 @@ from palpate.commands.json_document import document
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
 from palpate.interruption import exit_code
+from palpate.plain_text import inert
 
 Run = Callable[[], CommandResult | int]
 """Carries out a command; a bare exit code stands for a result without figures."""
@@ -120,7 +121,7 @@ def _line(error: BaseException) -> str:
 
 def _print_error(error: str) -> None:
     if error:
-        sys.stderr.write(f"palpate: {error}\n")
+        sys.stderr.write(f"palpate: {inert(error)}\n")
 
 
 class _KeptErrors:

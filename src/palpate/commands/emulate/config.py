@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, positive
+from palpate.experiments.kit.options import check_options, option
 
 FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
 
@@ -41,9 +42,9 @@ class EmulateUrConfig:
     this computer alone; whoever reaches another address can drive the emulated arm."""
     version: str = "5.14.0.1"
     """Of its software: 3 (CB3, 125 Hz), 5 (e-Series) or 10 (PolyScope X, no dashboard), and so on."""
-    plane: float | None = None
+    plane: float | None = option(None, "m")
     """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
-    stiffness: float = 2000.0
+    stiffness: float = option(2000.0, "N/m")
     """Of the plane [N/m]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the robot per second of wall time."""
@@ -55,6 +56,7 @@ class EmulateUrConfig:
     PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         checked_address(self.address)
         checked_control_port(self.control_port)
         checked_scale(self.scale)
@@ -77,7 +79,7 @@ class EmulateDynamixelConfig:
     """Of all of them."""
     link: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
     """Where a link to the terminal shall stand, whose own name changes from time to time. Left out: none."""
-    wall: float | None = None
+    wall: float | None = option(None, "rad")
     """Where an elastic wall stops the shafts [rad from the middle of their turn]. Left out: nowhere."""
     baud_rate: int = 1_000_000
     """Of the servos' bus [1/s]."""
@@ -93,6 +95,7 @@ class EmulateDynamixelConfig:
     PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         if not 1 <= self.servos <= MOST_SERVOS:
             raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MOST_SERVOS}")
         if self.wall is not None and not math.isfinite(self.wall):
@@ -113,7 +116,7 @@ class EmulateNetftConfig:
     alone; others can read it at any other address."""
     make: Literal["ati", "onrobot"] = "ati"
     """Whose box: they differ in units, commands and calibration."""
-    rate: float = 1000.0
+    rate: float = option(1000.0, "1/s")
     """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """What it shows: three forces [N] and three moments [N m]."""
@@ -125,6 +128,7 @@ class EmulateNetftConfig:
     PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         checked_address(self.address)
         checked_control_port(self.control_port)
         positive("rate", self.rate, "1/s")
@@ -149,6 +153,7 @@ class EmulateFaultConfig:
     """What of it; 0 ends most."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         port = self.address.partition("?")[0]
         if not (port.isdecimal() and len(port) < 6 and 0 < int(port) < 65536):
             raise InvalidValueError(f"port = {port}: must be from 1 to 65535, as the emulator printed it")

@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.atomic_file import replacing
+from palpate.bounded_file import Bounds, read_bytes
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord, read_record, record_text
 from palpate.commands.typed_values import shown_value
@@ -22,6 +23,9 @@ from palpate.experiments.kit.output_folder import make_folder
 
 SWEEP_FILE = "sweep.json"
 """The request."""
+
+BOUNDS = Bounds(size=1 << 22)
+"""Of what was asked, and of what a run has found: some thousand figures take a tenth of it."""
 
 VERSION = 1
 """Of the folder's layout."""
@@ -113,7 +117,7 @@ class SweepFolder:
         found = {}
         for run in plan.runs:
             try:
-                record = read_record(self._file(run.number).read_bytes())
+                record = read_record(read_bytes(self._file(run.number), BOUNDS))
             except FileNotFoundError:
                 continue
             # what cannot be read, or is of something else, is run (again)
@@ -163,10 +167,10 @@ class SweepFolder:
     def _request_before(self) -> SweepRequest | None:
         file = self.path / SWEEP_FILE
         try:
-            return msgspec.json.decode(file.read_bytes(), type=SweepRequest)
+            return msgspec.json.decode(read_bytes(file, BOUNDS), type=SweepRequest)
         except FileNotFoundError:
             return None
-        except msgspec.DecodeError as error:
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise InvalidValueError(
                 f"{file}: cannot be understood ({error}); choose another folder (--out)"
             ) from None
