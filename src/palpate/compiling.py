@@ -124,7 +124,7 @@ class _CheckedFiles(IndexDataCacheFile):
         return kept[DIGEST:]
 
     @contextmanager
-    def _open_for_write(self, filepath: str) -> Iterator[io.BytesIO]:
+    def _open_for_write(self, filepath: str) -> Iterator[Any]:
         content = io.BytesIO()
         yield content
         with replacing(filepath) as file:

@@ -136,8 +136,10 @@ def test_a_worker_that_is_stopped_is_replaced_and_its_case_done_again(tmp_path, 
 def test_a_case_that_takes_too_long_fails_alone(tmp_path):
     cases = [Toss(seed, tmp_path, pause=100.0 * (seed == 1)) for seed in range(3)]
     outcomes = run_batch(toss, cases, 2, quiet, longest=2.0)
+    failed = outcomes[1]
     assert [isinstance(outcome, Success) for outcome in outcomes] == [True, False, True]
-    assert "was busy with one case for more than 2 s" in outcomes[1].error
+    assert isinstance(failed, Failure)
+    assert "was busy with one case for more than 2 s" in failed.error
     assert workers() == []
 
 
