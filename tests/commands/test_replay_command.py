@@ -498,4 +498,4 @@ def test_a_replay_that_is_interrupted_speaks_of_no_robot(nano, capsys, monkeypat
 
     monkeypatch.setattr("palpate.controllers.ExploreController.step", interrupt)
     assert main(["replay", str(nano)]) == ExitCode.INTERRUPTED
-    assert capsys.readouterr().err == "palpate: interrupted\n"
+    assert capsys.readouterr().err == "palpate: interrupted; nothing was finished, and nothing is kept\n"

@@ -16,7 +16,14 @@ from palpate.unit_ranges import RANGES, check_unit_range
 IMPOSSIBLE = (1e308, -1e308, 5e-324, math.nan, -math.inf, 10**400)
 REQUIRED = {"sensor": "a.yaml", "loads": "a.csv", "poses": "a.csv", "live": "stage", "file": "a.yaml"}
 REQUIRED |= {"preset": "wrist", "map": "a.ply", "reference": "b.stl", "robot": "stage", "experiment": "explore"}
-REQUIRED |= {"log": "a.mcap", "what": "a.mcap", "port": 5000, "device": "arm", "fault": "none", "shell": "bash"}
+REQUIRED |= {
+    "log": "a.mcap",
+    "what": "a.mcap",
+    "address": "5000",
+    "device": "arm",
+    "fault": "none",
+    "shell": "bash",
+}
 
 
 def configs():
