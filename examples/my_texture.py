@@ -23,7 +23,7 @@ STIFFNESS, WAVELENGTH = 20e3, 0.004  # [N/m], [m]
 
 @dataclass(frozen=True)
 class TextureConfig:
-    """Stroke ripples of 4 mm with a steady force, and tell how rough they are."""
+    """Stroke ripples of 4 mm with a steady force; measure how rough they are."""
 
     force: float = option(1.0, "N")
     ripple: float = option(10e-6, "m", fixed=TOUCHED)
@@ -68,12 +68,7 @@ class Texture(ExperimentDefaults):
         return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
     def pictures(self, result):
-        from palpate.reporting.style import (
-            Picture,
-            Width,
-            new_figure,
-            style_axes,
-        )  # with matplotlib, when it is needed
+        from palpate.reporting.style import Picture, Width, new_figure, style_axes  # imports matplotlib
 
         figure = new_figure(Width.HALF, 3.0)
         figure.subplots().plot(1e3 * result.x, 1e6 * result.z)

@@ -304,7 +304,11 @@ def ending(monkeypatch):
             ExitCode.INTERRUPTED,
             "palpate: interrupted; the robot was stopped\n",
         ),
-        (KeyboardInterrupt(), ExitCode.INTERRUPTED, "palpate: interrupted\n"),
+        (
+            KeyboardInterrupt(),
+            ExitCode.INTERRUPTED,
+            "palpate: interrupted; nothing was finished, and nothing is kept\n",
+        ),
     ],
 )
 def test_every_ending_has_its_exit_code_and_one_line(result, code, said, ending, capsys):

@@ -35,7 +35,7 @@ def ended_by_ctrl_c(process):
 )
 def test_an_emulator_runs_until_ctrl_c_and_its_faults_are_switched(typed, value, tmp_path, capsys):
     with going_on(("emulate", *typed), "Runs until Ctrl-C", tmp_path) as (process, said):
-        port, device = re.search(r"palpate emulate fault (\d+) '(.+?)'", said).groups()
+        port, device = re.search(r"palpate emulate fault '(\S+)' '(.+?)'", said).groups()
         fault = re.search(r"NAME: '?([\w ]+)", said).group(1)
         capsys.readouterr()
         assert main(["emulate", "fault", port, device, fault, value, "--json"]) == 0

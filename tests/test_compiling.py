@@ -153,3 +153,15 @@ def test_a_closure_that_is_kept_is_still_a_kernel():
     kernel = keep_closure(module.njit(scaled), "scaled 1")
     assert kernel(2.0) == 6.0
     assert kernel.stats.cache_path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("damage", [lambda kept: b"", lambda kept: kept[:-9], lambda kept: bytes(len(kept))])
+def test_what_is_damaged_is_compiled_again(tiny, tmp_path, ending, damage):
+    printed, _ = tiny()
+    files = {path: path.read_bytes() for path in (tmp_path / "kept").rglob(f"*.{ending}")}
+    for path, kept in files.items():
+        path.write_bytes(damage(kept))
+    assert tiny()[0] == printed
+    assert "[]" in tiny()[0]

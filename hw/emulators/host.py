@@ -46,6 +46,7 @@ class Host:
         hand: ServoServer | None = None,
         scale: float = 1.0,
         control_port: int = 0,
+        control_token: str | None = None,
     ) -> None:
         """Start the plant and let the devices know; they listen already.
 
@@ -56,6 +57,7 @@ class Host:
             hand: Whose goals drive the plant's servos; None: none.
             scale: Seconds of the plant per second of wall time.
             control_port: Of the control socket; 0: a free one.
+            control_token: What requests to it must carry; None: a new one.
 
         Raises:
             InvalidValueError: The scale is not above zero, two devices have one name, or the port is not free.
@@ -69,7 +71,7 @@ class Host:
         self._state = plant.start()
         for server in self._servers:
             server.take(self._state)
-        self._control = ControlSocket(self._reply, control_port)
+        self._control = ControlSocket(self._perform, control_port, control_token)
         self._running, self._closed = True, False
         self._steps = 0
         self._given_up = 0.0
@@ -79,6 +81,11 @@ class Host:
     def control_port(self) -> int:
         """Port of the control socket on 127.0.0.1."""
         return self._control.port
+
+    @property
+    def control_address(self) -> str:
+        """Port and token of the control socket, as `EmulatorControl` takes them."""
+        return self._control.address
 
     @property
     def addresses(self) -> dict[str, str]:
@@ -133,6 +140,7 @@ class Host:
             for server in self._servers:
                 if server.due() <= now:
                     server.tick(now)
+            self._control.flush()
             if now >= step_at:
                 self._step()
                 step_at += interval
@@ -149,7 +157,7 @@ class Host:
         for server in self._servers:
             server.take(self._state)
 
-    def _reply(self, request: Mapping[str, object]) -> Mapping[str, object]:
+    def _perform(self, request: Mapping[str, object]) -> Mapping[str, object]:
         """Do what was asked over the control socket.
 
         Raises:
@@ -185,6 +193,7 @@ class Host:
             "wall": time.monotonic() - self._begun,
             "steps": self._steps,
             "given_up": self._given_up,
+            "refused": self._control.refused,
             "position": list(state.arm.position_base_tip),
             "velocity": list(state.arm.velocity_base_tip),
             "wrenches": [list(sample.wrench) for sample in state.wrenches],

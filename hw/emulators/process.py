@@ -12,6 +12,7 @@ from typing import Self
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
+from palpate.interruption import SIGNALS
 
 _READY_WITHIN = 60.0
 """[s] for a new interpreter to import and compile what it needs on a busy machine."""
@@ -43,8 +44,8 @@ class EmulatorProcess:
         try:
             self._process.start()
             theirs.close()
-            port, self._addresses = self._heard(self._lifeline)
-            self._control = EmulatorControl(port)
+            control, self._addresses = self._heard(self._lifeline)
+            self._control = EmulatorControl(control)
         except BaseException:
             self.__exit__(None, None, None)
             raise
@@ -89,8 +90,8 @@ class EmulatorProcess:
             self._process.kill()
             self._process.join(_ENDS_WITHIN)
 
-    def _heard(self, lifeline: Connection) -> tuple[int, dict[str, str]]:
-        """Return what it says once it listens: the port of its control, and where its devices are.
+    def _heard(self, lifeline: Connection) -> tuple[str, dict[str, str]]:
+        """Return what it says once it listens: the address of its control, and where its devices are.
 
         Raises:
             DeviceError: It did not come up.
@@ -101,14 +102,15 @@ class EmulatorProcess:
             reply = "it ended at once; its own messages say why"
         if isinstance(reply, str):
             raise DeviceError("emulator", f"did not start: {reply}", "see that its address is free")
-        port, addresses = reply
-        return port, addresses
+        control, addresses = reply
+        return control, addresses
 
 
 def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
     """The child: ends when its parent closes the pipe, which its death does too."""
-    # Ctrl-C in a terminal reaches all processes: the parent decides
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C in a terminal, and its closing, reach all processes: the parent brings its robot to rest first
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     try:
         host = factory()
     except Exception as error:
@@ -118,5 +120,5 @@ def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
     # a collection of all that was imported would hold up the loop for several periods
     gc.collect()
     gc.freeze()
-    lifeline.send((host.control_port, host.addresses))
+    lifeline.send((host.control_address, host.addresses))
     host.run(lifeline.fileno())

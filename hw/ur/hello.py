@@ -6,6 +6,7 @@ at once.
 
 import socket
 import struct
+from time import monotonic
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.ur.version import OLDEST, Version
@@ -14,7 +15,7 @@ RTDE_PORT = 30004
 """Fixed by the controller, and in the client library."""
 
 _HEADER = struct.Struct(">HB")
-_WANT_PROTOCOL, _WANT_VERSION = ord("V"), ord("v")
+_WANT_PROTOCOL, _WANT_VERSION, _TEXT = ord("V"), ord("v"), ord("M")
 
 
 def controller_version(device: str, address: str, timeout: float = 2.0) -> Version:
@@ -23,7 +24,7 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
     Args:
         device: Name for messages.
         address: Of the controller.
-        timeout: For each reply [s].
+        timeout: For all of the greeting [s]; what trickles in byte by byte has no more time.
 
     Returns:
         Major, minor, bug fix, build.
@@ -32,15 +33,15 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
         DeviceError: There is no reply, it is no such controller, or too old.
     """
     try:
+        deadline = monotonic() + timeout
         with socket.create_connection((address, RTDE_PORT), timeout) as stream:
-            stream.settimeout(timeout)
             stream.sendall(_HEADER.pack(5, _WANT_PROTOCOL) + struct.pack(">H", 2))
-            if _reply(stream, _WANT_PROTOCOL)[:1] != b"\x01":
+            if _reply(stream, _WANT_PROTOCOL, deadline)[:1] != b"\x01":
                 raise DeviceError(
                     device, "it does not speak RTDE version 2", f"update PolyScope to {_wanted()} or newer"
                 )
             stream.sendall(_HEADER.pack(3, _WANT_VERSION))
-            major, minor, bug_fix, build = struct.unpack(">4I", _reply(stream, _WANT_VERSION))
+            major, minor, bug_fix, build = struct.unpack(">4I", _reply(stream, _WANT_VERSION, deadline))
     except DeviceError:
         raise
     except (OSError, struct.error, ValueError) as error:
@@ -60,16 +61,22 @@ def _wanted() -> str:
     return ", ".join(f"{v[0]}.{v[1]}" for v in OLDEST.values())
 
 
-def _reply(stream: socket.socket, kind: int) -> bytes:
-    size, got = _HEADER.unpack(_exactly(stream, _HEADER.size))
-    if got != kind or not _HEADER.size < size < 256:
+def _reply(stream: socket.socket, kind: int, deadline: float) -> bytes:
+    size, got = _HEADER.unpack(_exactly(stream, _HEADER.size, deadline))
+    if got not in (kind, _TEXT) or not _HEADER.size < size < 256:
         raise ValueError(f"no reply of RTDE: type {got}, {size} bytes")
-    return _exactly(stream, size - _HEADER.size)
+    payload = _exactly(stream, size - _HEADER.size, deadline)
+    if got == _TEXT:  # length, text, and who sent it: a controller that refuses says why
+        raise ConnectionError(payload[1 : 1 + payload[0]].decode(errors="replace"))
+    return payload
 
 
-def _exactly(stream: socket.socket, count: int) -> bytes:
+def _exactly(stream: socket.socket, count: int, deadline: float) -> bytes:
     data = b""
     while len(data) < count:
+        if (left := deadline - monotonic()) <= 0.0:
+            raise TimeoutError("its greeting took too long")
+        stream.settimeout(left)
         part = stream.recv(count - len(data))
         if not part:
             raise ConnectionError("it closed the connection")

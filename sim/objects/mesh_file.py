@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError, numbers, positive
+from palpate.mesh_file import load_mesh_geometry
 
 IndexArray = npt.NDArray[np.int64]
 
@@ -74,7 +75,7 @@ class Triangles:
 
 
 def read_triangles(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -> Triangles:
-    """Read a mesh file (STL, OBJ, PLY, ...: what trimesh reads).
+    """Read a mesh file (STL, OBJ, PLY or OFF).
 
     Args:
         path: The file.
@@ -94,17 +95,9 @@ def read_facets(path: str | os.PathLike[str]) -> tuple[FloatArray, IndexArray]:
     Raises:
         InvalidValueError: The file cannot be read.
     """
-    import trimesh  # imported here: a second that others need not wait for
-
-    name = os.fspath(path)
-    if not os.path.isfile(name):
-        raise InvalidValueError(f"{name}: cannot be read as a mesh: there is no such file")
-    try:
-        # no processing: it would drop what is not finite without a word
-        mesh = trimesh.load_mesh(name, process=False)
-        vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
-    except Exception as error:  # trimesh raises whatever its readers do
-        raise InvalidValueError(f"{name}: cannot be read as a mesh ({error})") from None
+    # no processing: it would drop what is not finite without a word
+    mesh = load_mesh_geometry(path, process=False)
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     if np.isfinite(vertices).all() and len(vertices):
         # STL files repeat each vertex in every triangle: the same numbers are the same vertex
         vertices, same = np.unique(vertices, axis=0, return_inverse=True)
@@ -115,11 +108,10 @@ def read_facets(path: str | os.PathLike[str]) -> tuple[FloatArray, IndexArray]:
 def _refuse_open(name: str, faces: IndexArray) -> None:
     """Every edge must belong to two triangles, which run along it in opposite directions."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    forward, ahead = np.unique(edges, axis=0, return_counts=True)
-    backward, behind = np.unique(edges[:, ::-1], axis=0, return_counts=True)
-    if forward.shape == backward.shape and (forward == backward).all() and (ahead == behind).all():
+    one_number = np.array([int(faces.max()) + 1, 1])  # sorted 20 times as quickly as pairs
+    if np.array_equal(np.sort(edges @ one_number), np.sort(edges[:, ::-1] @ one_number)):
         return
-    _, counts = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    _, counts = np.unique(np.sort(edges, axis=1) @ one_number, return_counts=True)
     single = int(np.sum(counts == 1))
     cause = (
         f"{single} edges belong to one triangle only" if single else "triangles that meet run in opposite senses"

@@ -2,8 +2,10 @@
 
 import os
 import sys
+from contextlib import suppress
 
 from palpate.commands import start_up
+from palpate.interruption import exit_code
 from palpate.one_thread import LINEAR_ALGEBRA
 
 
@@ -14,7 +16,14 @@ def main() -> int:
         os.environ.setdefault(name, value)
     from palpate.cli import main as command  # only now: it loads numpy
 
-    return command()
+    try:
+        code = command()
+    except KeyboardInterrupt:  # another one, after the line about the first
+        code = exit_code()
+    with suppress(OSError):
+        sys.stdout.flush()
+    start_up.leave()
+    return code
 
 
 if __name__ == "__main__":

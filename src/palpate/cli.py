@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple, Union
 
 import tyro
 
+from palpate import interruption
 from palpate.commands import start_up
 from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.commands.colours import HELP_WORDS, parser_colours
@@ -46,7 +47,7 @@ DESCRIPTION = (
     "Experiments come first below; one of your own is typed as module:Class or file.py:Class. "
     "Every command takes --json; where something moves, --dry-run shows what it would do. "
     "Exit code: 0 done; 1 not finished, or a check failed; 2 wrong input, nothing was done; "
-    "130 interrupted by Ctrl-C. palpate --version prints the version."
+    "128 + its number for a signal, as 130 for Ctrl-C. palpate --version prints the version."
 )
 
 
@@ -173,6 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
+    interruption.forget()
     return _output_format(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
 
 

@@ -1,11 +1,14 @@
 """numba's `njit`, with a log message where compiling takes a while.
 
-Compiled kernels are kept on disk (`cache=True`), so that only the first run after an install waits. The logger
-`palpate` announces it, on standard error unless configured otherwise.
+Compiled kernels are kept on disk (`cache=True`), so that only the first run after an install waits. Each file
+begins with a digest of the rest: what is damaged is compiled again, where numba itself would crash. Compiling is
+logged to `palpate`, which writes to standard error unless a program says otherwise.
 """
 
 import hashlib
+import io
 import logging
+import pickle
 import re
 import sys
 import threading
@@ -17,8 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 from numba.core import event as events
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
+
+from palpate.atomic_file import replacing
 
 FIRST = 2.0
 """[s] of compiling after which the first message is logged."""
@@ -30,6 +35,9 @@ ONCE = "once: it is kept; `palpate warm-up` compiles everything"
 EACH_TIME = "each time: it is not kept"
 NOWHERE = "each time: no folder to keep it in can be written; set NUMBA_CACHE_DIR to one that can"
 """How often something is compiled."""
+
+DIGEST = hashlib.sha256().digest_size
+"""Bytes in front of each file that is kept."""
 
 KEPT: list[str] = []
 """What this process has compiled and kept, in order."""
@@ -44,7 +52,7 @@ def _njit(function: Callable[..., Any] | None = None, *, cache: bool = False, **
     def decorated(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**options)(function)
         if cache and isinstance(kernel, Dispatcher):  # with NUMBA_DISABLE_JIT it is not
-            _keep(kernel, FunctionCache)
+            _keep(kernel, _KernelCache)
         return kernel
 
     return decorated if function is None else decorated(function)
@@ -88,11 +96,56 @@ def kept_name(kernel: Any) -> str:
     return f"{function.__module__}.{function.__qualname__} {source}"
 
 
-class _ClosureCache(FunctionCache):
+class _CheckedFiles(IndexDataCacheFile):
+    """Index and machine code on disk as numba has them, each behind a digest."""
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            file = io.BytesIO(self._checked(self._index_path))
+        except OSError:
+            return {}
+        if pickle.load(file) != self._version:  # then the rest may not even unpickle
+            return {}
+        stamp, overloads = pickle.load(file)
+        return overloads if stamp == self._source_stamp else {}
+
+    def _load_data(self, name: str) -> Any:
+        return pickle.loads(self._checked(self._data_path(name)))  # type: ignore[no-untyped-call]
+
+    def _checked(self, path: str) -> bytes:
+        """Read a file.
+
+        Raises:
+            OSError: It cannot be read, or is not as it was written.
+        """
+        kept = Path(path).read_bytes()
+        if hashlib.sha256(kept[DIGEST:]).digest() != kept[:DIGEST]:
+            raise OSError(f"{path}: damaged")
+        return kept[DIGEST:]
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[Any]:
+        content = io.BytesIO()
+        yield content
+        with replacing(filepath) as file:
+            file.write(hashlib.sha256(content.getvalue()).digest() + content.getvalue())
+
+
+class _KernelCache(FunctionCache):
+    """numba's, but that it checks what it loads."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._cache_file = _CheckedFiles(  # type: ignore[no-untyped-call]
+            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
+        )
+
+
+class _ClosureCache(_KernelCache):
     """Finds a closure by a name for what it closes over; numba takes that itself, with a number drawn for each."""
 
     def __init__(self, function: Callable[..., Any], kept_as: str) -> None:
-        super().__init__(function)  # type: ignore[no-untyped-call]
+        super().__init__(function)
         self._kept_as = kept_as
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:

@@ -6,7 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.bounded_file import Bounds
 from palpate.errors import FloatArray, InvalidValueError
+
+BOUNDS = Bounds(size=1 << 25, lines=400_000, fields=1_500_000)
+"""Four minutes of wrenches at 1 kHz, or a grid of 1200 x 1200 heights: as text they take 200 MB and 2 s."""
+
+MOST_COLUMNS = 10_000
+"""Of a line: more is another file, or one whose line ends are missing."""
+
+LONGEST_SHOWN = 400
+"""Characters of the names of columns that a message repeats."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 """Characters that no text file holds within a line; a tab is one that does."""
@@ -37,17 +47,17 @@ class NumberTable:
             InvalidValueError: There is no such column, or a field is no number.
         """
         if missing := [column for column in columns if column not in self.columns]:
-            raise InvalidValueError(
-                f"{self.name}: no column {missing[0]}: there are {', '.join(self.columns)}; give {self.holds}"
-            )
+            there = ", ".join(self.columns[:40])[:LONGEST_SHOWN]
+            raise InvalidValueError(f"{self.name}: no column {missing[0]}: there are {there}; give {self.holds}")
         places = [self.columns.index(column) for column in columns] or range(len(self.rows[0]))
-        numbers = []
-        for line, row in zip(self.lines, self.rows, strict=True):
-            numbers.append([number_in(row[place]) for place in places])
-            if None in numbers[-1]:
-                wrong = short(row[places[numbers[-1].index(None)]])
-                raise InvalidValueError(f"{self.name}, line {line}: {wrong} is no number: must hold {self.holds}")
-        return np.array(numbers, dtype=np.float64)
+        found = np.empty((len(self.rows), len(places)))
+        for i, row in enumerate(self.rows):
+            numbers = [number_in(row[place]) for place in places]
+            if None in numbers:
+                wrong = f"line {self.lines[i]}: {short(row[places[numbers.index(None)]])}"
+                raise InvalidValueError(f"{self.name}, {wrong} is no number: must hold {self.holds}")
+            found[i] = numbers
+        return found
 
 
 def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -> NumberTable:
@@ -64,6 +74,7 @@ def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -
     Raises:
         InvalidValueError: It is no such text, or holds no line besides names; the message names the line.
     """
+    BOUNDS.check(name, text)
     rows: list[list[str]] = []
     lines: list[int] = []
     for i, line in enumerate(text.removeprefix("\ufeff").split("\n"), 1):
@@ -107,6 +118,8 @@ def csv_fields(line: str, where: str) -> list[str]:
     """
     if control := _CONTROL.search(line):
         raise InvalidValueError(f"{where}: holds the control character {control.group()!r}; this is not CSV text")
+    if line.count(",") >= MOST_COLUMNS:
+        raise InvalidValueError(f"{where}: more than {MOST_COLUMNS} columns; are line ends missing?")
     if '"' not in line:  # much quicker
         return line.split(",")
     try:

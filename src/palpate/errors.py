@@ -120,8 +120,8 @@ def shown(value: object, longest: int = 60) -> str:
 def _real(name: str, value: float, unit: str) -> float:
     try:
         return float(value)
-    except (TypeError, ValueError):
-        raise InvalidValueError(f"{name} = {value!r}: must be a number [{unit}]") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidValueError(f"{name} = {shown(value)}: must be a number [{unit}]") from None
 
 
 def numbers(name: str, value: object) -> FloatArray:

@@ -11,11 +11,12 @@ from pathlib import Path
 
 import msgspec
 
+from palpate.bounded_file import read_text
 from palpate.errors import InvalidValueError, shown
 from palpate.nearest_name import advice_on_key, nearest
 from palpate.strict_refusal import DecodeRefusal, not_among, parted, refusal, shown_path
 from palpate.strict_types import item_type, known_keys, records, tags
-from palpate.strict_yaml import LONGEST, Key, place_of, read_yaml
+from palpate.strict_yaml import BOUNDS, Key, place_of, read_yaml
 
 T = typing.TypeVar("T")
 
@@ -29,17 +30,9 @@ def load_text(path: str | os.PathLike[str], what: str) -> str:
 
     Raises:
         OSError: The file cannot be read.
-        InvalidValueError: It is not text, or far too long.
+        InvalidValueError: It is no regular file, not text, or far too long.
     """
-    file = Path(path)
-    with file.open("rb") as opened:
-        raw = opened.read(4 * LONGEST + 1)
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InvalidValueError(
-            f"{file}: not text (byte {error.start} is no UTF-8): {what} is YAML text"
-        ) from None
+    return read_text(path, BOUNDS, f"{what} is YAML text")
 
 
 def load(path: str | os.PathLike[str], read: Callable[[str], T], what: str) -> T:

@@ -12,6 +12,10 @@ LONGEST_SHOWN = 60
 """Characters of a wrong key that a message repeats."""
 
 
+LONGEST_MESSAGE = 1000
+"""Characters of a message."""
+
+
 class DecodeRefusal(Exception):  # noqa: N818  # becomes an InvalidValueError once the place is known
     """An error at a place, before its line is looked up."""
 
@@ -25,7 +29,10 @@ class DecodeRefusal(Exception):  # noqa: N818  # becomes an InvalidValueError on
         """Return the message with its place, in one line."""
         place = place_of(text, self.path) if text else ""
         where = shown_path(self.path)
-        return (where + self.message if where else self.message.removeprefix(": ")) + place
+        message = where + self.message if where else self.message.removeprefix(": ")
+        if len(message) > LONGEST_MESSAGE:  # it repeats a value of any length; what to do stands at its end
+            message = f"{message[: LONGEST_MESSAGE // 2]} ... {message[-LONGEST_MESSAGE // 2 :]}"
+        return message + place
 
 
 def shown_path(path: Sequence[Key]) -> str:

@@ -7,13 +7,18 @@ of YAML 1.2 without octal and hexadecimal), and repeated keys, aliases and tags 
 
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import yaml
 
+from palpate.bounded_file import Bounds
 from palpate.errors import InvalidValueError
 
-LONGEST = 1_000_000
-"""Characters. A calibration has some thousand; more is no file of ours."""
+BOUNDS = Bounds(size=1 << 18)
+"""A calibration has some thousand characters; more is no file of ours."""
+
+MOST_EVENTS = 50_000
+"""Keys, values, beginnings and ends of a document: a robot with its calibrations has below 1000."""
 
 DEEPEST = 16
 """Levels of nesting. Ours has four."""
@@ -46,12 +51,12 @@ def read_yaml(text: str) -> object:
         InvalidValueError: No YAML, several documents, repeated keys, aliases, tags, keys that are no text, too
             long or too deep; the message names the place.
     """
-    if len(text) > LONGEST:
-        raise InvalidValueError(f"{len(text)} characters: at most {LONGEST} are read; is it the right file?")
+    BOUNDS.check("YAML", text)
     try:
+        _refuse_beyond(text)
         root = _composed(text)
-    except RecursionError:
-        raise InvalidValueError(f"nested too deep: at most {DEEPEST} levels") from None
+    except UnicodeEncodeError:
+        raise InvalidValueError("no valid YAML: half a character; remove it") from None
     except yaml.MarkedYAMLError as error:
         raise InvalidValueError(f"no valid YAML: {error.problem}{_place(error.problem_mark)}") from None
     except yaml.YAMLError as error:
@@ -86,9 +91,31 @@ def _child(node: yaml.Node | None, step: Key) -> tuple[yaml.Node, yaml.Mark] | N
     return None
 
 
+_Loader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+"""The base loader resolves nothing: every word comes as text, and explicit tags show. The one in C takes 0.2 s for
+the longest document, that in Python 7 s."""
+
+
 def _composed(text: str) -> yaml.Node | None:
-    # The base loader resolves nothing: every word comes as text, and explicit tags show.
-    return yaml.compose(text, Loader=yaml.BaseLoader)
+    found: yaml.Node | None = yaml.compose(text, Loader=_Loader)
+    return found
+
+
+def _refuse_beyond(text: str) -> None:
+    """Read a document without keeping it: composing it takes stack for each level."""
+    depth = 0
+    for count, event in enumerate(yaml.parse(text, Loader=_Loader)):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST + 1:
+            raise _too_deep(event.start_mark)
+        if count > MOST_EVENTS:
+            raise InvalidValueError(
+                f"more than {MOST_EVENTS // 2} values{_place(event.start_mark)}: is it the right file?"
+            )
+
+
+def _too_deep(mark: Any) -> InvalidValueError:
+    return InvalidValueError(f"nested too deep{_place(mark)}: at most {DEEPEST} levels; write it flatter")
 
 
 def _value(node: yaml.Node, seen: set[int], depth: int) -> object:
@@ -96,7 +123,7 @@ def _value(node: yaml.Node, seen: set[int], depth: int) -> object:
         raise InvalidValueError(f"an alias (*name) of the value{_place(node.start_mark)}: write it out")
     seen.add(id(node))
     if depth > DEEPEST:
-        raise InvalidValueError(f"nested too deep{_place(node.start_mark)}: at most {DEEPEST} levels")
+        raise _too_deep(node.start_mark)
     if node.tag not in _PLAIN_TAGS:
         raise InvalidValueError(f"a tag ({node.tag}){_place(node.start_mark)}: write the value without it")
     if isinstance(node, yaml.MappingNode):
@@ -106,7 +133,7 @@ def _value(node: yaml.Node, seen: set[int], depth: int) -> object:
     if not isinstance(node, yaml.ScalarNode):
         raise InvalidValueError(f"neither text, list nor mapping{_place(node.start_mark)}")
     text = _text(node)
-    return _scalar(text) if node.style is None else text
+    return text if node.style else _scalar(text)
 
 
 def _mapping(node: yaml.MappingNode, seen: set[int], depth: int) -> dict[str, object]:
@@ -140,5 +167,5 @@ def _scalar(word: str) -> object:
     return float(word)
 
 
-def _place(mark: yaml.Mark | None) -> str:
+def _place(mark: Any) -> str:
     return "" if mark is None else f" (line {mark.line + 1}, column {mark.column + 1})"

@@ -133,7 +133,7 @@ def raising(error):
         (InvalidValueError("a = 1:\n must be 2"), ExitCode.MISTAKE, "a = 1: must be 2"),
         (OverrunError("late"), ExitCode.UNFINISHED, "late; the robot was stopped"),
         (OSError(28, "No space left"), ExitCode.UNFINISHED, "[Errno 28] No space left"),
-        (KeyboardInterrupt(), ExitCode.INTERRUPTED, "interrupted"),
+        (KeyboardInterrupt(), ExitCode.INTERRUPTED, "interrupted; nothing was finished, and nothing is kept"),
         (
             ZeroDivisionError("nobody thought of it"),
             ExitCode.UNFINISHED,

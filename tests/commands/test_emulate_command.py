@@ -31,14 +31,14 @@ pytestmark = pytest.mark.xdist_group("wire")  # it waits for real time, as the t
 
 @contextmanager
 def emulated(*typed):
-    """Run it in a process of its own; yield that, what it said first, and the port of its control.
+    """Run it in a process of its own; yield that, what it said first, and the address of its control.
 
     It is ended as a user ends it: killed, it would leave the devices that it has started.
     """
     with going_on(("emulate", *typed), "Ctrl-C") as (process, said):
-        port = re.search(r"emulate fault (\d+) ", said)
+        control = re.search(r"emulate fault '(\S+)' ", said)
         try:
-            yield process, said, int(port.group(1)) if port else 0
+            yield process, said, control.group(1) if control else ""
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
@@ -54,25 +54,27 @@ def listening(process):
 
 @pytest.mark.slow
 def test_an_arm_listens_where_it_says_has_its_faults_and_ends_in_good_order(capsys):
-    with emulated("ur", "--address", "127.0.9.80", "--fault", "local_control", "1") as (process, said, port):
+    with emulated("ur", "--address", "127.0.9.80", "--fault", "local_control", "1") as (process, said, control):
         assert "127.0.9.80" in said
         assert "drop_rst" in said
-        assert listening(process) == {("127.0.9.80", its) for its in (30004, 30003, 29999)} | {("127.0.0.1", port)}
+        assert listening(process) == {("127.0.9.80", its) for its in (30004, 30003, 29999)} | {
+            ("127.0.0.1", int(control.split("?")[0]))
+        }
         with socket.create_connection(("127.0.9.80", 29999), timeout=30.0) as dashboard:
             lines = dashboard.makefile("rw")
             assert "Dashboard" in lines.readline()
             lines.write("is in remote control\n")
             lines.flush()
             assert lines.readline().strip() == "false"
-            assert main(["emulate", "fault", str(port), "ur", "local_control", "0"]) == 0
+            assert main(["emulate", "fault", control, "ur", "local_control", "0"]) == 0
             lines.write("is in remote control\n")
             lines.flush()
             assert lines.readline().strip() == "true"
-        assert main(["emulate", "fault", str(port), "ur", "nonsense"]) == ExitCode.MISTAKE
+        assert main(["emulate", "fault", control, "ur", "nonsense"]) == ExitCode.MISTAKE
         assert "protective_stop" in capsys.readouterr().err
         process.send_signal(signal.SIGINT)
         assert process.wait(60.0) == 0
-    assert main(["emulate", "fault", str(port), "ur", "drop_fin"]) == ExitCode.MISTAKE
+    assert main(["emulate", "fault", control, "ur", "drop_fin"]) == ExitCode.MISTAKE
     assert "no emulator is there" in capsys.readouterr().err
 
 
@@ -128,9 +130,10 @@ def connected(port):
 
 
 @pytest.mark.slow
-def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_words(capsys):
+def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_words(monkeypatch, capsys):
     """All of it is ready when that port is, and the answer to --json is one document all the same."""
     port, address = free_port(), "127.0.9.82"
+    monkeypatch.setenv("PALPATE_CONTROL_TOKEN", "chosen-by-the-program")
     typed = ("ur", "--address", address, "--control-port", str(port), "--json")
     with subprocess.Popen(
         [sys.executable, "-m", "palpate", "emulate", *typed], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
@@ -139,6 +142,7 @@ def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_word
             connected(port).close()
             assert {(address, its) for its in (30004, 30003, 29999)} <= listening(started)
             assert main(["emulate", "fault", str(port), "ur", "protective_stop"]) == 0
+            assert main(["emulate", "fault", f"{port}?token=guessed", "ur", "e_stop"]) == ExitCode.MISTAKE
             with emulated("netft", "--address", address, "--control-port", str(port)) as (second, told, _):
                 assert second.wait(60.0) == ExitCode.MISTAKE
                 assert f"control_port = {port}: cannot listen there" in told

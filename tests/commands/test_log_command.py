@@ -66,10 +66,12 @@ def test_a_folder_stands_for_its_latest_log(log_path, capsys, wide):
 
 
 def test_a_log_that_may_not_be_read_is_named_with_what_to_do(log_path, monkeypatch):
-    def forbidden(path, *mode):
+    def forbidden(path):
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr(Path, "open", forbidden)  # who tests as root may read anything
+    monkeypatch.setattr(
+        "palpate.runtime.log.reader.open_regular", forbidden
+    )  # who tests as root may read anything
     with pytest.raises(InvalidValueError, match=r"a\.mcap: may not be read; .*chmod a\+r"):
         run_log_info(LogInfoConfig(log_path))
 

@@ -111,6 +111,23 @@ def test_a_node_that_is_lost_costs_no_run(undisturbed, tmp_path):
         assert figures(tmp_path) == figures(undisturbed)
 
 
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_when_the_head_is_lost_it_says_so_and_keeps_what_is_done(how, tmp_path):
+    with two_nodes() as (nodes, address):
+        process = started([*LONG[: LONG.index("--jobs")], "--ray", address], tmp_path)
+        wait_for(lambda: kept(tmp_path))
+        (head,) = [
+            child for child in psutil.Process(nodes.pid).children(recursive=True) if child.name() == "gcs_server"
+        ]
+        head.send_signal(how)
+        said, _ = process.communicate(timeout=PATIENCE)
+        head.kill()
+        assert process.returncode == 1, said
+        assert "the head of the ray cluster has not replied for 4 s" in said
+        assert f"{len(kept(tmp_path))} of 6 runs are kept" in said
+        assert "Traceback" not in said
+
+
 def test_a_cluster_of_its_own_is_gone_afterwards(undisturbed, tmp_path):
     process = started([*LONG, "--ray", "local"], tmp_path)
     said, _ = process.communicate(timeout=PATIENCE)

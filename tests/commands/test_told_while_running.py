@@ -165,7 +165,7 @@ print("still here", flush=True)
 @pytest.mark.parametrize(
     ("before", "within", "code", "out", "err"),
     [
-        ("", "", ExitCode.INTERRUPTED, "", "palpate: interrupted\n"),
+        ("", "", ExitCode.INTERRUPTED, "", "palpate: interrupted; nothing had begun, and nothing was written\n"),
         ("", "start_up.over()", -signal.SIGINT, "", "KeyboardInterrupt"),
         ("signal.signal(signal.SIGINT, signal.SIG_IGN)", "", 0, "still here\n", ""),
     ],

@@ -97,7 +97,7 @@ def test_what_the_log_does_not_know_is_said_and_stands_still(spun, monkeypatch, 
     monkeypatch.setattr(view_command, "free_poses_in", lambda log: None)
     monkeypatch.setattr(view_command, "Player", Shown)
     assert run_view(ViewConfig(str(spun[0]))).exit_code == 0
-    assert "no log says where the object was" in " ".join(capsys.readouterr().out.split())
+    assert "no log has where the object was" in " ".join(capsys.readouterr().out.split())
     assert Shown.given[1].layout.free == 0
 
 

@@ -352,7 +352,7 @@ def test_rows_go_where_they_are_asked_to():
         ({"object": "height-field", "file": "x.csv", "size": (0.1,)}, "takes width and depth"),
         ({"object": "torus", "size": (0.1,)}, "its radius of the ring and of its tube"),
         ({"center": (0.1,)}, "center = 0.1: give two numbers"),
-        ({"center": (0.1, float("nan"))}, "center = 0.1 nan"),
+        ({"center": (0.1, float("nan"))}, "center = nan m"),
     ],
 )
 def test_configurations_that_contradict_themselves_are_refused(fields, message):

@@ -343,6 +343,8 @@ def test_without_machine_code_it_still_works(trouble: str, cache: Path, monkeypa
         cache.joinpath(library.name).write_bytes(library.read_bytes()[:100])
     (found,) = executor.prepare([square()])
     assert float(found(3.0)) == 9.0
+    if trouble == "spoilt" and executor.compiler is not None:
+        assert cache.joinpath(library.name).read_bytes() == library.read_bytes()
 
 
 @pytest.mark.slow

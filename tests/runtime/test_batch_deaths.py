@@ -2,6 +2,7 @@
 
 import os
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -11,6 +12,7 @@ import psutil
 import pytest
 
 from palpate.runtime.batch import BatchError, Failure, FailureKind, Success, quiet, results_of, run_batch
+from palpate.runtime.batch import process as worker_process
 from palpate.runtime.batch.pickling import packed
 from palpate.runtime.batch.process import WorkerProcess
 from palpate.runtime.batch.worker import Ready
@@ -98,12 +100,57 @@ def test_a_worker_killed_while_it_sends_its_result_is_found_too():
     """Half a result must neither be waited for nor be taken for one."""
     worker = WorkerProcess(packed("work", large))
     worker.start()
-    assert isinstance(worker.receive(), Ready)
+    until(lambda: isinstance(worker.receive(), Ready))
     assert worker.begin(0, packed("case", 7))
-    assert worker.pipe.poll(PATIENCE)  # it has begun to send, and cannot end before somebody reads
+    until(lambda: unread(worker) > 10_000)  # it has begun to send, and cannot end before somebody reads
     worker.kill()
-    assert worker.receive() is None
+    until(lambda: worker.receive() is None)
     assert worker.bury() == "ended by SIGKILL"
+
+
+def unread(worker):
+    """Bytes that wait in its pipe."""
+    import fcntl
+    import termios
+
+    return struct.unpack("i", fcntl.ioctl(worker.pipe.fileno(), termios.FIONREAD, bytes(4)))[0]
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_stopped_is_replaced_and_its_case_done_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(worker_process, "MOST_SILENT", 5.0)
+    stopped = []
+
+    def stop(progress):
+        if progress.done == 2 and attempts(tmp_path, 2) and not stopped:
+            stopped.append(attempts(tmp_path, 2)[0])
+            os.kill(stopped[0], signal.SIGSTOP)
+
+    outcomes = run_batch(toss, [Toss(seed, tmp_path, pause=float(seed == 2)) for seed in range(3)], 1, stop)
+    assert numbers(outcomes) == [walk(seed)[1] for seed in range(3)]
+    assert [len(attempts(tmp_path, seed)) for seed in range(3)] == [1, 1, 2]
+    assert workers() == []
+
+
+@pytest.mark.slow
+def test_a_case_that_takes_too_long_fails_alone(tmp_path):
+    cases = [Toss(seed, tmp_path, pause=100.0 * (seed == 1)) for seed in range(3)]
+    outcomes = run_batch(toss, cases, 2, quiet, longest=2.0)
+    failed = outcomes[1]
+    assert [isinstance(outcome, Success) for outcome in outcomes] == [True, False, True]
+    assert isinstance(failed, Failure)
+    assert "was busy with one case for more than 2 s" in failed.error
+    assert workers() == []
+
+
+def test_a_parent_that_was_stopped_itself_finds_nobody_late(monkeypatch):
+    clock = iter([0.0, 0.1, 3600.0, 3600.2])
+    monkeypatch.setattr(worker_process.time, "monotonic", lambda: next(clock))
+    time, seen = worker_process.ParentTime(most=1.0), []
+    for _ in range(3):
+        time.look()
+        seen.append(time.now)
+    assert seen == pytest.approx([0.1, 1.1, 1.3])
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ class InProcess:
     def describe(self):
         return "here"
 
-    def run(self, cases, progress):
+    def run(self, cases, progress, longest):
         for count, case in enumerate(cases):
             if count == self.interrupted_after:
                 raise KeyboardInterrupt

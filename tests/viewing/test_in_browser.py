@@ -87,6 +87,6 @@ def test_a_slider_in_the_browser_changes_the_run(live_run, tmp_path):
         browser.wait_for("document.body.innerText.includes('the run is over')")
         assert browser.errors == []
     assert said
-    assert "asked for: force 2.1 N" in said[0]
+    assert "requested: force 2.1 N" in said[0]
     (change,) = run.recorded(result).changes
     assert (change.name, change.value) == ("force", pytest.approx(2.1))

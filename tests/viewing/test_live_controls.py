@@ -53,7 +53,7 @@ def test_the_newest_wish_for_each_parameter_arrives_once(bursts):
     writer, reader = BoardWriter(board), BoardReader(board)
     for burst in bursts:
         for name, value in burst:
-            writer.ask(name, value)
+            writer.request(name, value)
         assert reader.is_new == bool(burst)
         assert dict(reader.take()) == dict(burst)
         assert not reader.is_new
@@ -63,7 +63,7 @@ def test_the_newest_wish_for_each_parameter_arrives_once(bursts):
 def write_wishes(board, count):
     writer = BoardWriter(board)
     for i in range(count):
-        writer.ask("a", float(i))
+        writer.request("a", float(i))
 
 
 @pytest.mark.slow
@@ -133,8 +133,8 @@ def test_a_value_out_of_range_is_refused_and_the_slider_goes_back(panel, wrong):
     force.value = wrong
     controls.step(said(2.0, 0.5))
     assert (asked, force.value) == ([], 2.0)
-    assert "refused: force" in controls._says.content
-    assert "must lie between 0.5 and 10 N" in controls._says.content
+    assert "refused: force" in controls._status.content
+    assert "must lie between 0.5 and 10 N" in controls._status.content
     controls.step(said(2.0, 0.5))
     assert asked == []
 
@@ -150,15 +150,15 @@ def test_when_the_run_is_over_nothing_can_be_asked(panel):
     force.value = 4.0
     controls.step(said(2.0, 0.5))
     assert asked == []
-    assert "the run is over" in controls._says.content
+    assert "the run is over" in controls._status.content
 
 
 def test_the_observer_asks_the_loop_and_what_is_wrong_ends_no_run(short_run):
     live = LiveParameters(FORCE, RATIO)
     observe, reader, writer = observer_without_process(ViewScene("t", ()), live)
     live.step(0.0)
-    writer.ask("force", 4.0)
-    writer.ask("ratio", 7.0)  # the view would not have let it through
+    writer.request("force", 4.0)
+    writer.request("ratio", 7.0)  # the view would not have let it through
     observe(*short_run.periods[0])
     assert [(change.name, change.value) for change in live.step(0.001)] == [("force", 4.0)]
     for i in range(2, 30):

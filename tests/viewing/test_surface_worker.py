@@ -195,7 +195,7 @@ def test_the_player_goes_on_without_it(short_run):
         player._slider.value = 3.0
         until(lambda: player.step(0.03) or scene_tree.get_handle_by_name("/map").visible)
         assert scene_tree.get_handle_by_name("/surface/observed") is None
-        assert "has ended" in player.drawing._surface._says.content
+        assert "has ended" in player.drawing._surface._status.content
         assert player.time > 1.0
 
 

@@ -1,7 +1,7 @@
 """The loop that serves emulated devices, in a thread and in processes of its own."""
 
+import contextlib
 import itertools
-import json
 import os
 import socket
 import threading
@@ -13,7 +13,7 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
-from palpate.hw.emulators.control import EmulatorControl
+from palpate.hw.emulators.control import MOST_CLIENTS, EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.plant import PlantState
 from palpate.hw.emulators.process import EmulatorProcess
@@ -38,6 +38,7 @@ class Mover:
     ticks: list[float] = field(default_factory=list)
     next_tick: float = float("inf")
     closed: bool = False
+    faults: int = 0
 
     def files(self) -> Sequence[int]:
         return ()
@@ -58,6 +59,7 @@ class Mover:
     def inject(self, fault: str, value: float) -> str:
         if fault != "slow":
             raise InvalidValueError("fault: there is slow")
+        self.faults += 1
         return "slow"
 
     def close(self) -> None:
@@ -75,7 +77,7 @@ class Running:
         self.host = Host(SimplePlant(), [self.mover], arm=self.mover)
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
-        self.control = EmulatorControl(self.host.control_port)
+        self.control = EmulatorControl(self.host.control_address)
 
     def close(self) -> None:
         self.control.close()
@@ -167,25 +169,66 @@ def test_a_device_is_woken_when_it_wants(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.parametrize(
-    "line",
+    "request_",
+    [
+        {},
+        {"do": "fault", "device": "nobody", "fault": "x", "value": 1},
+        {"do": "fault", "device": "mover", "fault": "no", "value": 1},
+        {"do": "fault", "device": "mover", "fault": "slow", "value": "1"},
+        {"do": "fault", "device": "mover", "fault": "slow", "value": 10**400},
+        {"do": "log", "device": 3},
+    ],
+)
+def test_senseless_requests_get_an_error(running: Running, request_: dict[str, object]) -> None:
+    with pytest.raises(InvalidValueError):
+        running.control.ask(**request_)
+    assert running.control.state()["steps"]
+
+
+POST = b"POST / HTTP/1.1\r\nHost: evil.example\r\nOrigin: http://evil.example\r\n\r\n"
+FAULT = b'{"do": "fault", "device": "mover", "fault": "slow", "value": 1'
+
+
+@pytest.mark.parametrize(
+    "sent",
     [
         b"{}",
         b"[]",
         b"nonsense",
         b"\xff\xfe",
-        b'{"do": "fault", "device": "nobody", "fault": "x", "value": 1}',
-        b'{"do": "fault", "device": "mover", "fault": "no", "value": 1}',
-        b'{"do": "fault", "device": "mover", "fault": "slow", "value": "1"}',
-        b'{"do": "log", "device": 3}',
         b"[" * 50_000,
+        POST + FAULT + b"}",
+        FAULT + b"}",
+        FAULT + b', "token": "wrong"}',
+        FAULT + b', "token": "\\ud800"}',
+        FAULT + b', "token": 1}',
     ],
 )
-def test_invalid_requests_get_an_error_reply(running: Running, line: bytes) -> None:
+def test_without_the_token_a_connection_ends_and_nothing_is_switched(running: Running, sent: bytes) -> None:
     with socket.create_connection(("127.0.0.1", running.host.control_port), timeout=WITHIN) as client:
-        client.sendall(line + b"\n")
-        reply = json.loads(client.makefile("rb").readline())
-    assert set(reply) == {"error"}
-    assert running.control.state()["steps"]
+        client.sendall(sent + b"\n")
+        replies = client.makefile("rb")
+        with contextlib.suppress(ConnectionResetError):  # where more was sent than was read
+            assert b"no token" in replies.readline()
+            assert replies.readline() == b""
+    until(lambda: running.control.state()["refused"] == 1)
+    assert running.mover.faults == 0
+
+
+def test_connections_without_the_token_make_room_and_one_too_many_is_refused(running: Running) -> None:
+    """`select` takes 1024 descriptors; of 1020 connections an emulator once died. Here they are one process."""
+    where = ("127.0.0.1", running.host.control_port)
+    strangers, clients = [socket.create_connection(where, timeout=WITHIN) for _ in range(200)], [running.control]
+    try:
+        until(lambda: running.control.state()["refused"] == 200 - MOST_CLIENTS + 1)
+        while len(clients) < MOST_CLIENTS:
+            clients.append(EmulatorControl(running.host.control_address))
+            assert clients[-1].state()["steps"]
+        with socket.create_connection(where, timeout=WITHIN) as one_too_many:
+            assert b"close one" in one_too_many.makefile("rb").readline()
+    finally:
+        for one in (*strangers, *clients[1:]):
+            one.close()
 
 
 def test_faults_are_refused_with_what_there_is(running: Running) -> None:
@@ -235,6 +278,23 @@ def test_many_clients_that_say_nothing_or_rubbish_do_not_hurt() -> None:
         host.stop()
         thread.join(WITHIN)
     assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("port", [30004, 30003, 29999])
+def test_one_connection_too_many_is_refused_in_a_sentence(port: int) -> None:
+    server = UrServer(ADDRESS)
+    host = Host(SimplePlant(), [server], arm=server)
+    thread = threading.Thread(target=host.run)
+    thread.start()
+    try:
+        with contextlib.ExitStack() as open_:
+            for _ in range(100):
+                open_.enter_context(socket.create_connection((ADDRESS, port), timeout=WITHIN))
+            one_too_many = open_.enter_context(socket.create_connection((ADDRESS, port), timeout=WITHIN))
+            assert b"100 connections to this controller already: close one" in one_too_many.recv(1000)
+    finally:
+        host.stop()
+        thread.join(WITHIN)
 
 
 @pytest.mark.slow

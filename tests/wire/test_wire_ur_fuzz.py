@@ -1,6 +1,7 @@
 """Rubbish to an emulated UR controller, and a controller that talks rubbish: nobody hangs, and nobody dies."""
 
 import contextlib
+import itertools
 import socket
 import struct
 import threading
@@ -77,7 +78,7 @@ def served() -> Iterator[tuple[EmulatorControl, UrServer]]:
     host = Host(SimplePlant(), [server], arm=server)
     thread = threading.Thread(target=host.run)
     thread.start()
-    control = EmulatorControl(host.control_port)
+    control = EmulatorControl(host.control_address)
     try:
         yield control, server
     finally:
@@ -175,6 +176,31 @@ def test_a_version_is_only_believed_from_a_controller(count: int) -> None:
         assert server.accepted >= count
     # 16 random bytes are no version that there is
     assert not versions
+
+
+@pytest.mark.parametrize("step", [0.0, 0.3])
+def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Byte by byte it may come, within the time for all of it; each read takes `step` by the clock."""
+    clock = itertools.count()
+    monkeypatch.setattr("palpate.hw.ur.hello.monotonic", lambda: step * next(clock))
+    greeting = package(PackageType.VERSION, b"\x01")
+    greeting += package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1))
+    real, reads = socket.socket.recv, []
+
+    def trickle(stream: socket.socket, most: int) -> bytes:
+        if stream.getpeername()[1] != RTDE_PORT:  # the controller's end
+            return real(stream, most)
+        reads.append(1)
+        return real(stream, 1)
+
+    monkeypatch.setattr("socket.socket.recv", trickle)
+    with RudeServer(lambda _: greeting):
+        if step:
+            with pytest.raises(DeviceError, match="its greeting took too long"):
+                controller_version("UR arm", RUDE, timeout=2.0)
+            assert len(reads) <= 2.0 / step
+        else:
+            assert controller_version("UR arm", RUDE, timeout=2.0) == (5, 14, 0, 1)
 
 
 @pytest.mark.slow

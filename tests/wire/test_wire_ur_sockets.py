@@ -33,7 +33,7 @@ class Serving:
         self.host = Host(SimplePlant(period=period), [server], arm=server)
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
-        self.control = EmulatorControl(self.host.control_port)
+        self.control = EmulatorControl(self.host.control_address)
 
     def close(self) -> None:
         self.control.close()

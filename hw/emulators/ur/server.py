@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
+from palpate.hw.emulators.connection import Connection
 from palpate.hw.emulators.plant import PlantState
 from palpate.hw.emulators.ur.arm import STILL, ArmMounting
-from palpate.hw.emulators.ur.connection import Connection
 from palpate.hw.emulators.ur.dashboard import GREETING, DashboardServer
 from palpate.hw.emulators.ur.faults import ControllerFault
-from palpate.hw.emulators.ur.framing import FramingError
+from palpate.hw.emulators.ur.framing import FramingError, PackageType, package, text_message
 from palpate.hw.emulators.ur.programs import program_of
 from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.rtde_session import RtdeSession
@@ -28,7 +28,10 @@ _SLACK = 1e-9
 """[s] of rounding between the plant's clock and the controller's cycles."""
 
 MOST_CLIENTS = 100
-"""Connections; more are closed at once. `select` takes 1024 descriptors, of all devices together."""
+"""Connections; one more is refused in a sentence. `select` takes 1024 descriptors, of all devices together."""
+
+_ERROR = 1
+"""Level of a text message."""
 
 _LONGEST_LINE = 4096
 """Bytes without an end after which a dashboard client is given up."""
@@ -53,6 +56,14 @@ class _DashboardClient:
 
 
 _Client = _RtdeClient | _ScriptClient | _DashboardClient
+
+
+def _one_too_many(port: int) -> bytes:
+    """Return what a connection beyond `MOST_CLIENTS` is sent."""
+    sentence = f"{MOST_CLIENTS} connections to this controller already: close one"
+    if port == RTDE_PORT:
+        return package(PackageType.TEXT, text_message(sentence, "emulator", _ERROR))
+    return f"{sentence}\n".encode()
 
 
 class UrServer:
@@ -235,11 +246,12 @@ class UrServer:
     def _accept(self, listener: socket.socket) -> None:
         with contextlib.suppress(OSError):
             accepted, _ = listener.accept()
-            if len(self._clients) >= MOST_CLIENTS:
-                accepted.close()
-                return
             port = listener.getsockname()[1]
             connection = Connection(accepted)
+            if len(self._clients) >= MOST_CLIENTS:
+                connection.send(_one_too_many(port))
+                connection.close()
+                return
             client: _Client
             if port == RTDE_PORT:
                 client = _RtdeClient(connection, RtdeSession(self._robot, self._owners, self._faults))

@@ -21,7 +21,7 @@ class ExitCode(IntEnum):
     MISTAKE = 2
     """The arguments, or a file that they name, are wrong; nothing moved, nothing was written."""
     INTERRUPTED = 130
-    """By Ctrl-C: 128 + SIGINT, the shell's convention."""
+    """By Ctrl-C: 128 + SIGINT, the shell's convention. Of another signal the process returns 128 + its number."""
 
 
 @dataclass(frozen=True, slots=True)

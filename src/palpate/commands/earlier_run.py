@@ -6,6 +6,7 @@ from pathlib import Path
 from mcap.opcode import Opcode
 from rich.console import Console
 
+from palpate.bounded_file import open_regular
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
@@ -70,7 +71,7 @@ def _command_in(folder: Path) -> tuple[str | None, bool]:
 
 def _experiment_of(path: Path) -> str | None:
     """Return the experiment of a log from its beginning alone: the whole file may be gigabytes."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         for record in McapWalk(file).records():
             if record.opcode == Opcode.CHUNK:
                 break

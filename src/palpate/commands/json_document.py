@@ -18,7 +18,6 @@ STATUS: Mapping[int, str] = {
     ExitCode.DONE: "done",
     ExitCode.UNFINISHED: "unfinished",
     ExitCode.MISTAKE: "wrong_input",
-    ExitCode.INTERRUPTED: "interrupted",
 }
 
 
@@ -33,7 +32,7 @@ def document(command: str, result: CommandResult) -> str:
         "schema": SCHEMA,
         "command": command,
         "version": __version__,
-        "status": STATUS.get(result.exit_code, "unfinished"),
+        "status": "interrupted" if result.exit_code > 128 else STATUS.get(result.exit_code, "unfinished"),
         "exit_code": int(result.exit_code),
     }
     if result.error:

@@ -7,12 +7,16 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import replace
 from typing import Any, Protocol
 
+from palpate.commands import start_up
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.json_document import document
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
+from palpate.interruption import exit_code
+from palpate.plain_text import inert
 
 Run = Callable[[], CommandResult | int]
 """Carries out a command; a bare exit code stands for a result without figures."""
@@ -103,9 +107,12 @@ def _result_of(run: Run) -> CommandResult:
     except OSError as error:
         return CommandResult(ExitCode.UNFINISHED, error=_line(error))
     except KeyboardInterrupt as error:
-        # an interrupted run reports that the robot was stopped; otherwise none moved
-        return CommandResult(ExitCode.INTERRUPTED, error=_line(error) or "interrupted")
-    return found if isinstance(found, CommandResult) else CommandResult(int(found))
+        start_up.conclude()
+        # a run that is interrupted says that the robot was stopped, a sweep what it keeps; else none moved
+        message = _line(error) or f"{start_up.interrupted_by()}; nothing was finished, and nothing is kept"
+        return CommandResult(exit_code(), error=message)
+    result = found if isinstance(found, CommandResult) else CommandResult(int(found))
+    return replace(result, exit_code=exit_code()) if result.exit_code == ExitCode.INTERRUPTED else result
 
 
 def _line(error: BaseException) -> str:
@@ -114,7 +121,7 @@ def _line(error: BaseException) -> str:
 
 def _print_error(error: str) -> None:
     if error:
-        sys.stderr.write(f"palpate: {error}\n")
+        sys.stderr.write(f"palpate: {inert(error)}\n")
 
 
 class _KeptErrors:

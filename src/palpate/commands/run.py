@@ -19,6 +19,7 @@ from palpate.experiments.kit.recording import log_writer, write_result, written
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.repeat_words import repeat_commands
 from palpate.experiments.kit.script import plan_for
+from palpate.interruption import requested
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, RunResult, result_until
@@ -78,7 +79,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     print_outcome(console, result, files)
     code = ExitCode.DONE if result.ending is Ending.DONE and report.reached else ExitCode.UNFINISHED
     summary = reported_result(
-        ExitCode.INTERRUPTED if interrupted else code,
+        ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
         report.outcome,
         figures_of(experiment, found),
         report.all_figures,
@@ -91,7 +92,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
 def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
     """Run the companion of the first run; None, and that it was interrupted, after Ctrl-C."""
     second = plan.companion()
-    if second is None:
+    if second is None or requested() is not None:
         return None, False
     run = RecordedRun(second)
     try:

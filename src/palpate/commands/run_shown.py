@@ -8,6 +8,7 @@ from rich.console import Console
 
 from palpate.commands.progress import run_progress
 from palpate.commands.say import say
+from palpate.interruption import finishing, requested
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
@@ -30,6 +31,8 @@ def run_shown(
     Raises:
         KeyboardInterrupt: Ctrl-C before the run had begun, or a second one.
     """
+    if requested() is not None:  # and an extension module has swallowed it: nothing moves
+        raise KeyboardInterrupt
     with run_progress(console, expected_duration) as observer:
         try:
             return run(observer), False
@@ -45,11 +48,14 @@ def run_shown(
 def kept_if_interrupted(result: RunResult) -> Iterator[None]:
     """Turn Ctrl-C during the evaluation of a run into a message that names its log.
 
+    Any other signal waits until both are done: a terminal may be closed at any time.
+
     Raises:
         KeyboardInterrupt: Ctrl-C, with that message.
     """
     try:
-        yield
+        with finishing():
+            yield
     except KeyboardInterrupt:
         recording = result.recording
         path = None if recording is None else recording.path

@@ -4,6 +4,8 @@ from contextlib import suppress
 
 from rich.console import Console
 
+from palpate.plain_text import inert
+
 
 def say(console: Console, text: str) -> None:
     """Print a text in one line, without interpreting markup.
@@ -11,4 +13,4 @@ def say(console: Console, text: str) -> None:
     A closed pipe, upon which rich exits, must end neither run nor report, and is ignored.
     """
     with suppress(OSError, SystemExit):
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
+        console.print(inert(text), highlight=False, markup=False, soft_wrap=True)

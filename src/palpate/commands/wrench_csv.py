@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Literal, Protocol
@@ -160,7 +161,7 @@ class WrenchReader:
         if missing := [component for component in COMPONENTS if component not in found]:
             raise self._wrong(f"no column {', '.join(missing)}; the header must hold {_EXAMPLE}")
         names = tuple(columns[i] for i in others)
-        if twice := next((name for i, name in enumerate(names) if name in names[:i]), None):
+        if twice := next((name for name, count in Counter(names).items() if count > 1), None):
             raise self._wrong(f"two columns are called {short(twice)}; rename one")
         if clash := next((name for name in names if name in self._taken), None):
             raise self._wrong(f"column {short(clash)} has the name of an output column; rename it")

@@ -1,8 +1,9 @@
 """CasADi functions as machine code, where the machine has a compiler.
 
-C code is generated, compiled once, and kept in the user's cache folder under the hash of what went in, so that the
-next program starts at once. The compiler may not contract or reorder floating-point operations: the numbers are
-those of CasADi's virtual machine, bit for bit but for the mathematics library.
+C code is generated, compiled once, and kept in the user's cache folder. Its name has the digest of what went in,
+so that the next program starts at once, and that of the file itself, so that a damaged one is made anew instead of
+ending the process. The compiler may not contract or reorder floating-point operations: the numbers are those of
+CasADi's virtual machine, bit for bit but for the mathematics library.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import platform
 import shutil
 import subprocess
 import tempfile
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -28,6 +30,9 @@ FLAGS = ("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-semantic-interposi
 """None of them changes a bit. Without the third and the fourth every square and square root is a call through the
 library's table, which costs a sixth. -march=native gained 8 %, but what is cached for one machine might crash
 another."""
+
+ROOM = "compiling-"
+"""Begins the names of folders where a compiler works."""
 
 PATIENCE = 120.0
 """Seconds after which a compiler is taken to hang; it needs two."""
@@ -80,13 +85,17 @@ class Compiled:
         made_of = "\n".join(
             (casadi.CasadiMeta.version(), compiler, *FLAGS, platform.system(), platform.machine(), code)
         )
-        name = hashlib.sha256(made_of.encode()).hexdigest()[:32] + ".so"
+        name = _digest(made_of.encode())
         folder = cache_folder() if self._folder is None else self._folder
-        library = folder / name
-        if library.is_file():
-            return library
+        for library in folder.glob(f"{name}-*.so"):
+            if library.name == f"{name}-{_digest(library.read_bytes())}.so":
+                return library
+            library.unlink(missing_ok=True)  # to load it might end this process
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with tempfile.TemporaryDirectory() as room:
+        for left in folder.glob(f"{ROOM}*"):
+            if time.time() - left.stat().st_mtime > PATIENCE:  # whoever made it was killed
+                shutil.rmtree(left, ignore_errors=True)
+        with tempfile.TemporaryDirectory(prefix=ROOM, dir=folder) as room:
             source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
             source.write_text(code)
             command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
@@ -94,9 +103,15 @@ class Compiled:
                 subprocess.run(
                     command, check=True, capture_output=True, timeout=PATIENCE, stdin=subprocess.DEVNULL
                 )
-            with replacing(library) as file:  # two programs that do this at once write the same
-                file.write(made.read_bytes())
+            machine_code = made.read_bytes()
+        library = folder / f"{name}-{_digest(machine_code)}.so"
+        with replacing(library) as file:  # two programs that do this at once write the same
+            file.write(machine_code)
         return library
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
 
 
 def cache_folder() -> Path:

@@ -6,10 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from palpate.csv_table import read_csv_table
+from palpate.bounded_file import read_text
+from palpate.csv_table import BOUNDS, read_csv_table
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.compare import SAMPLES, TouchedMap
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mesh_file import load_geometry
+from palpate.unit_ranges import RANGES
+
+FARTHEST = RANGES["m"].most
+"""Bounds coordinates [m]."""
 
 _POSITION, _NORMAL = ("x_m", "y_m", "z_m"), ("nx", "ny", "nz")
 
@@ -30,9 +36,7 @@ def read_map(path: str | os.PathLike[str], metres_per_unit: float = 1.0, samples
     if path.suffix.lower() == ".csv":
         return _from_csv(path, metres_per_unit)
     loaded = _loaded(path)
-    vertices = np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit
-    if not np.isfinite(vertices).all():
-        raise InvalidValueError(f"{path}: a vertex is not finite; leave it out")
+    vertices = _placed(path, np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit)
     faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
     if len(faces):
         return TouchedMap.of_mesh(_outwards(TriangleSurface(vertices, faces.reshape(-1, 3))), samples)
@@ -42,7 +46,7 @@ def read_map(path: str | os.PathLike[str], metres_per_unit: float = 1.0, samples
 
 
 def read_reference(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -> TriangleSurface:
-    """Read a reference mesh (STL, PLY, OBJ, ...: what trimesh reads).
+    """Read a reference mesh (STL, PLY, OBJ or OFF).
 
     Raises:
         InvalidValueError: The file cannot be read as triangles.
@@ -52,7 +56,17 @@ def read_reference(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -
     faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
     if not len(faces):
         raise InvalidValueError(f"{path}: has no triangles; the reference must be a mesh (the map comes first)")
-    return _outwards(TriangleSurface(np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit, faces))
+    vertices = _placed(Path(path), np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit)
+    return _outwards(TriangleSurface(vertices, faces))
+
+
+def _placed(path: Path, vertices: FloatArray) -> FloatArray:
+    """The same points [m], if they are where things are."""
+    if not (np.abs(vertices) <= FARTHEST).all():
+        raise InvalidValueError(
+            f"{path}: a vertex is not finite or farther than {FARTHEST:g} m; leave it out, or give the file's unit"
+        )
+    return vertices
 
 
 def _outwards(surface: TriangleSurface) -> TriangleSurface:
@@ -68,14 +82,7 @@ def _outwards(surface: TriangleSurface) -> TriangleSurface:
 
 
 def _loaded(path: Path) -> Any:
-    import trimesh  # imported here: a second that others need not wait for
-
-    try:
-        loaded = trimesh.load(os.fspath(path), process=False)
-        if isinstance(loaded, trimesh.Scene):
-            loaded = loaded.to_mesh()
-    except Exception as error:  # trimesh raises whatever its readers do
-        raise InvalidValueError(f"{path}: cannot be read as points or a mesh ({error})") from None
+    loaded = load_geometry(path, process=False)
     if not hasattr(loaded, "vertices"):
         raise InvalidValueError(f"{path}: holds neither points nor triangles")
     return loaded
@@ -84,17 +91,18 @@ def _loaded(path: Path) -> Any:
 def _cloud_normals(loaded: Any, count: int) -> FloatArray | None:
     """Normals of a PLY cloud, which trimesh keeps as it found them."""
     raw = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
-    if raw is None or any(name not in (raw.dtype.names or ()) for name in _NORMAL):
+    try:
+        # an array with names of a binary file, a mapping of a text
+        return _unit(np.column_stack([np.asarray(raw[name], np.float64).reshape(count) for name in _NORMAL]))
+    except (KeyError, TypeError, ValueError):  # there are none, or not one for each point
         return None
-    normals = np.column_stack([np.asarray(raw[name], dtype=np.float64).reshape(count) for name in _NORMAL])
-    return _unit(normals)
 
 
 def _from_csv(path: Path, metres_per_unit: float) -> TouchedMap:
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidValueError(f"cannot read {path}: {error}") from None
+        text = read_text(path, BOUNDS, "a map is CSV text")
+    except OSError as error:
+        raise InvalidValueError(f"cannot read {path}: {error.strerror}") from None
     found = read_csv_table(
         text, str(path), "x_m, y_m and z_m below a line with these names, as explore writes them"
     )
@@ -103,9 +111,13 @@ def _from_csv(path: Path, metres_per_unit: float) -> TouchedMap:
     table = table[np.isfinite(table).all(axis=1)]  # where nothing was felt, a height map says nan
     if not len(table):
         raise InvalidValueError(f"{path}: holds no points")
-    return TouchedMap(table[:, :3] * metres_per_unit, _unit(table[:, 3:]) if len(names) == 6 else None)
+    return TouchedMap(
+        _placed(path, table[:, :3] * metres_per_unit), _unit(table[:, 3:]) if len(names) == 6 else None
+    )
 
 
 def _unit(normals: FloatArray) -> FloatArray | None:
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / length) if (length > 0.0).all() else None
+    with np.errstate(all="ignore"):
+        normals = normals / np.abs(normals).max(axis=1, keepdims=True)  # squares of extremes are 0 or infinite
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals if np.isfinite(normals).all() else None

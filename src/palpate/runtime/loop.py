@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from palpate.errors import InvalidValueError, positive, shown
+from palpate.interruption import StopRequest, stop_requests
 from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.interpreter import undisturbed
-from palpate.runtime.interruption import StopRequest, stop_requests
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
 from palpate.runtime.pacing import Punctuality
@@ -286,6 +286,7 @@ class _Run:
     def end(self) -> None:
         """Leave the robot, give back what was taken from the system, and finish the log: in this order."""
         self._ended = self._clock()
+        self._stop.closing = True
         try:
             self._backend.close()
         except Exception as error:
@@ -294,6 +295,7 @@ class _Run:
             self._ending = Ending.TRIPPED
             self._tell_trip()
         finally:
+            self._stop.closing = False
             self._punctuality = self._pacer.stop()
             if self._recorder is not None:
                 if self._ending is not None:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.mesh_file import load_mesh_geometry
 from palpate.surfaces.implicit import Implicit
 
 IndexArray = npt.NDArray[np.int64]
@@ -26,6 +27,9 @@ GRID = 24
 
 LONGEST_WALK = 10_000
 """Facets visited in search of one: the grid starts it a few away."""
+
+MOST_FACETS = 20_000
+"""Of a file: whether it is convex costs each of them each vertex, 1 s in all."""
 
 _HEADER = 4
 
@@ -82,7 +86,7 @@ class MeshSurface(Implicit):
 
 
 def load_mesh(path: str | os.PathLike[str], scale: float = 1.0, **frame: Any) -> MeshSurface:
-    """Return the fingertip in a mesh file (STL, PLY, OBJ, ...: what trimesh reads).
+    """Return the fingertip in a mesh file (STL, PLY, OBJ or OFF).
 
     Args:
         path: The file.
@@ -92,15 +96,13 @@ def load_mesh(path: str | os.PathLike[str], scale: float = 1.0, **frame: Any) ->
     Raises:
         InvalidValueError: The file cannot be read, or is no closed convex mesh about its origin.
     """
-    import trimesh  # imported here: a second that others need not wait for
-
-    try:
-        mesh = trimesh.load_mesh(os.fspath(path), process=True)
-        mesh.merge_vertices(merge_norm=True, merge_tex=True)
-        vertices, triangles = np.asarray(mesh.vertices) * scale, np.asarray(mesh.faces)
-    except Exception as error:  # trimesh raises whatever its readers do
-        raise InvalidValueError(f"{os.fspath(path)}: cannot be read as a mesh ({error})") from None
-    return MeshSurface(vertices, triangles, **frame)
+    mesh = load_mesh_geometry(path, process=True)
+    if len(mesh.faces) > MOST_FACETS:
+        raise InvalidValueError(
+            f"{os.fspath(path)}: {len(mesh.faces)} triangles: at most {MOST_FACETS} make a fingertip; simplify it"
+        )
+    mesh.merge_vertices(merge_norm=True, merge_tex=True)
+    return MeshSurface(np.asarray(mesh.vertices) * scale, np.asarray(mesh.faces), **frame)
 
 
 def _facet_normals(vertices: FloatArray, triangles: IndexArray) -> FloatArray:

@@ -143,7 +143,7 @@ class Drawing:
         elif grown is not None:
             surface.show(grown)
         if feed.failed is None:
-            surface.tell_lateness(feed.behind)
+            surface.show_lateness(feed.behind)
         surface.follow_choice()
         if surface.shows_points != self._contacts.visible:
             self._contacts.visible = surface.shows_points
@@ -299,11 +299,11 @@ def _with_room(bounds: tuple[float, float]) -> tuple[float, float]:
 def _numbers(frames: Frames, touched: TouchMap | None, plan: PlanDrawing) -> str:
     """The last period in numbers, as HTML; nothing in it was typed by anybody."""
     last = len(frames) - 1
-    said = [f"t = {frames.time[last]:.2f} s", frames.phase(last).value]
+    parts = [f"t = {frames.time[last]:.2f} s", frames.phase(last).value]
     contacts = [frames.finger(i) for i in range(frames.layout.fingers)]
     forces = [f"{its.normal_force[last]:.2f} N" for its in contacts if its.touching[last]]
-    said += forces or ["no contact"]
+    parts += forces or ["no contact"]
     if touched is not None:
-        said.append(f"{len(touched)} map points")
-    said += [f"{count} x {event}" for event, count in plan.events.items() if count]
-    return _PADDED.format(" &middot; ".join(said))
+        parts.append(f"{len(touched)} map points")
+    parts += [f"{count} x {event}" for event, count in plan.events.items() if count]
+    return _PADDED.format(" &middot; ".join(parts))

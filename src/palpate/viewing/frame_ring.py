@@ -1,7 +1,7 @@
 """Rows in memory that two processes share: the loop writes and never waits, the view reads what it can.
 
 The writer overwrites the oldest row. Every row begins and ends with its number, from 0: a reader copies a row and
-then looks whether both ends, and the count of rows, say that it was not written to meanwhile.
+then looks whether both ends, and the count of rows, show that it was not written to meanwhile.
 """
 
 import struct

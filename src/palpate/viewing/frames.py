@@ -226,7 +226,7 @@ class Frames:
         return tuple(self.posture(i) for i in np.linspace(0, len(self) - 1, count).astype(int).tolist())
 
     def posture(self, index: int) -> Posture:
-        """Return where everything was, as far as the row says."""
+        """Return where everything was, as far as the row holds it."""
         row, layout = self.rows[index], self.layout
         return Posture(
             Pose(as_vector(row[POSITION]), _matrix(row[ROTATION].reshape(3, 3))),
@@ -243,7 +243,7 @@ def frames_of_log(log: Log, free_poses: FloatArray | None = None) -> Frames:
     Args:
         log: The log.
         free_poses: Where free bodies were: position [m] and quaternion (w, x, y, z) of each,
-            base frame, one after the other, shape (n, 7 bodies). Left out: the frames do not say.
+            base frame, one after the other, shape (n, 7 bodies). Left out: the frames do not hold them.
 
     Raises:
         InvalidValueError: These poses have another shape.

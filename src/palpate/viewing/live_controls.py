@@ -23,25 +23,25 @@ class LiveControls:
         self,
         server: viser.ViserServer,
         parameters: Sequence[LiveParameter],
-        ask: Callable[[str, float], None],
+        request: Callable[[str, float], None],
     ) -> None:
         """Add the sliders to the panel.
 
         Args:
             server: Where.
             parameters: With which values the run begins; none of them, no sliders.
-            ask: Called with a parameter's name and the value that somebody wants.
+            request: Called with a parameter's name and the value that somebody wants.
         """
-        self._ask, self._parameters, self._over = ask, tuple(parameters), False
+        self._request, self._parameters, self._over = request, tuple(parameters), False
         self._sliders: list[_Slider] = []
         if not parameters:
             return
         with server.gui.add_folder("Change while it runs"):
             self._sliders = [_Slider(server, parameter) for parameter in self._parameters]
-            self._says = server.gui.add_html(_PADDED.format("as it began"))
+            self._status = server.gui.add_html(_PADDED.format("as it began"))
 
     def step(self, frames: Frames) -> None:
-        """Ask for what was moved since the last time, and show what the run says.
+        """Ask for what was moved since the last time, and show what the run reports.
 
         Args:
             frames: What is new of the run.
@@ -57,11 +57,11 @@ class LiveControls:
                 wanted = parameter.checked(moved)
             except InvalidValueError as error:
                 slider.refuse()
-                self._say(f"refused: {error}")
+                self._show_status(f"refused: {error}")
             else:
-                self._ask(parameter.name, wanted)
+                self._request(parameter.name, wanted)
                 slider.asked = wanted
-                self._say(f"asked for: {parameter.name} {shown(wanted)} {parameter.unit}")
+                self._show_status(f"requested: {parameter.name} {shown(wanted)} {parameter.unit}")
         if len(frames):
             values, targets = frames.live_values[-1].tolist(), frames.live_targets[-1].tolist()
             for slider, value, target in zip(self._sliders, values, targets, strict=True):
@@ -73,10 +73,10 @@ class LiveControls:
         for slider in self._sliders:
             slider.end()
         if self._sliders:
-            self._say("the run is over")
+            self._show_status("the run is over")
 
-    def _say(self, text: str) -> None:
-        self._says.content = _PADDED.format(html.escape(text))
+    def _show_status(self, text: str) -> None:
+        self._status.content = _PADDED.format(html.escape(text))
 
 
 class _Slider:

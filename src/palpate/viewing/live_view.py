@@ -4,7 +4,7 @@ A thread would share Python's interpreter lock with the loop, and drawing takes 
 writes one row per period into shared memory, which costs it two to four microseconds and never waits, and another
 process, of lower urgency, draws what it finds there thirty times a second. Rows that it is too slow for are lost.
 The surface of the map, which takes tenths of seconds, comes from a third process, of lower urgency still.
-What people ask for in the browser comes back the same way, and takes effect as any other request for a change.
+What people request in the browser comes back likewise, and takes effect as any other request for a change.
 """
 
 import multiprocessing
@@ -15,6 +15,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from palpate.errors import InvalidValueError
+from palpate.interruption import SIGNALS
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import LiveParameter, LiveParameters
@@ -65,7 +66,7 @@ class LiveView(Closing):
 
         Args:
             scene: What there is to see.
-            host: Address to listen on. Whoever reaches it may move the sliders.
+            host: Address to listen on. Whoever has `url`, with its token, may move the sliders.
             port: Where; 0 for one that is free.
             live: The controller's, with a slider each; none if not given.
             free_poses: Where the scene's free bodies are; if not given they are shown where they start.
@@ -123,7 +124,7 @@ class LiveView(Closing):
 
     def _request(self) -> None:
         for name, value in self._board.take():
-            # the view has checked it, and told whoever asked; nothing that comes in here may end a run
+            # checked here whatever the view lets through; nothing that comes in here may end a run
             with suppress(InvalidValueError):
                 self._live.request(name, value)
 
@@ -163,7 +164,7 @@ class LiveView(Closing):
                 raise ViewUnavailableError(
                     f"the view did not start within {START_TIMEOUT:g} s: is the machine busy?"
                 )
-            said: str | Exception = self._pipe.recv()
+            message: str | Exception = self._pipe.recv()
         except EOFError:
             self.close()
             raise ViewUnavailableError(
@@ -172,10 +173,10 @@ class LiveView(Closing):
         except BaseException:
             self.close()
             raise
-        if isinstance(said, Exception):
+        if isinstance(message, Exception):
             self.close()
-            raise said
-        return said
+            raise message
+        return message
 
 
 def _no_news() -> None:
@@ -194,7 +195,8 @@ def _serve(
     pipe: Connection,
 ) -> None:
     """What the view's process does, until the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which closes the view when it is done
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)  # they are for the loop, which closes the view when it is done
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     try:
@@ -205,7 +207,7 @@ def _serve(
     try:
         feed = None if worker is None or scene.surface is None else SurfaceFeed(worker, scene.surface)
         drawing, reader, plan_reader = Drawing(server, scene, feed=feed), RingReader(ring), PlanReader(plans)
-        controls = LiveControls(server, parameters, BoardWriter(board).ask)
+        controls = LiveControls(server, parameters, BoardWriter(board).request)
         last = reader.read()  # nothing: whoever writes waits for the address
         pipe.send(server.url)
         while True:

@@ -1,7 +1,7 @@
-"""How the view looks: light or dark as the reader's system is, told what its colours mean, readable when lost.
+"""How the view looks: light or dark as the reader's system is, with a legend of its colours, readable when lost.
 
 The page is viser's, which is light or dark for everybody alike. A style sheet put into the panel turns it dark for
-those whose system is, and says so when the connection is lost: viser dims the panel then, and that is all.
+those whose system is, and shows it when the connection is lost: viser dims the panel then, and that is all.
 """
 
 from palpate.runtime import palette
@@ -61,13 +61,13 @@ def legend(length_per_newton: float, *, has_map: bool) -> str:
         length_per_newton: Of an arrow [m/N].
         has_map: Whether a map grows.
     """
-    said = [
+    entries = [
         (palette.FELT, f"force felt, {1e3 * length_per_newton:g} mm per N"),
         (palette.QUIET_COLOUR, "path of the tip"),
     ]
     if has_map:  # what explores makes one, and nothing else knows where it will go
-        said.append((palette.COMMAND, "still to go"))
-    words = "".join(f'<span><b style="background: {each.light}"></b> {text}</span> ' for each, text in said)
+        entries.append((palette.COMMAND, "still to go"))
+    words = "".join(f'<span><b style="background: {each.light}"></b> {text}</span> ' for each, text in entries)
     heights = "<span>points of the map: dark is low, yellow high</span>" if has_map else ""
     return f'<div class="palpate-legend" style="padding: 0 1em; font-size: 0.85em">{words}{heights}</div>'
 

@@ -37,13 +37,13 @@ class PlanWriter:
 
     def write(self, plan: ShownPlan) -> None:
         """Put up a plan in the place of the last one; one that does not fit is shown without its path."""
-        said = pickle.dumps(plan.bounded())
-        if _HEAD.size + len(said) > CAPACITY:
-            said = pickle.dumps(ShownPlan(plan.leg, (), plan.axis))
+        data = pickle.dumps(plan.bounded())
+        if _HEAD.size + len(data) > CAPACITY:
+            data = pickle.dumps(ShownPlan(plan.leg, (), plan.axis))
         self._count += 1
-        end = _HEAD.size + len(said)
-        _HEAD.pack_into(self._view, 0, self._count, len(said), zlib.crc32(said))
-        self._view[_HEAD.size : end] = said
+        end = _HEAD.size + len(data)
+        _HEAD.pack_into(self._view, 0, self._count, len(data), zlib.crc32(data))
+        self._view[_HEAD.size : end] = data
 
 
 class PlanReader:
@@ -58,9 +58,9 @@ class PlanReader:
         count, size, checksum = _HEAD.unpack_from(self._view)
         if count == self._seen or not 0 < size <= CAPACITY - _HEAD.size:
             return None
-        said = bytes(self._view[_HEAD.size : _HEAD.size + size])
-        if zlib.crc32(said) != checksum:
+        data = bytes(self._view[_HEAD.size : _HEAD.size + size])
+        if zlib.crc32(data) != checksum:
             return None  # it is just being written
         self._seen = count
-        plan: ShownPlan = pickle.loads(said)  # from our own process
+        plan: ShownPlan = pickle.loads(data)  # from our own process
         return plan

@@ -1,4 +1,4 @@
-"""The plan on the screen: the way still to go, the way gone, and marks with their words."""
+"""The plan on the screen: the path still to go, the path gone, and marks with their words."""
 
 import math
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ REST_WIDTH, DONE_WIDTH = 3.0, 1.5
 """Of the lines [pixels]."""
 
 MARK_COLOURS: tuple[Colour, ...] = tuple(rgb(each) for each in palette.SIDE_BY_SIDE)
-"""The first event that comes takes the first one. Words tell events apart, colours help."""
+"""The first event that comes takes the first one. Words distinguish events, colours help."""
 
 MARK_RADIUS = 4e-4
 """Of a mark's ball [m]: a few on a fingertip's width."""

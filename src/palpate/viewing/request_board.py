@@ -1,8 +1,8 @@
-"""How wishes get from the view's process to the loop: numbers in shared memory, looked at once per period.
+"""How requests get from the view's process to the loop: numbers in shared memory, looked at once per period.
 
-There is one place per live parameter, and a count of all wishes. The view writes a wish, then the count; the loop
-looks at the count alone, which takes a tenth of a microsecond, until it has changed. A newer wish replaces one
-that the loop has not seen yet, as in `palpate.runtime.live`.
+There is one place per live parameter, and a count of all requests. The view writes a request, then the count; the
+loop looks at the count alone, which takes a tenth of a microsecond, until it has changed. A newer request replaces
+one that the loop has not seen yet, as in `palpate.runtime.live`.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from typing import Any
 
 
 class RequestBoard:
-    """Shared memory for wishes; it can be handed to a process that is being started.
+    """Shared memory for requests; it can be handed to a process that is being started.
 
     Attributes:
         names: Of the live parameters, in order.
@@ -25,7 +25,7 @@ class RequestBoard:
             names: Of the live parameters.
         """
         self.names = tuple(names)
-        # first the count of all wishes; then, of each parameter, their count and the newest value: who reads in
+        # first the count of all requests; then, of each parameter, their count and the newest value: who reads in
         # this order and finds a new count gets its value, or a newer one. Without a lock: nobody waits
         self._memory: Any = context.RawArray("d", 1 + 2 * len(self.names))
 
@@ -37,7 +37,7 @@ class BoardWriter:
         """Take the memory."""
         self._memory, self._names = board._memory, board.names
 
-    def ask(self, name: str, value: float) -> None:
+    def request(self, name: str, value: float) -> None:
         """Ask for a change.
 
         Raises:
@@ -46,7 +46,7 @@ class BoardWriter:
         at, memory = 1 + 2 * self._names.index(name), self._memory
         memory[at + 1] = value
         memory[at] += 1.0
-        memory[0] += 1.0  # last: by now the wish stands there
+        memory[0] += 1.0  # last: by now the request stands there
 
 
 class BoardReader:
@@ -63,7 +63,7 @@ class BoardReader:
         return bool(self._memory[0] != self._seen[0])
 
     def take(self) -> list[tuple[str, float]]:
-        """Return the newest wish for each parameter that there is one for."""
+        """Return the newest request for each parameter that there is one for."""
         memory, before = list(self._memory), self._seen
         self._seen = memory
         places = range(1, len(memory), 2)

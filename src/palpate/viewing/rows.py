@@ -37,7 +37,7 @@ class RowMaker:
         Args:
             scene: What there is to see.
             live: The controller's live parameters; none if not given.
-            free_poses: Where the scene's free bodies are; if not given rows do not say.
+            free_poses: Where the scene's free bodies are; if not given rows do not hold them.
         """
         start = scene.placement.start
         self._live, self._free_poses = live or LiveParameters(), free_poses
@@ -56,7 +56,7 @@ class RowMaker:
     def row(self, now: Observation, command: Command) -> tuple[float, ...]:
         """Return a period's row but for its number at both ends.
 
-        A device that tells less than it should is the supervisor's business: zeros stand for it.
+        A device that reports less than it should is the supervisor's business: zeros stand for it.
         """
         contacts: tuple[float, ...] = ()
         for finger in now.fingers[: self._fingers]:

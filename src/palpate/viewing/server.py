@@ -9,6 +9,7 @@ import socket
 import viser
 
 from palpate.errors import InvalidValueError, PalpateError
+from palpate.viewing.guard import EVERYWHERE, ViewGuard
 
 LOOPBACK = "127.0.0.1"
 """Reachable from this machine alone."""
@@ -21,11 +22,11 @@ ANY_PORT = 0
 
 
 class ViewUnavailableError(PalpateError, OSError):
-    """The view cannot be served: the message says why, and what to do."""
+    """The view cannot be served; the message has the reason and the remedy."""
 
 
 class ViewServer(viser.ViserServer):
-    """A server that says nothing by itself, takes the port it was given or none, and stays on its host."""
+    """A server that prints nothing, takes the port it was given or none, stays on its host, and has a guard."""
 
     def __init__(self, label: str, host: str = LOOPBACK, port: int = USUAL_PORT) -> None:
         """Start serving.
@@ -36,7 +37,7 @@ class ViewServer(viser.ViserServer):
             port: Where; `ANY_PORT` for one that is free.
 
         Raises:
-            ViewUnavailableError: The port is taken.
+            ViewUnavailableError: The port is taken, or requests cannot be checked.
             InvalidValueError: There is no such port, or the address is not this machine's.
         """
         if not 0 <= port <= 65535:
@@ -44,26 +45,30 @@ class ViewServer(viser.ViserServer):
         check_host(host)
         # viser goes on to the next port without a word, and tries a thousand of them
         free = _free_port(host, port)
-        with contextlib.redirect_stdout(io.StringIO()):
+        self.guard = ViewGuard(host)
+        with contextlib.redirect_stdout(io.StringIO()), self.guard.installed():
             super().__init__(host=host, port=free, label=label, verbose=False)
         if self.get_port() != free:
             self.stop()
             raise ViewUnavailableError(_taken(host, free))
+        if not self.guard.in_force:
+            self.stop()
+            raise ViewUnavailableError(f"viser {viser.__version__}: its requests cannot be checked; install 1.1.1")
         self._host_shown = host
         self._name_tab(label)
 
     @property
     def url(self) -> str:
-        """What to open in a browser."""
-        host = {"0.0.0.0": "localhost", "::": "localhost", "": "localhost"}.get(self._host_shown, self._host_shown)
-        return f"http://{f'[{host}]' if ':' in host else host}:{self.get_port()}"
+        """What to open in a browser; whoever has it may drive the run."""
+        host = "localhost" if self._host_shown in EVERYWHERE else self._host_shown
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.get_port()}/?token={self.guard.token}"
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuse: any page could ask for a tunnel to the internet, past the host that was chosen."""
         return None
 
     def _name_tab(self, name: str) -> None:
-        """Name the browser's tab: viser calls it Viser, and has no public way to say otherwise."""
+        """Name the browser's tab: viser calls it Viser, and has no public method to change that."""
         with contextlib.suppress(ImportError, AttributeError):  # of another version: then it stays so
             from viser._messages import RunJavascriptMessage
 

@@ -46,7 +46,7 @@ _PADDED = '<div style="padding: 0 1em">{}</div>'
 
 
 class Colouring(StrEnum):
-    """What the colours of a surface tell."""
+    """What the colours of a surface mean."""
 
     HEIGHT = "height"
     UNCERTAINTY = "uncertainty"
@@ -67,7 +67,7 @@ class SurfaceDrawing:
             self._choice = server.gui.add_dropdown("colour", names, initial_value=Colouring.UNCERTAINTY.value)
             self._legend = server.gui.add_html(_PADDED.format(""))
             self._points = server.gui.add_checkbox("contacts", False)
-            self._says = server.gui.add_html(_PADDED.format("no surface yet"))
+            self._status = server.gui.add_html(_PADDED.format("no surface yet"))
             self._late = server.gui.add_html("")
         self._chosen = self.colouring
         self._points_shown = False
@@ -83,17 +83,17 @@ class SurfaceDrawing:
         return bool(self._points.value)
 
     def fail(self, why: str) -> None:
-        """Say why there is no surface any more; the contacts stand in for it."""
+        """Show why there is no surface any more; the contacts stand in for it."""
         self._drop()
         self._late.content = ""
         self._points.value = True  # type: ignore[misc]  # it has a setter, which mypy does not find
-        self._says.content = _PADDED.format(html.escape(why))
+        self._status.content = _PADDED.format(html.escape(why))
 
-    def tell_lateness(self, behind: float) -> None:
-        """Say how much of what was felt is not in the surface yet [s], where that is worth a word."""
-        said = late(behind)
-        if said != self._late.content:
-            self._late.content = said
+    def show_lateness(self, behind: float) -> None:
+        """Show how much of what was felt is not in the surface yet [s], where that is worth a word."""
+        text = late(behind)
+        if text != self._late.content:
+            self._late.content = text
 
     def clear(self) -> None:
         """Forget the surface."""
@@ -105,7 +105,7 @@ class SurfaceDrawing:
     def show(self, surface: GrownSurface) -> None:
         """Draw a surface in the place of the last one."""
         self._surface = surface
-        self._says.content = _PADDED.format(said_of(surface))
+        self._status.content = _PADDED.format(summary_of(surface))
         self._draw()
 
     def follow_choice(self) -> None:
@@ -179,7 +179,7 @@ def shades(value: FloatArray, span: tuple[float, float]) -> npt.NDArray[np.uint8
 
 
 def legend(kind: Colouring, span: tuple[float, float]) -> str:
-    """Return a bar of colours with both its ends and what it tells, as HTML."""
+    """Return a bar of colours with both its ends and what it means, as HTML."""
     stops = ", ".join(
         f"rgb({r}, {g}, {b})" for r, g, b, _ in (COLOURS(i / (STOPS - 1), bytes=True) for i in range(STOPS))
     )
@@ -198,13 +198,13 @@ def legend(kind: Colouring, span: tuple[float, float]) -> str:
     )
 
 
-def said_of(surface: GrownSurface) -> str:
+def summary_of(surface: GrownSurface) -> str:
     """Return a surface in a line of numbers, as HTML; nothing in it was typed by anybody."""
     figures = surface.figures
-    said = [f"{surface.contacts} contacts", f"{1e4 * figures.area:.3g} cm² observed"]
+    parts = [f"{surface.contacts} contacts", f"{1e4 * figures.area:.3g} cm² observed"]
     if math.isfinite(figures.middle):
-        said.append(f"sd {1e3 * figures.middle:.2g} mm (median), {1e3 * figures.tail:.2g} mm (95 %)")
-    return " &middot; ".join(said)
+        parts.append(f"sd {1e3 * figures.middle:.2g} mm (median), {1e3 * figures.tail:.2g} mm (95 %)")
+    return " &middot; ".join(parts)
 
 
 def late(behind: float) -> str:

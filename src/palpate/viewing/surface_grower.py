@@ -42,7 +42,7 @@ class SurfaceGrower:
 
     def add(self, contacts: FloatArray) -> None:
         """Take contacts (n, CONTACT_WIDTH), in the order in which they were felt."""
-        contacts = contacts[contacts[:, TIME] >= self._last]  # as a map asks for; a view may tell twice
+        contacts = contacts[contacts[:, TIME] >= self._last]  # as a map asks for; a view may send one twice
         if not len(contacts):
             return
         self._last = float(contacts[-1, TIME])
@@ -122,8 +122,8 @@ def _speed(frames: Frames) -> FloatArray:
     if len(frames) < 2:
         return np.zeros(len(frames))
     step = np.diff(frames.time)
-    way = np.linalg.norm(np.diff(frames.position, axis=0), axis=1)
-    speed = way / np.where(step > 0.0, step, np.inf)
+    lengths = np.linalg.norm(np.diff(frames.position, axis=0), axis=1)
+    speed = lengths / np.where(step > 0.0, step, np.inf)
     return np.concatenate([speed[:1], speed])
 
 

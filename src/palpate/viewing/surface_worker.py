@@ -1,7 +1,7 @@
 """The process that makes the surface grow, and the end of the pipe that feeds it.
 
-Neither the loop nor the pictures wait for it: contacts gather until it has answered, and then all that there are
-go to it at once; so what it answers is always of the newest. If it ends, the view goes on without a surface.
+Neither the loop nor the pictures wait for it: contacts gather until it has replied, and then all that there are
+go to it at once; so its reply is always of the newest. If it ends, the view goes on without a surface.
 """
 
 import math
@@ -16,6 +16,7 @@ from time import monotonic
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.interruption import SIGNALS
 from palpate.viewing.frames import Frames
 from palpate.viewing.surface_grower import CONTACT_WIDTH, TIME, SurfaceGrower, contacts_of
 from palpate.viewing.surface_view import GrownSurface, SurfaceView
@@ -139,7 +140,7 @@ class SurfaceFeed:
     def clear(self) -> None:
         """Begin anew."""
         self._run += 1
-        self._waiting = [np.zeros((0, CONTACT_WIDTH))]  # tells the process, too
+        self._waiting = [np.zeros((0, CONTACT_WIDTH))]  # the process starts anew, too
         self._newest = self._sent = self._shown = -math.inf
         self._due = 0.0
 
@@ -160,22 +161,23 @@ class SurfaceFeed:
     def _hear(self) -> GrownSurface | None:
         if not (self._busy and self._pipe.poll()):
             return None
-        answer: SurfaceUpdate = self._pipe.recv()
+        update: SurfaceUpdate = self._pipe.recv()
         now = monotonic()
         self._busy, self._due = False, now + max(INTERVAL, now - self._asked)
-        if answer.run != self._run:
+        if update.run != self._run:
             self._due = 0.0
             return None
-        if isinstance(answer.surface, str):
-            self.failed = f"the map cannot be drawn: {answer.surface}"
+        if isinstance(update.surface, str):
+            self.failed = f"the map cannot be drawn: {update.surface}"
             return None
         self._shown = self._sent
-        return answer.surface
+        return update.surface
 
 
 def _serve(pipe: Connection, view: SurfaceView) -> None:
     """What the process does, until the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)  # they are for the loop
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     grower, run = SurfaceGrower(view), 0
@@ -191,7 +193,7 @@ def _serve(pipe: Connection, view: SurfaceView) -> None:
             grower.add(batch.contacts)
             surface = grower.grown()
         except Exception as error:
-            surface = f"{type(error).__name__}: {error}"  # whoever watches is told; a map is worth no run
+            surface = f"{type(error).__name__}: {error}"  # shown to whoever watches; a map is worth no run
         try:
             pipe.send(SurfaceUpdate(run, surface))
         except OSError:

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from palpate.errors import FloatArray, positive
 
 MOST_POINTS = 60_000
-"""Beyond, the map gets coarser: a browser on a laptop turns this many smoothly, and no eye tells more apart."""
+"""Beyond, the map gets coarser: a browser on a laptop turns this many smoothly, and no eye distinguishes more."""
 
 CHUNK = 2_000
 """Points that are sent together: of a growing map only the last chunk is sent again."""

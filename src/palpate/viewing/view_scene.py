@@ -48,7 +48,7 @@ class Placement(Protocol):
 
     @property
     def start(self) -> Posture:
-        """Where everything starts; it says how many joints and free bodies there are."""
+        """Where everything starts; its lengths are the numbers of joints and free bodies."""
         ...
 
     def poses(self, posture: Posture) -> Mapping[str, Pose]:
@@ -80,7 +80,7 @@ class ViewScene:
         parts: Solid things.
         placement: Where the bodies are.
         fingers: Name of the body whose frame is each finger's sensor frame.
-        map_spacing: Distance below which points of the map are not told apart [m]; None for no map, which only
+        map_spacing: Distance below which points of the map are merged [m]; None for no map, which only
             a single fingertip makes.
         surface: How the map becomes a surface that grows; None for its contacts alone.
     """

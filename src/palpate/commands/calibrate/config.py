@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, not_negative, positive, vector
+from palpate.experiments.kit.options import check_options, option
 
 LARGEST_RAW = 1e12
 """Of a raw channel, in size: counts have 32 bits."""
@@ -49,10 +50,11 @@ class MatrixConfig:
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
     raw_unit: Annotated[str, tyro.conf.arg(metavar="UNIT")] = ""
     """Unit of the raw channels ("V", "counts"). Left out: as in the header, or in the sensor file."""
-    raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = None
+    raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = option(None, "raw")
     """Lowest and highest reading that is not saturated [raw unit]. Left out: as in the sensor file."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         _no_name_twice(self.channels)
         if self.raw_range is not None:
             low, high = self.raw_range
@@ -91,7 +93,7 @@ class PayloadConfig:
     """What rotations and quaternions map: sensor to base coordinates, or the inverse."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     """Upward direction in base coordinates: not z for a robot on a wall."""
-    gravity: float = 9.80665
+    gravity: float = option(9.80665, "m/s^2")
     """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles."""
     averaged: int = 1
     """How many readings each row is the average of: the noise is less by the square root of it."""
@@ -99,6 +101,7 @@ class PayloadConfig:
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         _no_name_twice(self.channels)
         positive("gravity", self.gravity, "m/s^2")
         vector("up", self.up, 3, "")
@@ -142,18 +145,18 @@ class TareConfig:
     """Write here instead, and leave the sensor file as it is."""
     gravity_direction: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="X Y Z")] = None
     """With --readings: direction of gravity in the sensor frame; needed if the sensor carries a payload."""
-    gravity: float = 9.80665
+    gravity: float = option(9.80665, "m/s^2")
     """Local g [m/s^2], for the payload's weight."""
     learn_noise: bool = False
     """Take the noise of the sensor from these readings, too, instead of holding them against the sensor file's:
     for the first tare of a new sensor. Whether they moved is then judged by their trend alone."""
     channels: Channels = ()
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
-    duration: float = 2.0
+    duration: float = option(2.0, "s")
     """With --live or --robot: how long to take readings [s]."""
-    force_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = None
+    force_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N")
     """With --live stage: standard deviation of the force noise [N]. Left out: as in the sensor file."""
-    moment_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = None
+    moment_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N m")
     """With --live stage: standard deviation of the moment noise [N m]. Left out: as in the sensor file."""
     unknown_bias: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="FX FY FZ MX MY MZ")
@@ -163,6 +166,7 @@ class TareConfig:
     """With --live stage: seed of the noise."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         _no_name_twice(self.channels)
         given = sum(source is not None for source in (self.readings, self.live, self.robot))
         if given != 1:

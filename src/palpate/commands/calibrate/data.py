@@ -4,7 +4,6 @@
 stand in place of wrenches.
 """
 
-import csv
 import math
 import re
 from collections.abc import Sequence
@@ -13,14 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.bounded_file import read_text
 from palpate.commands.calibrate.config import LARGEST_RAW, RotationOrder
-from palpate.commands.wrench_csv import COMPONENTS, FORCE_UNITS, LONGEST_LINE, MOMENT_UNITS
+from palpate.commands.wrench_csv import COMPONENTS, FORCE_UNITS, MOMENT_UNITS
+from palpate.csv_table import BOUNDS, csv_fields, is_comment, short
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.ft.poses import ROTATION_TOLERANCE, specific_force_from_gravity, specific_force_from_rotations
 from palpate.spatial import Vector, Wrench
-
-LARGEST_FILE = 1 << 26
-"""Bytes: ten minutes of readings at 1 kHz with room to spare; more is another file."""
 
 QUATERNION_TOLERANCE = 1e-3
 """Deviation of a quaternion's length from 1: logs with four decimals pass, a rotation vector does not."""
@@ -32,7 +30,6 @@ GRAVITY_UNITS = ("g", "m/s^2", "m/s2", "m_s2", "ms2", "mps2")
 """All mean acceleration: only the direction counts. A gyroscope's rad/s or deg/s is refused."""
 
 _DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 _UNIT = r"(?:[\s_\[(/]+(?P<unit>.*?)[\s\])]*)?"
 _WRENCH = re.compile(r"(?P<stem>[fm][xyz])" + _UNIT, re.IGNORECASE)
 _RAW = re.compile(r"raw[_ ]?(?P<number>\d{1,3})" + _UNIT, re.IGNORECASE | re.ASCII)
@@ -72,7 +69,7 @@ class CsvData:
                     kind = (
                         "finite" if text.lower().lstrip("+-") in _NOT_FINITE or _DECIMAL.fullmatch(text) else "a"
                     )
-                    raise self.wrong(i, f"{self.columns[place]} = {_short(text)}: must be {kind} number")
+                    raise self.wrong(i, f"{self.columns[place]} = {short(text)}: must be {kind} number")
                 values[i, j] = number
         return values if factors is None else values * np.array(factors)
 
@@ -82,7 +79,7 @@ class CsvData:
 
     def wrong_header(self, what: str) -> InvalidValueError:
         """Return the error that the header is wrong; it lists the columns."""
-        there = ", ".join(_short(column) for column in self.columns[:40])
+        there = ", ".join(short(column) for column in self.columns[:40])
         more = ", ..." if len(self.columns) > 40 else ""
         return InvalidValueError(f"{self.name}, line {self.header_line}: {what}; the columns are {there}{more}")
 
@@ -98,23 +95,18 @@ def read_csv(path: Path) -> CsvData:
             header.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
+        whole = read_text(path, BOUNDS, "save it as UTF-8")
     except OSError as error:
         raise InvalidValueError(f"cannot read {path}: {error.strerror}") from None
-    if len(data) > LARGEST_FILE:
-        raise InvalidValueError(f"{path}: larger than {LARGEST_FILE >> 20} MB; is it the right file?")
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InvalidValueError(f"{path}: UTF-16 text; save it as UTF-8")
     header: tuple[int, tuple[str, ...]] | None = None
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
-    for number, line in enumerate(data.removeprefix(b"\xef\xbb\xbf").split(b"\n"), start=1):
-        place = f"{path}, line {number}"
-        text = _text(place, line)
-        if not text.strip() or text.lstrip().startswith("#"):
+    for number, line in enumerate(whole.split("\n"), start=1):
+        text = line.removesuffix("\r")
+        if is_comment(text):
             continue
-        fields = _fields(place, text)
+        place = f"{path}, line {number}"
+        fields = tuple(csv_fields(text, place))
         if header is None:
             header = (number, _header(place, text, fields))
             continue
@@ -190,7 +182,7 @@ def raw_readings(
         if missing := [name for name in channels if name not in data.columns]:
             raise data.wrong_header(f"no column {', '.join(missing)}")
         if twice := next((name for name in channels if data.columns.count(name) > 1), None):
-            raise data.wrong_header(f"{_short(twice)} is there twice; keep one")
+            raise data.wrong_header(f"{short(twice)} is there twice; keep one")
         places = [data.columns.index(name) for name in channels]
     else:
         numbered: dict[int, tuple[int, str]] = {}
@@ -272,7 +264,7 @@ def _gravity_places(data: CsvData) -> dict[str, int]:
             stem, unit = match["stem"].lower(), match["unit"]
             if (column.lower() != stem) and unit not in GRAVITY_UNITS:
                 raise data.wrong_header(
-                    f"column {_short(column)}: unit {_short(unit or '')} is none of acceleration; {stem} is the "
+                    f"column {short(column)}: unit {short(unit or '')} is none of acceleration; {stem} is the "
                     f"direction of gravity, without unit or in {', '.join(GRAVITY_UNITS)}"
                 )
             if stem in found:
@@ -332,34 +324,13 @@ def _factor(data: CsvData, column: str, stem: str, unit: str | None, units: dict
     if not unit:
         if column.lower() == stem:
             return 1.0
-        raise data.wrong_header(f"column {_short(column)} names no unit; known are {', '.join(units)}")
+        raise data.wrong_header(f"column {short(column)} names no unit; known are {', '.join(units)}")
     spelled = unit.replace("µ", "u").replace("μ", "u").replace("·", ".").replace(" ", "").replace("_", "")
     if spelled not in units:
         raise data.wrong_header(
-            f"column {_short(column)}: unit {_short(unit)} is not known; known for {stem} are {', '.join(units)}"
+            f"column {short(column)}: unit {short(unit)} is not known; known for {stem} are {', '.join(units)}"
         )
     return units[spelled]
-
-
-def _text(place: str, line: bytes) -> str:
-    if len(line) > LONGEST_LINE:
-        raise InvalidValueError(f"{place}: longer than {LONGEST_LINE} bytes; this is not CSV text")
-    try:
-        text = line.removesuffix(b"\r").decode("utf-8")
-    except UnicodeDecodeError:
-        raise InvalidValueError(f"{place}: not UTF-8 text") from None
-    if control := _CONTROL.search(text):
-        raise InvalidValueError(f"{place}: holds the control character {control.group()!r}; this is not CSV text")
-    return text
-
-
-def _fields(place: str, text: str) -> tuple[str, ...]:
-    if '"' not in text:
-        return tuple(text.split(","))
-    try:
-        return tuple(next(csv.reader([text], strict=True)))
-    except csv.Error as error:
-        raise InvalidValueError(f"{place}: {error}; a quoted field must be closed on its line") from None
 
 
 def _header(place: str, text: str, fields: tuple[str, ...]) -> tuple[str, ...]:
@@ -369,7 +340,3 @@ def _header(place: str, text: str, fields: tuple[str, ...]) -> tuple[str, ...]:
     if len(columns) == 1 and (separator := next((c for c in ";\t" if c in text), None)):
         raise InvalidValueError(f"{place}: columns must be separated by commas, not {separator!r}")
     return columns
-
-
-def _short(text: str) -> str:
-    return repr(text if len(text) <= 40 else text[:37] + "...")

@@ -7,8 +7,12 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, positive
+from palpate.experiments.kit.options import check_options, option
 
 Unit = Literal["m", "mm"]
+
+MOST_SAMPLES = 1_000_000
+"""Points on a surface: a minute, and 200 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +37,18 @@ class CompareConfig:
     map: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="MAP|RUN")]
     """What was felt: a cloud (contacts.ply, contacts.csv, height_map.csv) or a mesh (PLY, OBJ, STL). Or a run."""
     reference: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="REFERENCE|RUN")]
-    """The true surface: a mesh (STL, PLY, OBJ, ...: what trimesh reads). Or another run."""
+    """The true surface: a mesh (STL, PLY, OBJ or OFF). Or another run."""
     others: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[RUN ...]")] = ()
     """Further runs."""
     map_unit: Unit = "m"
     """Unit of the map's file."""
     reference_unit: Unit = "m"
     """Unit of the reference's file: CAD often means mm."""
-    within: float = 1e-3
+    within: float = option(1e-3, "m")
     """Up to this distance from the map the reference counts as covered [m]."""
     region: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="X Y Z X Y Z")
-    ] = None
+    ] = option(None, "m")
     """Lower and upper corner of the part that can be reached [m]: only there the reference counts for coverage."""
     align: bool = False
     """Move the map onto the reference first (rigid, from where it is); the report states by how much."""
@@ -54,6 +58,9 @@ class CompareConfig:
     """Folder for the report, made if need be. Left out: that of the map, or of the first run."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         positive("within", self.within, "m")
-        if self.samples < 100:
-            raise InvalidValueError(f"samples = {self.samples}: must be 100 or above; 20000 take a second")
+        if not 100 <= self.samples <= MOST_SAMPLES:
+            raise InvalidValueError(
+                f"samples = {self.samples}: must be from 100 to {MOST_SAMPLES}; 20000 take a second"
+            )

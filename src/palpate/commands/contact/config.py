@@ -9,6 +9,7 @@ import tyro
 
 from palpate.errors import InvalidValueError, not_negative, positive, vector
 from palpate.experiments.kit.config_checks import check_length
+from palpate.experiments.kit.options import check_options, option
 
 STANDARD_STREAM = Path("-")
 """Standard input or standard output, as many tools write it."""
@@ -53,34 +54,38 @@ class ContactConfig:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")] = STANDARD_STREAM
     """CSV file with wrenches; - or nothing is standard input."""
-    sphere: Annotated[float | None, tyro.conf.arg(metavar="R")] = None
+    sphere: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(None, "m")
     """Fingertip: a sphere of this radius [m]."""
-    ellipsoid: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="A B C")] = None
+    ellipsoid: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="A B C")] = option(
+        None, "m", infinite=True
+    )
     """Fingertip: an ellipsoid with these semi-axes along x, y, z [m]."""
-    cylinder: Annotated[float | None, tyro.conf.arg(metavar="R")] = None
+    cylinder: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(None, "m")
     """Fingertip: an endless cylinder about z of this radius [m]."""
-    plane: Annotated[float | None, tyro.conf.arg(metavar="D")] = None
+    plane: Annotated[float | None, tyro.conf.arg(metavar="D")] = option(None, "m")
     """Fingertip: a pair of planes, at plus and minus this z [m]; the direction of the force decides which one is
     touched."""
-    paraboloid: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R1 R2")] = None
+    paraboloid: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R1 R2")] = option(None, "m")
     """Fingertip: a paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
-    capsule: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R L")] = None
+    capsule: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R L")] = option(None, "m")
     """Fingertip: a thimble, a hemisphere of this radius on a cylinder down to z = -L [m]."""
-    box: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C R")] = None
+    box: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C R")] = option(None, "m")
     """Fingertip: a box of these half lengths with edges rounded by R [m]."""
-    superellipsoid: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C P")] = None
+    superellipsoid: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C P")] = option(
+        None, "m"
+    )
     """Fingertip: |x/A|^P + |y/B|^P + |z/C|^P = 1 [m, m, m, -]."""
     mesh: Annotated[Path | None, tyro.conf.arg(metavar="MESH")] = None
     """Fingertip: a closed convex mesh file (STL, PLY, OBJ) in metres."""
-    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    center: tuple[float, float, float] = option((0.0, 0.0, 0.0), "m")
     """Centre of the fingertip's surface in the sensor frame [m]."""
-    rotvec: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotvec: tuple[float, float, float] = option((0.0, 0.0, 0.0), "rad")
     """How the surface's axes are turned against the sensor's: axis times angle [rad]."""
     model: Literal["soft", "hard"] = "soft"
     """soft: with spin torque, exact. hard: without, the wrench-axis method."""
-    force_noise: float = 0.0
+    force_noise: float = option(0.0, "N")
     """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float = 0.0
+    moment_noise: float = option(0.0, "N m")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     not_finite: Literal["refuse", "mark"] = "refuse"
     """A row with nan or inf in its wrench: refuse the input, naming the line; or mark the row INVALID, go on."""
@@ -90,6 +95,7 @@ class ContactConfig:
     """Output file, which appears whole or not at all; - is standard output."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         given = [name for name in FINGERTIPS if getattr(self, name) is not None]
         if len(given) != 1:
             found = " and ".join(f"--{name}" for name in given) or "none"

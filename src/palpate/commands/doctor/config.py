@@ -7,6 +7,7 @@ import tyro
 
 from palpate.commands.robot.config import RobotName
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.options import check_options, option
 
 SHORTEST, LONGEST = 0.2, 600.0
 """[s] to measure each device: shorter, there is too little for a 99th percentile; longer, it is another unit."""
@@ -30,10 +31,11 @@ class DoctorConfig:
 
     robot: RobotName
     """A robot file of kind `rig`, or a robot that comes with palpate. Emulated ones run meanwhile."""
-    seconds: Annotated[float, tyro.conf.arg(name="duration", aliases=("--seconds",))] = 2.0
+    seconds: Annotated[float, tyro.conf.arg(name="duration", aliases=("--seconds",))] = option(2.0, "s")
     """How long each device is measured [s]."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         if not SHORTEST <= self.seconds <= LONGEST:
             raise InvalidValueError(
                 f"duration = {self.seconds:g} s: must be from {SHORTEST:g} to {LONGEST:g} seconds"

@@ -1,8 +1,6 @@
 """`palpate emulate`: one emulated device in the foreground, until Ctrl-C."""
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
+import os
 from types import FrameType
 
 from rich.console import Console
@@ -19,7 +17,7 @@ from palpate.commands.emulate.config import (
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.registers import BAUD_RATES, KINDS
-from palpate.hw.emulators.control import EmulatorControl
+from palpate.hw.emulators.control import TOKEN_FOLLOWS, EmulatorControl
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.faults import BusFault
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
@@ -36,6 +34,13 @@ from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
+from palpate.interruption import handling, note
+
+TOKEN_VARIABLE = "PALPATE_CONTROL_TOKEN"
+"""Of the environment: the token of a program that chooses it, as it chooses the port."""
+
+SHORTEST_TOKEN = 16
+"""Characters: 64 bits, if they are random hexadecimal digits."""
 
 PORTS = "RTDE 30004, script 30003, dashboard 29999"
 
@@ -59,14 +64,20 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
             hand=server if isinstance(server, DynamixelBus) else None,
             scale=scale,
             control_port=config.control_port,
+            control_token=_chosen_token(),
         )
     except BaseException:
         server.close()
         raise
     facts = {"device": server.name, "about": instructions, "control_port": host.control_port, "faults": faults}
-    with _stopped_by_signals(host):
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        note(number)
+        host.stop()
+
+    with handling(stop):
         say(console, instructions)
-        say(console, f"Faults: palpate emulate fault {host.control_port} {server.name!r} NAME VALUE")
+        say(console, f"Faults: palpate emulate fault '{host.control_address}' {server.name!r} NAME VALUE")
         say(console, f"  NAME: {', '.join(faults)}")
         say(console, "Runs until Ctrl-C.")
         host.run()
@@ -78,13 +89,14 @@ def run_fault(config: EmulateFaultConfig) -> CommandResult:
     """Switch a fault of a device that is being emulated, and print and return what was done.
 
     Raises:
-        InvalidValueError: Nobody emulates anything there, or there is no such device or fault.
+        InvalidValueError: Nobody emulates anything there, or there is no such token, device or fault.
     """
+    port, mark, token = config.address.partition(TOKEN_FOLLOWS)
     try:
-        controls = EmulatorControl(config.port)
+        controls = EmulatorControl(f"{port}{TOKEN_FOLLOWS}{token if mark else _chosen_token() or ''}")
     except OSError as error:
         raise InvalidValueError(
-            f"port = {config.port}: no emulator is there ({error.strerror}); it prints its port at its start"
+            f"port = {port}: no emulator is there ({error.strerror}); it prints its port when it begins"
         ) from None
     try:
         done = controls.fault(config.device, config.fault, config.value)
@@ -94,6 +106,20 @@ def run_fault(config: EmulateFaultConfig) -> CommandResult:
     return CommandResult(
         outcome=done, facts={"device": config.device, "fault": config.fault, "value": config.value}
     )
+
+
+def _chosen_token() -> str | None:
+    """Return the token that whoever starts us has chosen; the environment, unlike options, is not for all to see.
+
+    Raises:
+        InvalidValueError: It is short enough to be guessed.
+    """
+    token = os.environ.get(TOKEN_VARIABLE)
+    if token is not None and len(token) < SHORTEST_TOKEN:
+        raise InvalidValueError(
+            f"{TOKEN_VARIABLE}: {len(token)} characters can be guessed; take {SHORTEST_TOKEN} or more, or unset it"
+        )
+    return token
 
 
 def _device(config: EmulateConfig) -> tuple[Server, str, tuple[str, ...]]:
@@ -146,20 +172,3 @@ def _plant(config: EmulateConfig) -> SimplePlant | LoadPlant:
             return SimplePlant(servos=tuple(SimpleServo(wall=wall) for _ in range(config.servos)))
         case EmulateNetftConfig():
             return steady_plant(config.load)
-
-
-@contextmanager
-def _stopped_by_signals(host: Host) -> Iterator[None]:
-    """Let the signals that end a process end the host's loop: its sockets and terminals are closed then."""
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        host.stop()
-
-    hung_up = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)  # ignored: nohup
-    ending = (signal.SIGINT, signal.SIGTERM, *hung_up)
-    before = [signal.signal(number, stop) for number in ending]
-    try:
-        yield
-    finally:
-        for number, handler in zip(ending, before, strict=True):
-            signal.signal(number, handler)

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, positive
+from palpate.experiments.kit.options import check_options, option
 
 FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
 
@@ -41,9 +42,9 @@ class EmulateUrConfig:
     this computer alone; whoever reaches another address can drive the emulated arm."""
     version: str = "5.14.0.1"
     """Of its software: 3 (CB3, 125 Hz), 5 (e-Series) or 10 (PolyScope X, no dashboard), and so on."""
-    plane: float | None = None
+    plane: float | None = option(None, "m")
     """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
-    stiffness: float = 2000.0
+    stiffness: float = option(2000.0, "N/m")
     """Of the plane [N/m]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the robot per second of wall time."""
@@ -51,9 +52,11 @@ class EmulateUrConfig:
     """Faults from the beginning, with their values. More can be switched while it runs: palpate emulate fault."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    printed at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end. The token that it takes is printed, too, or chosen by
+    PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         checked_address(self.address)
         checked_control_port(self.control_port)
         checked_scale(self.scale)
@@ -76,7 +79,7 @@ class EmulateDynamixelConfig:
     """Of all of them."""
     link: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
     """Where a link to the terminal shall stand, whose own name changes from time to time. Left out: none."""
-    wall: float | None = None
+    wall: float | None = option(None, "rad")
     """Where an elastic wall stops the shafts [rad from the middle of their turn]. Left out: nowhere."""
     baud_rate: int = 1_000_000
     """Of the servos' bus [1/s]."""
@@ -88,9 +91,11 @@ class EmulateDynamixelConfig:
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    printed at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end. The token that it takes is printed, too, or chosen by
+    PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         if not 1 <= self.servos <= MOST_SERVOS:
             raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MOST_SERVOS}")
         if self.wall is not None and not math.isfinite(self.wall):
@@ -111,7 +116,7 @@ class EmulateNetftConfig:
     alone; others can read it at any other address."""
     make: Literal["ati", "onrobot"] = "ati"
     """Whose box: they differ in units, commands and calibration."""
-    rate: float = 1000.0
+    rate: float = option(1000.0, "1/s")
     """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """What it shows: three forces [N] and three moments [N m]."""
@@ -119,9 +124,11 @@ class EmulateNetftConfig:
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    printed at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end. The token that it takes is printed, too, or chosen by
+    PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         checked_address(self.address)
         checked_control_port(self.control_port)
         positive("rate", self.rate, "1/s")
@@ -133,11 +140,11 @@ class EmulateNetftConfig:
 class EmulateFaultConfig:
     """Switch a fault of a device that is being emulated; a wrong name lists those that there are.
 
-    Example: palpate emulate fault 41234 ur drop_rst
+    Example: palpate emulate fault '41234?token=TOKEN' ur drop_rst
     """
 
-    port: Annotated[int, tyro.conf.Positional, tyro.conf.arg(metavar="PORT")]
-    """Of the emulator's control, as printed at its start."""
+    address: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PORT?token=TOKEN")]
+    """Of the emulator's control, as it printed it when it began; a port alone if PALPATE_CONTROL_TOKEN is set."""
     device: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DEVICE")]
     """Its name, as printed likewise."""
     fault: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FAULT")]
@@ -146,8 +153,10 @@ class EmulateFaultConfig:
     """What of it; 0 ends most."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.port < 65536:
-            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, as the emulator printed it")
+        check_options(self)
+        port = self.address.partition("?")[0]
+        if not (port.isdecimal() and len(port) < 6 and 0 < int(port) < 65536):
+            raise InvalidValueError(f"port = {port}: must be from 1 to 65535, as the emulator printed it")
 
 
 EmulateConfig = EmulateUrConfig | EmulateDynamixelConfig | EmulateNetftConfig

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from palpate.atomic_file import replacing
 from palpate.extras import require
+from palpate.plain_text import inert_cell
 from palpate.runtime.log import Level, Log
 from palpate.runtime.log.fields import LogField, path_of, walk
 
@@ -152,6 +153,8 @@ def _texts(values: npt.NDArray[Any]) -> list[Any]:
     if values.dtype == np.bool_:
         values = values.astype(int)
     whatever: list[Any] = values.tolist()
+    if values.dtype == object:
+        return [inert_cell(text) for text in whatever]
     return whatever
 
 

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.commands.log.times import log_duration, log_spreads
+from palpate.plain_text import inert
 from palpate.runtime.log import Level, Log
 from palpate.runtime.log.fields import LogField
 
@@ -25,7 +26,10 @@ def log_summary(log: Log, size: int) -> RenderableType:
     if log.events:
         parts.append(_events(log))
     if VERSIONS in log.attachments:
-        parts += [Text(f"  {VERSIONS}"), Text("    " + log.attachments[VERSIONS].strip().replace("\n", "\n    "))]
+        parts += [
+            Text(f"  {VERSIONS}"),
+            *(Text("    " + inert(line)) for line in log.attachments[VERSIONS].strip().split("\n")),
+        ]
     return Group(*parts)
 
 
@@ -44,7 +48,7 @@ def _facts(log: Log, size: int) -> Table:
         facts |= _timing(log)
     facts["attachments"] = ", ".join(log.attachments) or "none"
     for name, text in facts.items():
-        table.add_row(name, Text(text))
+        table.add_row(name, Text(inert(text)))
     return table
 
 
@@ -81,7 +85,7 @@ def _topics(log: Log) -> Table:
     table.add_row("/period", str(len(log)), "")
     for group in log.codec.groups:
         fields = Text(", ".join(_named(quantity) for quantity in group.fields))
-        table.add_row(f"  {group.name}" if group.name else "", "", fields)
+        table.add_row(Text(f"  {inert(group.name)}") if group.name else "", "", fields)
     table.add_row("/event", str(len(log.events)), Text("time [s], level, source, text"))
     table.add_row("/parameter", str(len(log.changes)), Text("time [s], name, value"))
     return table
@@ -90,7 +94,7 @@ def _topics(log: Log) -> Table:
 def _named(quantity: LogField) -> str:
     shape = f"({quantity.count})" if quantity.is_vector else ""
     units = ", ".join(dict.fromkeys(unit for unit in quantity.units if unit))
-    return f"{quantity.name}{shape}" + (f" [{units}]" if units else "")
+    return inert(f"{quantity.name}{shape}" + (f" [{units}]" if units else ""))
 
 
 def _events(log: Log) -> Table:
@@ -99,7 +103,7 @@ def _events(log: Log) -> Table:
     styles = {Level.WARN: "yellow", Level.ERROR: "red", Level.FATAL: "red"}
     for event in log.events[-_SHOWN:]:
         level = Text(event.level.name, style=styles.get(event.level, ""))
-        table.add_row(f"{event.time - start:.3f}", level, Text(event.source), Text(event.text))
+        table.add_row(f"{event.time - start:.3f}", level, Text(inert(event.source)), Text(inert(event.text)))
     if len(log.events) > _SHOWN:
         table.caption = f"the last {_SHOWN} of {len(log.events)}"
     return table

@@ -12,6 +12,7 @@ from palpate.commands.replay.settings import changeable
 from palpate.experiments.kit.option_words import has_unit, option_words
 from palpate.experiments.kit.options import TOUCHED, specs_of
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.plain_text import inert
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.report import NOTHING, Paragraph, Pictures, Report, Section
 from palpate.runtime import Record
@@ -77,7 +78,7 @@ def ending_recorded(done: ReplayedLog) -> str:
     """Return how the recorded run ended."""
     endings = [event.text for event in done.log.events if event.source == "supervisor"]
     endings += [event.text.removeprefix("ended: ") for event in done.log.events if event.source == "run"]
-    return endings[0] if endings else "not recorded: the log breaks off"
+    return inert(endings[0]) if endings else "not recorded: the log breaks off"
 
 
 def ending_replayed(done: ReplayedLog) -> str:

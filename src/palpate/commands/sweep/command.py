@@ -13,6 +13,7 @@ from rich.text import Text
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import LINE_INTERVAL, doing
 from palpate.commands.say import say
+from palpate.commands.start_up import interrupted_by
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
 from palpate.commands.sweep.result import SweepResult, spread_of
@@ -57,7 +58,7 @@ def run_sweep(config: SweepConfig) -> CommandResult:
         try:
             _carry_out(console, work)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(_kept(work, "interrupted")) from None
+            raise KeyboardInterrupt(_kept(work, interrupted_by())) from None
         except BatchError as error:
             return CommandResult(ExitCode.UNFINISHED, error=_kept(work, str(error)))
         with doing(console, "writing tables, picture and report"):

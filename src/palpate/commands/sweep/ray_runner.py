@@ -1,22 +1,27 @@
 """Runs on a ray cluster: this process hands them out and takes them in, any node does them."""
 
+import atexit
 import os
 import socket
+import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
 import joblib
 
+from palpate.commands.command_result import ExitCode
 from palpate.commands.sweep.record import RunCase
 from palpate.errors import InvalidValueError
 from palpate.extras import require
 from palpate.one_thread import ONE_THREAD
 from palpate.runtime.batch import BatchError, BatchProgress, Failure, FailureKind, Outcome, ShowProgress, Success
+from palpate.runtime.batch.process import ParentTime
 
 AUTO, LOCAL = "auto", "local"
 """Instead of an address: the cluster that this computer belongs to; one of its own on this computer."""
@@ -36,6 +41,9 @@ STORE = 100 * 2**20
 
 PATIENCE = 5.0
 """For a cluster to respond [s]."""
+
+HEAD_LOST = 4.0
+"""Without a reply of the cluster's head [s], which comes in milliseconds."""
 
 LARGEST_PORT = 65535
 
@@ -57,10 +65,11 @@ class RayRunner:
         where = {AUTO: "on this computer's ray cluster", LOCAL: "on a ray cluster of its own"}
         return where.get(self.address, f"on the ray cluster at {self.address}")
 
-    def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
-        """See `palpate.commands.sweep.runner.Runner.run`.
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
+        """See `palpate.commands.sweep.runner.Runner.run`; of what is handed out, the one before counts, too.
 
         Raises:
+            HeadLostError: The head of the cluster has been lost.
             MissingLibraryError: ray is not installed.
             InvalidValueError: There is no such cluster.
         """
@@ -73,7 +82,7 @@ class RayRunner:
             os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
         ray = import_module("ray")
         with self._connected(ray):
-            _Round(ray, cases, self.jobs).run(progress)
+            _Round(ray, cases, self.jobs, AHEAD * longest).run(progress)
 
     @contextmanager
     def _connected(self, ray: Any) -> Iterator[None]:
@@ -99,8 +108,20 @@ class RayRunner:
             raise InvalidValueError(_unreachable(self.address, f"{type(error).__name__}: {error}")) from None
         try:
             yield
-        finally:
+        except HeadLostError:
+            atexit.register(_leave)
+            raise
+        except BaseException:
             ray.shutdown()
+            raise
+        ray.shutdown()
+
+
+def _leave() -> None:
+    """End the process: ray would wait for the head that is lost, or crash; its reaper ends our own cluster."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(ExitCode.UNFINISHED)
 
 
 def check_ray(address: str) -> None:
@@ -127,6 +148,48 @@ def _unreachable(address: str, reason: str) -> str:
     return f"ray = {address}: cannot be reached ({problem}); `ray start --head` starts one and prints it"
 
 
+class HeadLostError(BatchError):
+    """The head of a ray cluster does not reply any more."""
+
+
+class _Head:
+    """Whether the head of a cluster replies: ray waits a minute for one that is lost, then ends the process.
+
+    Attributes:
+        cores: Of the cluster, which may grow.
+        left: Set when nobody wants to know any more.
+    """
+
+    def __init__(self, ray: Any) -> None:
+        """Begin to ask."""
+        self._ray, self._replies, self._seen, self._at, self.cores, self.left = ray, 0, 0, 0.0, 1, False
+        threading.Thread(target=self._ask, daemon=True).start()
+
+    def _ask(self) -> None:
+        while not self.left:
+            with suppress(Exception):  # whatever is wrong: there is no reply
+                self.cores = max(1, int(self._ray.cluster_resources().get("CPU", 1)))
+                self._replies += 1
+            time.sleep(TICK)
+
+    def lives(self, now: float) -> bool:
+        """Return whether it has replied lately, at a time [s]."""
+        if self._replies != self._seen:
+            self._seen, self._at = self._replies, now
+        return now - self._at < HEAD_LOST
+
+    def check(self, now: float) -> None:
+        """Look at it at a time [s].
+
+        Raises:
+            HeadLostError: It has been lost.
+        """
+        if not self.lives(now):
+            raise HeadLostError(
+                f"the head of the ray cluster has not replied for {HEAD_LOST:g} s; see that it runs (`ray status`)"
+            )
+
+
 @dataclass(slots=True)
 class _Round:
     """The cases while they are being done."""
@@ -134,6 +197,10 @@ class _Round:
     ray: Any
     cases: Sequence[RunCase]
     jobs: int | None
+    longest: float
+    head: "_Head" = field(init=False)
+    clock: ParentTime = field(default_factory=lambda: ParentTime(4.0 * TICK))
+    begun: dict[Any, float] = field(default_factory=dict)
     waiting: deque[int] = field(init=False)
     handed_out: dict[Any, int] = field(default_factory=dict)
     deaths: dict[int, int] = field(default_factory=dict)
@@ -142,7 +209,7 @@ class _Round:
     began: float = field(default_factory=time.perf_counter)
 
     def __post_init__(self) -> None:
-        self.waiting = deque(range(len(self.cases)))
+        self.waiting, self.head = deque(range(len(self.cases))), _Head(self.ray)
 
     def run(self, progress: ShowProgress) -> None:
         """Do them."""
@@ -155,20 +222,32 @@ class _Round:
                 most = self._most()
                 while self.waiting and len(self.handed_out) < most:
                     index = self.waiting.popleft()
-                    self.handed_out[work.remote(self.cases[index])] = index
+                    reference = work.remote(self.cases[index])
+                    self.handed_out[reference], self.begun[reference] = index, self.clock.now
                 ready, _ = self.ray.wait(list(self.handed_out), num_returns=1, timeout=TICK)
                 for reference in ready:
                     self._take(self.handed_out.pop(reference), reference, progress)
+                self.clock.look()
+                self.head.check(self.clock.now)
+                self._give_up_late(progress)
                 progress(self._progress())
         finally:
-            for reference in self.handed_out:
-                self.ray.cancel(reference, force=True)
+            self.head.left = True
+            if self.head.lives(self.clock.now):  # else there is nobody to ask
+                for reference in self.handed_out:
+                    self.ray.cancel(reference, force=True)
+
+    def _give_up_late(self, progress: ShowProgress) -> None:
+        """Hand out again what should have been done long ago: its worker is stopped, or hangs."""
+        for reference in [each for each in self.handed_out if self.clock.now - self.begun[each] > self.longest]:
+            self.ray.cancel(reference, force=True)
+            self._died(self.handed_out.pop(reference), f"it took longer than {self.longest:.0f} s", progress)
 
     def _most(self) -> int:
         """How many are handed out: the cluster may grow."""
         if self.jobs is not None:
             return self.jobs
-        return AHEAD * max(1, int(self.ray.cluster_resources().get("CPU", 1)))
+        return AHEAD * self.head.cores
 
     def _take(self, index: int, reference: Any, progress: ShowProgress) -> None:
         case, kinds = self.cases[index], self.ray.exceptions
@@ -182,12 +261,19 @@ class _Round:
             # what a run raises is in its record: this is what it takes to call it, as palpate on that node
             outcome = Failure(case, FailureKind.RAISED, f"the node could not call it: {error.cause}", str(error))
         except kinds.RayError as error:
-            self.deaths[index] = self.deaths.get(index, 0) + 1
-            if self.deaths[index] < MOST_DEATHS:
-                self.waiting.append(index)
-                return
-            problem = f"its process died, as {MOST_DEATHS - 1} before it: {type(error).__name__}"
-            outcome = Failure(case, FailureKind.DIED, problem, "")
+            self._died(index, type(error).__name__, progress)
+            return
+        self._settle(index, outcome, progress)
+
+    def _died(self, index: int, how: str, progress: ShowProgress) -> None:
+        self.deaths[index] = self.deaths.get(index, 0) + 1
+        if self.deaths[index] < MOST_DEATHS:
+            self.waiting.append(index)
+            return
+        problem = f"its process died, as {MOST_DEATHS - 1} before it: {how}"
+        self._settle(index, Failure(self.cases[index], FailureKind.DIED, problem, ""), progress)
+
+    def _settle(self, index: int, outcome: Outcome[RunCase, Any], progress: ShowProgress) -> None:
         self.done += 1
         self.failed += isinstance(outcome, Failure)
         progress(self._progress(index, outcome))

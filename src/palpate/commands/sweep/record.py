@@ -85,7 +85,7 @@ def read_record(text: bytes) -> RunRecord | None:
     """Return what `record_text` wrote; None if it is something else, as after a loss of power."""
     try:
         return msgspec.json.decode(text, type=RunRecord)
-    except msgspec.DecodeError:
+    except (msgspec.DecodeError, UnicodeDecodeError):
         return None
 
 

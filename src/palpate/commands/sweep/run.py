@@ -17,6 +17,12 @@ from palpate.runtime.batch import BatchProgress, ShowProgress
 WALL_PER_SIMULATED = 0.1
 """Wall time of a simulated second, before any run is finished: measured from 0.05 to 0.2 on a core of 2023."""
 
+LATE = 50.0
+"""Times its expected wall time, after which a run hangs: 25 times the slowest that was measured."""
+
+COMPILING = 300.0
+"""Besides [s]: the first run may have to compile every kernel, a minute of a free core."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedSweep:
@@ -26,11 +32,13 @@ class CheckedSweep:
         plan: Its runs.
         shown: Figures for picture and report; empty for those that matter most.
         expected: Wall time of all its runs on one core, about [s].
+        longest: That any of them may take [s].
     """
 
     plan: SweepPlan
     shown: tuple[Figure, ...]
     expected: float
+    longest: float
 
 
 def check(plan: SweepPlan) -> CheckedSweep:
@@ -44,8 +52,9 @@ def check(plan: SweepPlan) -> CheckedSweep:
     if config.ray is not None:
         check_ray(config.ray)
     shown = checked_columns(config.show, plan.experiment.figures)
-    simulated = len(plan.seeds) * sum(expected_durations(plan))
-    return CheckedSweep(plan, shown, WALL_PER_SIMULATED * simulated)
+    durations = expected_durations(plan)
+    expected = WALL_PER_SIMULATED * len(plan.seeds) * sum(durations)
+    return CheckedSweep(plan, shown, expected, COMPILING + LATE * WALL_PER_SIMULATED * max(durations))
 
 
 def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]:
@@ -99,7 +108,7 @@ class SweepAtWork:
 
     def carry_out(self, progress: ShowProgress) -> None:
         """Do what is left; each run is kept as soon as it is there."""
-        self.runner.run(self.left, self._keeping(progress))
+        self.runner.run(self.left, self._keeping(progress), self.checked.longest)
 
     def _keeping(self, progress: ShowProgress) -> Callable[[BatchProgress], None]:
         def take(done: BatchProgress) -> None:

@@ -15,7 +15,7 @@ class Runner(Protocol):
         """Return where it does, for people."""
         ...
 
-    def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
         """Do every case once, by `palpate.commands.sweep.attempt.attempt`.
 
         A case whose process dies is done again in another; if it dies there, too, it is a `Failure`.
@@ -23,6 +23,7 @@ class Runner(Protocol):
         Args:
             cases: What to do.
             progress: Called once with each outcome as soon as it is known, in any order.
+            longest: That a case may take, wall time [s]; one that takes longer counts as one whose process died.
 
         Raises:
             BatchError: Nothing can be done at all.
@@ -45,12 +46,12 @@ class LocalRunner:
         """Return where it does, for people."""
         return "on all cores" if self.jobs is None else f"{self.jobs} at a time"
 
-    def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
         """See `Runner.run`."""
         from palpate.commands.sweep.attempt import attempt  # with the simulator
 
         if cases:
-            run_batch(attempt, cases, self.jobs, progress)
+            run_batch(attempt, cases, self.jobs, progress, longest=longest)
 
 
 def record_of(outcome: Outcome[RunCase, RunRecord]) -> RunRecord:

@@ -3,6 +3,7 @@
 A process that is killed at whatever instant loses the runs that it was busy with, and nothing else.
 """
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.atomic_file import replacing
+from palpate.bounded_file import Bounds, read_bytes
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord, read_record, record_text
 from palpate.commands.typed_values import shown_value
@@ -21,6 +23,9 @@ from palpate.experiments.kit.output_folder import make_folder
 
 SWEEP_FILE = "sweep.json"
 """The request."""
+
+BOUNDS = Bounds(size=1 << 22)
+"""Of what was asked, and of what a run has found: some thousand figures take a tenth of it."""
 
 VERSION = 1
 """Of the folder's layout."""
@@ -112,7 +117,7 @@ class SweepFolder:
         found = {}
         for run in plan.runs:
             try:
-                record = read_record(self._file(run.number).read_bytes())
+                record = read_record(read_bytes(self._file(run.number), BOUNDS))
             except FileNotFoundError:
                 continue
             # what cannot be read, or is of something else, is run (again)
@@ -142,17 +147,19 @@ class SweepFolder:
         except ImportError:  # Windows: two at work there repeat each other's runs, and spoil nothing
             yield
             return
-        with (self.path / ".lock").open("w") as file:
+        folder = os.open(self.path, os.O_RDONLY)
+        try:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InvalidValueError(
                     f"out = {self.path}: another palpate sweep is at work there; wait, or choose another folder"
                 ) from None
             except OSError:  # a file system without locks
-                yield
-                return
+                pass
             yield
+        finally:
+            os.close(folder)
 
     def _file(self, number: int) -> Path:
         return self.runs / f"{number:06d}.json"
@@ -160,10 +167,10 @@ class SweepFolder:
     def _request_before(self) -> SweepRequest | None:
         file = self.path / SWEEP_FILE
         try:
-            return msgspec.json.decode(file.read_bytes(), type=SweepRequest)
+            return msgspec.json.decode(read_bytes(file, BOUNDS), type=SweepRequest)
         except FileNotFoundError:
             return None
-        except msgspec.DecodeError as error:
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise InvalidValueError(
                 f"{file}: cannot be understood ({error}); choose another folder (--out)"
             ) from None

@@ -11,6 +11,7 @@ from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord
 from palpate.commands.typed_values import plain, shown_value
 from palpate.experiments.kit.figure import FigureValue
+from palpate.plain_text import inert_cell
 
 FRONT = ("run",)
 """Columns before the options that were varied,"""
@@ -83,7 +84,11 @@ def _cell(value: FigureValue) -> str:
     if value is None:
         return ""
     return (
-        str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
+        str(value).lower()
+        if isinstance(value, bool)
+        else repr(value)
+        if isinstance(value, float)
+        else inert_cell(str(value))
     )
 
 

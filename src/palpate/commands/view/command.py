@@ -28,6 +28,7 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
 from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import plan_for
+from palpate.interruption import requested
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
 from palpate.runtime.live import live_parameters_of
@@ -49,11 +50,10 @@ OWN = {"config": "give it as --config FILE.YAML"}
 """What --set does not take, and what to type."""
 
 STARTING = "starting the view"
-"""Printed immediately: the process that makes the map's surface, and the server, take seconds on a busy
-computer."""
+"""Printed at once: the process that makes the map's surface, and the server, take seconds on a busy computer."""
 
 ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again: stop without that)"
-"""Printed immediately after Ctrl-C during the run."""
+"""Printed at once after a Ctrl-C while it runs."""
 
 
 def run_view(config: ViewConfig) -> CommandResult:
@@ -102,7 +102,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
             view = shown.enter_context(
                 LiveView(scene, config.host, config.port, live=live, free_poses=poses, plan=plans)
             )
-        _say_where(console, view.url, config.host)
+        _print_where(console, view.url, config.host)
         log, interrupted = log_writer(experiment, plan, asked.out), False
         try:
             result = run.run((view.observe,), (log,))
@@ -119,19 +119,19 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
             found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
         report = experiment.report(found)
         done = result.ending is Ending.DONE and report.reached
-        answer = CommandResult(
+        command_result = CommandResult(
             ExitCode.DONE if done else ExitCode.UNFINISHED,
             report.outcome,
             figures_of(experiment, found),
             files=written(result, ()),
         )
-        say(console, answer.outcome)
+        say(console, command_result.outcome)
         if result.recording is not None and result.recording.path is not None:
             say(console, f"Log: {result.recording.path}; watch it again: palpate view {result.recording.path}")
-        if interrupted:
-            return replace(answer, exit_code=ExitCode.INTERRUPTED)
+        if interrupted or requested() is not None:
+            return replace(command_result, exit_code=ExitCode.INTERRUPTED)
         _wait(view, console)
-    return answer
+    return command_result
 
 
 def _asked(experiment: Experiment, config: ViewConfig) -> Any:
@@ -173,7 +173,7 @@ def _show(config: ViewConfig, console: Console) -> CommandResult:
         with doing(console, STARTING):
             player = Player(scene, frames, config.time_scale, config.host, config.port, plans)
             shown.enter_context(player)
-        _say_where(console, player.url, config.host)
+        _print_where(console, player.url, config.host)
         with suppress(KeyboardInterrupt):  # how a view is ended
             player.play()
     return CommandResult(facts={"log": log.path})
@@ -185,7 +185,7 @@ def _frames(log: Log, scene: ViewScene, console: Console) -> Frames:
         return frames_of_log(log)
     poses = free_poses_in(log)
     if poses is None:
-        say(console, f"{log.path}: the log does not record the object's pose: it is shown at its start")
+        say(console, f"{log.path}: no log has where the object was: it stands where it stood at the start")
     return frames_of_log(log, poses)
 
 
@@ -210,7 +210,7 @@ def _wait(view: LiveView, console: Console) -> None:
         return
 
 
-def _say_where(console: Console, url: str, host: str) -> None:
+def _print_where(console: Console, url: str, host: str) -> None:
     say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
     if host not in (LOOPBACK, "localhost", "::1"):
-        say(console, f"Everybody who reaches {host} can watch, press the view's buttons and move its sliders")
+        say(console, f"Everybody who reaches {host} with this address can watch, press buttons and move sliders")

@@ -8,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from palpate.errors import InvalidValueError, positive
+from palpate.experiments.kit.options import check_options, option
 
 Shown = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LOG|EXPERIMENT")]
 
@@ -31,14 +32,14 @@ class ViewConfig:
     what: Shown
     """Log file (.mcap) of a run, or a folder for its latest.mcap; or an experiment to be carried out: its name, or
     module:Class."""
-    time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = 1.0
+    time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = option(1.0, "", infinite=True)
     """Seconds of the run per second of wall time: 2 is twice as fast as in reality; inf: as fast as it can be
     computed. Devices keep real time."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
     """Of an experiment, where it is not to be the default: named as its options, as in object=box force=3; mu
     stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
     config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
-    """Experiment file; --set overrides it."""
+    """Experiment file; --set goes before what it holds."""
     host: str = "127.0.0.1"
     """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network."""
     port: int = 8080
@@ -50,6 +51,7 @@ class ViewConfig:
     """Of a log: write a video of it likewise, at that time scale."""
 
     def __post_init__(self) -> None:
+        check_options(self)
         positive("time_scale", self.time_scale, "", infinite_allowed=True)
         if not 0 <= self.port <= 65535:
             raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, or 0 for one that is free")

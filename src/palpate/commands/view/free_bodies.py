@@ -14,7 +14,7 @@ COLUMNS = (*OBJECT_POSITION, *OBJECT_QUATERNION)
 
 
 def free_poses_of(backend: Backend) -> FreePoses | None:
-    """Return the source of the pose of a back end's object; None if unknown, or if it does not move freely."""
+    """Return what knows where the object of a back end is; None if nobody knows, or it does not move freely."""
     source = truth_source(backend)
     if source is None or not set(COLUMNS) <= set(source.truth_columns):
         return None
@@ -30,7 +30,7 @@ def free_poses_of(backend: Backend) -> FreePoses | None:
 def free_poses_in(log: Log) -> FloatArray | None:
     """Return where the object was in every period of a log, shape (n, 7); None if the log does not know.
 
-    Until it is known, as before emulated devices have reported it, the first known pose is used.
+    While it is not known, as before emulated devices have reported it, it is where it was known next.
     """
     truth = log.truth
     if not set(COLUMNS) <= set(truth.columns):

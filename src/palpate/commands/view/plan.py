@@ -58,7 +58,7 @@ def watched_backend(plan: Plan, time_scale: float) -> Backend:
 def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
     """Return what there is to see of a run: on a rig without a hand, a stage that carries the tip.
 
-    The object has the shape and pose that the run assumed; the real ones are unknown.
+    The object is the one that the run was given, where it was given; what it really was nobody knows.
 
     Raises:
         InvalidValueError: It cannot be simulated.

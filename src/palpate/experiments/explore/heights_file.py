@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.csv_table import NumberTable, number_in, read_csv_table
+from palpate.bounded_file import read_array, read_text
+from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table, short
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -29,6 +30,9 @@ OTHER_UNIT = (
 
 LEAST_SAMPLES = 4
 """Along each side of a grid, as a `HeightField` wants them."""
+
+FARTHEST = 1e6
+"""Bounds coordinates, in whatever unit the file has."""
 
 REGULAR = 1e-6
 """Largest deviation of samples from a regular grid, over their spacing: rounding to seven digits."""
@@ -55,14 +59,12 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
         InvalidValueError: It cannot be read, is none of these, or does not give its extent.
     """
     name = str(path)
-    if path.suffix.lower() == ".npy":
-        return _field(name, _array(path) * metres_per_unit, size)
     try:
-        text = path.read_text("utf-8-sig")
+        if path.suffix.lower() == ".npy":
+            return _field(name, read_array(path, BOUNDS) * metres_per_unit, size)
+        text = read_text(path, BOUNDS, "a height field is a CSV or .npy file")
     except OSError as error:
         raise InvalidValueError(f"file = {name}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InvalidValueError(f"{name}: not text: a height field is a CSV or .npy file") from None
     own, table = _extent(name, text), read_csv_table(text, name, HOLDS)
     if table.columns:
         heights, sides = _map(table)
@@ -102,7 +104,7 @@ def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightFie
             "`# width_m=... depth_m=...` as its first line"
         )
     largest = max(*size, float(np.ptp(heights)) if heights.size and np.isfinite(heights).all() else 0.0)
-    if not SMALLEST <= largest <= LARGEST:
+    if not SMALLEST <= largest <= LARGEST or min(size) < SMALLEST * REGULAR:
         raise InvalidValueError(
             f"{name}: {largest:.4g} m across, must be {SMALLEST:g} to {LARGEST:g} m; {OTHER_UNIT}"
         )
@@ -125,13 +127,6 @@ def _sized(name: str, typed: tuple[float, ...], own: tuple[float, ...]) -> tuple
     return own
 
 
-def _array(path: Path) -> FloatArray:
-    try:
-        return np.asarray(np.load(path, allow_pickle=False), np.float64)
-    except (OSError, ValueError, TypeError, EOFError) as error:
-        raise InvalidValueError(f"file = {path}: cannot be read as an array of numbers ({error})") from None
-
-
 def _extent(name: str, text: str) -> tuple[float, float] | None:
     """Width and depth in the first line of a grid [m]."""
     found = EXTENT.fullmatch(text.partition("\n")[0].strip())
@@ -139,7 +134,8 @@ def _extent(name: str, text: str) -> tuple[float, float] | None:
         return None
     width, depth = number_in(found[1]), number_in(found[2])
     if width is None or depth is None:
-        raise InvalidValueError(f"{name}, line 1: width_m = {found[1]}, depth_m = {found[2]}: must be numbers")
+        given = f"width_m = {short(found[1])}, depth_m = {short(found[2])}"
+        raise InvalidValueError(f"{name}, line 1: {given}: must be numbers")
     return width, depth
 
 
@@ -167,7 +163,7 @@ def _map(table: NumberTable) -> tuple[FloatArray, tuple[float, float]]:
 
 def _places(name: str, column: str, values: FloatArray) -> tuple[np.ndarray, float]:
     """Index of each value on a regular grid, and the grid's extent."""
-    finite = values.size > 0 and bool(np.isfinite(values).all())
+    finite = values.size > 0 and bool((np.abs(values) <= FARTHEST).all())
     levels = np.unique(values) if finite else values
     extent = float(np.ptp(levels)) if finite else 0.0
     # values of the same line of the grid may differ by rounding

@@ -1,11 +1,12 @@
 """The configuration of a run as YAML: the few values that people write, and every value, exactly, for a log."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, shown
 from palpate.strict_decode import decode, decode_some, load, read_mapping
 from palpate.yaml_text import yaml_text
 
@@ -81,7 +82,7 @@ def load_overlay(path: Path, experiment: str, kind: type[Any]) -> dict[str, obje
         raise InvalidValueError(f"config = {path}: cannot be read: {error.strerror}") from None
     for name, value in values.items():
         names_file = isinstance(value, Path) or (name == "robot" and isinstance(value, str))
-        if name != "out" and names_file and (path.parent / str(value)).is_file():
+        if name != "out" and names_file and os.path.isfile(path.parent / str(value)):
             values[name] = type(value)(path.parent / str(value))  # type: ignore[call-arg]  # a path or its text
     return values
 
@@ -98,7 +99,7 @@ def _overlay(text: str, experiment: str, kind: type[Any]) -> dict[str, object]:
         if other in found:
             raise InvalidValueError(f"{other}: {advice}")
     if found.get(NAME_KEY, experiment) != experiment:
-        raise InvalidValueError(f"{NAME_KEY} = {found[NAME_KEY]!r}: must be {experiment}")
+        raise InvalidValueError(f"{NAME_KEY} = {shown(found[NAME_KEY])}: must be {experiment}")
     return decode_some(_without_name(found), kind, text)
 
 

@@ -3,13 +3,15 @@
 Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read it from here.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
+from palpate.unit_ranges import check_unit_range
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -43,6 +45,7 @@ class OptionSpec:
         kept: Name of the text by which a log keeps the content of this option's file; empty if it keeps none.
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
         symbol: What the literature calls it, as mu; --set and --vary take it, too.
+        infinite: Whether it may be infinity.
     """
 
     unit: str = ""
@@ -55,6 +58,7 @@ class OptionSpec:
     kept: str = ""
     once: bool = False
     symbol: str = ""
+    infinite: bool = False
 
 
 UNSPECIFIED = OptionSpec()
@@ -73,6 +77,7 @@ def option(
     kept: str = "",
     once: bool = False,
     symbol: str = "",
+    infinite: bool = False,
 ) -> Any:
     """Return the field of an option; see `OptionSpec`.
 
@@ -89,9 +94,10 @@ def option(
         kept: Name of the text by which a log keeps its file.
         once: Whether a replay sets it back to its default.
         symbol: What the literature calls it.
+        infinite: Whether it may be infinity; other numbers keep to the range of their unit (`unit_ranges`).
     """
     above, least = bound == "positive", bound == "not negative"
-    spec = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol)
+    spec = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol, infinite)
     return field(default=default, metadata={KEY: spec})
 
 
@@ -118,7 +124,7 @@ def lasting(config: Any) -> Any:
 
 
 def check_options(config: "DataclassInstance") -> None:
-    """Make paths of strings; refuse what is no number or out of its bounds, and options of other choices.
+    """Make paths of strings; refuse what is no number or out of its bounds or unit, and options of other choices.
 
     Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
 
@@ -131,14 +137,24 @@ def check_options(config: "DataclassInstance") -> None:
             object.__setattr__(config, each.name, Path(value))
         elif each.type in _NUMBERS and not isinstance(value, Real) and (value is not None or each.type is float):
             raise InvalidValueError(f"{each.name} = {shown(value)}: must be a number")
-        numbers: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
-        for number in numbers:
-            if spec.above and number is not None:
+        for number in _numbers_in(value):
+            if spec.above:
                 positive(each.name, number, spec.unit)
-            elif spec.least and number is not None:
+            elif spec.least:
                 not_negative(each.name, number, spec.unit)
+            if each.type is not int and not (spec.infinite and number == math.inf):
+                check_unit_range(each.name, number, spec.unit)
     for choice in choices_of(type(config)):
         _check_choice(config, choice)
+
+
+def _numbers_in(value: object) -> Iterator[Any]:
+    """Every number in an option's value, however deep; words and truths are none."""
+    if isinstance(value, tuple | list):
+        for each in value:
+            yield from _numbers_in(each)
+    elif not isinstance(value, bool) and isinstance(value, Real):
+        yield value
 
 
 def choices_of(kind: type) -> dict[str, tuple[str, ...]]:

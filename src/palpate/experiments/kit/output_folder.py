@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from palpate.errors import InvalidValueError
 
@@ -14,8 +15,8 @@ def make_folder(folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / ".writable").touch()
-        (folder / ".writable").unlink()
+        with TemporaryFile(dir=folder):  # a name of nobody else's, or none
+            pass
     except OSError as error:
         raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another folder (--out)") from None
 

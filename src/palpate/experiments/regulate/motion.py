@@ -8,9 +8,13 @@ from palpate.controllers.tangent_motion import PathTable, TangentMotion, Velocit
 from palpate.csv_table import read_csv_table
 from palpate.errors import InvalidValueError
 from palpate.spatial import Vector
+from palpate.unit_ranges import RANGES
 
 COLUMNS = 4
 """Time, and three coordinates."""
+
+LARGEST = RANGES["s"].most
+"""Bounds every number: times [s], and the rest as well."""
 
 Table = TypeVar("Table", PathTable, VelocityTable)
 """What a file can describe."""
@@ -33,9 +37,11 @@ def read_motion(kind: type[Table], text: str, name: str) -> Table:
     """
     table = read_csv_table(text, name, f"four numbers, time [s] and {_VECTOR[kind]}", COLUMNS)
     numbers = table.numbers()
-    wrong = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST).all(axis=1))
     if len(wrong):
-        raise InvalidValueError(f"{name}, line {table.lines[wrong[0]]}: every number must be finite")
+        raise InvalidValueError(
+            f"{name}, line {table.lines[wrong[0]]}: every number must be finite, at most {LARGEST:g} in size"
+        )
     try:
         return kind(tuple(numbers[:, 0].tolist()), tuple((x, y, z) for _, x, y, z in numbers.tolist()))
     except InvalidValueError as error:

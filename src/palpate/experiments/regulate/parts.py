@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+from palpate.bounded_file import read_text
 from palpate.controllers.damped_contact import DampedContact, SpringMounting
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce
 from palpate.controllers.force_program import StepForce, Tones
@@ -15,6 +16,7 @@ from palpate.controllers.tangent_motion import (
     TangentMotion,
     VelocityTable,
 )
+from palpate.csv_table import BOUNDS
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
 from palpate.experiments.regulate.motion import read_motion
@@ -103,10 +105,9 @@ def motion_of(config: RegulateConfig, kept: str | None = None) -> TangentMotion:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise InvalidValueError(f"motion_file = {path}: cannot be read: {why}") from None
+        return read_text(path, BOUNDS, "a motion is CSV text")
+    except OSError as error:
+        raise InvalidValueError(f"motion_file = {path}: cannot be read: {error.strerror}") from None
 
 
 def shape_of(config: RegulateConfig) -> SceneObject:

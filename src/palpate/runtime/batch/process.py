@@ -2,17 +2,39 @@
 
 import os
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Pipe
 
 from joblib.externals.loky.backend import get_context
 
+from palpate.interruption import SIGNALS
 from palpate.one_thread import ONE_THREAD
 from palpate.runtime.batch.worker import STOP, Message, serve
 
 PATIENCE = 5.0
 """For a worker to end by itself [s]: an interpreter with MuJoCo and numba takes about 0.1 s."""
+
+
+STARTS_WITHIN = 120.0
+"""For the first sign of life [s]: a new interpreter on a machine that is busy, or swaps."""
+
+MOST_SILENT = 30.0
+"""Between two signs of life, which are a second apart [s]: a worker that is stopped or swapped out gives none."""
+
+
+class ParentTime:
+    """Time in which the parent itself ran: one that was stopped with its workers must not find them late."""
+
+    def __init__(self, most: float) -> None:
+        """Begin; no two looks at the clock count as further apart than `most` [s]."""
+        self._most, self._last, self.now = most, time.monotonic(), 0.0
+
+    def look(self) -> None:
+        """Look at the clock."""
+        last, self._last = self._last, time.monotonic()
+        self.now += min(self._last - last, self._most)
 
 
 class WorkerProcess:
@@ -22,17 +44,22 @@ class WorkerProcess:
         pipe: Readable when there is something to `receive`.
         ready: Whether it has loaded the work.
         index: Of the case that it is busy with.
+        heard: When it last gave a sign of life, and
+        begun: when it was sent that case, the parent's time [s].
     """
 
-    def __init__(self, work: bytes) -> None:
+    def __init__(self, work: bytes, now: float = 0.0) -> None:
         """Prepare it.
 
         Args:
             work: What to do with a case, packed.
+            now: The parent's time [s]; see `ParentTime`.
         """
         self.pipe, self._theirs = Pipe()
         self.ready = False
         self.index: int | None = None
+        self.heard = self.begun = now
+        self._speaks = False
         # sets of strings are then iterated alike in every worker
         seed = {} if os.environ.get("PYTHONHASHSEED", "").isdecimal() else {"PYTHONHASHSEED": "0"}
         self._process = get_context("loky").Process(target=serve, args=(self._theirs, work), env=ONE_THREAD | seed)
@@ -55,21 +82,36 @@ class WorkerProcess:
         """Whether it waits for a case."""
         return self.ready and self.index is None
 
-    def begin(self, index: int, case: bytes) -> bool:
-        """Send a case to an idle worker; return whether it still lived."""
+    def begin(self, index: int, case: bytes, now: float = 0.0) -> bool:
+        """Send a case to an idle worker at a time [s]; return whether it still lived."""
         try:
             self.pipe.send_bytes(case)
         except OSError:
             return False
-        self.index = index
+        self.index, self.begun = index, now
         return True
 
-    def receive(self) -> Message | None:
-        """Return what it says; None if it has died."""
+    def overdue(self, now: float, longest: float) -> str:
+        """Return what it has not done in time; "" if nothing is late.
+
+        Args:
+            now: The parent's time [s].
+            longest: That a case may take [s].
+        """
+        patience = MOST_SILENT if self._speaks else STARTS_WITHIN
+        if now - self.heard > patience:
+            return f"gave no sign of life for {patience:g} s"
+        if self.index is not None and now - self.begun > longest:
+            return f"was busy with one case for more than {longest:.0f} s"
+        return ""
+
+    def receive(self, now: float = 0.0) -> Message | None:
+        """Return what it says at a time [s]; None if it has died."""
         try:
             message: Message = self.pipe.recv()
         except (EOFError, OSError):
             return None
+        self.heard, self._speaks = now, True
         return message
 
     def dismiss(self) -> None:
@@ -100,12 +142,12 @@ class WorkerProcess:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Start a process that Ctrl-C does not reach while it is still starting: the mask is inherited."""
+    """Start a process that no signal reaches while it is still starting: the mask is inherited."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)  # an interrupt that came meanwhile comes now
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)  # what came meanwhile comes now

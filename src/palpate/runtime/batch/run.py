@@ -1,5 +1,6 @@
 """The batch itself: who does which case, and what happens when one of them dies."""
 
+import math
 import pickle
 import time
 import traceback
@@ -25,8 +26,8 @@ from palpate.runtime.batch.outcome import (
     Success,
 )
 from palpate.runtime.batch.pickling import packed
-from palpate.runtime.batch.process import WorkerProcess
-from palpate.runtime.batch.worker import Done, Message, Raised, Ready, Refused
+from palpate.runtime.batch.process import ParentTime, WorkerProcess
+from palpate.runtime.batch.worker import Done, Raised, Ready, Refused
 
 TICK = 0.25
 """Longest time between two calls of `progress` [s]."""
@@ -44,6 +45,7 @@ def run_batch(
     processes: int | None = None,
     progress: ShowProgress | None = None,
     prepare: Callable[[], object] | None = None,
+    longest: float = math.inf,
 ) -> list[Outcome[Case, Result]]:
     """Do the same work on many independent cases, several at a time, each in a process of its own.
 
@@ -55,6 +57,8 @@ def run_batch(
     - A case that raises becomes a `Failure` with its traceback; the others go on.
     - A case whose process dies (a crash in C, out of memory, SIGKILL) is run once more, last, in another process;
       it disturbs no other case. If that dies too, it is a `Failure`.
+    - So is a case that takes longer than `longest`, and one whose process gives no sign of life for half a minute:
+      somebody has stopped it, or it is swapped out.
     - Ctrl-C, or an exception of `progress`, ends every worker at once and is raised. So does the death of this
       process, however it comes. What was found until then is what was reported to `progress`.
 
@@ -72,6 +76,7 @@ def run_batch(
         processes: How many; as many as this process may use cores, if not given. Never more than cases.
         progress: Told how far it is; a bar on the terminal after two seconds, if not given; `quiet` for nothing.
         prepare: Done once here, before any worker starts.
+        longest: That a case may take, wall time [s].
 
     Raises:
         InvalidValueError: Fewer than one process; work or a case that does not pickle, or work that cannot be
@@ -83,7 +88,9 @@ def run_batch(
     count = joblib.cpu_count() if processes is None else processes
     if not isinstance(count, int) or isinstance(count, bool) or count < 1:
         raise InvalidValueError(f"processes = {processes!r}: must be a whole number, 1 or above")
-    batch = _Batch(packed("work", work), cases, [packed(f"cases[{i}]", case) for i, case in enumerate(cases)])
+    batch = _Batch(
+        packed("work", work), cases, [packed(f"cases[{i}]", case) for i, case in enumerate(cases)], longest
+    )
     if prepare is not None:
         prepare()
     with progress_bar() if progress is None else nullcontext(progress) as show:
@@ -94,8 +101,8 @@ def run_batch(
 class _Batch(Generic[Case]):
     """One batch while it runs."""
 
-    def __init__(self, work: bytes, cases: tuple[Case, ...], packed_cases: list[bytes]) -> None:
-        """Take what to do."""
+    def __init__(self, work: bytes, cases: tuple[Case, ...], packed_cases: list[bytes], longest: float) -> None:
+        """Take what to do, and how long a case may take [s]."""
         self._work = work
         self._cases = cases
         self._packed = packed_cases
@@ -106,6 +113,7 @@ class _Batch(Generic[Case]):
         self._false_starts = 0
         self._workers: list[WorkerProcess] = []
         self._began = time.perf_counter()
+        self._longest, self._time = longest, ParentTime(4.0 * TICK)
 
     def outcomes(self) -> list[Outcome[Case, Any]]:
         """Return all, in the order of the cases."""
@@ -119,6 +127,10 @@ class _Batch(Generic[Case]):
                 speaking = set(wait([worker.pipe for worker in self._workers], TICK))
                 for worker in [worker for worker in self._workers if worker.pipe in speaking]:
                     self._hear(worker, show)
+                self._time.look()
+                for worker in [*self._workers]:
+                    if late := worker.overdue(self._time.now, self._longest):
+                        self._mourn(worker, show, late)
                 show(self._progress())
             for worker in self._workers:
                 worker.dismiss()
@@ -133,15 +145,17 @@ class _Batch(Generic[Case]):
     def _staff(self, processes: int) -> None:
         """Have as many workers as are of use, and all of them busy."""
         for worker in self._workers:
-            if self._waiting and worker.idle and worker.begin(self._waiting[0], self._packed[self._waiting[0]]):
-                self._waiting.popleft()
+            if self._waiting and worker.idle:
+                index = self._waiting[0]
+                if worker.begin(index, self._packed[index], self._time.now):
+                    self._waiting.popleft()
         while len(self._workers) < min(processes, len(self._cases) - len(self._outcomes)):
-            worker = WorkerProcess(self._work)
+            worker = WorkerProcess(self._work, self._time.now)
             self._workers.append(worker)  # first: an interrupt while it starts must find it
             worker.start()
 
     def _hear(self, worker: WorkerProcess, show: ShowProgress) -> None:
-        message = worker.receive()
+        message = worker.receive(self._time.now)
         if message is None:
             self._mourn(worker, show)
         elif isinstance(message, Ready):
@@ -151,16 +165,17 @@ class _Batch(Generic[Case]):
                 "work cannot be loaded in another process: define it where that can import it\n"
                 + message.traceback
             )
-        elif worker.index is not None:
+        elif isinstance(message, Done | Raised) and worker.index is not None:
             index, worker.index = worker.index, None
             self._false_starts = 0
             self._settle(index, self._outcome(index, message), show)
 
-    def _mourn(self, worker: WorkerProcess, show: ShowProgress) -> None:
-        """Take note of a worker that died, and see to its case."""
+    def _mourn(self, worker: WorkerProcess, show: ShowProgress, late: str = "") -> None:
+        """Take note of a worker that died, or end one that is late, and see to its case."""
         self._workers.remove(worker)
         worker.kill()
         how, index = worker.bury(), worker.index
+        how = late or how
         if index is None:
             self._false_starts += 1
             if self._false_starts > FALSE_STARTS_PER_PROCESS * (len(self._workers) + 1):
@@ -173,11 +188,10 @@ class _Batch(Generic[Case]):
             error = f"its process {how}, as the one before it died"
             self._settle(index, Failure(self._cases[index], FailureKind.DIED, error, ""), show)
 
-    def _outcome(self, index: int, message: Message) -> Outcome[Case, Any]:
+    def _outcome(self, index: int, message: Done | Raised) -> Outcome[Case, Any]:
         case = self._cases[index]
         if isinstance(message, Raised):
             return Failure(case, FailureKind.RAISED, message.error, message.traceback)
-        assert isinstance(message, Done)
         try:
             return Success(case, pickle.loads(message.result), message.duration)
         except Exception as error:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeAlias
 
+from palpate.interruption import SIGNALS
 from palpate.runtime.batch.pickling import packed
 
 STOP = b""
@@ -60,7 +61,26 @@ class Raised:
     traceback: str
 
 
-Message: TypeAlias = Ready | Refused | Done | Raised
+@dataclass(frozen=True, slots=True)
+class Alive:
+    """This process runs, whatever it is busy with."""
+
+
+Message: TypeAlias = Ready | Refused | Done | Raised | Alive
+
+BEAT = 1.0
+"""Time between two signs of life [s]."""
+
+
+class _Parent:
+    """Is sent messages, from any thread."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe, self._lock = pipe, threading.Lock()
+
+    def send(self, message: Message) -> None:
+        with self._lock:
+            self._pipe.send(message)
 
 
 def serve(pipe: Connection, work: bytes) -> None:
@@ -70,25 +90,29 @@ def serve(pipe: Connection, work: bytes) -> None:
         pipe: To the parent: cases in, messages out.
         work: What to do with a case, packed.
     """
-    # Ctrl-C in a terminal reaches every process: the parent decides
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C in a terminal, and its closing, reach every process: the parent decides
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(pipe, inbox), daemon=True).start()
+    parent = _Parent(pipe)
+    threading.Thread(target=_listen, args=(pipe, inbox, parent), daemon=True).start()
     try:
         call = pickle.loads(work)
     except Exception:
-        pipe.send(Refused(traceback.format_exc()))
+        parent.send(Refused(traceback.format_exc()))
         return
-    pipe.send(Ready())
+    parent.send(Ready())
     while (case := inbox.get()) != STOP:
-        pipe.send(_attempt(call, case))
+        parent.send(_attempt(call, case))
 
 
-def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]") -> None:
-    """Take in cases; end this process at once, in mid-case, if the parent's end is gone: it was killed."""
+def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]", parent: _Parent) -> None:
+    """Take in cases, and give signs of life; end this process at once, in mid-case, if the parent was killed."""
     while True:
         try:
-            inbox.put(pipe.recv_bytes())
+            parent.send(Alive())
+            if pipe.poll(BEAT):
+                inbox.put(pipe.recv_bytes())
         except (EOFError, OSError):
             os._exit(1)
 

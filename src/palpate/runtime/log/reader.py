@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from mcap.opcode import Opcode
 
+from palpate.bounded_file import open_regular
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.live import Change
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, LogRows, decode_chunk
@@ -18,6 +19,12 @@ from palpate.runtime.log.log import Log
 from palpate.runtime.log.mcap_builder import HEADING_NAME
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, RawRecord, attachment_of, chunk_of
 from palpate.runtime.log.period_codec import PeriodCodec
+
+LARGEST_LOG = 1 << 31
+"""Bytes of expanded messages: an hour at 1 kHz."""
+
+MOST_DAMAGE = 1000
+"""Places that are told: a file of nothing else is not read to its end."""
 
 _OPENING = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL)
 
@@ -63,7 +70,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
 
 def _opened(path: Path) -> BinaryIO:
     try:
-        return path.open("rb")
+        return open_regular(path)
     except PermissionError:
         raise InvalidValueError(
             f"{path}: may not be read; ask its owner, or allow it (chmod a+r {path})"
@@ -98,6 +105,7 @@ class _Content:
         self._rows: list[LogRows] = []
         self._entries: list[Entry] = []
         self._last_row, self._last_entry = -1, -1
+        self._size = 0
 
     def take(self, record: RawRecord) -> None:
         """Take a record after the heading.
@@ -114,6 +122,8 @@ class _Content:
                 return
         except DamageError as error:
             self.damage.append(str(error))
+            if len(self.damage) >= MOST_DAMAGE:
+                raise DamageError(f"{MOST_DAMAGE} places are damaged: what follows was not read") from None
             return
         if record.opcode != Opcode.MESSAGE_INDEX:  # which the check sum of the data section covers
             raise DamageError(f"at byte {record.place} begins nothing that palpate writes")
@@ -131,6 +141,9 @@ class _Content:
     def _take_chunk(self, record: RawRecord) -> None:
         chunk = chunk_of(record)
         where = f"the chunk at byte {record.place}"
+        self._size += len(chunk.data)
+        if self._size > LARGEST_LOG:
+            raise DamageError(f"{where}: more than {LARGEST_LOG} bytes of messages; record shorter runs")
         try:
             found = decode_chunk(chunk.data, self._codec)
         except InvalidValueError as error:

@@ -1,0 +1,139 @@
+"""What comes from outside is bounded before there is room for it, and inert on its way out."""
+
+import os
+import struct
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.bounded_file import Bounds, read_array, read_bytes, read_text
+from palpate.csv_table import read_csv_table
+from palpate.errors import InvalidValueError, PalpateError
+from palpate.mesh_file import load_geometry
+from palpate.plain_text import inert, inert_cell
+from palpate.strict_yaml import DEEPEST, read_yaml
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "benchmarks"))
+
+from fuzzed.damage import damaged
+from fuzzed.readers import READERS
+
+SMALL = Bounds(size=1000, lines=10, fields=20)
+MOST_MEMORY = 300e6
+
+
+def npy(header):
+    text = header.encode().ljust(117) + b"\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + bytes(64)
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "pipe"])
+def test_only_regular_files_are_read(name, tmp_path):
+    if name == "pipe":
+        name = tmp_path / "pipe"
+        os.mkfifo(name)  # nobody writes into it: waiting for one would never end
+    with pytest.raises(InvalidValueError, match="only regular files are read"):
+        read_bytes(name, SMALL)
+
+
+def test_a_sparse_file_of_20_gb_is_refused_by_its_size(tmp_path):
+    with (tmp_path / "a.csv").open("wb") as file:
+        file.truncate(20 << 30)
+    with pytest.raises(InvalidValueError, match=r"21474836480 bytes: at most 1000 are read"):
+        read_bytes(tmp_path / "a.csv", SMALL)
+
+
+@pytest.mark.parametrize(("text", "what"), [("\n" * 20, "lines"), ("," * 30, "fields"), ("x" * 1001, "bytes")])
+def test_text_is_counted_before_it_is_taken_apart(text, what, tmp_path):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InvalidValueError, match=f"{what}: at most"):
+        read_text(tmp_path / "a.csv", SMALL, "text")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000, 1000000), }",
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 99999999999999999999999), }",
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 8), }",
+        "{'descr': '|O', 'fortran_order': False, 'shape': (8,), }",
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (9,), }",
+        "(" * 110,
+    ],
+)
+def test_an_array_that_claims_what_it_does_not_hold_is_refused(header, tmp_path):
+    (tmp_path / "a.npy").write_bytes(npy(header))
+    with pytest.raises(InvalidValueError):
+        read_array(tmp_path / "a.npy", SMALL)
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("dtype", ["f4", ">f8", "i2", "?"])
+def test_an_array_comes_back_as_numpy_wrote_it(order, dtype, tmp_path):
+    array = np.array([[0, 1, 2], [3, 4, 5]], dtype, order=order)
+    np.save(tmp_path / "a.npy", array)
+    assert np.array_equal(read_array(tmp_path / "a.npy", SMALL), array.astype(float))
+
+
+@pytest.mark.parametrize("opening", ["[", "{", "- ", "{a: ", "? "])
+def test_nesting_is_refused_before_there_is_stack_for_it(opening):
+    with pytest.raises(InvalidValueError, match=f"nested too deep.*at most {DEEPEST} levels"):
+        read_yaml(opening * 50_000)
+
+
+def test_a_document_of_too_many_values_is_refused():
+    with pytest.raises(InvalidValueError, match="values"):
+        read_yaml("[" + "[]," * 60_000 + "]")
+
+
+def test_a_line_of_too_many_columns_is_refused():
+    with pytest.raises(InvalidValueError, match="more than 10000 columns"):
+        read_csv_table("1," * 20_000, "a.csv", "numbers")
+
+
+def test_an_archive_is_no_mesh(tmp_path):
+    (tmp_path / "a.zip").write_bytes(b"PK")
+    with pytest.raises(InvalidValueError, match=r"ends in \.zip, must be one of"):
+        load_geometry(tmp_path / "a.zip", process=False)
+
+
+@given(st.text())
+def test_what_is_printed_steers_no_terminal(text):
+    shown = inert(text)
+    assert not any(ord(letter) < 32 or 127 <= ord(letter) < 160 or letter in "\u202e\u2066" for letter in shown)
+    assert inert(shown) == shown
+    if text.isascii() and text.isprintable():
+        assert shown == text
+
+
+@given(st.text(), st.floats())
+def test_a_cell_is_no_formula_and_a_number_stays_one(text, number):
+    cell = inert_cell(text)
+    assert cell in (text, f"'{text}")
+    assert inert_cell(f"{number:.17g}") == f"{number:.17g}"
+    for first in "=+-@\t\r":
+        assert inert_cell(first + "cmd|x").startswith("'")
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_damaged_inputs_are_read_or_refused_in_one_sentence(name, tmp_path):
+    """The short form of benchmarks/fuzz_inputs.py."""
+    reader = READERS[name](tmp_path)
+    for example in reader.examples:
+        reader.read(example)
+    tracemalloc.start()
+    try:
+        for number in range(25):
+            try:
+                reader.read(damaged(reader.kind, reader.examples, (7, number)))
+            except PalpateError as error:
+                assert "\n" not in str(error)  # noqa: PT017
+                assert len(str(error)) < 2000  # noqa: PT017
+        assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
+    finally:
+        tracemalloc.stop()
