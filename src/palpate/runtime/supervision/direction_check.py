@@ -12,12 +12,15 @@ from palpate.runtime.supervision.finding import Violation
 from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
 
-LARGEST_COSINE = -0.17
-"""Of the angle between approach and first contact force: 100 degrees, as of a frictionless flank of 80 degrees.
-Friction, which opposes the motion, only turns the force further against it."""
+LARGEST_COSINE = -0.35
+"""Of the angle between approach and first contact force: 110 degrees. A flank of 70 degrees pushes
+so without friction, one of 84 degrees with mu = 0.3; an axis mounted at a right angle shows 90 degrees, 107 with mu = 0.3."""
+
+CLEAR_COSINE = -0.5
+"""Likewise, from which on they agree for sure: 120 degrees. In between, the next periods decide."""
 
 HISTORY = 0.05
-"""Time before a trip [s] over which commanded motion and force rate are taken: a few delays of servo and sensor."""
+"""Time before a trip [s] over which commanded motion and force rate are taken: delays of servo and sensor."""
 
 SMALLEST_MOTION = 2e-4
 """That was commanded in that time [m]: less is no direction."""
@@ -45,21 +48,20 @@ class DirectionCheck:
         self._force, self._rate = 0.0, math.inf
 
     def first_contact(self, now: Observation, last: Command) -> Violation | None:
-        """Take a period; return what is wrong if a finger touches for the first time in an approach.
+        """Take a period; return what is wrong if a finger touches in an approach and no contact has agreed yet.
 
         Args:
             now: What is sensed.
             last: The command that led here.
         """
-        before = self._recent[-1][0] if self._recent else None
         self._recent.append((now, last.velocity_base_tip))
-        if self.agreed or last.phase is not Phase.APPROACH or now.hand is not None or before is None:
+        if self.agreed or last.phase is not Phase.APPROACH or now.hand is not None:
             return None
         speed = norm(last.velocity_base_tip)
         if speed == 0.0:
             return None
-        for i, (finger, earlier) in enumerate(zip(now.fingers, before.fingers, strict=True)):
-            if finger.touching and not earlier.touching:
+        for i, finger in enumerate(now.fingers):
+            if finger.touching:
                 force = rotate(now.arm.rotation_base_tip, finger.wrench[:3])
                 cosine = dot(force, last.velocity_base_tip) / (norm(force) * speed)
                 if not cosine <= LARGEST_COSINE:
@@ -69,7 +71,7 @@ class DirectionCheck:
                         f"{angle:.0f} degrees",
                         f"{math.degrees(math.acos(LARGEST_COSINE)):.0f} to 180 degrees: {REMEDY}",
                     )
-                self.agreed = True
+                self.agreed = self.agreed or cosine <= CLEAR_COSINE
         return None
 
     def begin(self, now: Observation) -> None:
