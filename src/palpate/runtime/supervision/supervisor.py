@@ -16,6 +16,7 @@ from palpate.runtime.supervision.command_conditions import (
     CommandedTurn,
     WellFormed,
 )
+from palpate.runtime.supervision.direction_check import DirectionCheck
 from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
@@ -86,7 +87,9 @@ class Supervisor:
         self._stages: tuple[Reaction, ...] = ()
         self._reaction: tuple[Reaction, ...] = ()
         self._since: Observation | None = None
+        self._tripped: Observation | None = None
         self._aftermath: Aftermath | None = None
+        self._directions = DirectionCheck(self._period)
         self._commanded: Vector = ZERO
 
     @property
@@ -108,7 +111,10 @@ class Supervisor:
                 self._trip(now.time, finding, guard.reaction)
                 self._broken_at_trip = self._broken(now, before)
                 return False
-        return True
+        finding = self._directions.first_contact(now, self._last)
+        if finding is not None:
+            self._trip(now.time, finding, (Stop(),))
+        return finding is None
 
     def check(self, now: Observation, command: Command) -> Command:
         """Return the command, or what is done instead."""
@@ -139,7 +145,8 @@ class Supervisor:
     def react(self, now: Observation) -> Command:
         """Return what is done after a trip."""
         if self._since is None or self._aftermath is None:
-            self._since, self._aftermath = now, Aftermath(now)
+            self._since, self._tripped, self._aftermath = now, now, Aftermath(now)
+            self._directions.begin(now)
         else:
             self._aftermath.add(now)
             if not self.finished:
@@ -148,8 +155,11 @@ class Supervisor:
         while self._stages and not self.finished:
             command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
-                self._commanded = command.velocity_base_tip
-                return command
+                objection = self._directions.objection(command, now, self._tripped or now)
+                if not objection:
+                    self._commanded = command.velocity_base_tip
+                    return command
+                self._finish(self._aftermath, objection)
             self._stages, self._since = self._stages[1:], now
         if not self.finished:
             self._finish(self._aftermath)

@@ -1,0 +1,110 @@
+"""Whether what a finger feels and how the tip moves agree on directions: a sensor mounted wrongly does not.
+
+A tip that runs into something is pushed back, against its motion. Where sensor, tip frame or arm base are mounted
+or described the wrong way round, the force points elsewhere, and backing off along it would press harder.
+"""
+
+import math
+from collections import deque
+
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.supervision.finding import Violation
+from palpate.runtime.supervision.run_guards import CONTACT_FORCE
+from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
+
+LARGEST_COSINE = -0.35
+"""Of the angle between approach and first contact force: 110 degrees. A flank of 70 degrees pushes
+so without friction, one of 84 degrees with mu = 0.3; an axis mounted at a right angle shows 90 degrees, 107 with mu = 0.3."""
+
+CLEAR_COSINE = -0.5
+"""Likewise, from which on they agree for sure: 120 degrees. In between, the next periods decide."""
+
+HISTORY = 0.05
+"""Time before a trip [s] over which commanded motion and force rate are taken: delays of servo and sensor."""
+
+SMALLEST_MOTION = 2e-4
+"""That was commanded in that time [m]: less is no direction."""
+
+LARGEST_RISE = 0.2
+"""Share of the force at the trip that backing off may add to what the object itself would add by going on."""
+
+REMEDY = "check how sensor, tip and arm are mounted, and tcp, tip frame and sensor rotation in the robot file"
+
+
+class DirectionCheck:
+    """Watches the approach, the first contact and every retreat of a run.
+
+    Attributes:
+        agreed: Whether a contact has been made in an approach, and its force opposed the motion. From then on a
+            retreat may follow the force, also ahead of an object that presses harder and harder.
+    """
+
+    def __init__(self, period: float) -> None:
+        """Take the control period [s]."""
+        self.agreed = False
+        self._period = period
+        self._recent: deque[tuple[Observation, Vector]] = deque(maxlen=max(2, math.ceil(HISTORY / period) + 1))
+        self._moved: Vector = ZERO
+        self._force, self._rate = 0.0, math.inf
+
+    def first_contact(self, now: Observation, last: Command) -> Violation | None:
+        """Take a period; return what is wrong if a finger touches in an approach and no contact has agreed yet.
+
+        Args:
+            now: What is sensed.
+            last: The command that led here.
+        """
+        self._recent.append((now, last.velocity_base_tip))
+        if self.agreed or last.phase is not Phase.APPROACH or now.hand is not None:
+            return None
+        speed = norm(last.velocity_base_tip)
+        if speed == 0.0:
+            return None
+        for i, finger in enumerate(now.fingers):
+            if finger.touching:
+                force = rotate(now.arm.rotation_base_tip, finger.wrench[:3])
+                cosine = dot(force, last.velocity_base_tip) / (norm(force) * speed)
+                if not cosine <= LARGEST_COSINE:
+                    angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+                    return Violation(
+                        f"angle between approach and first contact force of finger {i + 1}",
+                        f"{angle:.0f} degrees",
+                        f"{math.degrees(math.acos(LARGEST_COSINE)):.0f} to 180 degrees: {REMEDY}",
+                    )
+                self.agreed = self.agreed or cosine <= CLEAR_COSINE
+        return None
+
+    def begin(self, now: Observation) -> None:
+        """Take the trip: how the tip was commanded to move and how the force rose before it."""
+        self._force = CONTACT_FORCE.of(now)
+        if self._recent:
+            first = self._recent[0][0]
+            x, y, z = map(sum, zip(*(velocity for _, velocity in self._recent), strict=True))
+            self._moved, time = scale(self._period, (x, y, z)), now.time - first.time
+            self._rate = max(0.0, self._force - CONTACT_FORCE.of(first)) / time if time > 0.0 else math.inf
+
+    def objection(self, command: Command, now: Observation, since: Observation) -> str:
+        """Return why a reaction must not go on with a command; empty if it may.
+
+        Args:
+            command: Of the reaction.
+            now: What is sensed.
+            since: What was sensed at the trip.
+        """
+        speed = norm(command.velocity_base_tip)
+        if self.agreed or speed == 0.0:
+            return ""
+        moved = norm(self._moved)
+        if (
+            moved >= SMALLEST_MOTION
+            and dot(command.velocity_base_tip, self._moved) > LARGEST_COSINE * speed * moved
+        ):
+            return f"did not back off: the measured force points along the motion that led there; {REMEDY}"
+        gone = subtract(now.arm.position_base_tip, since.arm.position_base_tip)
+        expected = self._force + self._rate * (now.time - since.time)
+        felt = CONTACT_FORCE.of(now)
+        if dot(gone, command.velocity_base_tip) > 0.0 and felt > expected + LARGEST_RISE * self._force:
+            return (
+                f"stopped because backing off raised the force from {self._force:.3g} N to {felt:.3g} N; {REMEDY}"
+            )
+        return ""
