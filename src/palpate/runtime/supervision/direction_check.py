@@ -13,8 +13,8 @@ from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
 
 LARGEST_COSINE = -0.35
-"""Of the angle between approach and first contact force: 110 degrees. A flank of 70 degrees pushes
-so without friction, one of 84 degrees with mu = 0.3; an axis mounted at a right angle shows 90 degrees, 107 with mu = 0.3."""
+"""Of the angle between approach and first contact force: 110 degrees. A frictionless flank of 70 degrees pushes so,
+or one of 84 degrees with mu = 0.3; an axis mounted at a right angle shows 90 degrees, or 107 with mu = 0.3."""
 
 CLEAR_COSINE = -0.5
 """Likewise, from which on they agree for sure: 120 degrees. In between, the next periods decide."""
