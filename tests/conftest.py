@@ -9,7 +9,7 @@ from zlib import crc32
 import pytest
 from hypothesis import settings
 
-from palpate import interruption
+from palpate.interruption import forget
 from palpate.one_thread import LINEAR_ALGEBRA
 
 WIRE = Path(__file__).parent / "wire"
@@ -34,7 +34,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @pytest.hookimpl(tryfirst=True)  # before fixtures
 def pytest_runtest_setup():
     """Each test is a process of its own as far as signals go: one that sent itself Ctrl-C ends no other."""
-    interruption.forget()
+    forget()
 
 
 def pytest_addoption(parser):

@@ -81,7 +81,7 @@ def load_mesh_geometry(path: PathLike, *, process: bool) -> Any:
     found = load_geometry(path, process=process)
     if not len(getattr(found, "faces", ())):
         raise InvalidValueError(
-            f"{os.fspath(path)}: cannot be read as a mesh: it has no triangles; give a surface as STL, OBJ, PLY or "
+            f"{os.fspath(path)}: cannot be read as a mesh: no triangles in it; give a surface as STL, OBJ, PLY or "
             "OFF"
         )
     return found

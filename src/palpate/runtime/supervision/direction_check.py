@@ -13,7 +13,7 @@ from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
 
 LARGEST_COSINE = -0.35
-"""Of the angle between approach and first contact force: 110 degrees. A frictionless flank of 70 degrees pushes so,
+"""Of the angle between approach and first contact force: 110 degrees. A smooth flank of 70 degrees shows it,
 or one of 84 degrees with mu = 0.3; an axis mounted at a right angle shows 90 degrees, or 107 with mu = 0.3."""
 
 CLEAR_COSINE = -0.5
