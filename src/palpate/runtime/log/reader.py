@@ -24,7 +24,7 @@ LARGEST_LOG = 1 << 31
 """Bytes of expanded messages: an hour at 1 kHz."""
 
 MOST_DAMAGE = 1000
-"""Places that are told: a file of nothing else is not read to its end."""
+"""Damaged places that are reported: a file of nothing else is not read to its end."""
 
 _OPENING = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL)
 
