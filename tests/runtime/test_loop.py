@@ -334,3 +334,9 @@ def test_what_is_held_is_not_dropped_however_the_run_ends():
     backend = PuppetBackend({20: {"wrench": (NAN,) * 6}})
     go(backend, PuppetController(dict.fromkeys(range(50), squeeze)))
     assert {c.grip_force for c in backend.commands} == {grip}
+
+
+def test_an_arm_that_creeps_and_reports_rest_did_not_come_to_rest():
+    """At 4 mm/s, too slow for the supervisor to object to."""
+    creeping = {k: {"position": (4e-3 * k * PERIOD, 0.0, 0.0), "velocity": REST} for k in range(5000)}
+    assert not go(PuppetBackend(creeping), PuppetController(velocity=REST)).stopped

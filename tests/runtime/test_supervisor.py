@@ -436,3 +436,20 @@ def test_an_empty_workspace_or_joint_range_is_refused(upper):
 def test_reactions_that_cannot_be_are_refused(make):
     with pytest.raises(InvalidValueError):
         make()
+
+
+@pytest.mark.parametrize("hidden", [0.0, 0.007, 0.05])
+def test_motion_that_the_arm_does_not_report_is_found_and_noise_is_not(hidden):
+    """`hidden` [m/s] beside what it reports; found when a first-order filter of 0.5 s reaches 3 mm."""
+    supervisor, wave = started(), 0.2
+    for k in range(5000):
+        t = k * PERIOD
+        x = wave / 10.0 * math.sin(10.0 * t) + hidden * t + 2e-5 * math.sin(1e4 * k)
+        supervisor.admits(
+            observation(time=t, position=(x, 0.0, 0.0), velocity=(wave * math.cos(10.0 * t), 0.0, 0.0))
+        )
+        if supervisor.trip is not None:
+            assert "reported velocity does not explain" in str(supervisor.trip)
+            assert t == pytest.approx(-0.5 * math.log(1.0 - 3e-3 / (0.5 * hidden)), rel=0.05)
+            return
+    assert hidden == 0.0

@@ -25,8 +25,17 @@ HISTORY = 0.05
 SMALLEST_MOTION = 2e-4
 """That was commanded in that time [m]: less is no direction."""
 
+ALONG = 0.35
+"""Cosine of commanded motion and retreat, above which backing off goes on into what was run into: 70 degrees."""
+
 LARGEST_RISE = 0.2
 """Share of the force at the trip that backing off may add to what the object itself would add by going on."""
+
+FIRST_STEP = 2e-3
+"""By then [m] backing off must have relieved something:"""
+
+LEAST_RELIEF = 0.02
+"""this share of the force at the trip, 0.4 N of 20 N: a contact of 200 N/m."""
 
 REMEDY = "check how sensor, tip and arm are mounted, and tcp, tip frame and sensor rotation in the robot file"
 
@@ -81,7 +90,8 @@ class DirectionCheck:
             first = self._recent[0][0]
             x, y, z = map(sum, zip(*(velocity for _, velocity in self._recent), strict=True))
             self._moved, time = scale(self._period, (x, y, z)), now.time - first.time
-            self._rate = max(0.0, self._force - CONTACT_FORCE.of(first)) / time if time > 0.0 else math.inf
+            pushed = norm(self._moved) < SMALLEST_MOTION and time > 0.0  # by an object that came
+            self._rate = max(0.0, self._force - CONTACT_FORCE.of(first)) / time if pushed else 0.0
 
     def objection(self, command: Command, now: Observation, since: Observation) -> str:
         """Return why a reaction must not go on with a command; empty if it may.
@@ -95,16 +105,15 @@ class DirectionCheck:
         if self.agreed or speed == 0.0:
             return ""
         moved = norm(self._moved)
-        if (
-            moved >= SMALLEST_MOTION
-            and dot(command.velocity_base_tip, self._moved) > LARGEST_COSINE * speed * moved
-        ):
+        if moved >= SMALLEST_MOTION and dot(command.velocity_base_tip, self._moved) > ALONG * speed * moved:
             return f"did not back off: the measured force points along the motion that led there; {REMEDY}"
-        gone = subtract(now.arm.position_base_tip, since.arm.position_base_tip)
-        expected = self._force + self._rate * (now.time - since.time)
-        felt = CONTACT_FORCE.of(now)
-        if dot(gone, command.velocity_base_tip) > 0.0 and felt > expected + LARGEST_RISE * self._force:
-            return (
-                f"stopped because backing off raised the force from {self._force:.3g} N to {felt:.3g} N; {REMEDY}"
-            )
+        gone = (
+            dot(subtract(now.arm.position_base_tip, since.arm.position_base_tip), command.velocity_base_tip)
+            / speed
+        )
+        added = CONTACT_FORCE.of(now) - self._force - self._rate * (now.time - since.time)
+        if gone > 0.0 and added > LARGEST_RISE * self._force:
+            return f"stopped because backing off added {added:.3g} N to {self._force:.3g} N; {REMEDY}"
+        if gone > FIRST_STEP and added > -LEAST_RELIEF * self._force:
+            return f"stopped because backing off {1e3 * gone:.0f} mm relieved nothing; {REMEDY}"
         return ""
