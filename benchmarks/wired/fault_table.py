@@ -221,7 +221,7 @@ ARM_CASES = (
         "protective stop",
         Lost(Switch(ARM, "protective_stop"), recover_arm),
         Safe.RESTS,
-        r"protective stop; see what it ran into .* recover\(\)",
+        r"protective stop; clear whatever it ran into, then recover\(\)",
         RECOVER,
     ),
     Case(
