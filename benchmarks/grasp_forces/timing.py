@@ -21,7 +21,7 @@ BLOCK = 20
 """Periods before the next solver's turn."""
 
 
-PATIENCE = 0.5
+SLOW_CALL = 0.5
 """Seconds after which a first call is taken for slow, not for one that compiles."""
 
 
@@ -114,12 +114,12 @@ def measure(
 
 def _first(solver: Solver, loads: Sequence[Load]) -> float:
     """Return what a call takes; the first may compile."""
-    taken = PATIENCE
+    taken = SLOW_CALL
     for _ in range(2):
         started = time.thread_time()
         solver.solve(loads[0], warm=False)
         taken = max(time.thread_time() - started, 1e-7)
-        if taken > PATIENCE:
+        if taken > SLOW_CALL:
             break
     return taken
 

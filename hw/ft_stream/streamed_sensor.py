@@ -17,7 +17,7 @@ from palpate.spatial import Wrench
 TARE_TIME = 0.25
 """Least time over which a tare averages [s]: a dozen periods of mains hum, and some of an arm that swings."""
 
-_GLANCES = 2
+_STALE_RETRIES = 2
 """Times to look again, a millisecond apart, before a sensor is called silent: after a stall of the whole machine
 it may be the loop that runs first, and what the sensor sent meanwhile has not been read yet."""
 
@@ -164,14 +164,14 @@ class StreamedSensor:
     def _fresh(self) -> tuple[float, StreamReading]:
         """Return when the newest record was sampled, and it, if it came a short while ago."""
         silence = math.inf
-        for glance in range(_GLANCES + 1):
+        for glance in range(_STALE_RETRIES + 1):
             newest = self._newest
             if newest is None:
                 raise self._silence("not a record so far")
             silence = monotonic() - newest[1].arrival
             if silence <= self._settings.silent_after:
                 return newest
-            if glance < _GLANCES and not self._died:
+            if glance < _STALE_RETRIES and not self._died:
                 sleep(1e-3)
         raise self._silence(f"silent for {1e3 * silence:.0f} ms")
 

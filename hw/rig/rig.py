@@ -27,7 +27,7 @@ GRAVITY = 9.80665
 UP: Vector = (0.0, 0.0, GRAVITY)
 """Specific force at rest, base frame [m/s^2]: its z axis points up."""
 
-_GLANCES = 3
+_STALE_RETRIES = 3
 """Times to look again, a millisecond apart, before a sample is called too old: after a stall of the whole machine
 it may be this thread that runs first."""
 
@@ -307,7 +307,7 @@ class Rig(Closing):
             DeviceError: It is not, or see the device.
         """
         sample, oldest = read(), self.settings.oldest
-        for _ in range(_GLANCES):
+        for _ in range(_STALE_RETRIES):
             if monotonic() - sample.time <= oldest:
                 return sample
             sleep(1e-3)

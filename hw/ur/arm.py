@@ -29,7 +29,7 @@ _REPLY_WITHIN = 5.0
 _RECOVER_WITHIN = 90.0
 """[s]: a protective stop 8, power and brakes twice 30, the script 5."""
 
-_GLANCES = 3
+_STALE_RETRIES = 3
 """Times to look again, a millisecond apart, before a state is called old: after a stall of the whole machine it
 may be this process that runs first."""
 
@@ -299,7 +299,7 @@ class UrArm:
         """Return the client, if all is well and its newest state young enough."""
         client, oldest = self._running(), self.settings.stale_after
         status = client.status()
-        for _ in range(_GLANCES):
+        for _ in range(_STALE_RETRIES):
             if monotonic() - status.sampled <= oldest:
                 return client
             sleep(1e-3)

@@ -179,15 +179,15 @@ def test_a_folder_that_cannot_be_made_is_refused(log_path, tmp_path):
 
 
 def test_what_takes_long_shows_how_far_it_is(log_path, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(log_command, "PATIENCE", -1.0)
+    monkeypatch.setattr(log_command, "BAR_DELAY", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setattr(log_command, "lively", lambda console: True)  # a terminal
     exported(log_path, "csv", tmp_path / "slow")
     assert "writing period.csv" in capsys.readouterr().err
-    monkeypatch.setattr(log_command, "PATIENCE", math.inf)
+    monkeypatch.setattr(log_command, "BAR_DELAY", math.inf)
     exported(log_path, "csv", tmp_path / "quick")
     assert "writing" not in capsys.readouterr().err
-    monkeypatch.setattr(log_command, "PATIENCE", -1.0)
+    monkeypatch.setattr(log_command, "BAR_DELAY", -1.0)
     monkeypatch.setattr(log_command, "lively", lively)  # FORCE_COLOR makes no terminal of a pipe
     exported(log_path, "csv", tmp_path / "to a pipe")
     assert capsys.readouterr().err == ""

@@ -16,7 +16,7 @@ from support.waiting import until
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no SIGHUP on this system")
 
-PATIENCE = 120.0
+PROCESS_TIMEOUT = 120.0
 """[s] for a stage to come, where kernels may have to be compiled."""
 
 STAGES = {"planning": "planning", "running": "[1-9] of about", "drawing": "drawing the report"}
@@ -42,7 +42,10 @@ class OnTerminal:
 
     def wait_for(self, stage):
         if stage == "importing":
-            until(lambda: any("numpy" in m.path for m in psutil.Process(self.process.pid).memory_maps()), PATIENCE)
+            until(
+                lambda: any("numpy" in m.path for m in psutil.Process(self.process.pid).memory_maps()),
+                PROCESS_TIMEOUT,
+            )
             return
         while not re.search(STAGES[stage].encode(), self.shown):
             self.shown += os.read(self.master, 65536)
@@ -56,7 +59,7 @@ class OnTerminal:
         with suppress(OSError):
             while read := os.read(self.master, 65536):
                 self.shown += read
-        return self.process.wait(PATIENCE), self.shown.decode()
+        return self.process.wait(PROCESS_TIMEOUT), self.shown.decode()
 
 
 def _control():

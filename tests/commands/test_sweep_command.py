@@ -30,7 +30,7 @@ from support.tiny_experiment import TINY
 from support.typed_mistakes import answer_to
 from support.waiting import until
 
-PATIENCE = 240.0
+PROCESS_TIMEOUT = 240.0
 """For a sweep as a process of its own, on a machine that is busy [s]."""
 
 
@@ -276,7 +276,7 @@ def started(typed, folder):
 
 
 def wait_for(condition):
-    return until(condition, PATIENCE)
+    return until(condition, PROCESS_TIMEOUT)
 
 
 def working(process):
@@ -294,7 +294,7 @@ def undisturbed(tmp_path_factory):
     """What the long sweep gives if nothing happens to it."""
     folder = tmp_path_factory.mktemp("undisturbed")
     process = started(LONG, folder)
-    said, _ = process.communicate(timeout=PATIENCE)
+    said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     return folder
 
@@ -309,10 +309,10 @@ def test_a_sweep_that_is_killed_in_the_middle_goes_on_and_repeats_nothing(undist
     process.communicate()
     before = kept(tmp_path)
     assert 2 <= len(before) < 6
-    psutil.wait_procs(children, timeout=PATIENCE)
+    psutil.wait_procs(children, timeout=PROCESS_TIMEOUT)
     assert not any(child.is_running() for child in children), "nobody works on for a sweep that is dead"
     process = started(LONG, tmp_path)
-    said, _ = process.communicate(timeout=PATIENCE)
+    said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     assert f"{len(before)} of them are there already" in said
     after = kept(tmp_path)
@@ -326,7 +326,7 @@ def test_a_worker_that_is_killed_costs_no_run(undisturbed, tmp_path):
     process = started(LONG, tmp_path)
     wait_for(lambda: len(kept(tmp_path)) >= 1)
     os.kill(wait_for(lambda: working(process))[0].pid, signal.SIGKILL)
-    said, _ = process.communicate(timeout=PATIENCE)
+    said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     assert sorted(kept(tmp_path)) == list(range(6))
     assert figures(tmp_path) == figures(undisturbed)
@@ -344,7 +344,7 @@ def test_a_worker_that_is_killed_costs_no_run(undisturbed, tmp_path):
 def test_every_experiment_gives_the_same_in_one_process_and_in_two(typed, tmp_path):
     for jobs in ("1", "2"):
         process = started(["sweep", *typed, "--seeds", "2", "--jobs", jobs], tmp_path / jobs)
-        said, _ = process.communicate(timeout=PATIENCE)
+        said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
         assert process.returncode == 0, said
     assert figures(tmp_path / "1") == figures(tmp_path / "2")
     first, second = ({**row, "run": "", "seed": ""} for row in figures(tmp_path / "1")[:2])

@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from commands.test_sweep_command import LONG, PATIENCE, figures, kept, started, undisturbed, wait_for
+from commands.test_sweep_command import LONG, PROCESS_TIMEOUT, figures, kept, started, undisturbed, wait_for
 
 __all__ = ["undisturbed"]
 
@@ -72,7 +72,7 @@ def test_a_cluster_of_two_nodes_gives_the_numbers_of_this_computer_also_if_a_wor
     wait_for(lambda: kept(tmp_path))
     victim = wait_for(lambda: busy(nodes))[0]
     os.kill(victim.pid, signal.SIGKILL)
-    said, _ = process.communicate(timeout=PATIENCE)
+    said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     assert sorted(kept(tmp_path)) == list(range(6))
     assert figures(tmp_path) == figures(undisturbed)
@@ -88,7 +88,7 @@ def test_a_sweep_on_a_cluster_that_is_killed_goes_on_on_this_computer(cluster, u
     before = kept(tmp_path)
     assert len(before) < 6
     process = started(LONG, tmp_path)
-    said, _ = process.communicate(timeout=PATIENCE)
+    said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     after = kept(tmp_path)
     assert {number: after[number] for number in before} == before
@@ -106,7 +106,7 @@ def test_a_node_that_is_lost_costs_no_run(undisturbed, tmp_path):
         ]
         assert len(raylets) == 2
         raylets[-1].kill()  # the head's is the first
-        said, _ = process.communicate(timeout=PATIENCE)
+        said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
         assert process.returncode == 0, said
         assert figures(tmp_path) == figures(undisturbed)
 
@@ -120,7 +120,7 @@ def test_when_the_head_is_lost_it_says_so_and_keeps_what_is_done(how, tmp_path):
             child for child in psutil.Process(nodes.pid).children(recursive=True) if child.name() == "gcs_server"
         ]
         head.send_signal(how)
-        said, _ = process.communicate(timeout=PATIENCE)
+        said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
         head.kill()
         assert process.returncode == 1, said
         assert "the head of the ray cluster has not replied for 4 s" in said
@@ -130,6 +130,6 @@ def test_when_the_head_is_lost_it_says_so_and_keeps_what_is_done(how, tmp_path):
 
 def test_a_cluster_of_its_own_is_gone_afterwards(undisturbed, tmp_path):
     process = started([*LONG, "--ray", "local"], tmp_path)
-    said, _ = process.communicate(timeout=PATIENCE)
+    said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     assert figures(tmp_path) == figures(undisturbed)

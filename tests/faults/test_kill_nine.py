@@ -27,7 +27,7 @@ MOST_LOST = 250
 """Of the log [periods]: two blocks of 0.2 s, and some that are on their way."""
 RESTS = 1e-6
 """[m/s]"""
-PATIENCE = 30.0
+PROCESS_TIMEOUT = 30.0
 """For a process to do what it should [s]."""
 
 
@@ -51,7 +51,7 @@ class Device:
     def rest(self) -> list[str]:
         """Have it end; return all that it has still to say."""
         self.process.terminate()
-        return self.process.communicate(timeout=PATIENCE)[0].splitlines()
+        return self.process.communicate(timeout=PROCESS_TIMEOUT)[0].splitlines()
 
     def __enter__(self):
         return self
@@ -134,7 +134,7 @@ def test_a_process_asked_to_stop_ends_in_good_order(number, name, tmp_path):
         time.sleep(0.2)
         asked = time.monotonic()
         loop.send_signal(number)
-        _, message = loop.communicate(timeout=PATIENCE)
+        _, message = loop.communicate(timeout=PROCESS_TIMEOUT)
         *_, final = device.rest()
     assert loop.returncode == 130
     assert message == "interrupted; the robot was stopped; at rest: True\n"
@@ -154,7 +154,7 @@ def test_a_device_that_dies_ends_the_run_with_a_word(tmp_path):
     with Device() as device, loop_against(device, path) as loop:
         died = time.monotonic()
         device.process.kill()
-        _, message = loop.communicate(timeout=PATIENCE)
+        _, message = loop.communicate(timeout=PROCESS_TIMEOUT)
     assert loop.returncode == 1
     assert "back end was ConnectionRefusedError" in message
     assert "at rest: False" in message  # nobody knows
@@ -171,7 +171,7 @@ def test_a_device_that_hangs_is_noticed_by_its_own_time_stamps_and_finds_only_st
     with Device() as device, loop_against(device, path) as loop:
         device.process.send_signal(signal.SIGSTOP)
         hung = time.monotonic()
-        _, message = loop.communicate(timeout=PATIENCE)
+        _, message = loop.communicate(timeout=PROCESS_TIMEOUT)
         device.process.send_signal(signal.SIGCONT)
         time.sleep(0.1)
         *_, final = device.rest()
@@ -192,7 +192,7 @@ def test_a_device_that_restarts_is_not_moved_until_somebody_looks(tmp_path):
         device.process.kill()
         device.process.wait()
         with Device(device.port) as again:
-            _, message = loop.communicate(timeout=PATIENCE)
+            _, message = loop.communicate(timeout=PROCESS_TIMEOUT)
             left = again.rest()
     assert loop.returncode == 1
     assert "stopped by the supervisor" in message

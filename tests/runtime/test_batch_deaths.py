@@ -22,7 +22,7 @@ from support.waiting import until
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 TESTS = Path(__file__).parents[1]
 PYTHONPATH = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
-PATIENCE = 60.0
+PROCESS_TIMEOUT = 60.0
 """For a process to do what it should [s]."""
 
 
@@ -219,7 +219,7 @@ def test_no_worker_outlives_its_parent(tmp_path, how, when):
         else:
             until(lambda: len(members(program.pid)) >= 3)
         (os.killpg if how is signal.SIGINT else os.kill)(program.pid, how)
-        _, message = program.communicate(timeout=PATIENCE)  # ends when nobody holds standard error any more
+        _, message = program.communicate(timeout=PROCESS_TIMEOUT)  # ends when nobody holds standard error any more
         assert program.returncode == -how
         until(lambda: members(program.pid) == [])
         if how is signal.SIGINT:

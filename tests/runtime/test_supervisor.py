@@ -366,7 +366,7 @@ def test_a_surface_that_keeps_coming_never_presses_harder_than_when_it_tripped_b
         return (0.0, 0.0, force, 0.0, 0.0, 0.0)
 
     heights, commands = play(supervisor, pressed, 20000)
-    # until HARDER of it, and while it gains speed at 25 m/s^2
+    # until PURSUIT_RATIO of it, and while it gains speed at 25 m/s^2
     assert worst <= 1.1 * 30.0 + K * u * 2.0 * PERIOD + K * u * u / (2.0 * 25.0) + 1e-9
     assert heights[-1] <= 0.1 + 0.1 * 2.0 * PERIOD
     assert supervisor.finished

@@ -247,7 +247,9 @@ def test_a_sensor_is_not_called_silent_because_this_computer_slept(
             self.open_gate.wait()
             return super().receive()
 
-    monkeypatch.setattr(streamed_sensor, "_GLANCES", 5000)  # seconds, in which any machine runs the other thread
+    monkeypatch.setattr(
+        streamed_sensor, "_STALE_RETRIES", 5000
+    )  # seconds, in which any machine runs the other thread
     link = Gated(clock)
     link.open_gate.set()
     ft = StreamedSensor(link, SETTINGS)

@@ -7,7 +7,7 @@ from palpate.hw.dynamixel.packets import FORBIDDEN, HEADER, OVERHEAD, checksum, 
 LONGEST = 1024
 """Length field that is still believed; the client library sends no longer packets (RXPACKET_MAX_LEN)."""
 
-PATIENCE = 0.1
+FRAME_TIMEOUT = 0.1
 """How long the rest of a packet is waited for [s]; assumed. A bus at 9600 baud needs it."""
 
 
@@ -43,7 +43,7 @@ class PacketReceiver:
             now: Time [s]; a packet torn in the middle is given up after a pause.
         """
         held = self._bytes
-        if now - self._last > PATIENCE:
+        if now - self._last > FRAME_TIMEOUT:
             held.clear()
         self._last = now
         held += data

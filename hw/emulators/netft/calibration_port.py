@@ -11,7 +11,7 @@ from palpate.hw.netft.rdt import CALIBRATION, CALIBRATION_REQUEST, HEADER
 MOST_CLIENTS = 8
 """At a time; the oldest goes when one more comes."""
 
-PATIENCE = 5.0
+CLIENT_TIMEOUT = 5.0
 """Without a request after which a client is sent away [s]."""
 
 
@@ -53,7 +53,7 @@ class CalibrationPort:
                 client.setblocking(False)
                 if len(self._clients) >= MOST_CLIENTS:
                     self._drop(next(iter(self._clients)))
-                self._clients[client.fileno()] = (client, bytearray(), now + PATIENCE)
+                self._clients[client.fileno()] = (client, bytearray(), now + CLIENT_TIMEOUT)
             return
         if file in self._clients:
             self._serve(file, now, silent=silent)
@@ -94,7 +94,7 @@ class CalibrationPort:
             if not silent:
                 with contextlib.suppress(OSError):
                     client.send(self._reply)
-        self._clients[file] = (client, heard, now + PATIENCE)
+        self._clients[file] = (client, heard, now + CLIENT_TIMEOUT)
 
     def _drop(self, file: int) -> None:
         self._clients.pop(file)[0].close()

@@ -17,10 +17,10 @@ FEEDBACK = 20.0
 NEAR = 5e-5
 """[m, rad] at which a move has arrived."""
 
-PATIENCE = 0.5
+ARRIVAL_TIMEOUT = 0.5
 """[s] after which it counts as arrived anyway: something blocks it."""
 
-NO_WAY = 1e-9
+ZERO_LENGTH = 1e-9
 """Distances [m, rad] below this count as zero."""
 
 
@@ -165,7 +165,7 @@ class Profile:
         speed = min(self.speed + a * dt, self._most, braking)
         self.speed = speed
         step = speed * dt
-        if left - step < NO_WAY or speed < 1e-4 * a * dt:
+        if left - step < ZERO_LENGTH or speed < 1e-4 * a * dt:
             step = left
         self.at += step
 
@@ -179,9 +179,9 @@ class LinearMove:
         Where there is nothing but a turn, the same numbers are in rad.
         """
         self._start, self.target = start, target
-        self._way, self._turn = difference(target, start)
-        length = norm(self._way)
-        self._length = length if length > NO_WAY else max(norm(self._turn), NO_WAY)
+        self._path, self._turn = difference(target, start)
+        length = norm(self._path)
+        self._length = length if length > ZERO_LENGTH else max(norm(self._turn), ZERO_LENGTH)
         self._profile = Profile(self._length, speed, acceleration)
         self._arrival = _Arrival()
         self.finished = False
@@ -191,11 +191,11 @@ class LinearMove:
         self._profile.advance(dt, fraction)
         share, speed = self._profile.at / self._length, self._profile.speed / self._length * fraction
         rotation = times(rotation_from_rotvec(scale(share, self._turn)), self._start.rotation)
-        wanted = Pose(add_scaled(self._start.position, share, self._way), rotation)
+        wanted = Pose(add_scaled(self._start.position, share, self._path), rotation)
         offset, turn = difference(wanted, arm.tcp)
         self.finished = self._arrival.over(self._profile.over, max(norm(offset), norm(turn)), dt)
         return (
-            add_scaled(scale(speed, self._way), FEEDBACK, offset),
+            add_scaled(scale(speed, self._path), FEEDBACK, offset),
             add_scaled(scale(speed, self._turn), FEEDBACK, turn),
         )
 
@@ -206,8 +206,8 @@ class JointMove:
     def __init__(self, start: Joints, target: Joints, speed: float, acceleration: float) -> None:
         """Go from some angles to others [rad]; speed [rad/s] and acceleration [rad/s^2] of the leading axis."""
         self._start, self.target = start, target
-        self._way = tuple(b - a for a, b in zip(start, target, strict=True))
-        self._length = max(NO_WAY, max(abs(w) for w in self._way))
+        self._path = tuple(b - a for a, b in zip(start, target, strict=True))
+        self._length = max(ZERO_LENGTH, max(abs(w) for w in self._path))
         self._profile = Profile(self._length, speed, acceleration)
         self._arrival = _Arrival()
         self.finished = False
@@ -216,9 +216,9 @@ class JointMove:
         """Return that of the profile's speed, and what corrects the error."""
         self._profile.advance(dt, fraction)
         share, speed = self._profile.at / self._length, self._profile.speed / self._length * fraction
-        error = [a + share * w - q for a, w, q in zip(self._start, self._way, arm.joints, strict=True)]
+        error = [a + share * w - q for a, w, q in zip(self._start, self._path, arm.joints, strict=True)]
         self.finished = self._arrival.over(self._profile.over, max(abs(e) for e in error), dt)
-        return arm.twist_of(tuple(speed * w + FEEDBACK * e for w, e in zip(self._way, error, strict=True)))
+        return arm.twist_of(tuple(speed * w + FEEDBACK * e for w, e in zip(self._path, error, strict=True)))
 
 
 class _Arrival:
@@ -231,7 +231,7 @@ class _Arrival:
         if not arrived:
             return False
         self._waited += dt
-        return error < NEAR or self._waited > PATIENCE
+        return error < NEAR or self._waited > ARRIVAL_TIMEOUT
 
 
 def along(velocity: Vector, direction: Vector) -> float:

@@ -34,7 +34,7 @@ another."""
 ROOM = "compiling-"
 """Begins the names of folders where a compiler works."""
 
-PATIENCE = 120.0
+COMPILER_TIMEOUT = 120.0
 """Seconds after which a compiler is taken to hang; it needs two."""
 
 
@@ -93,7 +93,7 @@ class Compiled:
             library.unlink(missing_ok=True)  # to load it might end this process
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         for left in folder.glob(f"{ROOM}*"):
-            if time.time() - left.stat().st_mtime > PATIENCE:  # whoever made it was killed
+            if time.time() - left.stat().st_mtime > COMPILER_TIMEOUT:  # whoever made it was killed
                 shutil.rmtree(left, ignore_errors=True)
         with tempfile.TemporaryDirectory(prefix=ROOM, dir=folder) as room:
             source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
@@ -101,7 +101,7 @@ class Compiled:
             command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
             with compiling("the solver of grasp forces"):
                 subprocess.run(
-                    command, check=True, capture_output=True, timeout=PATIENCE, stdin=subprocess.DEVNULL
+                    command, check=True, capture_output=True, timeout=COMPILER_TIMEOUT, stdin=subprocess.DEVNULL
                 )
             machine_code = made.read_bytes()
         library = folder / f"{name}-{_digest(machine_code)}.so"

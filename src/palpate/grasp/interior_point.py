@@ -22,7 +22,7 @@ __all__ = ["InteriorPoint", "InteriorPointResult", "InteriorPointStatus"]
 MAX_ITERATIONS = 50
 """Iterations of one attempt. Ten to twenty are usual."""
 
-PATIENCE = 12
+MAX_STALLED_ITERATIONS = 12
 """Iterations after which an attempt is given up that came neither nearer to a solution nor to a proof by half."""
 
 STOP_RATIO = 0.1
@@ -171,7 +171,7 @@ class InteriorPoint:
                     break
             if error <= 0.5 * best or doubt <= 0.5 * closest:
                 best, closest, since = min(error, best), min(doubt, closest), iterations
-            elif iterations - since > PATIENCE:
+            elif iterations - since > MAX_STALLED_ITERATIONS:
                 break
         if status is InteriorPointStatus.MAX_ITERATIONS and last <= 1.0:
             status = InteriorPointStatus.SOLVED

@@ -14,7 +14,7 @@ from palpate.kinematics.pose import Pose, rotvec_from_rotation
 from palpate.robots.emulated.hand import FLANGE_HAND, EmulatedHand
 from palpate.robots.emulated.scene import EmulatedUr5e, pose_flange_tip
 from palpate.robots.emulated.truth import TruthTrace, new_memory
-from palpate.robots.emulated.ur5e import PATIENCE
+from palpate.robots.emulated.ur5e import DEVICE_TIMEOUT
 from palpate.robots.finger_sensor import model_of_finger, noise_of
 from palpate.robots.hands import described_hand, hand_wires
 from palpate.robots.idle import FORCE_NOISE, MOMENT_NOISE, idle_hand_task, idle_task
@@ -100,8 +100,8 @@ def _hand(robot: Robot, entry: EmulatedHandEntry) -> tuple[Robot, Making]:
             opening=hand.opening,
             depth=hand.depth,
             closing_speed=hand.closing_speed,
-            watchdog=PATIENCE,
-            silent_after=0.8 * PATIENCE,
+            watchdog=DEVICE_TIMEOUT,
+            silent_after=0.8 * DEVICE_TIMEOUT,
         ),
     )
     return (
@@ -112,7 +112,7 @@ def _hand(robot: Robot, entry: EmulatedHandEntry) -> tuple[Robot, Making]:
 
 def _arm(address: str, pose: Pose) -> UrEntry:
     tcp = PoseEntry(position=pose.position, rotvec=rotvec_from_rotation(pose.rotation))
-    return UrEntry(address=address, tcp=tcp, watchdog=PATIENCE)
+    return UrEntry(address=address, tcp=tcp, watchdog=DEVICE_TIMEOUT)
 
 
 def _rig(robot: Robot, devices: RigEntry, boxes: tuple[str, ...]) -> Robot:
@@ -121,7 +121,7 @@ def _rig(robot: Robot, devices: RigEntry, boxes: tuple[str, ...]) -> Robot:
             finger,
             noise=_noise(finger),
             simulated_sensor=None,
-            sensor_device=NetFtEntry(address=box, silent_after=PATIENCE),
+            sensor_device=NetFtEntry(address=box, silent_after=DEVICE_TIMEOUT),
         )
         for finger, box in zip(robot.file.fingers, boxes, strict=True)
     )

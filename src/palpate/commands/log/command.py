@@ -18,7 +18,7 @@ from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.runtime.log import Log, log_in, read_log
 
-PATIENCE = 2.0
+BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""
 
 
@@ -70,14 +70,14 @@ def _read(place: Path) -> Log:
 
 @contextmanager
 def _patient_progress(what: str) -> Iterator[Callable[[float], None]]:
-    """Yield the function to call with the fraction done; a bar appears after `PATIENCE`."""
+    """Yield the function to call with the fraction done; a bar appears after `BAR_DELAY`."""
     started = time.monotonic()
     console = Console(stderr=True)
     with Progress(console=console, transient=True, auto_refresh=False, disable=not lively(console)) as bar:
         task = bar.add_task(what, total=1.0, visible=False)
 
         def show(fraction: float) -> None:
-            if time.monotonic() - started > PATIENCE:
+            if time.monotonic() - started > BAR_DELAY:
                 bar.update(task, completed=fraction, visible=True, refresh=True)
 
         yield show

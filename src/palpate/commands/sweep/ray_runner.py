@@ -39,7 +39,7 @@ AHEAD = 2
 STORE = 100 * 2**20
 """Memory for objects that nodes share, of a cluster of our own [bytes]: ray's least is 75 MB, a run gives 1 kB."""
 
-PATIENCE = 5.0
+CLUSTER_TIMEOUT = 5.0
 """For a cluster to respond [s]."""
 
 HEAD_LOST = 4.0
@@ -138,7 +138,7 @@ def check_ray(address: str) -> None:
     if not (colon and host and port.isdecimal() and int(port) <= LARGEST_PORT):
         raise InvalidValueError(f"ray = {address}: write {AUTO}, {LOCAL}, HOST:PORT, or ray://HOST:PORT")
     try:
-        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), CLUSTER_TIMEOUT).close()
     except OSError as error:
         raise InvalidValueError(_unreachable(address, str(error))) from None
 

@@ -44,8 +44,8 @@ ARM_BASE = Pose((-0.45, 0.0, 0.0))
 FLANGE_HAND = Pose((0.0, 0.0, 0.05), LOOKING_DOWN)
 """Where the hand is on its flange."""
 
-PATIENCE = 0.5
-"""[s] Without a word after which a device counts as lost: see `palpate.robots.emulated.ur5e.PATIENCE`."""
+DEVICE_TIMEOUT = 0.5
+"""[s] Without a word after which a device counts as lost: see `palpate.robots.emulated.ur5e.DEVICE_TIMEOUT`."""
 
 OLDEST = 0.2
 """[s] Of a sample, in the hand's time, where one computer plays all of the devices."""
@@ -167,18 +167,20 @@ def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
         hand.opening,
         hand.tip_along,
         hand.closing_speed,
-        watchdog=PATIENCE,
-        silence=0.8 * PATIENCE,
+        watchdog=DEVICE_TIMEOUT,
+        silence=0.8 * DEVICE_TIMEOUT,
     )
     arm = UrArm(
         wires.arm,
-        UrSettings(pose_flange_tip=FLANGE_HAND, watchdog=PATIENCE, stale_after=PATIENCE, clock_rate=scale),
+        UrSettings(
+            pose_flange_tip=FLANGE_HAND, watchdog=DEVICE_TIMEOUT, stale_after=DEVICE_TIMEOUT, clock_rate=scale
+        ),
     )
-    stream = NetFtSettings(StreamSettings(QUIET, silent_after=PATIENCE))
+    stream = NetFtSettings(StreamSettings(QUIET, silent_after=DEVICE_TIMEOUT))
     payload = SensorPayload(tip.mass, tip.center_of_mass)
     rig = Rig(
         RealTime(period, priority=USUAL_PRIORITY),
-        RigSettings(period, oldest=PATIENCE, kinematics=hand),
+        RigSettings(period, oldest=DEVICE_TIMEOUT, kinematics=hand),
         arm=FramedArm(arm, ARM_BASE),
         hand=PolledHand(DynamixelHand(str(wires.bus), settings), hand.bus_period / scale),
         fingers=[FingerSensor(NetFt(address, stream), payload) for address in wires.sensors],

@@ -23,7 +23,7 @@ from palpate.runtime.robot import Robot
 from palpate.runtime.robot_pace import SimulatedPaceEntry
 from palpate.sensing.compensation import SensorPayload
 
-PATIENCE = 0.5
+DEVICE_TIMEOUT = 0.5
 """[s] Without a word after which a device counts as lost: this is one computer that does everything, and its own
 stalls are no faults of a robot. The supervisor's limit on the age of samples comes first."""
 
@@ -51,12 +51,12 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
         pose_flange_tip=pose_flange_tip(entry),
         speed=robot.file.limits.speed,
         angular_speed=robot.file.limits.angular_speed,
-        watchdog=PATIENCE,
-        stale_after=PATIENCE,
+        watchdog=DEVICE_TIMEOUT,
+        stale_after=DEVICE_TIMEOUT,
         clock_rate=entry.time_scale,
     )
     arm = FramedArm(UrArm(entry.address, settings), pose_base_robot(entry))
-    sensor = NetFt(entry.address, NetFtSettings(StreamSettings(QUIET, silent_after=PATIENCE)))
+    sensor = NetFt(entry.address, NetFtSettings(StreamSettings(QUIET, silent_after=DEVICE_TIMEOUT)))
     tip = scene.tip
     rig = Rig(
         robot.file.pace.pacer(wall_period),

@@ -13,7 +13,7 @@ from palpate.interruption import SIGNALS
 from palpate.one_thread import ONE_THREAD
 from palpate.runtime.batch.worker import STOP, Message, serve
 
-PATIENCE = 5.0
+JOIN_TIMEOUT = 5.0
 """For a worker to end by itself [s]: an interpreter with MuJoCo and numba takes about 0.1 s."""
 
 
@@ -130,7 +130,7 @@ class WorkerProcess:
         self.pipe.close()
         if self._process.pid is None:
             return "was never started"
-        self._process.join(PATIENCE)
+        self._process.join(JOIN_TIMEOUT)
         if self._process.exitcode is None:
             self.kill()
             self._process.join()

@@ -55,10 +55,10 @@ class Hold:
         return Command(ZERO, Phase.HOLD, grip) if now.time - since.time < self.duration else None
 
 
-HARDER = 1.1
+PURSUIT_RATIO = 1.1
 """A contact that presses by this factor more than when the tip began to back off from it keeps coming."""
 
-PATIENCE = 2.0
+CLEARANCE_SLACK = 2.0
 """How much longer than it should take a tip may take to get clear of what pressed it: servos start slowly."""
 
 
@@ -81,7 +81,7 @@ class Retract:
         relieved: A tip that feels more than this is pressed [N].
         speed: [m/s].
         distance: How far it goes on when it is pressed no more [m].
-        fastest: Speed once backing off with `speed` has not kept the force from rising by `HARDER` [m/s].
+        fastest: Speed once backing off with `speed` has not kept the force from rising by `PURSUIT_RATIO` [m/s].
         quiet: How long it watches [s].
     """
 
@@ -129,14 +129,14 @@ class Retract:
         if self._calm is not None:  # it came after the tip
             self._begin(now, felt)
         self._pressed = now
-        self._chased = self._chased or felt > HARDER * self._felt
+        self._chased = self._chased or felt > PURSUIT_RATIO * self._felt
         return self._move(self.fastest if self._chased else self.speed, grip)
 
     def _get_clear(self, now: Observation, since: Observation, grip: Grip) -> Command | None:
         pressed = self._pressed or since
         gone = norm(subtract(now.arm.position_base_tip, pressed.arm.position_base_tip))
         if self._calm is None:
-            if gone < self.distance and now.time - pressed.time < PATIENCE * self.distance / self.speed:
+            if gone < self.distance and now.time - pressed.time < CLEARANCE_SLACK * self.distance / self.speed:
                 return self._move(self.speed, grip)
             self._calm = now.time
         return Command(ZERO, Phase.HOLD, grip) if now.time - self._calm < self.quiet else None
