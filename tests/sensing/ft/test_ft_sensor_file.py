@@ -127,7 +127,7 @@ def test_what_people_write_is_read_as_they_mean_it():
         ("touch_force_N: 0.1", "touch_force_N: 0.1\n  touch_force_N: 0.2", r"appears a second time \(line"),
         ("model:", "extra: &a [1]\nother: *a\nmodel:", "alias|unknown key"),
         ("model:", "extra: !!binary aGVsbG8=\nmodel:", "a tag"),
-        ("model: ", 'model: "\\ud83d" # ', "half a character"),
+        ("model: ", 'model: "\\ud83d" # ', "half a character|invalid Unicode"),
         ("model:", "? [1, 2]\n: 3\nmodel:", "a key that is no word"),
         ("model:", "extra: " + "[" * 50 + "]" * 50 + "\nmodel:", "nested too deep"),
         ("model:", "extra: " + "[" * 20000 + "\nmodel:", "nested too deep"),
