@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import make_dataclass
 from functools import cache, partial
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Union
 
 import tyro
@@ -221,6 +222,8 @@ def _no_command(word: str, commands: Typed, typed: str) -> str:
     flags = ("--help", "--version") if commands is typed_commands() else ("--help",)
     near = nearest(word, (*commands, *flags))
     meant = f"did you mean {typed} {near}? " if near else ""
+    if word.endswith(".py") and Path(word).exists():
+        return f"{word}: a file is no command; name the experiment's class in it, as {word}:Class"
     above = typed.split()[1:]  # without the program's name, which begins every refusal
     return f"{' '.join((*above, word))}: no such command; {meant}there are {', '.join(commands)}"
 

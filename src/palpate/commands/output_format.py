@@ -8,8 +8,10 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Protocol
 
+import palpate
 from palpate.commands import start_up
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.json_document import document
@@ -20,6 +22,9 @@ from palpate.plain_text import inert
 
 Run = Callable[[], CommandResult | int]
 """Carries out a command; a bare exit code stands for a result without figures."""
+
+PACKAGE = Path(palpate.__file__).parent
+"""What is ours: a bug of it shows its traceback."""
 
 KEPT = 200
 """Last writes to standard error that are kept: a parser error takes a few dozen."""
@@ -106,6 +111,15 @@ def _result_of(run: Run) -> CommandResult:
         return CommandResult()
     except OSError as error:
         return CommandResult(ExitCode.UNFINISHED, error=_line(error))
+    except Exception as error:
+        place = _outside(error)
+        if place is None:
+            raise
+        problem = f"{type(error).__name__}: {_line(error)}"
+        return CommandResult(
+            ExitCode.UNFINISHED,
+            error=f"{place} raised {problem}; mend it there (`palpate replay LOG` evaluates a run again)",
+        )
     except KeyboardInterrupt as error:
         start_up.conclude()
         # a run that is interrupted says that the robot was stopped, a sweep what it keeps; else none moved
@@ -113,6 +127,20 @@ def _result_of(run: Run) -> CommandResult:
         return CommandResult(exit_code(), error=message)
     result = found if isinstance(found, CommandResult) else CommandResult(int(found))
     return replace(result, exit_code=exit_code()) if result.exit_code == ExitCode.INTERRUPTED else result
+
+
+def _outside(error: Exception) -> str | None:
+    """Return where an exception comes from, if that is an experiment's own code; None if it is palpate's."""
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if Path(frame.filename).is_relative_to(PACKAGE):
+            return None
+        if "site-packages" not in frame.filename and frame.filename[0] != "<" and not _is_library(frame.filename):
+            return f"{frame.filename}, line {frame.lineno}, in {frame.name},"
+    return None
+
+
+def _is_library(file: str) -> bool:
+    return Path(file).is_relative_to(Path(os.__file__).parent)
 
 
 def _line(error: BaseException) -> str:

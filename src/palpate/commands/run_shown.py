@@ -61,7 +61,7 @@ def kept_if_interrupted(result: RunResult) -> Iterator[None]:
         path = None if recording is None else recording.path
         kept = "there is no log" if path is None else f"its log is kept: {path} (palpate view shows it)"
         raise KeyboardInterrupt(
-            f"interrupted while it was evaluated, which is not finished; the run was over, {result.rest}; {kept}"
+            f"interrupted while the run was evaluated, not finished; the run was over, {result.rest}; {kept}"
         ) from None
 
 

@@ -96,6 +96,8 @@ def option(
         symbol: What the literature calls it.
         infinite: Whether it may be infinity; other numbers keep to the range of their unit (`unit_ranges`).
     """
+    if bound not in ("", "positive", "not negative"):
+        raise InvalidValueError(f"bound = {shown(bound)}: must be 'positive' or 'not negative', or left out")
     above, least = bound == "positive", bound == "not negative"
     spec = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol, infinite)
     return field(default=default, metadata={KEY: spec})

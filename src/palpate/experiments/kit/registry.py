@@ -57,7 +57,12 @@ def experiment_named(name: str) -> Experiment:
             f"experiment = {name}: no such experiment; {meant}there are {', '.join(experiment_names())}, one "
             "of your own is named as module:Class"
         )
-    experiment = made() if isinstance(made, type) else made
+    try:
+        experiment = made() if isinstance(made, type) else made
+    except TypeError as error:
+        raise InvalidValueError(
+            f"experiment = {name}: cannot be made without arguments ({error}); name the experiment's class"
+        ) from None
     check_experiment(name, experiment)
     return cast("Experiment", experiment)
 
