@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from enum import Enum, IntEnum
@@ -18,6 +19,7 @@ from palpate.commands.json_document import document, plain
 from palpate.commands.output_format import JsonOutput, TextOutput, unboxed
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.reporting.data import KeyFigure
+from palpate.spatial import norm
 
 NOT_STRICT = {"parse_constant": lambda word: pytest.fail(f"{word} is no JSON")}
 
@@ -134,11 +136,6 @@ def raising(error):
         (OverrunError("late"), ExitCode.UNFINISHED, "late; the robot was stopped"),
         (OSError(28, "No space left"), ExitCode.UNFINISHED, "[Errno 28] No space left"),
         (KeyboardInterrupt(), ExitCode.INTERRUPTED, "interrupted; nothing was finished, and nothing is kept"),
-        (
-            ZeroDivisionError("nobody thought of it"),
-            ExitCode.UNFINISHED,
-            "ZeroDivisionError: nobody thought of it",
-        ),
     ],
 )
 def test_whatever_is_raised_one_document_says_it(error, code, said, capsys):
@@ -149,9 +146,18 @@ def test_whatever_is_raised_one_document_says_it(error, code, said, capsys):
     assert told.err.startswith("words\n")
 
 
-def test_words_let_through_what_nobody_foresaw():
-    with pytest.raises(ZeroDivisionError):
-        TextOutput().carry_out(raising(ZeroDivisionError()))
+@pytest.mark.parametrize("output", [TextOutput(), JsonOutput("x")])
+def test_an_experiments_own_exception_is_a_sentence_with_its_place(output, capsys):
+    assert output.carry_out(raising(ZeroDivisionError("nobody thought of it"))) == ExitCode.UNFINISHED
+    place = (
+        r"test_command_result\.py, line \d+, in run, raised ZeroDivisionError: nobody thought of it; mend it there"
+    )
+    assert re.search(place, capsys.readouterr().err)
+
+
+def test_an_exception_of_palpates_own_shows_its_traceback():
+    with pytest.raises(TypeError):
+        TextOutput().carry_out(lambda: norm(None))
 
 
 @pytest.mark.parametrize("manner", [TextOutput(), JsonOutput("x")])

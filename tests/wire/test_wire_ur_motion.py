@@ -14,7 +14,7 @@ from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
 from palpate.hw.emulators.ur.arm import HOME, ArmMounting, numbers_of, pose_of
 from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, control_script
-from palpate.hw.emulators.ur.motions import NO_WAY, Profile
+from palpate.hw.emulators.ur.motions import ZERO_LENGTH, Profile
 from palpate.hw.emulators.ur.registers import DONE, READY, Registers
 from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.script import Script
@@ -137,7 +137,7 @@ def test_a_profile_keeps_its_limits_and_never_overshoots(
         assert steps * dt * fraction < ideal + 60.0 * dt
     assert profile.at == pytest.approx(length, rel=1e-9)
     # and comes to rest there: in one more cycle, or from where nothing is left to go
-    assert previous <= 1.01 * acceleration * dt * fraction + math.sqrt(2.0 * acceleration * NO_WAY)
+    assert previous <= 1.01 * acceleration * dt * fraction + math.sqrt(2.0 * acceleration * ZERO_LENGTH)
 
 
 def test_a_linear_move_is_straight_takes_its_time_and_keeps_its_speed() -> None:
