@@ -107,7 +107,7 @@ def test_as_people_type_it(explored, regulated, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "firm less light" in said
     html = (tmp_path / "new" / "comparison.html").read_text()
-    for told in ("What was asked differently", "Figures side by side", "Errors of the surface"):
+    for told in ("Options that differ", "Figures side by side", "Errors of the surface"):
         assert told in html
     assert main(["compare", first, second, "--out", str(tmp_path / "new"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -150,4 +150,4 @@ def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_s
     report = comparison_report(runs, tmp_path)
     assert dict(report.settings)["drift"] == "0.6 N/min", "of a grasp it is N/s"
     alike = comparison_report((runs[0], replace(runs[0], name="again")), tmp_path)
-    assert section(alike, "What was asked differently").parts[0].text == "Nothing was asked differently."
+    assert section(alike, "Options that differ").parts[0].text == "All options are the same."
