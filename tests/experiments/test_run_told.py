@@ -112,7 +112,7 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
     for claim in ("observed", "curvature", "band", "standard deviation", "inside"):
         assert not any(claim in name for name in figures)
         assert claim not in told
-    assert "drawn on, not claimed" in told
+    assert "extrapolated, not claimed" in told
     assert "friction" in told  # of which the line itself tells
 
 
