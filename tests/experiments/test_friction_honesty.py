@@ -111,9 +111,9 @@ def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     assert "It began to slip along the surface" in report.outcome
     assert "never slipped along" not in report.outcome
     assert "not at 1 N" in stroke_picture(stroke_curves(short), frictions(short)).caption
-    assert "one way only" in texts_of(short, "At each load")
+    assert "in one direction only" in texts_of(short, "At each load")
     figures = figures_of(short)
-    assert "one way only" in figures["friction mu"].note
+    assert "in one direction only" in figures["friction mu"].note
     assert figures["spin length e"].text == "not found"
     assert "did not slip about the normal" in figures["spin length e"].note
     least = short.file.loads[0].torque_ratio
