@@ -9,6 +9,7 @@ class Aftermath:
     """Watches a reaction.
 
     Attributes:
+        first: What was sensed at the trip.
         duration: So far [s].
         distance: From where it tripped [m].
         farthest: Largest distance so far [m].
@@ -18,14 +19,14 @@ class Aftermath:
 
     def __init__(self, first: Observation) -> None:
         """Take the observation of the trip."""
-        self._first = first
+        self.first = first
         self.duration = self.distance = self.farthest = 0.0
         self.force = self.hardest = CONTACT_FORCE.of(first)
 
     def add(self, now: Observation) -> None:
         """Take a period."""
-        self.duration = now.time - self._first.time
-        self.distance = norm(subtract(now.arm.position_base_tip, self._first.arm.position_base_tip))
+        self.duration = now.time - self.first.time
+        self.distance = norm(subtract(now.arm.position_base_tip, self.first.arm.position_base_tip))
         self.force = CONTACT_FORCE.of(now)
         if self.distance > self.farthest:
             self.farthest = self.distance

@@ -8,6 +8,7 @@ import math
 from collections import deque
 
 from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.finding import Violation
 from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
@@ -63,8 +64,10 @@ class DirectionCheck:
             now: What is sensed.
             last: The command that led here.
         """
+        if self.agreed:
+            return None
         self._recent.append((now, last.velocity_base_tip))
-        if self.agreed or last.phase is not Phase.APPROACH or now.hand is not None:
+        if last.phase is not Phase.APPROACH or now.hand is not None:
             return None
         speed = norm(last.velocity_base_tip)
         if speed == 0.0:
@@ -83,35 +86,32 @@ class DirectionCheck:
                 self.agreed = self.agreed or cosine <= CLEAR_COSINE
         return None
 
-    def begin(self, now: Observation) -> None:
+    def begin(self, aftermath: Aftermath) -> None:
         """Take the trip: how the tip was commanded to move and how the force rose before it."""
-        self._force = CONTACT_FORCE.of(now)
+        self._force = aftermath.force
         if self._recent:
             first = self._recent[0][0]
             x, y, z = map(sum, zip(*(velocity for _, velocity in self._recent), strict=True))
-            self._moved, time = scale(self._period, (x, y, z)), now.time - first.time
+            self._moved, time = scale(self._period, (x, y, z)), aftermath.first.time - first.time
             pushed = norm(self._moved) < SMALLEST_MOTION and time > 0.0  # by an object that came
             self._rate = max(0.0, self._force - CONTACT_FORCE.of(first)) / time if pushed else 0.0
 
-    def objection(self, command: Command, now: Observation, since: Observation) -> str:
+    def objection(self, command: Command, now: Observation, aftermath: Aftermath) -> str:
         """Return why a reaction must not go on with a command; empty if it may.
 
         Args:
             command: Of the reaction.
             now: What is sensed.
-            since: What was sensed at the trip.
+            aftermath: Of the reaction until now.
         """
         speed = norm(command.velocity_base_tip)
         if self.agreed or speed == 0.0:
             return ""
-        moved = norm(self._moved)
-        if moved >= SMALLEST_MOTION and dot(command.velocity_base_tip, self._moved) > ALONG * speed * moved:
+        away, moved = scale(1.0 / speed, command.velocity_base_tip), norm(self._moved)
+        if moved >= SMALLEST_MOTION and dot(away, self._moved) > ALONG * moved:
             return f"did not back off: the measured force points along the motion that led there; {REMEDY}"
-        gone = (
-            dot(subtract(now.arm.position_base_tip, since.arm.position_base_tip), command.velocity_base_tip)
-            / speed
-        )
-        added = CONTACT_FORCE.of(now) - self._force - self._rate * (now.time - since.time)
+        gone = dot(subtract(now.arm.position_base_tip, aftermath.first.arm.position_base_tip), away)
+        added = aftermath.force - self._force - self._rate * aftermath.duration
         if gone > 0.0 and added > LARGEST_RISE * self._force:
             return f"stopped because backing off added {added:.3g} N to {self._force:.3g} N; {REMEDY}"
         if gone > FIRST_STEP and added > -LEAST_RELIEF * self._force:

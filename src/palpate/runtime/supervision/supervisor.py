@@ -88,7 +88,6 @@ class Supervisor:
         self._stages: tuple[Reaction, ...] = ()
         self._reaction: tuple[Reaction, ...] = ()
         self._since: Observation | None = None
-        self._tripped: Observation | None = None
         self._aftermath: Aftermath | None = None
         self._directions, self._motion = DirectionCheck(self._period), MotionCheck()
         self._commanded: Vector = ZERO
@@ -146,8 +145,8 @@ class Supervisor:
     def react(self, now: Observation) -> Command:
         """Return what is done after a trip."""
         if self._since is None or self._aftermath is None:
-            self._since, self._tripped, self._aftermath = now, now, Aftermath(now)
-            self._directions.begin(now)
+            self._since, self._aftermath = now, Aftermath(now)
+            self._directions.begin(self._aftermath)
         else:
             self._aftermath.add(now)
             if not self.finished:
@@ -156,7 +155,7 @@ class Supervisor:
         while self._stages and not self.finished:
             command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
-                objection = self._directions.objection(command, now, self._tripped or now)
+                objection = self._directions.objection(command, now, self._aftermath)
                 if not objection:
                     self._commanded = command.velocity_base_tip
                     return command
