@@ -25,7 +25,7 @@ OVERSHOOT = 1.1
 
 RELIEF = 0.1
 """A finger that felt too much is pressed, and backs off, as long as it feels more than this share of the limit:
-less than what a surface that follows it presses with before the tip answers."""
+less than what a surface that follows it presses with before the tip responds."""
 
 
 def _contact_force(now: Observation) -> float:
@@ -85,10 +85,10 @@ GRIP_FORCE = MonitoredQuantity("grip force", "N", _grip_force)
 """Normal force of the finger of a hand that presses most; 0 without a hand."""
 
 TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", _tip_speed)
-"""As the arm tells."""
+"""As the arm reports it."""
 
 TIP_TURN = MonitoredQuantity("measured angular speed of the tip", "rad/s", _tip_turn)
-"""As the arm tells."""
+"""As the arm reports it."""
 
 
 def guards_of(limits: Limits) -> tuple[Guard, ...]:
