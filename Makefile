@@ -89,7 +89,7 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/robust_grasps.py
 	$(BIN)/python benchmarks/sharing.py --runs 4
 	$(BIN)/python benchmarks/wire.py
-	$(BIN)/python benchmarks/strangers.py
+	$(BIN)/python benchmarks/foreign_connections.py
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/sweep.py
 	$(BIN)/python benchmarks/learning.py

@@ -1,6 +1,6 @@
-"""Strangers who hold connections until they are killed; `strangers.py` starts them. Imports nothing heavy.
+"""Clients without a token that hold connections until they are killed; imports nothing heavy.
 
-python benchmarks/crowd.py COUNT HOST:PORT [HOST:PORT ...]
+`foreign_connections.py` starts it: python benchmarks/foreign_clients.py COUNT HOST:PORT [HOST:PORT ...]
 """
 
 import os

@@ -1,6 +1,6 @@
 """What connections of strangers cost a control loop: its lateness with and without them, in pairs.
 
-    python benchmarks/strangers.py [--pairs 5] [--seconds 8] [--connections 500]
+    python benchmarks/foreign_connections.py [--pairs 5] [--seconds 8] [--connections 500]
 
 A loop of 500 Hz commands an emulated UR arm through the real ur_rtde and is shown in a live view. Strangers hold
 connections to the view and the emulator's control: without a token they begin a request and go on
@@ -43,7 +43,7 @@ from palpate.viewing import ANY_PORT, LiveView
 ADDRESS, CONTROL_PORT = "127.0.9.3", 41239
 PERIOD = 2e-3
 ASKED = 1.2
-"""What the 99 % lateness with strangers may be of that without (issue)."""
+"""What the 99 % lateness with strangers may be of that without."""
 
 WARM_UP = 1.0
 """[s] of each turn that do not count."""
@@ -58,9 +58,9 @@ def controller() -> Host:
 
 
 @contextmanager
-def crowd(count: int, where: tuple[str, ...]) -> Iterator[None]:
+def foreign_clients(count: int, where: tuple[str, ...]) -> Iterator[None]:
     """Have strangers, in a process of their own, who have come already."""
-    command = [sys.executable, str(Path(__file__).with_name("crowd.py")), str(count), *where]
+    command = [sys.executable, str(Path(__file__).with_name("foreign_clients.py")), str(count), *where]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.readline()
@@ -109,7 +109,7 @@ def main() -> None:
         stalls: dict[bool, list[float]] = {False: [], True: []}
         for pair in range(asked.pairs):
             for strangers in (False, True) if pair % 2 else (True, False):
-                with crowd(asked.connections, where[:2]) if strangers else nullcontext():
+                with foreign_clients(asked.connections, where[:2]) if strangers else nullcontext():
                     arm.recover()  # it has waited for a command
                     before = emulator.control.state()
                     turns[strangers].append(lateness(arm, view, periods, asked.seconds))
