@@ -123,6 +123,7 @@ class NoDevice:
         self.pacer = pacer
         self.read_time = array("d")
         self._index = 0
+        self._travel = 0.0
         self._rests = False
 
     def start(self) -> Sample:
@@ -139,8 +140,9 @@ class NoDevice:
     def _read(self) -> Sample:
         self._index += 1
         now = self._index * self.period
-        speed = 0.0 if self._rests else 0.01
-        arm = ArmSample(now, (1e-6 * self._index, 0.0, 0.05), IDENTITY, (speed, 0.0, 0.0))
+        speed = 0.0 if self._rests else 1e-3
+        self._travel += speed * self.period
+        arm = ArmSample(now, (self._travel, 0.0, 0.05), IDENTITY, (speed, 0.0, 0.0))
         return Sample(now, arm, (WrenchSample(now, READINGS[self._index % CANNED], (0.0, 0.0, 9.81)),))
 
     def close(self) -> None:

@@ -243,9 +243,13 @@ def same(written, value):
     return not isinstance(written, list | dict) and float(written) == value
 
 
+LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+"""PyYAML's and libyaml's differ in where a tab may stand; the reader takes libyaml's where there is one."""
+
+
 def check_right(text, robot):
     """Every key of the file is in the robot with its value, and the rest of the robot is default."""
-    written = {shown_path(path): value for path, value in leaves(yaml.load(text, Loader=yaml.BaseLoader))}
+    written = {shown_path(path): value for path, value in leaves(yaml.load(text, Loader=LOADER))}
     found = {shown_path(path): value for path, value in leaves(msgspec.json.decode(msgspec.json.encode(robot)))}
     for path, value in written.items():
         if value in ({}, "", "~", "null", "Null", "NULL") and path not in found:  # an empty group: all default
