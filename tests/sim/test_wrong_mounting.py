@@ -23,6 +23,9 @@ ROTATIONS = Rotation.create_group("O").as_matrix()
 FOUND = [matrix for matrix in ROTATIONS if matrix[2, 2] < 0.5]
 """Those that turn the axis of touch: about that axis itself a straight push shows nothing."""
 
+ABOUT_TOUCH = [matrix for matrix in ROTATIONS if matrix[2, 2] > 0.5]
+"""The others, the right one among them: friction shows them."""
+
 
 class TurnedSensor(WrappedBackend):
     """Shows wrenches in axes that are turned against those that are believed."""
@@ -61,8 +64,29 @@ class Plunge:
         return Command((0.0, 0.0, -SPEED), self.phase)
 
 
+class Slide(Plunge):
+    """Goes down until it feels something and 0.2 mm on, then sideways."""
+
+    def __init__(self):
+        super().__init__(Phase.SCAN, stops=True)
+        self.floor = None
+
+    def step(self, now):
+        x, _, z = now.arm.position_base_tip
+        if self.floor is None and now.fingers[0].touching:
+            self.floor = z - 2e-4
+        if self.floor is None or z > self.floor:
+            return Command((0.0, 0.0, -SPEED), Phase.APPROACH)
+        return Command(phase=Phase.DONE) if x > 0.01 else Command((SPEED, 0.0, 0.0), Phase.SCAN)
+
+
 def plunged(rotation, phase, arm, stops=False):
     """Return how a plunge onto a plate ended, and the largest true force [N]."""
+    return moved(Plunge(phase, stops), rotation, arm)
+
+
+def moved(controller, rotation, arm):
+    """Return how a motion ended, and the largest true force [N]."""
     carrier = ArmCarrier() if arm else Stage()
     start = (0.0, 0.0, PLATE.top + TIP + 0.001)
     scene = build_scene(Tip(Sphere(TIP)), PLATE, ContactLaw(stiffness=K), start, carrier, Fidelity(0.5e-3))
@@ -75,7 +99,7 @@ def plunged(rotation, phase, arm, stops=False):
     # what gravity would show of a wrong mounting at rest is not there: the payload is turned with the sensor
     finger = Finger(Sphere(TIP), SensorPayload(scene.tip.mass))
     turned, supervisor = TurnedSensor(backend, rotation), Supervisor(Limits(force=LIMIT))
-    result = run(turned, Touch(finger), Plunge(phase, stops), supervisor, duration=2.0, observers=(watch,))
+    result = run(turned, Touch(finger), controller, supervisor, duration=2.0, observers=(watch,))
     return result, max(forces)
 
 
@@ -100,3 +124,15 @@ def test_no_retreat_presses_harder_whatever_the_mounting(arm):
         assert result.ending is Ending.TRIPPED
         assert result.stopped
         assert force < 1.5 * LIMIT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arm", [False, True], ids=["stage", "ur5e"])
+def test_a_turn_about_the_axis_of_touch_is_named_within_the_first_millimetres_of_sliding(arm):
+    right, force = moved(Slide(), np.eye(3), arm)
+    assert right.ending is Ending.DONE
+    for rotation in ABOUT_TOUCH:
+        if rotation.trace() < 2.9:
+            result, wrong = moved(Slide(), rotation, arm)
+            assert "angle between sliding and friction was" in result.why
+            assert wrong < 1.2 * force

@@ -23,6 +23,7 @@ from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.motion_check import MotionCheck
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
 from palpate.runtime.supervision.run_guards import guards_of
+from palpate.runtime.supervision.sliding_check import SlidingCheck
 from palpate.spatial import ZERO, Vector, norm, scale, toward
 
 LONGEST_REACTION = 10.0
@@ -89,7 +90,7 @@ class Supervisor:
         self._reaction: tuple[Reaction, ...] = ()
         self._since: Observation | None = None
         self._aftermath: Aftermath | None = None
-        self._directions, self._motion = DirectionCheck(self._period), MotionCheck()
+        self._directions, self._motion, self._sliding = DirectionCheck(self._period), MotionCheck(), SlidingCheck()
         self._commanded: Vector = ZERO
 
     @property
@@ -111,7 +112,11 @@ class Supervisor:
                 self._trip(now.time, finding, guard.reaction)
                 self._broken_at_trip = self._broken(now, before)
                 return False
-        finding = self._motion.broken(now, before) or self._directions.first_contact(now, self._last)
+        finding = (
+            self._motion.broken(now, before)
+            or self._directions.first_contact(now, self._last)
+            or self._sliding.broken(now)
+        )
         if finding is not None:
             self._trip(now.time, finding, (Stop(),))
         return finding is None
