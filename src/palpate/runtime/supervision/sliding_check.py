@@ -1,7 +1,7 @@
 """Whether friction opposes sliding: on a sensor that is turned about the axis of touch it seems not to.
 
 A straight push does not show such a turn (see `direction_check`); friction does, as it takes energy from whatever
-slides and has no part across the motion. On a surface without friction nothing shows it, and nothing depends on it.
+slides and has no part across the motion. Without friction nothing shows it.
 """
 
 import math
