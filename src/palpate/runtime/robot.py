@@ -105,7 +105,7 @@ def robot_path(name: str) -> Path:
         return shipped[stem]
     if path.is_dir():
         raise InvalidValueError(f"robot = {name!r}: is a folder; give a robot file in it")
-    if path.name != name and path.is_file():
+    if path.name != name and path.exists():  # a device or pipe is refused by who reads it
         return path
     near = difflib.get_close_matches(_without_suffix(path.name), shipped, n=1, cutoff=0.5)
     meant = f"did you mean {near[0]}? " if near else ""
