@@ -72,7 +72,7 @@ class Exploration:
             self.backend,
             Touch(self.finger),
             self.controller(),
-            Supervisor(Limits(force=force_limit)),
+            Supervisor(Limits(force=force_limit, contact_speed=0.05)),
             duration=duration,
             recorder=Recorder(memory),
             observers=(watch,),
@@ -186,7 +186,7 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
     scene = build_scene(tip, Box(), ContactLaw(stiffness=100e3), (0.0, 0.0, 0.0285))
     backend = MujocoBackend(scene, PERIOD)
     touch = Touch(Finger(Sphere(RADIUS), SensorPayload(tip.mass)))
-    result = run(backend, touch, Ram(speed), Supervisor(Limits(force=20.0)), duration=1.0)
+    result = run(backend, touch, Ram(speed), Supervisor(Limits(contact_speed=speed)), duration=1.0)
     assert result.ending is Ending.TRIPPED
     assert result.stopped
     assert np.linalg.norm(backend.truth().force) < 20.0

@@ -166,7 +166,7 @@ def test_joints_stay_in_their_range(joints, measure):
 
 
 def test_a_jump_of_the_command_trips_a_ramp_does_not():
-    supervisor = started()
+    supervisor = started(Limits(contact_speed=0.25))
     for i in range(1, 11):  # 0.02 m/s in a millisecond is 20 m/s^2
         command = Command((0.02 * i, 0.0, 0.0), Phase.SCAN)
         assert step(supervisor, observation(time=i * PERIOD), command) is command
