@@ -19,9 +19,9 @@ REDUCED_TURN = 2.5
 MAX_ANGULAR_ACCELERATION = 250.0
 """[rad/s^2]: likewise, with `GRAVEST_STEP`."""
 
-CONTACT_SPEED_PER_FORCE = 1.25e-3
+CONTACT_SPEED_PER_FORCE = 1e-3
 """[m/s per N of the force limit]: with it a tip on 8 kg and servos of 80 kN/m, a UR5e's, presses a contact of
-20 kN/m with 1.5 times the limit at most; `palpate robot check` says what another robot does."""
+20 kN/m with 1.35 times the limit at most; `palpate robot check` says what another robot does."""
 
 OLDEST_SAMPLE = 0.02
 """[s]: two and a half periods of the slowest arm in use (UR CB3, 125 Hz)."""
