@@ -1,7 +1,7 @@
 """From a robot file to a robot that can move: which builder makes which kind of back end."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from palpate.errors import InvalidValueError
 from palpate.robots.contact_force import CONTACT, ContactForce, rig_contact_force
@@ -77,32 +77,37 @@ def build(robot: Robot, task: Task) -> RobotInScene:
     return ready
 
 
+def over_a_plate(robot: Robot, contact_stiffness: float = CONTACT) -> RobotInScene:
+    """Return a robot with one fingertip that stands `ABOVE` a plate, on which it can press [N/m].
+
+    Raises:
+        InvalidValueError: It cannot be built as its file specifies.
+    """
+    tip, (x, y, z) = tip_sizes(robot), only_finger(robot).surface.center
+    task = Task(
+        tip=tip,
+        compression=0.0,
+        target=PLATE,
+        law=replace(EXPLORE.law, stiffness=contact_stiffness),
+        start=(-x, -y, PLATE.top + max(tip) + ABOVE - z),
+        period=robot.file.period,
+        sensor=SeededSensor(model_of_finger(only_finger(robot))),
+        touch_force=EXPLORE.law.smallest_force,
+    )
+    return _kind(robot).build(robot, task)
+
+
 def contact_force(robot: Robot) -> ContactForce | None:
     """Return how hard a robot presses at its limits; None if it has no arm that could.
 
     Raises:
         InvalidValueError: It cannot be built as its file specifies.
     """
-    backend = robot.file.backend
-    if isinstance(backend, EmulatedHandEntry):
+    if isinstance(robot.file.backend, EmulatedHandEntry):
         return None
-    if isinstance(backend, RigEntry):
+    if isinstance(robot.file.backend, RigEntry):
         return rig_contact_force(robot)
-    tip, (x, y, z) = tip_sizes(robot), only_finger(robot).surface.center
-    ready = _kind(robot).build(
-        robot,
-        Task(
-            tip=tip,
-            compression=0.0,
-            target=PLATE,
-            law=EXPLORE.law,
-            start=(-x, -y, PLATE.top + max(tip) + ABOVE - z),
-            period=robot.file.period,
-            sensor=SeededSensor(model_of_finger(only_finger(robot))),
-            touch_force=EXPLORE.law.smallest_force,
-        ),
-    )
-    return ContactForce(robot.file.limits, ready.landing_model(CONTACT))
+    return ContactForce(robot.file.limits, over_a_plate(robot).landing_model(CONTACT))
 
 
 def check(robot: Robot) -> None:
