@@ -304,7 +304,7 @@ WITH_A_HAND = (
         "grip force",
         " N",
     ),
-    Fault("a joint of the hand is NaN", hand(joint_position=lambda h, b: (NAN,)), "position of joint 1 of the hand"),
+    Fault("a joint of the hand is NaN", hand(joint_position=lambda h, b: (NAN,)), "position of joint 1 of"),
     Fault(
         "the hand repeats its last sample",
         Samples(lambda now, before: replace(now, hand=before.hand)),

@@ -3,6 +3,7 @@
 This is for runs of a robot. Samples that are replayed under other options do not follow what is commanded here.
 """
 
+from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
@@ -15,11 +16,15 @@ MEMORY = 2.0
 2 mm/s, is not judged."""
 
 SMALLEST = 0.004
-"""Commanded distance [m], beyond what the delay explains, at which the tip must have followed: above what a contact
-and a servo give way at their force limit, 20 N at 10 kN/m."""
+"""Commanded distance [m] from which on the tip must have followed: above what contact and servo give way at their
+force limit, 20 N at 10 kN/m."""
 
 LONGEST_DELAY = 0.1
 """[s] from a command to its motion and the sample that shows it: of the slowest limit on the age of samples."""
+
+STEADY = 0.5
+"""Cosine of the angle between what was commanded until now and until `LONGEST_DELAY` ago, below which the tip may be
+anywhere in between."""
 
 LEAST_SHARE = 0.1
 """Of the commanded distance, along it: a speed slider may make an arm this slow."""
@@ -44,6 +49,9 @@ class Following(Protocol):
 class AnyMotion:
     """Compares nothing: for samples that were recorded under other commands. A `Following`."""
 
+    def __init__(self, period: float, first: ArmSample) -> None:
+        """As of `CommandedMotion`."""
+
     def take(self, command: Command, arm: ArmSample) -> None:
         """See `Following`."""
 
@@ -51,8 +59,8 @@ class AnyMotion:
 class CommandedMotion:
     """The tip must follow: a `Following`.
 
-    At a commanded speed v one that stands still is found `LONGEST_DELAY` + `SMALLEST` / v after its command, 0.3 s at
-    20 mm/s.
+    At a commanded speed v a tip that stands still is found `LONGEST_DELAY` + `SMALLEST` / v after its command:
+    0.3 s at 20 mm/s.
     """
 
     def __init__(self, period: float, first: ArmSample) -> None:
@@ -64,36 +72,35 @@ class CommandedMotion:
         """
         self._period, self._keep = period, 1.0 - period / MEMORY
         self._position = first.position_base_tip
-        self._commanded: Vector = ZERO
+        self._commanded: deque[Vector] = deque([ZERO], maxlen=max(1, round(LONGEST_DELAY / period)) + 1)
         self._moved: Vector = ZERO
-        self._speed = 0.0
 
     def take(self, command: Command, arm: ArmSample) -> None:
         """See `Following`."""
-        keep, period = self._keep, self._period
+        keep, period, recent = self._keep, self._period, self._commanded
         u, v, w = command.velocity_base_tip
-        a, b, c = self._commanded
-        self._commanded = commanded = (keep * a + period * u, keep * b + period * v, keep * c + period * w)
-        x, y, z = position = arm.position_base_tip
-        p, q, r = self._position
+        a, b, c = recent[-1]
+        recent.append((keep * a + period * u, keep * b + period * v, keep * c + period * w))
+        x, y, z = self._position
+        self._position = p, q, r = arm.position_base_tip
         d, e, f = self._moved
-        self._moved = moved = (keep * d + x - p, keep * e + y - q, keep * f + z - r)
-        self._position = position
-        a, b, c = commanded
+        self._moved = (keep * d + p - x, keep * e + q - y, keep * f + r - z)
+        a, b, c = recent[0]
         if a * a + b * b + c * c > SMALLEST * SMALLEST:
-            self._judge(command, commanded, moved)
+            self._judge(recent[0], recent[-1])
 
-    def _judge(self, command: Command, commanded: Vector, moved: Vector) -> None:
-        distance = norm(commanded)
-        along = dot(commanded, moved) / distance
-        speed = norm(command.velocity_base_tip)
-        if along >= LEAST_SHARE * (distance - SMALLEST - LONGEST_DELAY * speed):
+    def _judge(self, before: Vector, now: Vector) -> None:
+        distance = norm(before)
+        wanted = dot(before, now) / distance
+        if wanted < STEADY * norm(now):
             return
-        raise FollowingError(
-            f"the tip went {1e3 * along:.3g} mm along the {1e3 * distance:.3g} mm that were commanded; the limit is "
-            f"{LEAST_SHARE:.0%} of what is beyond {1e3 * SMALLEST:g} mm and {1e3 * LONGEST_DELAY:g} ms; see whether the "
-            "arm is stopped, held up, or described in another frame than it is commanded in"
-        )
+        along = dot(before, self._moved) / distance
+        if along < LEAST_SHARE * (min(wanted, distance) - SMALLEST):
+            raise FollowingError(
+                f"the tip went {1e3 * along:.3g} mm where {1e3 * wanted:.3g} mm were commanded; the limit is "
+                f"{LEAST_SHARE:.0%} of what is beyond {1e3 * SMALLEST:g} mm, after {LONGEST_DELAY:g} s; see "
+                "whether the arm is stopped, held up, or described in another frame than it is commanded in"
+            )
 
 
 FollowingMaker = Callable[[float, ArmSample], Following]
