@@ -23,8 +23,8 @@ LONGEST_DELAY = 0.1
 """[s] from a command to its motion and the sample that shows it: of the slowest limit on the age of samples."""
 
 STEADY = 0.5
-"""Cosine of the angle between what was commanded until now and until `LONGEST_DELAY` ago, below which the tip may be
-anywhere in between."""
+"""Cosine of the angle between what was commanded until now and until `LONGEST_DELAY` ago, below which the tip may
+be anywhere in between."""
 
 LEAST_SHARE = 0.1
 """Of the commanded distance, along it: a speed slider may make an arm this slow."""
