@@ -412,7 +412,7 @@ def test_a_position_that_no_finger_has_is_refused_by_name(emulated, hand, monkey
     """With the checksum in order: an encoder or a memory is broken."""
     state = struct.pack("<BBBhii", 1, 0, 5, 0, 0, position)
     monkeypatch.setattr(hand._bus, "exchange", lambda spans: [state] * len(spans))
-    with pytest.raises(DeviceError, match="servo 1 reports its shaft at .* rad, its finger at") as found:
+    with pytest.raises(DeviceError, match=r"servo 1 reports its shaft at .* rad, its finger at") as found:
         hand.read()
     assert f"{(position - MIDDLE) * PULSE:.4g} rad" in str(found.value)
     assert "it can be from" in str(found.value)
