@@ -43,6 +43,7 @@ from palpate.runtime import (
     WrenchSample,
     run,
 )
+from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import LogWriter, MemoryLog, Recorder
@@ -51,7 +52,7 @@ from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
 from palpate.sensing.ft.filter_specs import Butterworth
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
-from palpate.spatial import IDENTITY
+from palpate.spatial import IDENTITY, Vector
 from palpate.surfaces import Ellipsoid
 
 PERIOD = 1e-3
@@ -155,6 +156,13 @@ class NoDevice:
         self.close()
 
 
+class Unjudged(CommandedMotion):
+    """Costs as much as it does on a robot, and says nothing: this arm does not follow."""
+
+    def _judge(self, before: Vector, now: Vector) -> None:
+        pass
+
+
 class Stopwatch:
     """Does what another object does, and notes how long each call of some of its methods takes."""
 
@@ -222,7 +230,16 @@ def measure(
         supervisor = watch["supervise"] = Stopwatch(supervisor, "admits", "check")
         recorder = watch["record"] = Stopwatch(recorder, "record")
         live = watch["live"] = Stopwatch(live, "step")
-    result = run(backend, touch, control, supervisor, duration=seconds, recorder=recorder, live=live)
+    result = run(
+        backend,
+        touch,
+        control,
+        supervisor,
+        duration=seconds,
+        recorder=recorder,
+        live=live,
+        following=Unjudged,
+    )
     if result.trip is not None or result.ending.value != "time is up":
         raise SystemExit(f"the benchmark itself went wrong: {result.ending.value}; {result.trip}")
     return Measured(result, np.array(backend.read_time))

@@ -24,10 +24,8 @@ _STATE = struct.Struct("<BBBhii")
 STATE_LENGTH = _STATE.size
 """Of these [bytes]."""
 
-LENGTHS = 8
-"""How many lengths of reads take turns when replies fail, so that a late reply is recognised by its length. One
-that is late by this many exchanges is not: keep `silence` below that. The XL330 has 20 indirect addresses, 13 of
-which hold the state."""
+FARTHEST = 1.0
+"""Turns of a servo beyond its finger's range that are still believed: it may be calibrated roughly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +106,19 @@ class FingerServo:
         """Return the finger's coordinate [rad or m] at a position of the shaft [rad]."""
         its = self.calibration
         return its.direction * self._finger.ratio * (position - its.zero)
+
+    def impossible(self, position: float) -> str:
+        """Return why the shaft cannot be at a position [rad]; empty if it can."""
+        turns = FARTHEST * 2.0 * math.pi
+        ends = [(each - MIDDLE) * PULSE for each in self.range]
+        low, high = min(ends) - turns, max(ends) + turns
+        if low <= position <= high:
+            return ""
+        return (
+            f"servo {self.servo_id} reports its shaft at {position:.4g} rad, its finger at "
+            f"{self.joint_position(position):.4g} of {self._closed:.3g} (rad or m): it can be from {low:.3g} to "
+            f"{high:.3g} rad"
+        )
 
     def goals(self, force: float, driving: float, q: float) -> Goals:
         """Return what makes the finger press.

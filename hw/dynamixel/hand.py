@@ -14,11 +14,11 @@ from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
 from palpate.hw.dynamixel.care import ServoHealth, health, reboot
-from palpate.hw.dynamixel.finger_servo import LENGTHS, FingerServo, ServoReading
+from palpate.hw.dynamixel.finger_servo import FingerServo, ServoReading
 from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.preparation import hold_still, prepare, presses, shutdown_error, state_span
 from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
-from palpate.hw.dynamixel.settings import HandSettings
+from palpate.hw.dynamixel.settings import LENGTHS, HandSettings
 from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
 
@@ -258,6 +258,11 @@ class DynamixelHand:
         for finger, its in zip(self._fingers, self._readings, strict=True):
             if its.error:
                 raise shutdown_error(self.name, finger.servo_id, its.error)
+            impossible = finger.impossible(its.position)
+            if impossible:
+                raise DeviceError(
+                    self.name, impossible, "check its encoder, and its zero_rad and direction in the robot file"
+                )
             if its.watchdog == WATCHDOG_EXPIRED:
                 raise DeviceError(
                     self.name,

@@ -3,9 +3,9 @@
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import Bus, Span
-from palpate.hw.dynamixel.finger_servo import LENGTHS, STATE_ITEMS, STATE_LENGTH, FingerServo
+from palpate.hw.dynamixel.finger_servo import STATE_ITEMS, STATE_LENGTH, FingerServo
 from palpate.hw.dynamixel.registers import INDIRECT_ADDRESSES, KINDS, HardwareError, Mode
-from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
+from palpate.hw.dynamixel.settings import LENGTHS, HandSettings, ServoCalibration
 from palpate.kinematics.servo_model import PULSES
 
 SETTINGS = (

@@ -9,6 +9,10 @@ from palpate.hw.dynamixel.packets import LARGEST_ID
 from palpate.hw.dynamixel.registers import WATCHDOG_UNIT
 from palpate.kinematics.servo_model import ServoModel
 
+LENGTHS = 8
+"""How many lengths of reads take turns when replies fail, so that a late reply is recognised by its length; one
+that is late by as many exchanges is not. The XL330 has 20 indirect addresses, 13 of which hold the state."""
+
 
 class FingerGeometry(Protocol):
     """How a finger moves with its servo, in a plane through the hand's axis. Its coordinate grows as it closes.
@@ -74,7 +78,8 @@ class HandSettings:
         watchdog: Servos stop when the bus has been silent for so long [s], in steps of 20 ms; 0: they never do.
         reply_timeout: How long a reply may take to begin [s]. Adapters keep bytes back for 1 ms, the operating
             system for longer now and then.
-        silence: For how long exchanges may fail, one after the other, before the hand is given up [s].
+        silence: For how long exchanges may fail, one after the other, before the hand is given up [s]. Beyond
+            `LENGTHS` times `reply_timeout` a reply that is late by as much is taken for a new one.
         direction_span: Share of a force over which currents change sides of the gears' friction when it sinks
             (`GearDirection`): 0.02 for three fingers and more that share a load.
     """

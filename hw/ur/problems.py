@@ -21,6 +21,9 @@ class SafetyBit(IntFlag):
 
 EMERGENCY = SafetyBit.SYSTEM_EMERGENCY_STOP | SafetyBit.ROBOT_EMERGENCY_STOP | SafetyBit.EMERGENCY_STOP
 
+SAFE = SafetyBit.NORMAL | SafetyBit.REDUCED | SafetyBit.RECOVERY
+"""One of these is set while nothing is wrong."""
+
 RUNNING = 7
 """robot_mode: powered, brakes released (maker's RTDE guide)."""
 
@@ -48,6 +51,7 @@ class Problem(IntEnum):
     RESTARTED = 11
     FAILED = 12
     RUBBISH = 13
+    SAFETY_UNKNOWN = 14
 
 
 FATAL = frozenset({Problem.RECEIVE_LOST, Problem.CONTROL_LOST, Problem.RESTARTED, Problem.RUBBISH, Problem.FAILED})
@@ -76,6 +80,10 @@ WORDS: dict[Problem, tuple[str, str]] = {
         "its safety system reports a violation or a fault",
         "look at the pendant, restart the safety system there, then recover()",
     ),
+    Problem.SAFETY_UNKNOWN: (
+        "its safety status is no mode: safety_status_bits has none of 1 (normal), 2 (reduced) and 8 (recovery)",
+        "look at the pendant, and check that controller and ur_rtde fit together, then recover()",
+    ),
     Problem.NOT_POWERED: (
         "it is not powered, or its brakes are on",
         "recover() powers it and releases the brakes",
@@ -98,7 +106,9 @@ def safety_problem(robot_mode: int, safety_bits: int) -> Problem:
         return Problem.PROTECTIVE_STOP
     if safety_bits & (SafetyBit.SAFEGUARD_STOP | SafetyBit.STOPPED):
         return Problem.SAFEGUARD_STOP
-    return Problem.NONE if robot_mode == RUNNING else Problem.NOT_POWERED
+    if robot_mode != RUNNING:
+        return Problem.NOT_POWERED
+    return Problem.NONE if safety_bits & SAFE else Problem.SAFETY_UNKNOWN
 
 
 class UrRefusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm's process

@@ -181,7 +181,9 @@ def test_thresholds_within_the_simulated_noise_are_refused():
     [("ft300s", 0.0183), ("ft300s, lost_share: 0.01", 0.0483), ("nano17, latency_s: 0.05", 0.0502)],
 )
 def test_samples_older_than_the_supervisor_allows_are_refused_before_the_run(sensor, age):
-    strict, enough = (f"limits: {{sample_age_s: {x!r}}}\n" for x in (0.99 * age, 1.02 * age))
+    strict, enough = (
+        f"limits: {{sample_age_s: {x!r}, contact_speed_m_per_s: 0.009}}\n" for x in (0.99 * age, 1.02 * age)
+    )
     with pytest.raises(InvalidValueError, match=r"limits\.sample_age_s") as found:
         check(robot_with(f"{{preset: {sensor}}}", radius=0.025, end=strict))
     least = re.search(r"give at least ([\d.]+)", str(found.value))

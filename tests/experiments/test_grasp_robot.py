@@ -106,7 +106,7 @@ def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
     finger = planned.fingers[0]
     assert isinstance(finger, Finger)
     assert finger.touch_force == pytest.approx(0.25)  # five times that
-    assert planned.limits == load_robot(file).file.limits != Limits()
+    assert planned.limits == load_robot(file).file.limits.allowing(planned.lift.speed) != Limits()
     # 10 mm farther to close, with 5 mm/s
     assert planned.times.begin - usual.times.begin == pytest.approx(2.0)
     # as far as anybody knows, contacts bear what they are believed to

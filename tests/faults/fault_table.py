@@ -156,8 +156,8 @@ ANYWHERE = (
         Limited(
             {"joint_lower": (-1.0, -1.0), "joint_upper": (1.0, 1.0)}, arm(joint_position=lambda a, b: (NAN, 0.0))
         ),
-        "joint positions of the arm",
-        "not finite",
+        "position of joint 1 of the arm",
+        "nan",
     ),
     Fault("time goes backwards", Samples(_stamped_back), "time of the sample", " s"),
     Fault(
@@ -304,7 +304,7 @@ WITH_A_HAND = (
         "grip force",
         " N",
     ),
-    Fault("a joint of the hand is NaN", hand(joint_position=lambda h, b: (NAN,)), "joint positions of the hand"),
+    Fault("a joint of the hand is NaN", hand(joint_position=lambda h, b: (NAN,)), "position of joint 1 of"),
     Fault(
         "the hand repeats its last sample",
         Samples(lambda now, before: replace(now, hand=before.hand)),

@@ -96,7 +96,7 @@ class JointedStage(MujocoBackend):
 
 def stage_rig(finger: FingerDescription, pacer: Pacer | None = None, duration: float = 1.5) -> Rig:
     backend = FaultyBackend(JointedStage(_SCENE, PERIOD, NOISE, pacer))
-    return Rig(backend, Touch(finger), controller(), Limits(), duration)
+    return Rig(backend, Touch(finger), controller(), Limits().allowing(0.025), duration)
 
 
 def away(rig: Rig, index: int) -> Vector:

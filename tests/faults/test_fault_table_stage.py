@@ -62,7 +62,7 @@ def test_a_real_collision_is_drawn_back_from(limit):
     """Nothing is made up: the force grows until it is over the limit, and then falls below half of it."""
     fault = Fault("ram", RAM, "contact force", " N", Reaction.RETRACT)
     rig = stage_rig(plain_finger())
-    Limited({"force": limit, "acceleration": 100.0}, RAM).into(rig, AT)
+    Limited({"force": limit, "contact_speed": 0.1, "acceleration": 100.0}, RAM).into(rig, AT)
     outcome = carry_out(rig)
     assert outcome.result.ending is Ending.TRIPPED
     assert outcome.result.trip.measure == "contact force"

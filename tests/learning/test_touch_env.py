@@ -76,7 +76,7 @@ class SpringFloor(Closing):
         return Sample(self.time, arm, (WrenchSample(self.time, (0.0, 0.0, up, 0.0, 0.0, 0.0), ZERO),))
 
 
-LIMITS = Limits(force=10.0, workspace_lower=(-0.05,) * 3, workspace_upper=(0.05,) * 3)
+LIMITS = Limits(force=10.0, contact_speed=0.18, workspace_lower=(-0.05,) * 3, workspace_upper=(0.05,) * 3)
 
 
 def floor_env(backend, **options):

@@ -3,6 +3,7 @@
 import gc
 import math
 import signal
+from collections import deque
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ import pytest
 from palpate.errors import InvalidValueError, LatchedError, OverrunError
 from palpate.hw.devices import DeviceError
 from palpate.runtime.data import Command, Phase
+from palpate.runtime.following import LONGEST_DELAY, MEMORY, SMALLEST, CommandedMotion, FollowingError
 from palpate.runtime.loop import run
 from palpate.runtime.result import Ending, result_until
 from palpate.runtime.supervision import Limits, Supervisor
-from runtime.puppets import PERIOD, PUSH, REST, PuppetBackend, PuppetController, touch
+from runtime.puppets import PERIOD, PUSH, REST, PuppetBackend, PuppetController, sample, touch
 
 NAN, INF = math.nan, math.inf
 
@@ -340,3 +342,37 @@ def test_an_arm_that_creeps_and_reports_rest_did_not_come_to_rest():
     """At 4 mm/s, too slow for the supervisor to object to."""
     creeping = {k: {"position": (4e-3 * k * PERIOD, 0.0, 0.0), "velocity": REST} for k in range(5000)}
     assert not go(PuppetBackend(creeping), PuppetController(velocity=REST)).stopped
+
+
+@pytest.mark.parametrize("velocity", [0.005, 0.02, 0.2])
+def test_an_arm_that_follows_no_command_is_stopped_by_name_within_the_stated_time(velocity):
+    """Its stamps go on and it reports rest; before, it was commanded for as long as the controller liked."""
+    frozen = {k: {"position": REST, "velocity": REST} for k in range(20000)}
+    supervisor = Supervisor(Limits(contact_speed=0.2, acceleration=1000.0))
+    backend = PuppetBackend(frozen)
+    result = go(backend, PuppetController(velocity=(velocity, 0.0, 0.0)), supervisor=supervisor, duration=10.0)
+    assert result.ending is Ending.TRIPPED
+    assert "the tip went 0 mm where" in result.why
+    stated = LONGEST_DELAY + SMALLEST / velocity
+    forgotten = -MEMORY * math.log(1.0 - stated / MEMORY)  # commands of long ago count less
+    assert stated <= result.trip.time <= forgotten + 2 * PERIOD
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.02, 0.1])
+@pytest.mark.parametrize("share", [0.2, 1.0, 1.5])
+def test_an_arm_that_follows_late_or_slowed_down_goes_on(delay, share):
+    arm, late = CommandedMotion(PERIOD, sample().arm), deque([0.0] * round(delay / PERIOD))
+    position = 0.0
+    for k in range(8000):
+        velocity = 0.1 * math.sin(2.0 * PERIOD * k)
+        late.append(velocity)
+        position += share * PERIOD * late.popleft()
+        arm.take(Command((velocity, 0.0, 0.0)), sample(position=(position, 0.0, 0.0)).arm)
+
+
+@pytest.mark.parametrize("turned", [(0.0, 1.0), (-1.0, 0.0)])
+def test_an_arm_that_goes_elsewhere_than_commanded_is_found(turned):
+    arm = CommandedMotion(PERIOD, sample().arm)
+    states = [sample(position=(2e-5 * k * turned[0], 2e-5 * k * turned[1], 0.0)).arm for k in range(1, 1000)]
+    with pytest.raises(FollowingError, match="another frame"):
+        all(arm.take(Command((0.02, 0.0, 0.0)), state) is None for state in states)

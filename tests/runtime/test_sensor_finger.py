@@ -13,7 +13,7 @@ from palpate.controllers import (
     tracking_delay,
 )
 from palpate.controllers.paths import Follow
-from palpate.runtime import Ending, MemoryLog, Recorder, SensorFinger, Supervisor, Touch, run
+from palpate.runtime import Ending, Limits, MemoryLog, Recorder, SensorFinger, Supervisor, Touch, run
 from palpate.sensing.ft import read_sensor
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene, white_noise
 
@@ -54,7 +54,7 @@ def explored(finger, delay):
         backend,
         Touch(finger),
         ExploreController(parameters, Follow(raster), PERIOD),
-        Supervisor(),
+        Supervisor(Limits().allowing(0.025)),
         duration=20.0,
         recorder=Recorder(memory),
         observers=(truth,),

@@ -72,7 +72,7 @@ class Exploration:
             self.backend,
             Touch(self.finger),
             self.controller(),
-            Supervisor(Limits(force=force_limit)),
+            Supervisor(Limits(force=force_limit, contact_speed=0.05)),
             duration=duration,
             recorder=Recorder(memory),
             observers=(watch,),
@@ -186,7 +186,7 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
     scene = build_scene(tip, Box(), ContactLaw(stiffness=100e3), (0.0, 0.0, 0.0285))
     backend = MujocoBackend(scene, PERIOD)
     touch = Touch(Finger(Sphere(RADIUS), SensorPayload(tip.mass)))
-    result = run(backend, touch, Ram(speed), Supervisor(Limits(force=20.0)), duration=1.0)
+    result = run(backend, touch, Ram(speed), Supervisor(Limits(contact_speed=speed)), duration=1.0)
     assert result.ending is Ending.TRIPPED
     assert result.stopped
     assert np.linalg.norm(backend.truth().force) < 20.0
@@ -195,7 +195,8 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
 @pytest.mark.parametrize("noise", [None, white_noise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
 def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
     original = Exploration(SphereObject(), Raster(0.006, 0.002, 0.002), noise=noise)
-    done = replay(original.samples, PERIOD, Touch(original.finger), original.controller())
+    limits = Limits(contact_speed=0.05)
+    done = replay(original.samples, PERIOD, Touch(original.finger), original.controller(), Supervisor(limits))
     assert len(done.commands) > 1000
     assert list(done.commands) == original.commands
 

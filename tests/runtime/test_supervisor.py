@@ -166,7 +166,7 @@ def test_joints_stay_in_their_range(joints, measure):
 
 
 def test_a_jump_of_the_command_trips_a_ramp_does_not():
-    supervisor = started()
+    supervisor = started(Limits(contact_speed=0.25))
     for i in range(1, 11):  # 0.02 m/s in a millisecond is 20 m/s^2
         command = Command((0.02 * i, 0.0, 0.0), Phase.SCAN)
         assert step(supervisor, observation(time=i * PERIOD), command) is command
@@ -453,3 +453,46 @@ def test_motion_that_the_arm_does_not_report_is_found_and_noise_is_not(hidden):
             assert t == pytest.approx(-0.5 * math.log(1.0 - 3e-3 / (0.5 * hidden)), rel=0.05)
             return
     assert hidden == 0.0
+
+
+@pytest.mark.parametrize(
+    ("rotation", "allowed"),
+    [
+        (((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)), True),
+        (((3.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 3.0)), False),
+        (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)), False),
+        (((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), False),
+        (((1.0, 1e-3, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), False),
+    ],
+)
+def test_a_rotation_must_be_one(rotation, allowed):
+    supervisor, now = started(), observation()
+    assert supervisor.admits(replace(now, arm=replace(now.arm, rotation_base_tip=rotation))) == allowed
+    assert allowed or supervisor.trip.measure == "rotation of the tip"
+
+
+@pytest.mark.parametrize("q", [-51471.0, 1001.0, math.nan])
+def test_a_joint_that_is_nowhere_is_refused_by_name(q):
+    supervisor, now = started(), observation()
+    assert not supervisor.admits(replace(now, hand=HandSample(now.time, (0.01, q))))
+    assert str(supervisor.trip).startswith(f"position of joint 2 of the hand was {q:g} at")
+
+
+def test_backing_off_from_what_is_touched_may_be_fast_and_nothing_else():
+    away, aside, in_ = (0.0, 0.0, 0.025), (0.025, 0.0, 0.0), (0.0, 0.0, -0.025)
+    for velocity, touched, passes in (
+        (away, True, True),
+        (aside, True, False),
+        (in_, True, False),
+        (away, False, False),
+    ):
+        supervisor = started()
+        now = observation(wrench=PUSH if touched else (0.0,) * 6)
+        step(supervisor, now, Command(velocity, Phase.SCAN))
+        assert (supervisor.trip is None) == passes
+        assert passes or supervisor.trip.measure == "commanded speed where something may be touched"
+    supervisor = started()
+    for k in range(200):
+        command = Command(away, Phase.SCAN)
+        step(supervisor, observation(time=k * PERIOD, wrench=PUSH if k == 0 else (0.0,) * 6), command)
+    assert supervisor.trip.time == pytest.approx(0.1, abs=2 * PERIOD)

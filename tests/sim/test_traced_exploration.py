@@ -38,7 +38,7 @@ def explored(target, raster, speed):
         backend,
         Touch(finger),
         ExploreController(parameters, Follow(raster), PERIOD),
-        Supervisor(Limits()),
+        Supervisor(Limits().allowing(speed + 0.02)),
         duration=30.0,
         recorder=Recorder(memory),
         observers=(lambda *_: truth.append(backend.truth().force),),

@@ -46,7 +46,7 @@ def backend_on(target, law, corner):
 
 def go(backend, controller, observers=(), limits=None):
     finger = Finger(Sphere(TIP - FORCE / 40e3), SensorPayload(backend.scene.tip.mass))
-    supervisor = Supervisor(limits or Limits(force=10.0))
+    supervisor = Supervisor((limits or Limits(force=10.0)).allowing(0.05))
     result = run(backend, Touch(finger), controller, supervisor, duration=30.0, observers=observers)
     assert result.ending is Ending.DONE, str(result)
 

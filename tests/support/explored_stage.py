@@ -109,7 +109,7 @@ def explored(target, strategy, start, *, law=LAW, speed=0.02, seconds=60.0, limi
         backend,
         Touch(finger),
         ExploreController(parameters, watched, PERIOD),
-        Supervisor(limits or Limits()),
+        Supervisor((limits or Limits()).allowing(speed + 0.02)),
         duration=seconds,
         recorder=Recorder(memory),
         observers=(lambda *_: truth.append(backend.truth().force),),

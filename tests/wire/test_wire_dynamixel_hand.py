@@ -1,8 +1,10 @@
 """A hand over the maker's library, on a terminal with emulated servos: states, forces, start and end."""
 
 import math
+import struct
 from dataclasses import replace
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,12 +16,14 @@ from palpate.hw.dynamixel.bus import Bus
 from palpate.hw.dynamixel.finger_servo import FingerServo
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.dynamixel.port import Port, adapter_latency
-from palpate.hw.dynamixel.registers import XL330, XM430, HardwareError, Mode
+from palpate.hw.dynamixel.registers import MIDDLE, XL330, XM430, HardwareError, Mode
 from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
+from palpate.robots.rig_settings import hand_settings
+from palpate.runtime.robot import load_robot
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
 from support.emulated_bus import FINGER, EmulatedBus, connected, new_sample, read_until, settings, still
 from support.waiting import until
@@ -401,3 +405,25 @@ def test_four_servos_can_be_read_and_written_more_than_300_times_a_second(monkey
         assert (sum(sent) + sum(map(len, heard))) * 10 / 1e6 < 1.0 / 300.0
         hand.press((0.0,) * 4)
         hand.close()
+
+
+@pytest.mark.parametrize("position", [-0x75000000, 1 << 20, -5000])
+def test_a_position_that_no_finger_has_is_refused_by_name(emulated, hand, monkeypatch, position):
+    """With the checksum in order: an encoder or a memory is broken."""
+    state = struct.pack("<BBBhii", 1, 0, 5, 0, 0, position)
+    monkeypatch.setattr(hand._bus, "exchange", lambda spans: [state] * len(spans))
+    with pytest.raises(DeviceError, match=r"servo 1 reports its shaft at .* rad, its finger at") as found:
+        hand.read()
+    assert f"{(position - MIDDLE) * PULSE:.4g} rad" in str(found.value)
+    assert "it can be from" in str(found.value)
+
+
+def test_a_robot_file_must_not_wait_longer_than_late_replies_are_recognised():
+    entry = load_robot("ur5e-hand").file.backend.hand
+    for silent, accepted in ((0.048, True), (0.049, False)):
+        changed = msgspec.structs.replace(entry, silent_after=silent)
+        if accepted:
+            assert hand_settings(load_robot("ur5e-hand"), changed).silence == silent
+        else:
+            with pytest.raises(InvalidValueError, match=r"silent_after_s = 0\.049: must be at most 0\.048"):
+                hand_settings(load_robot("ur5e-hand"), changed)

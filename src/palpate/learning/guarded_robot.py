@@ -5,6 +5,7 @@ from contextlib import ExitStack, suppress
 from palpate.errors import positive
 from palpate.runtime import Backend, Command, Observation, Phase, Supervisor, Touch
 from palpate.runtime.closing import Closing
+from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.supervision import Trip
 from palpate.spatial import ZERO, Vector, norm, toward
@@ -81,6 +82,7 @@ class GuardedRobot(Closing):
         sample = self.backend.start()
         self._touch.start()
         self._velocity = ZERO
+        self._following = CommandedMotion(self.backend.period, sample.arm)
         self.now = self._touch.sense(sample)
         self._supervisor.admits(self.now)
         self._episode.enter_context(undisturbed())
@@ -102,6 +104,7 @@ class GuardedRobot(Closing):
         self._velocity = command.velocity_base_tip
         try:
             self.now = self._touch.sense(self.backend.step(command))
+            self._following.take(command, self.now.arm)
         except Exception as error:  # as in the loop: it stops the robot, and is reported
             supervisor.fail(self.now.time, "back end", error)
         else:

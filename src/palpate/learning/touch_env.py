@@ -44,7 +44,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
         worlds: WorldMaker | None = None,
         reward: Reward | None = None,
         *,
-        speed: float = 0.05,
+        speed: float | None = None,
         action_time: float = 0.02,
         duration: float = 10.0,
         render_mode: str | None = None,
@@ -54,7 +54,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
         Args:
             worlds: Makes the world of an episode; a sphere under a stage, if not given.
             reward: The default is to hold 2 N while sliding.
-            speed: Largest velocity along each axis [m/s].
+            speed: Largest velocity along each axis [m/s]; None: what the supervisor lets pass along all of them.
             action_time: How long an action lasts [s], a whole number of control periods.
             duration: Of an episode [s], a whole number of actions.
             render_mode: "rgb_array", or None.
@@ -74,7 +74,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
         first = self._worlds(np.random.default_rng(0))
         limits, period = first.limits, first.backend.period
         first.backend.close()
-        _check_speed(positive("speed", speed, "m/s"), limits)
+        speed = _checked_speed(speed, limits)
         self._periods = _whole("action_time", action_time, period, "control periods")
         self._actions = _whole("duration", duration, action_time, "actions")
         self._done = 0
@@ -183,13 +183,17 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
             picture.close()
 
 
-def _check_speed(speed: float, limits: Limits) -> None:
-    fastest = limits.speed / 3**0.5
-    if speed > fastest:
+def _checked_speed(speed: float | None, limits: Limits) -> float:
+    fastest = limits.commanded_speed / 3**0.5
+    if speed is None:
+        return fastest
+    if positive("speed", speed, "m/s") > fastest:
         raise InvalidValueError(
             f"speed = {speed:g} m/s: along all three axes that is {3**0.5 * speed:.3g} m/s, which the supervisor "
-            f"stops at {limits.speed:g} m/s; take at most {fastest:.3g} m/s"
+            f"stops at {limits.commanded_speed:g} m/s (limits.contact_speed_m_per_s); take at most {fastest:.3g} "
+            "m/s"
         )
+    return speed
 
 
 def _whole(name: str, value: float, part: float, parts: str) -> int:

@@ -1,13 +1,23 @@
 """From a robot file to a robot that can move: which builder makes which kind of back end."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from palpate.errors import InvalidValueError
+from palpate.robots.contact_force import CONTACT, ContactForce, rig_contact_force
 from palpate.robots.emulated.ur5e import build_emulated_ur5e
+from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.hands import described_hand
 from palpate.robots.rig_built import build_rig, check_rig
-from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, build_turning_stage, check_simulated
+from palpate.robots.simulated_stage import (
+    RobotInScene,
+    Task,
+    build_stage,
+    build_turning_stage,
+    check_simulated,
+    only_finger,
+    tip_sizes,
+)
 from palpate.robots.simulated_ur5e import build_ur5e
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import (
@@ -19,6 +29,11 @@ from palpate.runtime.robot_backend import (
     TurningStageEntry,
 )
 from palpate.runtime.robot_rig import RigEntry
+from palpate.sim import Box, SeededSensor
+from palpate.sim.presets import EXPLORE
+
+PLATE, ABOVE = Box((0.1, 0.1, 0.02)), 0.003
+"""What a robot stands over to see how it is built, and how far [m]."""
 
 Builder = Callable[[Robot, Task], RobotInScene]
 """Raises InvalidValueError if the robot cannot be built as its file specifies, or cannot do the task."""
@@ -57,7 +72,42 @@ def build(robot: Robot, task: Task) -> RobotInScene:
         InvalidValueError: It cannot be built as its file specifies, or cannot do the task; the message names what
             to change.
     """
+    ready = _kind(robot).build(robot, task)
+    ContactForce(robot.file.limits, ready.landing_model(CONTACT)).check()
+    return ready
+
+
+def over_a_plate(robot: Robot, contact_stiffness: float = CONTACT) -> RobotInScene:
+    """Return a robot with one fingertip that stands `ABOVE` a plate, on which it can press [N/m].
+
+    Raises:
+        InvalidValueError: It cannot be built as its file specifies.
+    """
+    tip, (x, y, z) = tip_sizes(robot), only_finger(robot).surface.center
+    task = Task(
+        tip=tip,
+        compression=0.0,
+        target=PLATE,
+        law=replace(EXPLORE.law, stiffness=contact_stiffness),
+        start=(-x, -y, PLATE.top + max(tip) + ABOVE - z),
+        period=robot.file.period,
+        sensor=SeededSensor(model_of_finger(only_finger(robot))),
+        touch_force=EXPLORE.law.smallest_force,
+    )
     return _kind(robot).build(robot, task)
+
+
+def contact_force(robot: Robot) -> ContactForce | None:
+    """Return how hard a robot presses at its limits; None if it has no arm that could.
+
+    Raises:
+        InvalidValueError: It cannot be built as its file specifies.
+    """
+    if isinstance(robot.file.backend, EmulatedHandEntry):
+        return None
+    if isinstance(robot.file.backend, RigEntry):
+        return rig_contact_force(robot)
+    return ContactForce(robot.file.limits, over_a_plate(robot).landing_model(CONTACT))
 
 
 def check(robot: Robot) -> None:
@@ -73,6 +123,9 @@ def check(robot: Robot) -> None:
         described_hand(robot)
     else:
         check_simulated(robot, robot.file.backend.time_step)
+    pressed = contact_force(robot)
+    if pressed is not None:
+        pressed.check()
 
 
 def _kind(robot: Robot) -> _Kind:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
+from palpate.errors import InvalidValueError
+from palpate.hw.dynamixel.settings import LENGTHS, HandSettings, ServoCalibration
 from palpate.hw.ur import FlangePayload, UrSettings
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.runtime.robot import Robot
@@ -72,8 +73,14 @@ def hand_settings(robot: Robot, entry: DynamixelEntry) -> HandSettings:
     """Return the settings of a hand.
 
     Raises:
-        InvalidValueError: Fingers that cannot close.
+        InvalidValueError: Fingers that cannot close, or times with which a late reply is taken for a new one.
     """
+    longest = LENGTHS * entry.reply_timeout
+    if entry.silent_after > longest * (1.0 + 1e-9):
+        raise InvalidValueError(
+            f"backend.hand.silent_after_s = {entry.silent_after:g}: must be at most {longest:g}, {LENGTHS} times "
+            "reply_timeout_s: a reply later than that cannot be told from a new one"
+        )
     return HandSettings(
         tuple(ServoCalibration(servo.servo_id, servo.zero, servo.direction) for servo in entry.servos),
         _finger_geometry(entry),

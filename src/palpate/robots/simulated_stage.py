@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from palpate.controllers import LandingModel, series_stiffness, tracking_delay
+from palpate.controllers.landing import moved_mass
 from palpate.errors import InvalidValueError
 from palpate.kinematics import FollowingErrorLimit
 from palpate.robots.entry import entry_of
@@ -90,6 +92,15 @@ class RobotInScene:
     stiffness: float
     touch_force: float
     angular_acceleration: float = math.inf
+
+    def landing_model(self, contact_stiffness: float) -> LandingModel:
+        """Return how hard it presses on a contact of this stiffness [N/m]."""
+        return LandingModel(
+            series_stiffness(contact_stiffness, self.stiffness),
+            tracking_delay(self.backend.period, self.response, self.finger.pipeline().delay),
+            contact_stiffness,
+            moved_mass(self.stiffness, self.response),
+        )
 
 
 def build_stage(robot: Robot, task: Task) -> RobotInScene:

@@ -11,6 +11,7 @@ import numpy as np
 from palpate.errors import InvalidValueError, positive, shown
 from palpate.interruption import StopRequest, stop_requests
 from palpate.runtime.data import ArmSample, Command, Observation, Phase, Sample
+from palpate.runtime.following import CommandedMotion, FollowingMaker
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
@@ -57,6 +58,7 @@ def run(
     recorder: Recorder | None = None,
     live: Live | None = None,
     observers: Sequence[Observer] = (),
+    following: FollowingMaker = CommandedMotion,
 ) -> RunResult:
     """Run a controller until it is done, the supervisor objects, or the time is up.
 
@@ -73,6 +75,7 @@ def run(
         recorder: Keeps the run.
         live: The controller's live parameters, if they are not to be stepped as they are (a replay).
         observers: Called once per period with sample, observation and command.
+        following: Makes what compares commands with motion; a replay compares nothing.
 
     Raises:
         LatchedError: The supervisor has tripped earlier and was not reset.
@@ -83,7 +86,7 @@ def run(
     supervisor = supervisor or Supervisor()
     supervisor.start(backend.period)
     with stop_requests() as stop:
-        one = _Run(backend, touch, controller, supervisor, recorder, live, observers, stop)
+        one = _Run(backend, touch, controller, supervisor, recorder, live, observers, following, stop)
         try:
             one.begin()
             with undisturbed():
@@ -108,12 +111,13 @@ class _Run:
         recorder: Recorder | None,
         live: Live | None,
         observers: Sequence[Observer],
+        following: FollowingMaker,
         stop: StopRequest,
     ) -> None:
         self._backend, self._touch, self._controller = backend, touch, controller
         self._supervisor, self._recorder, self._stop = supervisor, recorder, stop
         self._live = live_parameters_of(controller) if live is None else live
-        self._observers = tuple(observers)
+        self._observers, self._follows = tuple(observers), following
         self._pacer = backend.pacer
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
@@ -127,6 +131,7 @@ class _Run:
         """Do all that is slow, and start the devices; nothing moves yet."""
         self._take(self._backend.start())
         self._first_time = self._last_time = self._time
+        self._following = self._follows(self._backend.period, self._sample.arm)
         self._touch.start()
         self._now = self._touch.sense(self._sample)
         if self._recorder is not None:
@@ -226,6 +231,7 @@ class _Run:
         """Let the back end do a period; return whether it could."""
         try:
             self._take(self._backend.step(command))
+            self._following.take(command, self._sample.arm)
         except Exception as error:
             if self._trip_recorded:  # and now this: it ends the reaction
                 self._tell(self._time, Level.ERROR, "back end", type(error).__name__)

@@ -16,6 +16,7 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, PalpateError, positive
 from palpate.runtime.data import Command, Sample
+from palpate.runtime.following import AnyMotion
 from palpate.runtime.live import Change, LiveParameters, live_parameters_of
 from palpate.runtime.log import Heading, Record, Recorder, RecordingSummary
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows
@@ -214,6 +215,7 @@ def replay(
             recorder=Recorder(kept),
             live=RecordedChanges(live_parameters_of(controller), changes),
             observers=observers,
+            following=AnyMotion,
         )
     except KeyboardInterrupt:
         raise KeyboardInterrupt from None  # which speaks of no robot: none moved

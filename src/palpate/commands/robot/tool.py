@@ -10,7 +10,7 @@ from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, Rob
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
 from palpate.robots.finger_sensor import model_of_finger
-from palpate.robots.in_scene import check
+from palpate.robots.in_scene import check, contact_force
 from palpate.robots.known_sensor import described
 from palpate.robots.values import load_named_robot
 from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
@@ -85,6 +85,9 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
         sensor = file or _described(robot, i)
         if sensor is not None:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
+    pressed = contact_force(robot)
+    if pressed is not None:
+        sys.stdout.write(f"  largest force at these limits: {pressed}\n")
     sys.stdout.write("All in order.\n")
     sensors = [file or _described(robot, i) for i, file in enumerate(robot.sensors)]
     return CommandResult(
@@ -93,6 +96,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
             "file": robot_path(config.robot),
             "robot": msgspec.to_builtins(robot.file),
             "defaults": [name for name, _, given in rows if not given],
+            "largest_force_N": None if pressed is None else pressed.force,
             "sensors": [None if sensor is None else msgspec.to_builtins(sensor) for sensor in sensors],
         },
     )

@@ -18,11 +18,9 @@ from palpate.controllers import (
     SineForce,
     force_gain,
     live_parameters,
-    series_stiffness,
     tracking_delay,
 )
 from palpate.controllers.explore_parameters import ACCELERATION
-from palpate.controllers.landing import moved_mass
 from palpate.controllers.paths import PathPlane
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.checks import check_least_force, check_push, check_sliding
@@ -69,6 +67,9 @@ BENDS = 2.0
 SPARE_TIME = 10.0
 """That a run may always take longer [s]."""
 
+LIFT_SPEED = 0.02
+"""Of lifting, and from place to place above the object, at most [m/s]."""
+
 FASTEST_LANDING = 0.005
 """[m/s], where what lands and what it lands on would allow more."""
 
@@ -97,6 +98,7 @@ class ExplorationPlan(PlanDefaults):
         half_compliance: Of tip and object together, half their compression per force [m/N].
         task: What the robot is built for.
         touch_force: Force that counts as a touch [N].
+        landing: How hard it presses.
         wall: Bound on the force of hitting a wall during the sweep.
         identified: Result of pressing; None: the gain is made for the assumed stiffness.
     """
@@ -114,6 +116,7 @@ class ExplorationPlan(PlanDefaults):
     half_compliance: float
     task: Task
     touch_force: float
+    landing: LandingModel
     wall: WallBound
     identified: IdentifiedForce | None = None
 
@@ -202,7 +205,7 @@ class ExplorationPlan(PlanDefaults):
         """Return how it presses first."""
         return pressing(
             self.config.force,
-            limit=self.limits.force,
+            limits=self.limits,
             touch_force=self.touch_force,
             sensing_delay=self.finger.pipeline().delay,
             approach_distance=self.parameters.approach_distance,
@@ -239,7 +242,7 @@ class ExplorationPlan(PlanDefaults):
                 KeyFigure("greatest force asked for", config.greatest_force, "N"),
                 KeyFigure("speed", MILLI * config.speed, "mm/s", "along the surface"),
                 KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
-                *limit_figures(self.limits),
+                *limit_figures(self.limits, self.landing),
             ),
             FILE_NAMES,
             (f"A wall or step in the path would be {self.wall}.",) if unsafe else (),
@@ -312,6 +315,8 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
     plane = PathPlane((-x, -y, -z))
     limits, room = _limits(robot.file.limits, scan, plane, top, descent, _stopping(config, scan))
+    fastest = max(_fastest(config), limits.commanded_speed - FASTEST_LANDING)
+    limits = limits.allowing(fastest + FASTEST_LANDING)
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
     # the push of a real arm is bounded by its own controller
@@ -324,21 +329,21 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     least = LEAST_FORCE * ready.touch_force
     check_least_force(config, least)
     sensing_delay = ready.finger.pipeline().delay
-    delay = tracking_delay(task.period, ready.response, sensing_delay)
-    series, mass = series_stiffness(config.stiffness, ready.stiffness), moved_mass(ready.stiffness, ready.response)
-    landing = LandingModel(series, delay, config.stiffness, mass)
+    landing = ready.landing_model(config.stiffness)
     acceleration = _acceleration(config, scan)
     parameters = ExploreParameters(
         force=config.force,
         speed=config.speed,
         acceleration=acceleration,
-        gain=force_gain(series, delay),
+        gain=force_gain(landing.stiffness, landing.delay),
         lead=tracking_delay(task.period, ready.lag, sensing_delay),
         landing_speed=min(FASTEST_LANDING, landing.speed(config.force, ready.touch_force)),
         approach_distance=descent,
         force_range=_force_range(config, least, limits),
-        speed_range=(SLOWEST, min(FASTEST, limits.speed)),
+        speed_range=(SLOWEST, min(FASTEST, fastest)),
         room=room,
+        lift_speed=min(LIFT_SPEED, limits.commanded_speed),
+        travel_speed=min(LIFT_SPEED, limits.commanded_speed),
     )
     check_changes(config.change, live_parameters(parameters))
     below = float(target.height(np.array(first_x), np.array(first_y)))
@@ -358,6 +363,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
         half_compliance,
         task,
         ready.touch_force,
+        landing,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
     )
 
@@ -371,8 +377,12 @@ def _acceleration(config: ExploreConfig, scan: Scan) -> float:
 
 def _stopping(config: ExploreConfig, scan: Scan) -> float:
     """Stopping distance from the largest speed that is asked for [m]."""
-    fastest = max([config.speed, *(value for _, name, value in config.change if name == "speed")])
-    return 0.5 * fastest**2 / _acceleration(config, scan)
+    return 0.5 * _fastest(config) ** 2 / _acceleration(config, scan)
+
+
+def _fastest(config: ExploreConfig) -> float:
+    """The largest speed along the surface that is asked for [m/s]."""
+    return max([config.speed, *(value for _, name, value in config.change if name == "speed")])
 
 
 def _limits(

@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from palpate.controllers import LandingModel, force_gain, series_stiffness, tracking_delay
-from palpate.controllers.landing import moved_mass
+from palpate.controllers import force_gain, tracking_delay
 from palpate.controllers.rub_program import Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
 from palpate.controllers.rubbing_parameters import RubbingParameters
@@ -35,8 +34,8 @@ FILE_NAME = "friction.yaml"
 
 MILLI = 1e3
 
-FASTEST_LANDING = 0.005
-"""[m/s]"""
+FASTEST_LANDING, LIFT_SPEED = 0.005, 0.02
+"""At most [m/s]."""
 
 BEYOND = 0.005
 """How far below where the surface may be it is looked for [m]."""
@@ -139,7 +138,7 @@ class FrictionPlan(PlanDefaults):
                 KeyFigure(
                     "twist, largest", wanted.most_angle if wanted.most_spin else 0.0, "rad", "in one direction"
                 ),
-                *limit_figures(self.limits),
+                *limit_figures(self.limits, self.ready.landing_model(self.config.stiffness)),
             ),
             (FILE_NAME,),
             tuple(notes),
@@ -191,7 +190,9 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
     library = library_text(config, texts)
     limits, loads = robot.file.limits, config.rubbed_loads
     check_force(loads[-1], loads[-1], limits)
-    check_speed("speed", max((config.speed, *config.speeds)), limits)
+    fastest = max((config.speed, *config.speeds))
+    check_speed("speed", fastest, limits)
+    limits = limits.allowing(fastest + FASTEST_LANDING)
     turns = not isinstance(robot.file.backend, StageEntry)
     if config.fit_exponents and not turns:
         raise InvalidValueError(
@@ -207,14 +208,13 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
             "counts as a touch; press more"
         )
     sensing_delay, period = ready.finger.pipeline().delay, ready.backend.period
-    delay = tracking_delay(period, ready.response, sensing_delay)
-    series = series_stiffness(config.stiffness, ready.stiffness)
-    landing = LandingModel(series, delay, config.stiffness, moved_mass(ready.stiffness, ready.response))
+    landing = ready.landing_model(config.stiffness)
     parameters = RubbingParameters(
-        force_gain(series, delay),
+        force_gain(landing.stiffness, landing.delay),
         tracking_delay(period, ready.lag, sensing_delay),
         landing_speed=min(FASTEST_LANDING, landing.speed(loads[0], min(ready.touch_force, 0.5 * loads[0]))),
         approach_distance=CLEARANCE + BEYOND,
+        lift_speed=min(LIFT_SPEED, limits.commanded_speed),
     )
     around = 2.0 * parameters.tare_time + CLEARANCE / parameters.landing_speed + parameters.settle_time + 0.5
     return FrictionPlan(

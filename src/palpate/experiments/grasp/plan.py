@@ -284,7 +284,8 @@ def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> 
         begin += nudge_time()
     times = pull_times(config, begin)
     lift = replace(lift, hold_time=times.gone - begin + 2.0 * SPARE)
-    return GraspPlan(config, believed, times, lift, hand, hand.limits, found)
+    limits = hand.limits.allowing(max(config.lift_speed, LOWERING_SPEED))
+    return GraspPlan(config, believed, times, lift, hand, limits, found)
 
 
 def _nudging(center: Vector) -> NudgeParameters:

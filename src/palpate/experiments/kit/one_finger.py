@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from palpate.controllers import ForceGain, force_gain, series_stiffness, tracking_delay
+from palpate.controllers import ForceGain, LandingModel, force_gain
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
@@ -32,6 +32,7 @@ class OneFingerPlan(PlanDefaults):
         config: What was asked for; its `seed` is that of the sensor's noise.
         robot: What carries it out.
         ready: The same, over the object.
+        landing: How hard it presses on this contact.
         gain: Of force control on this contact, with its stability margins.
         control: From this plan to a fresh controller.
         title: What is done, for people.
@@ -43,6 +44,7 @@ class OneFingerPlan(PlanDefaults):
     config: Any
     robot: Robot
     ready: RobotInScene
+    landing: LandingModel
     gain: ForceGain
     control: Callable[[Any], Controller]
     title: str
@@ -98,9 +100,9 @@ class OneFingerPlan(PlanDefaults):
             touch_force=LEAST_TOUCH_FORCE,
         )
         ready = build(robot, task)
-        delay = tracking_delay(task.period, ready.response, ready.finger.pipeline().delay)
-        gain = force_gain(series_stiffness(stiffness, ready.stiffness), delay)
-        return cls(config, robot, ready, gain, control, title, duration, figures, files)
+        landing = ready.landing_model(stiffness)
+        gain = force_gain(landing.stiffness, landing.delay)
+        return cls(config, robot, ready, landing, gain, control, title, duration, figures, files)
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
@@ -128,7 +130,7 @@ class OneFingerPlan(PlanDefaults):
     def dry_run(self) -> DryRun:
         """See `Plan`."""
         expected = KeyFigure("expected duration", self.expected_duration, "s")
-        return DryRun(self.title, (expected, *self.figures, *limit_figures(self.limits)), self.files)
+        return DryRun(self.title, (expected, *self.figures, *limit_figures(self.limits, self.landing)), self.files)
 
     def view(self) -> ViewScene:
         """See `Plan`."""

@@ -27,23 +27,26 @@ ROOM_BELOW_LIMIT = 0.9
 ABOVE_TOUCH = 1.1
 """The lower force is at least so many times what counts as a touch: a tip that lifts off measures nothing."""
 
+LIFT_SPEED = 0.02
+"""At most [m/s]."""
+
 SWING_SHARE = 0.2
 """Amplitude of the sines, of what lies between the lower and the upper force."""
 
 
 def pressing(
-    force: float, *, limit: float, touch_force: float, sensing_delay: float, approach_distance: float
+    force: float, *, limits: Limits, touch_force: float, sensing_delay: float, approach_distance: float
 ) -> IdentifyParameters:
     """Return how it is pressed.
 
     Args:
         force: To be held later [N].
-        limit: Of the robot [N].
+        limits: Of the robot.
         touch_force: What counts as a touch [N].
         sensing_delay: From a load to the observation that shows it [s].
         approach_distance: How far down the surface is looked for [m].
     """
-    high = min((1.0 + PRESSED_SHARE) * force, ROOM_BELOW_LIMIT * limit)
+    high = min((1.0 + PRESSED_SHARE) * force, ROOM_BELOW_LIMIT * limits.force)
     low = max((1.0 - PRESSED_SHARE) * force, ABOVE_TOUCH * touch_force)
     return IdentifyParameters(
         low=low,
@@ -51,6 +54,7 @@ def pressing(
         swing=SWING_SHARE * (high - low),
         sensing_delay=sensing_delay,
         approach_distance=approach_distance,
+        lift_speed=min(LIFT_SPEED, limits.commanded_speed),
     )
 
 

@@ -1,10 +1,14 @@
 """Checks of a force regulation against the limits of the robot."""
 
+import math
+
+from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.contact_checks import MOST_FORCE
 from palpate.experiments.kit.run_checks import LANDING_SHARE, check_force, check_speed
 from palpate.experiments.regulate.config import LARGEST_MOTION, RegulateConfig
+from palpate.experiments.regulate.landing import FASTEST_LANDING, LIFT_SPEED
 from palpate.runtime import Limits
 
 FARTHEST_MOTION = 1.8 * LARGEST_MOTION
@@ -34,6 +38,22 @@ def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) 
             f"frequencies = {max(config.frequencies):g} Hz: must be at most {highest:g} Hz, four periods of "
             "control to each cycle"
         )
+
+
+def fastest_commanded(config: RegulateConfig, motion: TangentMotion) -> float:
+    """Return the largest speed of the tip that the plan commands, where it may touch something [m/s]."""
+    still = config.motion == "still"
+    along = (
+        motion.fastest if isinstance(motion, PathTable | VelocityTable) else 0.0 if still else config.motion_speed
+    )
+    match config.surface:
+        case "sine":  # it is followed, and lifted away from
+            into = FASTEST_SURFACE + LIFT_SPEED + config.surface_speed
+        case "leaving" | "yielding":
+            into = FASTEST_SURFACE
+        case _:
+            into = FASTEST_LANDING
+    return math.hypot(along, into)
 
 
 def most_force(limits: Limits) -> float:

@@ -12,6 +12,9 @@ from palpate.runtime import Limits
 FASTEST_LANDING = 0.005
 """[m/s], however soft a surface is."""
 
+LIFT_SPEED = 0.02
+"""How fast it is lifted from what stands still, at most [m/s]."""
+
 LANDING_ON_MOTION = 0.0005
 """[m/s]. A surface that goes up and down is then met less than a landing speed times its period below its turning
 point, where it is slow: on one of 10 mm and 20 mm/s the peak is 7 N, instead of 15 N at 4 mm/s."""

@@ -10,6 +10,7 @@ from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
+from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.change_names import check_changes
@@ -19,10 +20,10 @@ from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.built import built
-from palpate.experiments.regulate.checks import check_limits, most_force
+from palpate.experiments.regulate.checks import check_limits, fastest_commanded, most_force
 from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
 from palpate.experiments.regulate.identified import Identified
-from palpate.experiments.regulate.landing import check_meeting, landing_model, landing_speed
+from palpate.experiments.regulate.landing import LIFT_SPEED, check_meeting, landing_model, landing_speed
 from palpate.experiments.regulate.motion import motion_text
 from palpate.experiments.regulate.parts import (
     contact_model,
@@ -47,8 +48,8 @@ if TYPE_CHECKING:
 FORCES_FILE = "forces.csv"
 """Set, felt and true force over time."""
 
-LIFT, LIFT_SPEED = 0.005, 0.02
-"""How far [m] and how fast [m/s] it is lifted from what stands still."""
+LIFT = 0.005
+"""How far it is lifted from what stands still [m]."""
 
 BEYOND = 0.005
 """How far below where the surface may be it is looked for [m]."""
@@ -186,7 +187,7 @@ class RegulationPlan(PlanDefaults):
                 KeyFigure(
                     "approach distance", 1e3 * parameters.approach_distance, "mm", "where the surface is sought"
                 ),
-                *limit_figures(self.limits),
+                *limit_figures(self.limits, self.ready.landing_model(self.config.true_stiffness)),
             ),
             (FORCES_FILE,),
         )
@@ -205,7 +206,7 @@ class RegulationPlan(PlanDefaults):
         """Return how it presses first."""
         return pressing(
             self.config.force,
-            limit=self.limits.force,
+            limits=self.limits,
             touch_force=self.ready.touch_force,
             sensing_delay=self.ready.finger.pipeline().delay,
             approach_distance=self.parameters.approach_distance,
@@ -237,6 +238,8 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
     duration = duration_of(config, profile)
     limits = robot.file.limits
     check_limits(config, motion, limits)
+    limits, lift = limits.allowing(fastest_commanded(config, motion)), min(LIFT_SPEED, limits.commanded_speed)
+    lift += config.surface_speed if config.surface == "sine" else 0.0
     ready = built(config, robot, target)
     least = LEAST_FORCE * ready.touch_force
     if config.least < least * (1.0 - 1e-12):
@@ -270,7 +273,8 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
         approach_distance=descent,
         # out of reach of what comes after it
         lift_distance=LIFT + travel_of(config),
-        lift_speed=LIFT_SPEED + (config.surface_speed if config.surface == "sine" else 0.0),
+        lift_speed=lift,
+        fastest_push=min(FASTEST_SURFACE, limits.commanded_speed),
     )
     check_changes(config.change, live_regulation(parameters))
     before = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time

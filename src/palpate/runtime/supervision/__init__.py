@@ -3,12 +3,12 @@
 from palpate.runtime.supervision.conditions import (
     AtMost,
     Condition,
-    FiniteState,
     FreshSamples,
     HealthySensors,
     InsideJointRange,
     InsideWorkspace,
     MonitoredQuantity,
+    PossibleState,
     SensorsInRange,
 )
 from palpate.runtime.supervision.finding import Trip, Violation
@@ -35,7 +35,6 @@ __all__ = [
     "TIP_TURN",
     "AtMost",
     "Condition",
-    "FiniteState",
     "FreshSamples",
     "Guard",
     "HealthySensors",
@@ -44,6 +43,7 @@ __all__ = [
     "InsideWorkspace",
     "Limits",
     "MonitoredQuantity",
+    "PossibleState",
     "Reaction",
     "Retract",
     "SensorsInRange",

@@ -50,9 +50,16 @@ class AtMost:
         return Violation(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}")
 
 
+LARGEST_JOINT = 1e3
+"""[rad or m], as of limits in robot files: 160 turns, or a number in another unit."""
+
+ROTATION_TOLERANCE = 1e-5
+"""Of products of a rotation's rows: ten times what single precision leaves."""
+
+
 @dataclass(frozen=True, slots=True)
-class FiniteState:
-    """Where the arm is, how fast it moves, its joints and every wrench are finite numbers."""
+class PossibleState:
+    """Where the arm is, how fast it moves, its joints and every wrench are finite numbers, and can be at all."""
 
     def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
@@ -63,14 +70,42 @@ class FiniteState:
         total += sum(arm.angular_velocity_base_tip)
         if not math.isfinite(total):
             return Violation("arm state", "not finite", "finite numbers")
-        if arm.joint_position and not math.isfinite(sum(arm.joint_position)):
-            return Violation("joint positions of the arm", "not finite", "finite numbers")
-        if now.hand is not None and not math.isfinite(sum(now.hand.joint_position)):
-            return Violation("joint positions of the hand", "not finite", "finite numbers")
+        if before is None or arm.rotation_base_tip is not before.arm.rotation_base_tip:
+            error = _rotation_error(row0, row1, row2)
+            if error > ROTATION_TOLERANCE:
+                return Violation("rotation of the tip", f"no rotation by {error:.3g}", f"{ROTATION_TOLERANCE:g}")
+        finding = _joints("arm", arm.joint_position)
+        if finding is None and now.hand is not None:
+            finding = _joints("hand", now.hand.joint_position)
+        if finding is not None:
+            return finding
         for i, finger in enumerate(now.fingers):
             if not math.isfinite(sum(finger.wrench)):
                 return Violation(f"wrench of finger {i + 1}", "not finite", "finite numbers")
         return None
+
+
+def _joints(device: str, position: tuple[float, ...]) -> Violation | None:
+    for i, q in enumerate(position):
+        if not -LARGEST_JOINT <= q <= LARGEST_JOINT:
+            limit = f"-{LARGEST_JOINT:g} to {LARGEST_JOINT:g} rad or m"
+            return Violation(f"position of joint {i + 1} of the {device}", f"{q:.6g}", limit)
+    return None
+
+
+def _rotation_error(a: Vector, b: Vector, c: Vector) -> float:
+    """How far rows are from right-handed and orthonormal."""
+    a0, a1, a2 = a
+    b0, b1, b2 = b
+    c0, c1, c2 = c
+    return max(
+        abs(a0 * a0 + a1 * a1 + a2 * a2 - 1.0),
+        abs(b0 * b0 + b1 * b1 + b2 * b2 - 1.0),
+        abs(a0 * b0 + a1 * b1 + a2 * b2),
+        abs(a1 * b2 - a2 * b1 - c0),
+        abs(a2 * b0 - a0 * b2 - c1),
+        abs(a0 * b1 - a1 * b0 - c2),
+    )
 
 
 TOO_MUCH = (HealthCheck.SATURATED, HealthCheck.OVERLOAD_AXIS, HealthCheck.OVERLOAD_COMBINED)

@@ -6,12 +6,12 @@ A new one takes a limit in `palpate.runtime.supervision.limits`, and a measure a
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision.conditions import (
     AtMost,
-    FiniteState,
     FreshSamples,
     HealthySensors,
     InsideJointRange,
     InsideWorkspace,
     MonitoredQuantity,
+    PossibleState,
     SensorsInRange,
 )
 from palpate.runtime.supervision.guard import Guard
@@ -97,7 +97,7 @@ def guards_of(limits: Limits) -> tuple[Guard, ...]:
     out_of_it = (Retract(RELIEF * limits.force), Stop())
     return (
         Guard(FreshSamples(limits.sample_age)),
-        Guard(FiniteState()),
+        Guard(PossibleState()),
         Guard(HealthySensors()),
         Guard(SensorsInRange(), reaction=out_of_it),
         Guard(AtMost(CONTACT_FORCE, limits.force), reaction=out_of_it),

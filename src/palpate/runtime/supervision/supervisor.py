@@ -16,6 +16,7 @@ from palpate.runtime.supervision.command_conditions import (
     CommandedTurn,
     WellFormed,
 )
+from palpate.runtime.supervision.contact_speed_check import ContactSpeedCheck
 from palpate.runtime.supervision.direction_check import DirectionCheck
 from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
 from palpate.runtime.supervision.guard import Guard
@@ -91,6 +92,7 @@ class Supervisor:
         self._since: Observation | None = None
         self._aftermath: Aftermath | None = None
         self._directions, self._motion, self._sliding = DirectionCheck(self._period), MotionCheck(), SlidingCheck()
+        self._contact_speed = ContactSpeedCheck(self.limits)
         self._commanded: Vector = ZERO
 
     @property
@@ -124,11 +126,10 @@ class Supervisor:
     def check(self, now: Observation, command: Command) -> Command:
         """Return the command, or what is done instead."""
         if self.trip is None:
-            for condition in self._command_conditions:
-                finding = condition.broken(command, self._last)
-                if finding is not None:
-                    self._trip(now.time, finding, (Stop(),))
-                    return self.react(now)
+            finding = self._objection(now, command)
+            if finding is not None:
+                self._trip(now.time, finding, (Stop(),))
+                return self.react(now)
             velocity = command.velocity_base_tip
             if type(velocity) is not tuple:  # an array that its owner may fill again
                 x, y, z = velocity
@@ -146,6 +147,13 @@ class Supervisor:
                 )
             return command
         return self.react(now)
+
+    def _objection(self, now: Observation, command: Command) -> Violation | None:
+        for condition in self._command_conditions:
+            finding = condition.broken(command, self._last)
+            if finding is not None:
+                return finding
+        return self._contact_speed.broken(now, command)
 
     def react(self, now: Observation) -> Command:
         """Return what is done after a trip."""

@@ -1,0 +1,80 @@
+"""Whether a robot's own limits keep its force: how hard it presses what it runs into as fast as it may."""
+
+from dataclasses import dataclass
+
+from palpate.controllers import LandingModel, series_stiffness, tracking_delay
+from palpate.controllers.landing import moved_mass
+from palpate.errors import InvalidValueError
+from palpate.runtime import Limits
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_rig import RigEntry
+from palpate.sim.presets import EXPLORE
+
+CONTACT = EXPLORE.law.stiffness
+"""[N/m] Of what it runs into, fingertip and object in series: what experiments assume where nothing is known."""
+
+LARGEST_SHARE = 1.5
+"""Of the force limit, that may be pressed with after all delays."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForce:
+    """How hard a robot presses at its limits.
+
+    Attributes:
+        limits: Of the robot.
+        landing: On a contact of `CONTACT`.
+    """
+
+    limits: Limits
+    landing: LandingModel
+
+    @property
+    def force(self) -> float:
+        """Largest that its limits allow [N]."""
+        return self.landing.largest_force(self.limits.commanded_speed, self.limits.force)
+
+    @property
+    def speed(self) -> float:
+        """Largest near a contact that keeps it to `LARGEST_SHARE` of the force limit [m/s]."""
+        return self.landing.fastest(self.limits.force, LARGEST_SHARE * self.limits.force)
+
+    def check(self) -> None:
+        """Refuse limits that break their own force limit.
+
+        Raises:
+            InvalidValueError: They do.
+        """
+        if self.limits.commanded_speed > self.speed:
+            raise InvalidValueError(
+                f"limits.contact_speed_m_per_s = {self.limits.commanded_speed:.3g}: what is met so fast may be "
+                f"pressed with {self.force:.3g} N (a contact of {CONTACT:g} N/m), more than {LARGEST_SHARE:g} "
+                f"times limits.force_N = {self.limits.force:g}; write at most {_floor(self.speed):g}"
+            )
+
+    def __str__(self) -> str:
+        """One line for a person."""
+        return (
+            f"{self.force:.3g} N, on a contact of {CONTACT:g} N/m that is met with "
+            f"{self.limits.commanded_speed:.3g} m/s; {LARGEST_SHARE:g} times the limit is allowed"
+        )
+
+
+def rig_contact_force(robot: Robot) -> ContactForce | None:
+    """Return that of a rig; None if it has no arm."""
+    entry = robot.file.backend
+    if not isinstance(entry, RigEntry) or entry.arm is None:
+        return None
+    arm = entry.arm
+    landing = LandingModel(
+        series_stiffness(CONTACT, arm.stiffness),
+        tracking_delay(robot.file.period, arm.response),
+        CONTACT,
+        moved_mass(arm.stiffness, arm.response),
+    )
+    return ContactForce(robot.file.limits, landing)
+
+
+def _floor(speed: float) -> float:
+    """Three decimals, rounded down [m/s]."""
+    return int(1e3 * speed) / 1e3
