@@ -52,7 +52,7 @@ class AtMost:
 
 @dataclass(frozen=True, slots=True)
 class FiniteState:
-    """Where the arm is, how fast it moves, its joints and every wrench are finite numbers."""
+    """Where the arm is, how fast it moves, its joints, its force and every wrench are finite numbers."""
 
     def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
@@ -63,6 +63,8 @@ class FiniteState:
         total += sum(arm.angular_velocity_base_tip)
         if not math.isfinite(total):
             return Violation("arm state", "not finite", "finite numbers")
+        if arm.tip_force_base is not None and not math.isfinite(sum(arm.tip_force_base)):
+            return Violation("force that the arm measures", "not finite", "finite numbers")
         if arm.joint_position and not math.isfinite(sum(arm.joint_position)):
             return Violation("joint positions of the arm", "not finite", "finite numbers")
         if now.hand is not None and not math.isfinite(sum(now.hand.joint_position)):
