@@ -1,0 +1,96 @@
+"""A sensor that is dead, whatever it still reports, is found by name, without a sensor file."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.runtime import Supervisor, Touch, run
+from palpate.runtime.replay import ReplayBackend
+from palpate.runtime.result import Ending
+from palpate.runtime.wrapped_backend import WrappedBackend
+from support.regulate_runs import planned
+
+LIMIT, STIFFNESS = 20.0, 20e3
+NOISE, RATIO = 3e-3, 5e-3
+"""Of force [N], and of moments to that [m]."""
+
+
+def _noise(given, last, rng):
+    return tuple(rng.normal(0.0, [NOISE] * 3 + [NOISE * RATIO] * 3).tolist())
+
+
+FAULTS = {
+    "none": lambda given, last, rng: given,
+    "constant": lambda given, last, rng: last,
+    "zeros": lambda given, last, rng: (0.0,) * 6,
+    "noise only": _noise,
+    "one axis": lambda given, last, rng: (*given[:2], last[2], *given[3:]),
+    "a tenth": lambda given, last, rng: tuple(0.1 * x for x in given),
+}
+
+
+class DeadSensor(WrappedBackend):
+    """Reports something else than it feels, from a time on [s]."""
+
+    def __init__(self, backend, fault, since):
+        super().__init__(backend)
+        self.fault, self.since, self.last = FAULTS[fault], since, None
+        self.rng = np.random.default_rng(0)
+
+    def start(self):
+        return self.reported(super().start())
+
+    def step(self, command):
+        return self.reported(super().step(command))
+
+    def reported(self, sample):
+        (given,) = sample.wrenches
+        if self.last is None or sample.time < self.since:
+            self.last = given.wrench
+        shown = given.wrench if sample.time < self.since else self.fault(given.wrench, self.last, self.rng)
+        return replace(sample, wrenches=(replace(given, wrench=shown),))
+
+
+def regulation(robot, noise):
+    return planned(
+        robot=robot, duration=1.0, force_noise=noise, moment_noise=None if noise is None else RATIO * noise
+    )
+
+
+def carried_out(plan, backend, watch=None):
+    observers = () if watch is None else (watch,)
+    touch, supervisor = Touch(*plan.fingers), Supervisor(plan.limits)
+    return run(backend, touch, plan.controller(), supervisor, duration=plan.longest_duration, observers=observers)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+@pytest.mark.parametrize("noise", [None, NOISE], ids=["noiseless", "noisy"])
+def test_a_dead_sensor_cannot_press_harder_than_the_limit_allows(robot, noise):
+    plan = regulation(robot, noise)
+    for since, fault in itertools.product((0.0, 0.5, 1.2), FAULTS):
+        backend, forces, speeds = plan.backend(), [], []
+
+        def watch(sample, now, command, backend=backend, forces=forces, speeds=speeds):
+            forces.append(float(np.linalg.norm(backend.truth().force)))
+            speeds.append(float(np.linalg.norm(sample.arm.velocity_base_tip)))
+
+        result = carried_out(plan, DeadSensor(backend, fault, since), watch)
+        assert max(forces) <= 1.5 * LIMIT + max(speeds) * backend.period * STIFFNESS, (fault, since)
+        if fault == "none":
+            assert result.ending is Ending.DONE
+        elif fault == "noise only":
+            assert "difference of the arm's own force" in result.why or "arm itself measures" in result.why
+        elif noise is not None and fault != "a tenth":
+            assert "not changed" in result.why or "no channel has changed" in result.why
+
+
+def test_a_replay_trips_over_the_same():
+    plan, samples = regulation("stage", NOISE), []
+    backend = DeadSensor(plan.backend(), "noise only", 1.0)
+    first = carried_out(plan, backend, lambda sample, now, command: samples.append(sample))
+    again = carried_out(plan, ReplayBackend(samples, backend.period))
+    assert "difference of the arm's own force" in first.why
+    assert again.trip == first.trip
