@@ -64,7 +64,7 @@ def test_a_dead_or_weak_sensor_is_found_within_the_stated_impulse(gain, rate):
     at, finding = found(own, gain * true)
     excess = np.maximum(0.0, (1.0 - gain - GAIN_ERROR) * true[:, 2] - ACCURACY)
     assert at <= np.flatnonzero(np.cumsum(excess) * PERIOD > LARGEST_IMPULSE)[0] + 1
-    assert "that of the fingertip's sensor" in finding.measure or "arm itself" in finding.measure
+    assert "arm itself measures" in finding.measure
 
 
 def test_the_arm_alone_is_enough_for_the_limit():

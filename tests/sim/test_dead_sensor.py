@@ -82,7 +82,7 @@ def test_a_dead_sensor_cannot_press_harder_than_the_limit_allows(robot, noise):
         if fault == "none":
             assert result.ending is Ending.DONE
         elif fault == "noise only":
-            assert "difference of the arm's own force" in result.why or "arm itself measures" in result.why
+            assert "difference between the contact force" in result.why or "arm itself measures" in result.why
         elif noise is not None and fault != "a tenth":
             assert "not changed" in result.why or "no channel has changed" in result.why
 
@@ -92,5 +92,5 @@ def test_a_replay_trips_over_the_same():
     backend = DeadSensor(plan.backend(), "noise only", 1.0)
     first = carried_out(plan, backend, lambda sample, now, command: samples.append(sample))
     again = carried_out(plan, ReplayBackend(samples, backend.period))
-    assert "difference of the arm's own force" in first.why
+    assert "difference between the contact force" in first.why
     assert again.trip == first.trip
