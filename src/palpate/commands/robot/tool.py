@@ -12,6 +12,7 @@ from palpate.nearest_name import unit_of, without_unit
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import described
+from palpate.robots.second_channel import unchecked_sensors
 from palpate.robots.values import load_named_robot
 from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
@@ -85,6 +86,9 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
         sensor = file or _described(robot, i)
         if sensor is not None:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
+    risk = unchecked_sensors(robot)
+    if risk:
+        sys.stdout.write(f"{risk}\n")
     sys.stdout.write("All in order.\n")
     sensors = [file or _described(robot, i) for i, file in enumerate(robot.sensors)]
     return CommandResult(
@@ -93,6 +97,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
             "file": robot_path(config.robot),
             "robot": msgspec.to_builtins(robot.file),
             "defaults": [name for name, _, given in rows if not given],
+            "risk": risk,
             "sensors": [None if sensor is None else msgspec.to_builtins(sensor) for sensor in sensors],
         },
     )
