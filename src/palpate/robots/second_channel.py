@@ -4,9 +4,7 @@ from palpate.robots.hands import has_hand
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry, UrToolEntry
 
-RISK = (
-    "a reading that is too small, or noise only, is believed, and the robot may press harder than limits.force_N"
-)
+RISK = "a sensor that shows too little is believed, and the robot may press harder than limits.force_N"
 
 
 def unchecked_sensors(robot: Robot) -> str:
