@@ -1,6 +1,6 @@
 """A MuJoCo scene as a back end."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -20,7 +20,7 @@ from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import ZERO
+from palpate.spatial import ZERO, add, rotate, scale
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +44,9 @@ class BackendState:
 
 class MujocoBackend(Closing):
     """Runs a scene: one call of `step` is one control period of simulated time.
+
+    The machine measures the force on its tip without flaws, as with an ideal sensor in its flange, whatever flaws
+    the fingertip's own sensor has.
 
     Every sensor value belongs to the state before the last time step, as MuJoCo computes them; the sample's
     time says so.
@@ -190,5 +193,8 @@ class MujocoBackend(Closing):
     def _sample(self, time: float) -> Sample:
         self._readings_now = s = self._readings.tolist()
         # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
-        load = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11])
-        return Sample(time, self._drive.sample(time, s), (self._sensor.step(time, load, (s[12], s[13], s[14])),))
+        load, acceleration = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11]), (s[12], s[13], s[14])
+        arm = self._drive.sample(time, s)
+        x, y, z = add(load[:3], scale(self.scene.tip.mass, acceleration))
+        arm = replace(arm, tip_force_base=rotate(arm.rotation_base_tip, (x, y, z)))
+        return Sample(time, arm, (self._sensor.step(time, load, acceleration),))

@@ -204,6 +204,12 @@ def test_check_says_every_value_with_its_unit_and_which_are_default(capsys):
         assert re.search(rf"^ +{line}", said, re.MULTILINE), line
 
 
+@pytest.mark.parametrize(("robot", "risky"), [("ur5e-hand", True), ("ur5e-netft", False), ("stage", False)])
+def test_check_says_what_is_risked_without_a_second_channel_of_force(robot, risky, capsys):
+    assert main(["robot", "check", robot]) == 0
+    assert ("No second channel: " in capsys.readouterr().out) is risky
+
+
 def test_a_sensor_file_can_be_shown_too(capsys):
     assert main(["robot", "show", "stage-nano17", "--sensor", "0"]) == 0
     assert "palpate_sensor: 1" in capsys.readouterr().out

@@ -38,6 +38,7 @@ class FramedArm:
     def read(self) -> ArmSample:
         """See `ArmDevice`."""
         own, pose = self._arm.read(), self._pose
+        force = own.tip_force_base
         return ArmSample(
             time=own.time,
             position_base_tip=add(pose.position, rotate(pose.rotation, own.position_base_tip)),
@@ -45,6 +46,7 @@ class FramedArm:
             velocity_base_tip=rotate(pose.rotation, own.velocity_base_tip),
             joint_position=own.joint_position,
             angular_velocity_base_tip=rotate(pose.rotation, own.angular_velocity_base_tip),
+            tip_force_base=None if force is None else rotate(pose.rotation, force),
         )
 
     def move(self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector) -> None:

@@ -18,7 +18,7 @@ from palpate.hw.ur.problems import WORDS, Problem
 from palpate.hw.ur.requests import UrTask
 from palpate.hw.ur.settings import FlangePayload, UrSettings, checked_fraction
 from palpate.hw.ur.support import refuse_unsupported
-from palpate.hw.ur.version import Version
+from palpate.hw.ur.version import Version, has_flange_sensor
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
 from palpate.runtime.data import ArmSample
 from palpate.spatial import Vector
@@ -150,6 +150,7 @@ class UrArm:
         s = self.state()
         x, y, z, rx, ry, rz = s.tool_pose
         vx, vy, vz, wx, wy, wz = s.tool_velocity
+        fx, fy, fz = s.tool_wrench[:3]
         return ArmSample(
             time=s.time,
             position_base_tip=(x, y, z),
@@ -157,6 +158,7 @@ class UrArm:
             velocity_base_tip=(vx, vy, vz),
             joint_position=s.joint_position,
             angular_velocity_base_tip=(wx, wy, wz),
+            tip_force_base=(fx, fy, fz) if has_flange_sensor(self.version) else None,
         )
 
     # How it moves: one of these, once per period

@@ -16,6 +16,14 @@ def cycle_rate(version: Version) -> float:
     return 125.0 if version[0] <= 3 else 500.0
 
 
+def has_flange_sensor(version: Version) -> bool:
+    """Return whether the arm measures the TCP force with a sensor in its flange: e-Series and later.
+
+    A CB3 infers it from motor currents, which no fingertip's sensor can be checked by.
+    """
+    return version[0] >= 5
+
+
 def has_raw_wrench(version: Version) -> bool:
     """Return whether ft_raw_wrench exists: from 5.9 on."""
     return version >= (5, 9)

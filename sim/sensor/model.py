@@ -50,6 +50,11 @@ LARGEST_LATENCY = 1.0
 """[s]. More is a number in milliseconds, as in `palpate.sensing.ft.sensor_file`."""
 
 
+LEAST_DITHER = 0.4
+"""Noise over a digital step. In the middle of a step, 0.79 of all readings then are the same: that all six are so
+for 20 samples, by which a dead sensor is known (`palpate.sensing.ft.health`), happens once in 1e12."""
+
+
 @dataclass(frozen=True, slots=True)
 class SensorModel:
     """A force/torque sensor with its imperfections; by itself a perfect one.
@@ -126,6 +131,15 @@ class SensorModel:
         """
         waiting = 0.0 if self.clock is None else 0.5 / self.clock.rate
         return self.lag + self.latency + waiting
+
+    @property
+    def dithering(self) -> Wrench:
+        """Noise that changes a reading all the time, per axis [N, N m]; 0 where digital steps are too coarse."""
+        noise = NO_BIAS if self.noise is None else self.noise.sd
+        steps = NO_BIAS if self.quantisation is None else self.quantisation.step
+        pairs = zip(noise, steps, strict=True)
+        a, b, c, d, e, f = (sd if sd >= LEAST_DITHER * step else 0.0 for sd, step in pairs)
+        return (a, b, c, d, e, f)
 
     @property
     def noise_sd(self) -> Wrench:

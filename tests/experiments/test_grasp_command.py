@@ -292,6 +292,9 @@ class Failing:
     def surface(self):
         return self._finger.surface
 
+    def stillness(self):
+        return self._finger.stillness()
+
     def pipeline(self):
         return _FailingPipeline(self._finger.pipeline(), self._since, self._broken, self._periods)
 

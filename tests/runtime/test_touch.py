@@ -11,6 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.contact import ContactStatus
+from palpate.sensing.ft.health import FROZEN_SAMPLES, STUCK_SAMPLES, HealthCheck
 from palpate.surfaces import Sphere
 from runtime.puppets import PUSH, sample, touch
 
@@ -98,3 +99,35 @@ def test_the_observation_carries_the_compensated_wrench():
     assert observed.fingers[0].wrench == pytest.approx((0.0, 0.0, 2.0, 0.0, 0.0, 0.0), abs=1e-12)
     assert observed.fingers[0].contact.normal_force == pytest.approx(2.0)
     assert observed.fingers[0].contact.centroid == pytest.approx([0.0, 0.0, -0.01])
+
+
+NOISY = Finger(Sphere(0.01), noise=(1e-3,) * 6)
+
+
+def verdict_on(finger, readings, repeats=1):
+    """Return the verdict on the last of some readings, a millisecond apart, each read several times."""
+    hand = Touch(finger)
+    for i, reading in enumerate(readings):
+        for _ in range(repeats):
+            now = hand.sense(sample(1e-3 * i, tuple(reading)))
+    return now.fingers[0].health.measure
+
+
+@settings(max_examples=20)
+@given(st.lists(st.integers(0, 5), max_size=5, unique=True), st.floats(-5.0, 5.0))
+def test_channels_of_a_noisy_sensor_that_stand_still_are_found_without_a_file(alive, value):
+    readings = np.full((STUCK_SAMPLES, 6), value)
+    readings[:, alive] += np.random.default_rng(0).normal(0.0, 1e-3, (STUCK_SAMPLES, len(alive)))
+    assert verdict_on(NOISY, readings) is (HealthCheck.STUCK if alive else HealthCheck.FROZEN)
+    assert verdict_on(NOISY, readings[: STUCK_SAMPLES - 1]) is (
+        HealthCheck.HEALTHY if alive else HealthCheck.FROZEN
+    )
+
+
+def test_a_slow_device_that_repeats_itself_is_not_frozen():
+    readings = np.random.default_rng(0).normal(0.0, 1e-3, (5, 6))
+    assert verdict_on(NOISY, readings, repeats=10 * FROZEN_SAMPLES) is HealthCheck.HEALTHY
+
+
+def test_an_ideal_sensor_may_stand_still():
+    assert verdict_on(Finger(Sphere(0.01)), np.zeros((2 * STUCK_SAMPLES, 6))) is HealthCheck.HEALTHY

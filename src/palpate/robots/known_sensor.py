@@ -33,10 +33,6 @@ SAME_DEVICE_RATE = 0.05
 SAME_DELAY = 0.1
 """Of the delay, or of the control period: less makes no difference to force control."""
 
-LEAST_DITHER = 0.4
-"""Noise over a digital step. In the middle of a step, 0.79 of all readings then are the same: that all six are so
-for 20 samples, by which a dead sensor is known (`palpate.sensing.ft.health`), happens once in 1e12."""
-
 
 def known_sensor(
     finger: FingerEntry, file: SensorFile | None, sensor: SeededSensor, period: float
@@ -155,10 +151,9 @@ def _check_clock(file: SensorFile, model: SensorModel) -> None:
 
 def _check_alive(where: str, model: SensorModel, file: SensorFile | None = None) -> None:
     """Refuse readings that never change: they are taken for those of a dead sensor."""
-    noise = (0.0,) * 6 if model.noise is None else model.noise.sd
-    steps = (0.0,) * 6 if model.quantisation is None else model.quantisation.step
-    if all(sd > 0.0 and sd >= LEAST_DITHER * step for sd, step in zip(noise, steps, strict=True)):
+    if min(model.dithering) > 0.0:
         return
+    steps = (0.0,) * 6 if model.quantisation is None else model.quantisation.step
     enough = file.noise if file is not None else steps
     raise InvalidValueError(
         f"{where}: a reading that never changes is taken for a dead sensor; give the simulated one some noise: "

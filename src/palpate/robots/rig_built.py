@@ -12,7 +12,14 @@ from palpate.hw.ur import UrArm
 from palpate.kinematics.hand import HandKinematics
 from palpate.robots.entry import entry_of
 from palpate.robots.rig_sensors import finger_sensor
-from palpate.robots.rig_settings import hand_geometry, hand_settings, payload_of, pose_of, ur_settings
+from palpate.robots.rig_settings import (
+    hand_geometry,
+    hand_settings,
+    noise_of_finger,
+    payload_of,
+    pose_of,
+    ur_settings,
+)
 from palpate.robots.simulated_stage import RobotInScene, Task, surface_of_tip
 from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
 from palpate.runtime.robot import Robot
@@ -163,5 +170,5 @@ def described_finger(robot: Robot, i: int, surface: Surface, touch_force: float)
     """
     sensor = robot.sensors[i]
     if sensor is None:
-        return Finger(surface, payload_of(robot, i), touch_force, touch_force / 2.0)
+        return Finger(surface, payload_of(robot, i), touch_force, touch_force / 2.0, noise_of_finger(robot, i))
     return SensorFinger(surface, sensor)

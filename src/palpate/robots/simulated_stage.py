@@ -174,7 +174,8 @@ def on_a_carrier(
     described: FingerDescription
     if sensor is None:
         touch_force = task.touch_force
-        described = Finger(sensed, SensorPayload(tip.mass, tip.center_of_mass), touch_force, touch_force / 2.0)
+        payload, noise = SensorPayload(tip.mass, tip.center_of_mass), task.sensor.model.dithering
+        described = Finger(sensed, payload, touch_force, touch_force / 2.0, noise)
     else:
         touch_force = sensor.contact.touch_force
         described = SensorFinger(sensed, sensor)

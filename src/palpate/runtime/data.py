@@ -26,6 +26,9 @@ class ArmSample:
         velocity_base_tip: Velocity of the tip frame's origin in base coordinates [m/s].
         joint_position: Of each joint [rad, or m if it slides]; empty if the arm does not tell.
         angular_velocity_base_tip: Of the tip frame, in base coordinates [rad/s].
+        tip_force_base: What the surroundings exert on all that the flange carries, in base coordinates, weight
+            taken off [N], as the arm itself measures it with a sensor in its flange or its motors: a second
+            channel beside the fingertip's sensor. None if the arm does not report it.
     """
 
     time: float
@@ -34,6 +37,7 @@ class ArmSample:
     velocity_base_tip: Vector
     joint_position: tuple[float, ...] = ()
     angular_velocity_base_tip: Vector = ZERO
+    tip_force_base: Vector | None = None
 
 
 @dataclass(frozen=True, slots=True)

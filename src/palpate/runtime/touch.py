@@ -1,5 +1,6 @@
 """From samples to observations: touch's estimate from what the devices reported."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -7,15 +8,18 @@ from typing import Protocol
 import numpy as np
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.data import FingerObservation, Observation, Sample
+from palpate.runtime.data import FingerObservation, Observation, Sample, WrenchSample
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.contact import ContactStatus
-from palpate.sensing.ft.health import HEALTHY
+from palpate.sensing.ft.health import HEALTHY, SampleHealth, StillnessWatch
 from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.touch_detector import ContactDetector
 from palpate.sensing.solver import Surface, contact_from_wrench
 from palpate.spatial import Vector, Wrench, norm
+
+NOISELESS: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Of an ideal sensor [N, N m]."""
 
 
 class WrenchPipeline(Protocol):
@@ -45,6 +49,10 @@ class FingerDescription(Protocol):
 
     def pipeline(self) -> WrenchPipeline:
         """Return a fresh pipeline for its sensor."""
+        ...
+
+    def stillness(self) -> StillnessWatch | None:
+        """Return what finds that its readings have ceased to change; None if they may, or if the pipeline does."""
         ...
 
 
@@ -80,12 +88,15 @@ class Finger:
         payload: What the sensor carries; its weight and inertia are taken off.
         touch_force: A force above this [N] is a touch,
         release_force: and the touch ends below this [N].
+        noise: Standard deviation of a reading of each axis [N, N m]. A sensor with noise on all of them never
+            repeats itself for long, unless it is dead; without, as in simulation, it may.
     """
 
     surface: Surface
     payload: SensorPayload = field(default_factory=SensorPayload)
     touch_force: float = 0.2
     release_force: float = 0.1
+    noise: Wrench = NOISELESS
 
     def __post_init__(self) -> None:
         self.pipeline()  # refuses thresholds that cannot be
@@ -93,6 +104,10 @@ class Finger:
     def pipeline(self) -> WrenchPipeline:
         """See `FingerDescription`."""
         return PlainPipeline(self.payload, self.touch_force, self.release_force)
+
+    def stillness(self) -> StillnessWatch | None:
+        """See `FingerDescription`."""
+        return StillnessWatch() if min(self.noise) > 0.0 else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +126,27 @@ class SensorFinger:
         """See `FingerDescription`."""
         return FTPipeline(self.sensor)
 
+    def stillness(self) -> StillnessWatch | None:
+        """See `FingerDescription`: the pipeline finds it, by the rates in the file."""
+        return None
+
+
+class _Stamped:
+    """Watches the readings of one finger that have a new time stamp: a slow device's are read more than once."""
+
+    def __init__(self, watch: StillnessWatch) -> None:
+        self._watch = watch
+        self.restart()
+
+    def restart(self) -> None:
+        self._watch.restart()
+        self._time, self._health = -math.inf, HEALTHY
+
+    def step(self, given: WrenchSample) -> SampleHealth:
+        if given.time != self._time:
+            self._time, self._health = given.time, self._watch.step(given.wrench)
+        return self._health
+
 
 class Touch:
     """Senses with one or more fingers; all that it remembers is in their pipelines."""
@@ -125,6 +161,8 @@ class Touch:
             raise InvalidValueError("Touch() has no finger: give at least one")
         self.fingers = fingers
         self._pipelines = tuple(finger.pipeline() for finger in fingers)
+        watches = [finger.stillness() for finger in fingers]
+        self._watches = tuple(None if watch is None else _Stamped(watch) for watch in watches)
         for finger in fingers:  # compile what is not yet compiled: never in the loop
             contact_from_wrench(finger.surface, np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
 
@@ -137,6 +175,9 @@ class Touch:
         """Forget all samples so far."""
         for pipeline in self._pipelines:
             pipeline.restart()
+        for watch in self._watches:
+            if watch is not None:
+                watch.restart()
 
     def sense(self, sample: Sample) -> Observation:
         """Return what the sample means.
@@ -149,8 +190,12 @@ class Touch:
                 f"the sample has {len(sample.wrenches)} wrenches: there are {len(self.fingers)} fingers"
             )
         observed = []
-        for finger, pipeline, given in zip(self.fingers, self._pipelines, sample.wrenches, strict=True):
+        for finger, pipeline, watch, given in zip(
+            self.fingers, self._pipelines, self._watches, sample.wrenches, strict=True
+        ):
             wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
+            if watch is not None and health is HEALTHY:
+                health = watch.step(given)
             contact = contact_from_wrench(finger.surface, np.array(wrench))
             touching = touching and contact.status is ContactStatus.OK
             observed.append(FingerObservation(given.time, wrench, contact, touching, health))

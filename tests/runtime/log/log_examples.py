@@ -24,7 +24,8 @@ from palpate.sensing.ft.health import HEALTHY, HealthCheck, SampleHealth
 PERIOD = 1e-3
 ONE_FINGER = Layout(6, None, (6,), 2)
 SMALL = Layout(0, None, (1,), 2)
-TWO_FINGERS_AND_A_HAND = Layout(7, 3, (6, 16), 3)
+TWO_FINGERS_AND_A_HAND = Layout(7, 3, (6, 16), 3, tip_force=True)
+FEELING = Layout(6, None, (6,), 2, tip_force=True)
 
 
 def any_bits(rng, count):
@@ -47,6 +48,8 @@ def one_period(rng, layout, time):
 
     rotation = (numbers(3), numbers(3), numbers(3))
     arm = ArmSample(numbers(1)[0], numbers(3), rotation, numbers(3), numbers(layout.joints))
+    if layout.tip_force:
+        arm = dataclasses.replace(arm, tip_force_base=numbers(3))
     hand = None if layout.hand_joints is None else HandSample(numbers(1)[0], numbers(layout.hand_joints))
     wrenches = tuple(WrenchSample(numbers(1)[0], numbers(channels), numbers(3)) for channels in layout.channels)
     sample = Sample(time, arm, wrenches, hand)

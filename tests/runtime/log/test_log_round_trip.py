@@ -16,7 +16,17 @@ from palpate.runtime.data import Phase
 from palpate.runtime.log import Change, Event, Layout, Level, LogWriter, MemoryLog, Recorder, read_log
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.ft.health import HealthCheck
-from runtime.log.log_examples import ONE_FINGER, PERIOD, SMALL, TWO_FINGERS_AND_A_HAND, a_run, bits, feed, write
+from runtime.log.log_examples import (
+    FEELING,
+    ONE_FINGER,
+    PERIOD,
+    SMALL,
+    TWO_FINGERS_AND_A_HAND,
+    a_run,
+    bits,
+    feed,
+    write,
+)
 
 
 @st.composite
@@ -44,7 +54,7 @@ def test_samples_and_commands_come_back_bit_for_bit(layout, seed, count, start):
         assert bits(command) == bits(period[2])
 
 
-@pytest.mark.parametrize("layout", [ONE_FINGER, SMALL, TWO_FINGERS_AND_A_HAND])
+@pytest.mark.parametrize("layout", [ONE_FINGER, FEELING, SMALL, TWO_FINGERS_AND_A_HAND])
 def test_what_touch_made_of_it_comes_back_too(layout, tmp_path):
     periods = a_run(300, layout)
     write(tmp_path / "a.mcap", periods)

@@ -12,6 +12,7 @@ from palpate.nearest_name import unit_of, without_unit
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import check, contact_force
 from palpate.robots.known_sensor import described
+from palpate.robots.second_channel import unchecked_sensors
 from palpate.robots.values import load_named_robot
 from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
@@ -88,6 +89,9 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
     pressed = contact_force(robot)
     if pressed is not None:
         sys.stdout.write(f"  largest force at these limits: {pressed}\n")
+    risk = unchecked_sensors(robot)
+    if risk:
+        sys.stdout.write(f"{risk}\n")
     sys.stdout.write("All in order.\n")
     sensors = [file or _described(robot, i) for i, file in enumerate(robot.sensors)]
     return CommandResult(
@@ -97,6 +101,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
             "robot": msgspec.to_builtins(robot.file),
             "defaults": [name for name, _, given in rows if not given],
             "largest_force_N": None if pressed is None else pressed.force,
+            "risk": risk,
             "sensors": [None if sensor is None else msgspec.to_builtins(sensor) for sensor in sensors],
         },
     )

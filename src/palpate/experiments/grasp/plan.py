@@ -31,7 +31,7 @@ from palpate.experiments.grasp.felt import GraspFeltRecorder
 from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
-from palpate.experiments.grasp.scene import PullTimes, pull_times, task_of
+from palpate.experiments.grasp.scene import PullTimes, pull_times, sensor_of, task_of
 from palpate.experiments.grasp.strength import LARGEST_GRIP, cautious_surface, check_weight, taking_up_time
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface, with_surface
 from palpate.experiments.grasp.truth import GraspTruthRecorder
@@ -48,7 +48,7 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.reporting.data import KeyFigure
 from palpate.robots.hand_task import HandTask
 from palpate.robots.hands import HandDescription, hand_backend
-from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime import Backend, Finger, FingerDescription, Limits
 from palpate.runtime.robot import Robot
 from palpate.runtime.truth import TruthSource
 from palpate.spatial import ZERO, Vector
@@ -108,7 +108,12 @@ class GraspPlan(PlanDefaults):
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
         """For touch, one per finger."""
-        return self.hand.fingers
+        if self.hand.real:
+            return self.hand.fingers
+        noise = sensor_of(self.config).model.dithering
+        return tuple(
+            replace(each, noise=noise) if isinstance(each, Finger) else each for each in self.hand.fingers
+        )
 
     @property
     def period(self) -> float:

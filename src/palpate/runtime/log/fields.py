@@ -95,7 +95,7 @@ class Codes:
 
 def period_groups(layout: Layout, codes: Codes) -> tuple[LogGroup, ...]:
     """Return all quantities of a period, in the order of rows and messages."""
-    groups = [_group("", "", _number("time", "s", "of the period, on the back end's clock")), _arm(layout.joints)]
+    groups = [_group("", "", _number("time", "s", "of the period, on the back end's clock")), _arm(layout)]
     if layout.hand_joints is not None:
         groups.append(_hand(layout.hand_joints))
     groups += [_finger(index, channels, codes) for index, channels in enumerate(layout.channels)]
@@ -126,7 +126,8 @@ def path_of(group: LogGroup, quantity: LogField) -> str:
     return f"{group.name}.{quantity.name}" if group.name else quantity.name
 
 
-def _arm(joints: int) -> LogGroup:
+def _arm(layout: Layout) -> LogGroup:
+    force = _vector("tip_force", "N", "of the surroundings on what the flange carries, as the arm measures it")
     return _group(
         "arm",
         "palpate/Arm",
@@ -135,7 +136,8 @@ def _arm(joints: int) -> LogGroup:
         _array("rotation", tuple(f"{i}{j}" for i in range(3) for j in range(3)), "", "tip to base, row by row"),
         _vector("velocity", "m/s", "of the tip frame's origin in base coordinates"),
         _vector("angular_velocity", "rad/s", "of the tip frame in base coordinates"),
-        *_joints(joints),
+        *_joints(layout.joints),
+        *((force,) if layout.tip_force else ()),
     )
 
 

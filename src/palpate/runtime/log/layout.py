@@ -26,6 +26,7 @@ class Layout:
         grips: Largest number of grip forces in a command.
         finger_velocities: Number of finger velocities in a command that has any; 0: none has.
         truth: Names of the numbers that a simulation tells of the truth; none on a robot.
+        tip_force: Whether the arm reports the force on what it carries.
     """
 
     joints: int
@@ -34,6 +35,7 @@ class Layout:
     grips: int
     finger_velocities: int = 0
     truth: tuple[str, ...] = ()
+    tip_force: bool = False
 
     def __post_init__(self) -> None:
         counts = (
@@ -65,4 +67,5 @@ class Layout:
             grips=max(FEWEST_GRIPS, fingers, hand_joints or 0),
             finger_velocities=fingers if sideways else 0,
             truth=truth,
+            tip_force=sample.arm.tip_force_base is not None,
         )

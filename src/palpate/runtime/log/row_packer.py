@@ -68,6 +68,7 @@ def one_finger_packer(layout: Layout) -> Pack:
     row = _struct(*period_groups(layout, Codes()))
     pack_row, size = row.pack_into, row.size
     (channels,) = layout.channels
+    has_force = layout.tip_force
     phases, measures, healthy, healthy_number = _PHASES, _MEASURES, HEALTHY, _HEALTHY
     grips_of, no_grip = _padder("grip forces", layout.grips), _nothing(layout.grips)
 
@@ -86,6 +87,8 @@ def one_finger_packer(layout: Layout) -> Pack:
         # one joint too few must not go unnoticed for one channel too many; the rest is up to the struct
         if len(given.wrench) != channels or sample.hand is not None or command.finger_velocity is not None:
             raise ValueError("channels, a hand or its fingers' velocities came or went")
+        if (arm.tip_force_base is None) is has_force:
+            raise ValueError("the arm's own force came or went")
         x, y, z = arm.rotation_base_tip
         pack_row(
             block,
@@ -99,6 +102,7 @@ def one_finger_packer(layout: Layout) -> Pack:
             *arm.velocity_base_tip,
             *arm.angular_velocity_base_tip,
             *arm.joint_position,
+            *(arm.tip_force_base or ()),
             given.time,
             *given.wrench,
             *given.acceleration,
@@ -127,7 +131,7 @@ def one_finger_packer(layout: Layout) -> Pack:
 def any_packer(layout: Layout) -> Pack:
     """Return what packs periods with any number of fingers, and a hand: each group has a struct of its own."""
     groups = period_groups(layout, Codes())
-    has_hand = layout.hand_joints is not None
+    has_hand, has_force = layout.hand_joints is not None, layout.tip_force
     arm, hand, after = _struct(*groups[:2]), _struct(groups[2]), _struct(*groups[-2:])
     pack_arm, arm_size = arm.pack_into, arm.size
     pack_after, after_size = after.pack_into, after.size
@@ -153,6 +157,8 @@ def any_packer(layout: Layout) -> Pack:
         lateness: float,
     ) -> int:
         state = sample.arm
+        if (state.tip_force_base is None) is has_force:
+            raise ValueError("the arm's own force came or went")
         x, y, z = state.rotation_base_tip
         pack_arm(
             block,
@@ -166,6 +172,7 @@ def any_packer(layout: Layout) -> Pack:
             *state.velocity_base_tip,
             *state.angular_velocity_base_tip,
             *state.joint_position,
+            *(state.tip_force_base or ()),
         )
         place += arm_size
         if has_hand or sample.hand is not None:

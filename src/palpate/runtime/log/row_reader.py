@@ -19,6 +19,7 @@ def samples_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Sample]:
     time, arm_time = at["time"].start, at["arm.time"].start
     position, velocity, rotation = at["arm.position"], at["arm.velocity"], at["arm.rotation"]
     turning = at["arm.angular_velocity"]
+    force = at.get("arm.tip_force")
     joints, hand_joints = at.get("arm.joint_position", _NOTHING), at.get("hand.joint_position", _NOTHING)
     hand_time = at["hand.time"].start if layout.hand_joints is not None else None
     fingers = [
@@ -36,6 +37,7 @@ def samples_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Sample]:
                 _vector(row[velocity]),
                 tuple(row[joints]),
                 _vector(row[turning]),
+                None if force is None else _vector(row[force]),
             ),
             tuple(
                 WrenchSample(row[when], tuple(row[reading]), _vector(row[acceleration]))

@@ -59,7 +59,7 @@ ROTATION_TOLERANCE = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class PossibleState:
-    """Where the arm is, how fast it moves, its joints and every wrench are finite numbers, and can be at all."""
+    """Where the arm is, how fast it moves, its joints, its force and every wrench are finite numbers, and can be."""
 
     def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
@@ -79,6 +79,8 @@ class PossibleState:
             finding = _joints("hand", now.hand.joint_position)
         if finding is not None:
             return finding
+        if arm.tip_force_base is not None and not math.isfinite(sum(arm.tip_force_base)):
+            return Violation("force that the arm measures", "not finite", "finite numbers")
         for i, finger in enumerate(now.fingers):
             if not math.isfinite(sum(finger.wrench)):
                 return Violation(f"wrench of finger {i + 1}", "not finite", "finite numbers")

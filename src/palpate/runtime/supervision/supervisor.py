@@ -19,6 +19,7 @@ from palpate.runtime.supervision.command_conditions import (
 from palpate.runtime.supervision.contact_speed_check import ContactSpeedCheck
 from palpate.runtime.supervision.direction_check import DirectionCheck
 from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
+from palpate.runtime.supervision.force_comparison import ForceComparison
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.motion_check import MotionCheck
@@ -93,6 +94,7 @@ class Supervisor:
         self._aftermath: Aftermath | None = None
         self._directions, self._motion, self._sliding = DirectionCheck(self._period), MotionCheck(), SlidingCheck()
         self._contact_speed = ContactSpeedCheck(self.limits)
+        self._forces = ForceComparison(self.limits.force)
         self._commanded: Vector = ZERO
 
     @property
@@ -117,6 +119,7 @@ class Supervisor:
         finding = (
             self._motion.broken(now, before)
             or self._directions.first_contact(now, self._last)
+            or self._forces.broken(now, before)
             or self._sliding.broken(now)
         )
         if finding is not None:

@@ -1,0 +1,20 @@
+"""What a robot risks whose fingertip's sensor nothing else can be compared with."""
+
+from palpate.robots.hands import has_hand
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_rig import RigEntry, UrToolEntry
+
+RISK = "a sensor that shows too little is believed, and the robot may press harder than limits.force_N"
+
+
+def unchecked_sensors(robot: Robot) -> str:
+    """Return in one sentence what is risked, and why; empty where the arm itself measures the force as well."""
+    if has_hand(robot):
+        why = "the force of each finger is measured by its own sensor alone"
+    elif isinstance(robot.file.backend, RigEntry) and robot.file.backend.arm is None:
+        why = "no arm measures the force as well"
+    elif any(isinstance(finger.sensor_device, UrToolEntry) for finger in robot.file.fingers):
+        why = "the arm's sensor is the fingertip's sensor, too"
+    else:
+        return ""
+    return f"No second channel: {why}; {RISK}."
