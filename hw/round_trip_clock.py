@@ -3,8 +3,8 @@
 A sample that carries an echo of what was sent to the device was taken after that was sent. Samples are numbered by
 the device's own clock or counter, so what one of them proves holds for its neighbours too: one that is so many
 counts later was taken later by as many of the shortest counts at least. How long a count lasts is itself measured
-between round trips. Delays, however they creep, make a stamp older, never younger (Marzullo & Owicki 1983, Maintaining the
-time in a distributed system, PODC: the earlier end of their interval).
+between round trips. Delays, however they creep, make a stamp older, never younger (Marzullo & Owicki 1983,
+Maintaining the time in a distributed system, PODC: the earlier end of their interval).
 """
 
 import math
@@ -46,6 +46,7 @@ class RoundTripClock:
 
     def __init__(self) -> None:
         self._last = -math.inf
+        self._shortest = self._longest = 0.0  # [s] that a count may last
         self.restart()
 
     @property
@@ -53,11 +54,15 @@ class RoundTripClock:
         """Whether there has been a round trip since the counter began."""
         return bool(self._trips)
 
+    @property
+    def paced(self) -> bool:
+        """Whether stamps also advance between round trips: once there have been two."""
+        return self.proven and self._shortest > 0.0
+
     def restart(self) -> None:
-        """Forget all round trips: the device counts anew."""
+        """Forget all round trips, but not how long a count lasts: the device counts anew."""
         self._trips: deque[RoundTrip] = deque(maxlen=KEPT)
         self._count, self._bound = 0.0, -math.inf
-        self._shortest = self._longest = 0.0  # [s] that a count may last
 
     def prove(self, trips: Iterable[RoundTrip]) -> None:
         """Take round trips, oldest first."""
@@ -73,7 +78,12 @@ class RoundTripClock:
         """
         ahead = count - self._count
         elapsed = min(ahead * self._shortest, HOLDS) if ahead >= 0.0 else ahead * self._longest
-        self._last = time = min(seen, max(self._bound + elapsed, self._last + _STEP))
+        time = self._bound + elapsed
+        if time > seen:  # the counter has jumped: only the newest round trip can be of after that
+            newest = self._trips[-1]
+            self._trips = deque((newest,), KEPT)
+            self._bound = time = newest.sent
+        self._last = time = min(seen, max(time, self._last + _STEP))
         return time
 
     def _take(self, trip: RoundTrip) -> None:

@@ -54,13 +54,11 @@ def test_readings_are_si_whatever_the_units_of_the_box(units: tuple[int, int]) -
         assert ft.read().healthy
 
 
-def test_readings_advance_and_are_stamped_by_the_rate_at_which_the_box_samples() -> None:
-    """Not that of its records; how good stamps are is shown in test_wire_sample_clock.py."""
+def test_readings_advance_and_their_stamps_too() -> None:
     with started(emulated()) as ft:
         times: list[float] = []
         until(lambda: times.append(ft.read().time) or len(set(times)) > 50)
         assert times == sorted(times)
-        until(lambda: ft.counter_rate == pytest.approx(7000.0, rel=0.1))
 
 
 def test_raw_counts_pass_for_a_sensor_file_that_calibrates() -> None:
