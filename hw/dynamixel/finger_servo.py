@@ -26,8 +26,8 @@ STATE_LENGTH = _STATE.size
 
 LENGTHS = 8
 """How many lengths of reads take turns when replies fail, so that a late reply is recognised by its length. One
-that is late by this many exchanges is not: keep `silence` below that. The XL330 has 20 indirect addresses, 13 of
-which hold the state."""
+that is late by this many exchanges is not: after as many failures nothing is read until a new start. The XL330 has
+20 indirect addresses, 13 of which hold the state."""
 
 
 @dataclass(frozen=True, slots=True)

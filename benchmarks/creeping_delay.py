@@ -1,0 +1,210 @@
+"""How late a delay is noticed that creeps: a buffer on the line that fills, while records go on arriving.
+
+    python benchmarks/creeping_delay.py [--device ur netft bota resense dynamixel] [--quiet 60]
+
+Each device's own client talks to its emulator through a line that holds back what the device sends, by 5 to 500
+ms more every second (`wired/delayed.py`): real sockets and terminals, the real ur_rtde and dynamixel_sdk. The line
+knows how old the newest is that it has passed on: the true age, but for the time from the device to the line. A loop
+of 2 ms judges the samples' own time stamps. Shown are by how much the true age is over its limit when the loop
+notices (negative: it notices before), and how long after that was. Then, without creeping, delays jitter from 0 to
+20 ms: alarms are counted for as long as the true age itself is below the limit. A Dynamixel hand refuses replies
+later than 6 ms by itself.
+"""
+
+import argparse
+import random
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic, sleep
+
+from rich.console import Console
+from rich.table import Table
+from wired.delayed import DelayedLine
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.dynamixel.hand import DynamixelHand
+from palpate.hw.dynamixel.registers import XL330
+from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
+from palpate.hw.emulators.dynamixel.bus import DynamixelBus
+from palpate.hw.emulators.dynamixel.servo import EmulatedServo
+from palpate.hw.emulators.host import Host
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer
+from palpate.hw.emulators.process import EmulatorProcess
+from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
+from palpate.hw.emulators.simple_plant import SimplePlant
+from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.ur import SimpleUr
+from palpate.hw.ft_stream import StreamedSensor, StreamSettings
+from palpate.hw.netft import NetFt, NetFtSettings, Scales
+from palpate.hw.serial_ft import Bota, Resense, SerialSensor
+from palpate.hw.ur import UrArm, UrSettings
+from palpate.sim.hand.finger import SlideFinger
+
+RATES = (0.005, 0.02, 0.08, 0.2, 0.5)
+PERIOD = 2e-3
+PATIENCE = 5.0
+"""[s] for which devices themselves accept silence: the loop here judges age."""
+
+QUIET = (1e-3,) * 6
+STREAM = StreamSettings(QUIET, silent_after=PATIENCE, ask_again_after=PATIENCE, start_within=20.0)
+UR, CONTROLLER = "127.0.9.4", "127.0.9.5"
+BOX_PORT = 49207
+
+Age = Callable[[], float]
+
+
+@contextmanager
+def ur() -> Iterator[tuple[DelayedLine, Age]]:
+    with EmulatorProcess(SimpleUr(CONTROLLER)), DelayedLine() as line:
+        line.connections(UR, CONTROLLER, (30004, 30003, 29999))
+        with UrArm(UR, UrSettings(stale_after=PATIENCE, watchdog=1.0)) as arm:
+            yield line, lambda: monotonic() - arm.read().time
+
+
+def box() -> Host:
+    return Host(SimplePlant(), [NetFtServer(BoxSettings(rdt_port=BOX_PORT, calibration_port=0))])
+
+
+@contextmanager
+def netft() -> Iterator[tuple[DelayedLine, Age]]:
+    with EmulatorProcess(box), DelayedLine() as line:
+        port = line.datagrams(("127.0.0.1", BOX_PORT))
+        yield line, streamed(NetFt("127.0.0.1", NetFtSettings(STREAM, Scales(1e-6, 1e-6), rdt_port=port)))
+
+
+def bota_host() -> Host:
+    return Host(SimplePlant(), [BotaServer()])
+
+
+def resense_host() -> Host:
+    return Host(SimplePlant(), [ResenseServer()])
+
+
+@contextmanager
+def bota() -> Iterator[tuple[DelayedLine, Age]]:
+    with EmulatorProcess(bota_host) as emulator, DelayedLine() as line:
+        (path,) = emulator.addresses.values()
+        yield line, streamed(SerialSensor(line.terminal(path, Bota.baud), Bota(), STREAM))
+
+
+@contextmanager
+def resense() -> Iterator[tuple[DelayedLine, Age]]:
+    with EmulatorProcess(resense_host) as emulator, DelayedLine() as line:
+        (path,) = emulator.addresses.values()
+        make = Resense((12.0, 12.0, 17.0), (0.12, 0.12, 0.12))
+        yield line, streamed(SerialSensor(line.terminal(path, make.baud), make, STREAM))
+
+
+def streamed(sensor: StreamedSensor) -> Age:
+    sensor.start()
+    sleep(20.0)  # until a clock without echoes is known
+    return lambda: monotonic() - sensor.read().time
+
+
+def bus_host() -> Host:
+    bus = DynamixelBus([EmulatedServo(XL330, 1)])
+    return Host(SimplePlant(servos=(SimpleServo(),)), [bus], hand=bus)
+
+
+@contextmanager
+def dynamixel() -> Iterator[tuple[DelayedLine, Age]]:
+    with EmulatorProcess(bus_host) as emulator, DelayedLine() as line:
+        (path,) = emulator.addresses.values()
+        settings = HandSettings((ServoCalibration(1),), SlideFinger(pinion=0.02), 0.04, 0.0, watchdog=0.0)
+        hand = DynamixelHand(line.terminal(path, settings.baud_rate), settings)
+
+        def age() -> float:
+            try:
+                return monotonic() - hand.read().time
+            except DeviceError:  # noticed; for the next rate
+                line.creep(0.0)
+                sleep(0.2)
+                hand.start()
+                raise
+
+        hand.start()
+        yield line, age
+
+
+DEVICES = {"ur": ur, "netft": netft, "bota": bota, "resense": resense, "dynamixel": dynamixel}
+
+
+def is_old(age: Age, limit: float) -> bool:
+    try:
+        return age() > limit
+    except DeviceError:
+        return True
+
+
+def noticed(line: DelayedLine, age: Age, rate: float, limit: float) -> tuple[float, float]:
+    """Return by how much the true age was over the limit when the loop noticed [s], and how long after [s]."""
+    passed = float("inf")
+    line.creep(rate)
+    while True:
+        old = is_old(age, limit)
+        now = monotonic()
+        true = now - line.released  # after the look: what was looked at is as old as this at least
+        if true > limit:
+            passed = min(passed, now)
+        if old:
+            break
+        sleep(PERIOD)
+    line.creep(0.0)
+    until_young(age, limit)
+    return true - limit, max(0.0, now - passed)
+
+
+def until_young(age: Age, limit: float) -> None:
+    deadline = monotonic() + 10.0
+    while monotonic() < deadline:
+        sleep(0.5)
+        if not any(is_old(age, limit) for _ in range(20)):
+            return
+    raise SystemExit("its samples stay old without a delay")
+
+
+def false_alarms(line: DelayedLine, age: Age, seconds: float, limit: float) -> tuple[int, int]:
+    """Return how often a sample was called old that was not, and of how many."""
+    draw = random.Random(1)
+    line.vary(lambda came: 0.02 * random.Random(came).random())
+    alarms = looks = 0
+    end = monotonic() + seconds
+    while monotonic() < end:
+        before = monotonic() - line.released
+        old = is_old(age, limit)
+        alarms += old and max(before, monotonic() - line.released) <= limit
+        looks += 1
+        sleep(PERIOD * draw.uniform(0.5, 1.5))
+    line.creep(0.0)
+    until_young(age, limit)
+    return alarms, looks
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--device", nargs="+", choices=DEVICES, default=list(DEVICES))
+    parser.add_argument("--limit", type=float, default=0.1, help="of the age [s]")
+    parser.add_argument("--quiet", type=float, default=60.0, help="time with jitter of 20 ms and no creeping [s]")
+    asked = parser.parse_args()
+    sys.setswitchinterval(2e-4)  # the line, the client and the loop stand for three computers
+    columns = [f"{1e3 * rate:g} ms/s" for rate in RATES]
+    title = f"true age over its limit of {1e3 * asked.limit:g} ms when noticed / how long after [ms]"
+    table = Table("device", *columns, "false alarms", title=title)
+    for name in asked.device:
+        with DEVICES[name]() as (line, age):
+            until_young(age, asked.limit)
+            cells = []
+            for rate in RATES:
+                over, late = noticed(line, age, rate, asked.limit)
+                cells.append(f"{1e3 * over:+.1f} / {1e3 * late:.0f}")
+            alarms = ""
+            if name != "dynamixel" and asked.quiet:  # it refuses replies later than 6 ms
+                alarms = "{} of {}".format(*false_alarms(line, age, asked.quiet, asked.limit))
+            table.add_row(name, *cells, alarms)
+            Console().print(name, *cells, alarms)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
