@@ -4,11 +4,11 @@
 
 Each device's own client talks to its emulator through a line that holds back what the device sends, by 5 to 500
 ms more every second (`wired/delayed.py`): real sockets and terminals, the real ur_rtde and dynamixel_sdk. The line
-knows how old the newest is that it has passed on: the true age, but for the time from the device to the line. A loop
-of 2 ms judges the samples' own time stamps. Shown are by how much the true age is over its limit when the loop
-notices (negative: it notices before), and how long after that was. Then, without creeping, delays jitter from 0 to
-20 ms: alarms are counted for as long as the true age itself is below the limit. A Dynamixel hand refuses replies
-later than 6 ms by itself.
+knows how old the newest is that it has passed on: the true age, but for the time from the device to the line. A
+loop of 2 ms judges the samples' own time stamps. Shown are by how much the true age is over its limit when the
+loop notices (negative: it notices before), and how long after that was. Then, without creeping, delays jitter from
+0 to 20 ms: alarms are counted for as long as the true age itself is below the limit. A Dynamixel hand refuses
+replies later than 6 ms by itself.
 """
 
 import argparse

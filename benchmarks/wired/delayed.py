@@ -46,7 +46,7 @@ class DelayedLine:
 
     Attributes:
         released: When the newest that has been passed on from the device came from it [s]: what anybody behind
-            this line knows is older.
+            this line knows is as old at least.
     """
 
     def __init__(self) -> None:
@@ -152,7 +152,6 @@ class DelayedLine:
     def _release(self, direction: Direction) -> None:
         waiting = direction.waiting
         while waiting and waiting[0][0] + self._delay(waiting[0][0]) <= monotonic():
-            came, data = waiting.popleft()
+            self.released, data = waiting.popleft()  # first: who is behind the line must not know of newer ones
             with suppress(OSError):
                 direction.send(data)
-                self.released = came

@@ -55,7 +55,10 @@ class RdtLink:
         self._succession = Succession((FASTEST, FASTEST), self._counts)
         self._heard = -math.inf
         self._datagrams: Datagrams | None = None
-        self._forget()
+        self._clock = RoundTripClock()
+        self._asked: float | None = None  # when the first request was sent whose echo has not come yet
+        self._requested = -math.inf
+        self._begun = self._sequence = self._sample = self._samples = 0
 
     @property
     def name(self) -> str:
@@ -87,7 +90,9 @@ class RdtLink:
             raise DeviceError(
                 self.name, error.strerror or str(error), "check its address and this computer's network"
             ) from None
-        self._forget()
+        self._clock = RoundTripClock()
+        self._asked, self._requested = None, -math.inf
+        self._begun = self._sequence = self._sample = self._samples = 0
         self._socket = wire
         self._datagrams = Datagrams(wire, RECORD.size + 1)  # one byte more: what is longer shows
 
@@ -173,13 +178,6 @@ class RdtLink:
                 with contextlib.suppress(OSError):
                     wire.send(REQUEST.pack(HEADER, RdtCommand.STOP, 0))
             wire.close()
-
-    def _forget(self) -> None:
-        """Know nothing of a stream: none has been asked for on this socket."""
-        self._clock = RoundTripClock()
-        self._asked: float | None = None  # when the first request was sent whose echo has not come yet
-        self._requested = -math.inf
-        self._begun = self._sequence = self._sample = self._samples = 0
 
     def _ask_for_stream(self, wire: socket.socket) -> None:
         """Ask for records without end, counted from 1."""
