@@ -31,12 +31,12 @@ class RoundTrip(NamedTuple):
     """What an echo proves.
 
     Attributes:
-        count: Of the first sample that carries it, by the device's own clock or counter; the unit does not matter.
+        counter: Of the first sample that carries it, by the device's own clock or counter; the unit does not matter.
         sent: Before which the sample cannot have been taken [s].
         seen: After which it cannot have been taken [s].
     """
 
-    count: float
+    counter: float
     sent: float
     seen: float
 
@@ -91,7 +91,7 @@ class RoundTripClock:
         trips.append(trip)
         count, sent, seen = trip
         first = trips[0]
-        counts = count - first.count
+        counts = count - first.counter
         if counts > 0.0:
             self._shortest = shortest = max(0.0, (sent - first.seen) / counts)
             self._longest = (seen - first.sent) / counts

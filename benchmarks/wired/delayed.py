@@ -20,6 +20,8 @@ from palpate.hw.emulators.terminal import Terminal
 
 CHUNK = 1 << 16
 LONGEST_WAIT = 0.02
+STALL = 0.02
+"""[s] without anything from a device that streams every 2 ms."""
 
 
 @dataclass(slots=True, eq=False)
@@ -47,10 +49,11 @@ class DelayedLine:
     Attributes:
         released: When the newest that has been passed on from the device came from it [s]: what anybody behind
             this line knows is as old at least.
+        stalled: When the device, or this line, had last stood still for longer than `STALL` [s].
     """
 
     def __init__(self) -> None:
-        self.released = monotonic()
+        self.released = self.stalled = self._came = monotonic()
         self._delay: Callable[[float], float] = lambda _: 0.0
         self._listeners: dict[int, tuple[socket.socket, tuple[str, int]]] = {}
         self._directions: dict[int, Direction] = {}
@@ -144,7 +147,11 @@ class DelayedLine:
         if data is None:  # the other direction ends when it is written to
             del self._directions[direction.source]
         elif direction.held:
-            direction.waiting.append((monotonic(), data))
+            now = monotonic()
+            if now - self._came > STALL:
+                self.stalled = now
+            self._came = now
+            direction.waiting.append((now, data))
         else:
             with suppress(OSError):
                 direction.send(data)
