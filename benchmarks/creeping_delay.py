@@ -69,7 +69,7 @@ def ur() -> Iterator[tuple[DelayedLine, Age]]:
 def urgent() -> None:
     """Let the emulator keep its time, as a real device does."""
     with suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, -20)
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(20))
 
 
 def ur_host() -> Host:

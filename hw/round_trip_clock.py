@@ -13,9 +13,9 @@ from collections.abc import Iterable
 from itertools import islice
 from typing import NamedTuple
 
-RECENT = 64
-"""Newest round trips, of which the one that was quickest there counts: where delays jitter from 0 to 20 ms stamps
-are then 2 ms too old at the median, and 8 ms at most in 30 minutes."""
+RECENT = 16
+"""Newest round trips, of which the one that was quickest there counts; in between, the device's clock is trusted.
+Where delays jitter from 0 to 20 ms stamps are then 3 ms too old at the median, and 12 ms at most in 30 minutes."""
 
 KEPT = 1024
 """From the oldest kept to the newest the length of a count is measured: over 8 s for 125 round trips a second."""
@@ -31,7 +31,7 @@ class RoundTrip(NamedTuple):
     """What an echo proves.
 
     Attributes:
-        counter: Of the first sample that carries it, by the device's own clock or counter; the unit does not matter.
+        counter: Of the first sample that carries it, by the clock or counter of the device; the unit is free.
         sent: Before which the sample cannot have been taken [s].
         seen: After which it cannot have been taken [s].
     """

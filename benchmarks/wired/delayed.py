@@ -159,6 +159,7 @@ class DelayedLine:
     def _release(self, direction: Direction) -> None:
         waiting = direction.waiting
         while waiting and waiting[0][0] + self._delay(waiting[0][0]) <= monotonic():
-            self.released, data = waiting.popleft()  # first: who is behind the line must not know of newer ones
+            came, data = waiting.popleft()
+            self.released = max(self.released, came)  # first: who is behind the line must not know of newer ones
             with suppress(OSError):
                 direction.send(data)

@@ -109,10 +109,10 @@ def test_a_creeping_delay_is_never_noticed_late(rate, begins, direction):
 
 @pytest.mark.slow
 def test_thirty_minutes_of_jitter_raise_no_alarm():
-    """Delays from 0 to 20 ms in both directions: true ages of up to 20 ms, at a limit of 30 ms."""
+    """Delays from 0 to 20 ms in both directions: true ages of up to 20 ms, at a limit of 35 ms."""
     samples = wire(1800.0, jitter(0.02, 1), jitter(0.02, 2))
     begun = next(samples).true
-    assert max(it.seen - it.stamp for it in samples if it.true > begun + 1.0) < 0.03
+    assert max(it.seen - it.stamp for it in samples if it.true > begun + 1.0) < 0.035
 
 
 def test_without_echoes_nothing_stays_young():
