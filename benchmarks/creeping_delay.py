@@ -12,12 +12,14 @@ replies later than 6 ms by itself.
 """
 
 import argparse
+import math
 import os
 import random
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from time import monotonic, sleep
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.table import Table
@@ -55,15 +57,30 @@ STREAM = StreamSettings(QUIET, silent_after=PATIENCE, start_within=20.0)
 UR, CONTROLLER = "127.0.9.4", "127.0.9.5"
 BOX_PORT = 49207
 
-Age = Callable[[], float]
+KNOWN = 20.0
+"""[s] until the clock of a sensor without echoes is known."""
+
+
+class Device(NamedTuple):
+    """A device behind a line.
+
+    Attributes:
+        line: See there.
+        age: Returns the age of its newest sample, by its time stamp [s].
+        begin: Makes it ready for the next delay.
+    """
+
+    line: DelayedLine
+    age: Callable[[], float]
+    begin: Callable[[], object]
 
 
 @contextmanager
-def ur() -> Iterator[tuple[DelayedLine, Age]]:
+def ur() -> Iterator[Device]:
     with EmulatorProcess(ur_host), DelayedLine() as line:
         line.connections(UR, CONTROLLER, (30004, 30003, 29999))
         with UrArm(UR, UrSettings(stale_after=PATIENCE, watchdog=1.0)) as arm:
-            yield line, lambda: monotonic() - arm.read().time
+            yield Device(line, lambda: monotonic() - arm.read().time, lambda: None)
 
 
 def urgent() -> None:
@@ -83,10 +100,10 @@ def box_host() -> Host:
 
 
 @contextmanager
-def netft() -> Iterator[tuple[DelayedLine, Age]]:
+def netft() -> Iterator[Device]:
     with EmulatorProcess(box_host), DelayedLine() as line:
         port = line.datagrams(("127.0.0.1", BOX_PORT))
-        yield line, streamed(NetFt("127.0.0.1", NetFtSettings(STREAM, Scales(1e-6, 1e-6), rdt_port=port)))
+        yield streamed(line, NetFt("127.0.0.1", NetFtSettings(STREAM, Scales(1e-6, 1e-6), rdt_port=port)), 1.0)
 
 
 def bota_host() -> Host:
@@ -100,24 +117,26 @@ def resense_host() -> Host:
 
 
 @contextmanager
-def bota() -> Iterator[tuple[DelayedLine, Age]]:
+def bota() -> Iterator[Device]:
     with EmulatorProcess(bota_host) as emulator, DelayedLine() as line:
         (path,) = emulator.addresses.values()
-        yield line, streamed(SerialSensor(line.terminal(path, Bota.baud), Bota(), STREAM))
+        yield streamed(line, SerialSensor(line.terminal(path, Bota.baud), Bota(), STREAM), KNOWN)
 
 
 @contextmanager
-def resense() -> Iterator[tuple[DelayedLine, Age]]:
+def resense() -> Iterator[Device]:
     with EmulatorProcess(resense_host) as emulator, DelayedLine() as line:
         (path,) = emulator.addresses.values()
         make = Resense((12.0, 12.0, 17.0), (0.12, 0.12, 0.12))
-        yield line, streamed(SerialSensor(line.terminal(path, make.baud), make, STREAM))
+        yield streamed(line, SerialSensor(line.terminal(path, make.baud), make, STREAM), KNOWN)
 
 
-def streamed(sensor: StreamedSensor) -> Age:
-    sensor.start()
-    sleep(20.0)  # until a clock without echoes is known
-    return lambda: monotonic() - sensor.read().time
+def streamed(line: DelayedLine, sensor: StreamedSensor, settles: float) -> Device:
+    def begin() -> None:
+        sensor.start()
+        sleep(settles)
+
+    return Device(line, lambda: monotonic() - sensor.read().time, begin)
 
 
 def bus_host() -> Host:
@@ -127,41 +146,32 @@ def bus_host() -> Host:
 
 
 @contextmanager
-def dynamixel() -> Iterator[tuple[DelayedLine, Age]]:
+def dynamixel() -> Iterator[Device]:
     with EmulatorProcess(bus_host) as emulator, DelayedLine() as line:
         (path,) = emulator.addresses.values()
         settings = HandSettings((ServoCalibration(1),), SlideFinger(pinion=0.02), 0.04, 0.0, watchdog=0.0)
         hand = DynamixelHand(line.terminal(path, settings.baud_rate), settings)
 
-        def age() -> float:
-            try:
-                return monotonic() - hand.read().time
-            except DeviceError:  # noticed; for the next rate
-                line.creep(0.0)
-                sleep(0.2)
-                hand.start()
-                raise
-
-        hand.start()
-        yield line, age
+        yield Device(line, lambda: monotonic() - hand.read().time, hand.start)
 
 
 DEVICES = {"ur": ur, "netft": netft, "bota": bota, "resense": resense, "dynamixel": dynamixel}
 
 
-def is_old(age: Age, limit: float) -> bool:
+def is_old(device: Device, limit: float) -> bool:
     try:
-        return age() > limit
+        return device.age() > limit
     except DeviceError:
         return True
 
 
-def noticed(line: DelayedLine, age: Age, rate: float, limit: float) -> tuple[float, float]:
+def noticed(device: Device, rate: float, limit: float) -> tuple[float, float]:
     """Return by how much the true age was over the limit when the loop noticed [s], and how long after [s]."""
-    passed = float("inf")
+    line, passed = device.line, math.inf
+    device.begin()
     line.creep(rate)
     while True:
-        old = is_old(age, limit)
+        old = is_old(device, limit)
         now = monotonic()
         true = now - line.released  # after the look: what was looked at is as old as this at least
         if true > limit:
@@ -170,34 +180,25 @@ def noticed(line: DelayedLine, age: Age, rate: float, limit: float) -> tuple[flo
             break
         sleep(PERIOD)
     line.creep(0.0)
-    until_young(age, limit)
+    sleep(1.0)
     return true - limit, max(0.0, now - passed)
 
 
-def until_young(age: Age, limit: float) -> None:
-    deadline = monotonic() + 10.0
-    while monotonic() < deadline:
-        sleep(0.5)
-        if not any(is_old(age, limit) for _ in range(20)):
-            return
-    raise SystemExit("its samples stay old without a delay")
-
-
-def false_alarms(line: DelayedLine, age: Age, seconds: float, limit: float) -> tuple[int, int]:
+def false_alarms(device: Device, seconds: float, limit: float) -> tuple[int, int]:
     """Return how often a sample was called old that was not, and of how many."""
-    draw = random.Random(1)
+    line = device.line
+    device.begin()
     line.vary(lambda came: 0.02 * random.Random(came).random())
     alarms = looks = 0
     end = monotonic() + seconds
     while monotonic() < end:
         before = monotonic() - line.released
-        old = is_old(age, limit)
+        old = is_old(device, limit)
         now = monotonic()
         alarms += old and max(before, now - line.released) <= limit and now - line.stalled > AFTER_STALL
         looks += 1
-        sleep(PERIOD * draw.uniform(0.5, 1.5))
+        sleep(PERIOD)
     line.creep(0.0)
-    until_young(age, limit)
     return alarms, looks
 
 
@@ -212,15 +213,14 @@ def main() -> None:
     title = f"true age over its limit of {1e3 * asked.limit:g} ms when noticed / how long after [ms]"
     table = Table("device", *columns, "false alarms", title=title)
     for name in asked.device:
-        with DEVICES[name]() as (line, age):
-            until_young(age, asked.limit)
+        with DEVICES[name]() as device:
             cells = []
             for rate in RATES:
-                over, late = noticed(line, age, rate, asked.limit)
+                over, late = noticed(device, rate, asked.limit)
                 cells.append(f"{1e3 * over:+.1f} / {1e3 * late:.0f}")
             alarms = ""
             if name != "dynamixel" and asked.quiet:  # it refuses replies later than 6 ms
-                alarms = "{} of {}".format(*false_alarms(line, age, asked.quiet, asked.limit))
+                alarms = "{} of {}".format(*false_alarms(device, asked.quiet, asked.limit))
             table.add_row(name, *cells, alarms)
             Console().print(name, *cells, alarms)
     Console().print(table)
