@@ -66,11 +66,6 @@ class StreamClock:
         """Whether there are stamps."""
         return self._pace_learned > 0.0
 
-    @property
-    def rate(self) -> float:
-        """Of the device's counter [1/s]; 0 before it is learned."""
-        return 1.0 / self._pace_fit if self.learned else 0.0
-
     def restart(self) -> None:
         """Forget the origin of the counter, not its rate: the device began anew."""
         self._last: int | None = None

@@ -79,10 +79,6 @@ class Echo:
             self.connected = False
         return list(self._trips(monotonic()))
 
-    def close(self) -> None:
-        """Close the connection."""
-        self._stream.close()
-
     def _ask(self, kind: int, payload: bytes) -> int:
         """Return the first byte of the reply, which says what was granted.
 

@@ -46,14 +46,13 @@ def stamps_of(
 )
 def test_stamps_neither_drift_nor_jitter(rate: float, per_count: int, skew: float, duration: float) -> None:
     true, counters, arrived = arrivals(rate, skew, duration, 1, per_count=per_count, first=2**32 - 5000)
-    stamped, clock = stamps(counters, arrived)
+    stamped, _ = stamps(counters, arrived)
     error = stamped - true - LEAST_DELAY
     settled = true > true[0] + 2.0
     assert error[settled].std() < 2e-6 < 1e-4 < (arrived - true)[settled].std()
     assert np.abs(error[settled]).max() < 5e-5
     tenth = len(error) // 10
     assert abs(np.median(error[-tenth:]) - np.median(error[2 * tenth : 3 * tenth])) < 2e-6
-    assert clock.rate == pytest.approx(rate * (1.0 + skew), rel=2e-6)
 
 
 def test_stamps_are_good_as_soon_as_the_clock_is_learned() -> None:
