@@ -41,7 +41,7 @@ class StreamSettings:
     noise: Wrench
     silent_after: float = 0.04
     ask_again_after: float = 0.1
-    start_within: float = 3.0
+    start_within: float = 4.0
 
     def __post_init__(self) -> None:
         """Refuse what cannot be.
