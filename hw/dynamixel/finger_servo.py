@@ -27,6 +27,11 @@ STATE_LENGTH = _STATE.size
 FARTHEST = 1.0
 """Turns of a servo beyond its finger's range that are still believed: it may be calibrated roughly."""
 
+LENGTHS = 8
+"""How many lengths of reads take turns when replies fail, so that a late reply is recognised by its length. One
+that is late by this many exchanges is not: after as many failures nothing is read until a new start. The XL330 has
+20 indirect addresses, 13 of which hold the state."""
+
 
 @dataclass(frozen=True, slots=True)
 class ServoReading:

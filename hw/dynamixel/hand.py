@@ -45,6 +45,7 @@ class DynamixelHand:
         self._readings: tuple[ServoReading, ...] = ()
         self._spans: list[Span] = []
         self._failing_since, self._failures = math.inf, Counter[tuple[int, bool]]()
+        self._lost: DeviceError | None = None
         self._forget()
         self.closing_note = ""
         self.missed = 0
@@ -99,7 +100,8 @@ class DynamixelHand:
         """See `HandDevice`.
 
         Raises:
-            DeviceError: A servo is silent or has shut down, or the port is lost. The next call tries again.
+            DeviceError: A servo is silent or has shut down, or the port is lost. The next call tries again, unless
+                as many exchanges have failed as there are lengths of them: then `start` has to.
         """
         sample = self._take()
         self._watch()
@@ -207,6 +209,7 @@ class DynamixelHand:
         self._forces, self._found_pressing = (0.0,) * n, False
         self._gears = tuple(GearDirection(self.settings.direction_span) for _ in range(n))
         self._failing_since, self._failures = math.inf, Counter()
+        self._lost = None
         self._sample = HandSample(-math.inf, (0.0,) * n)
         self._readings = ()
         self._ask(0)
@@ -218,6 +221,8 @@ class DynamixelHand:
     def _take(self) -> HandSample:
         """Return the state of one exchange, or the last one if it fails."""
         bus = self._connected()
+        if self._lost is not None:
+            raise self._lost
         sent = time.monotonic()
         try:
             replies = bus.exchange(self._spans)
@@ -252,7 +257,10 @@ class DynamixelHand:
         (servo_id, silent), _ = self._failures.most_common(1)[0]
         worst = MissedError(servo_id, silent)
         remedy = "check its cable and its power" if worst.silent else "check the bus for loose or noisy cables"
-        raise DeviceError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
+        error = DeviceError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
+        if self._failures.total() >= LENGTHS:  # a late reply is no longer recognised: nothing proves its age
+            self._lost = error
+        raise error
 
     def _check(self) -> None:
         for finger, its in zip(self._fingers, self._readings, strict=True):

@@ -10,17 +10,15 @@ class StreamReading(NamedTuple):
 
     Attributes:
         arrival: When it was read from the wire, `time.monotonic` [s].
-        counter: The device's own count of time or samples, modulo 2^32; None if it has none.
+        time: When it was sampled, as far as the wire proves it; -infinity as long as that proves nothing [s].
         wrench: As the device gives it, without tare [N, N m, or raw].
         status: The device's status word; `Link.problem` puts it in words.
-        anew: Whether the device has begun anew, so that its counter has nothing to do with that before.
     """
 
     arrival: float
-    counter: int | None
+    time: float
     wrench: tuple[float, ...]
     status: int
-    anew: bool
 
 
 @dataclass(slots=True)

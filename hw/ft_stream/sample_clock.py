@@ -11,15 +11,19 @@ not jump. They are later than the sampling by the least delay, which is the same
 """
 
 import itertools
+import math
 from collections import deque
 from collections.abc import Sequence
 
 MODULUS = 1 << 32
 """Counters are unsigned, 32 bits: at 7000 a second they wrap after a week."""
 
-LEARNING = 0.25
-"""Time over which the counter's rate is learned before it is used [s]; until then a stamp is the arrival. The
-least delays of half of it differ by some 50 us: 4e-4 of the rate, 0.1 ms over the next quarter second."""
+LEARNING = 1.0
+"""Time over which the counter's rate is learned before it is used [s]; until then a stamp is -infinity."""
+
+UNCERTAIN = 2e-4
+"""[s] by which the least delays of two blocks differ on a quiet line. The rate is known to this, and to twice the
+scatter of the least delays that were seen, over the time learned."""
 
 FEWEST = 10
 """Records to learn from, however long it takes; a sensor of 100 Hz gives 25 in the time."""
@@ -33,8 +37,12 @@ BLOCKS = 80
 FEWEST_BLOCKS = 4
 """Below, the rate is kept and only the origin is fitted: a second."""
 
-LARGEST_CHANGE = 0.01
-"""Of the rate, against what was first learned: quartz keeps 1e-4. More is not a clock's."""
+CLOCK_KEEPS = 5e-5
+"""Share by which a device's clock keeps its rate against this computer's, as quartz does, warming up included.
+More is delay that creeps, and makes stamps old; what creeps more slowly remains unnoticed."""
+
+KNOWN = 16.0
+"""[s] after which the rate is no longer learned."""
 
 JUMP = 0.005
 """Arrival earlier than the line allows [s], by which the counter has jumped, or this computer slept: fifty times
@@ -50,24 +58,20 @@ class StreamClock:
     def __init__(self) -> None:
         self._pace = self._pace_fit = 0.0
         self._pace_learned = 0.0
+        self._learned_over = self._change = 0.0
         self.restart()
 
     @property
     def learned(self) -> bool:
-        """Whether stamps come from the counter; before, they are arrivals."""
+        """Whether there are stamps."""
         return self._pace_learned > 0.0
-
-    @property
-    def rate(self) -> float:
-        """Of the device's counter [1/s]; 0 before it is learned."""
-        return 1.0 / self._pace_fit if self.learned else 0.0
 
     def restart(self) -> None:
         """Forget the origin of the counter, not its rate: the device began anew."""
         self._last: int | None = None
         self._origin = 0.0
         self._count = 0
-        self._stamp = -float("inf")
+        self._stamp = -math.inf
         self._points: deque[tuple[float, float]] = deque(maxlen=BLOCKS)
         self._learning: list[tuple[float, float]] = []
         # The line in use, from a reference point on; and the fitted one, by which a block's earliest is found.
@@ -76,7 +80,7 @@ class StreamClock:
         self._line_at = 0.0
         self._block_end = BLOCK
         self._earliest: tuple[float, float] = (0.0, 0.0)
-        self._earliest_delay = float("inf")
+        self._earliest_delay = math.inf
 
     def stamp(self, counter: int, arrival: float) -> float:
         """Return when a record was sampled, `time.monotonic` [s], later than any before and not after its arrival.
@@ -96,8 +100,7 @@ class StreamClock:
         if not self.learned:
             self._learn(x, y)
             if not self.learned:
-                self._stamp = arrival
-                return arrival
+                return -math.inf
         on_line = self._line_at + self._pace * (x - self._at)
         if y < on_line - JUMP:
             self.restart()
@@ -122,29 +125,39 @@ class StreamClock:
         if pace <= 0.0:
             self._learning.clear()
             return
-        self._pace = self._pace_fit = self._pace_learned = pace
+        self._pace = self._pace_fit = pace
         self._at, self._line_at = at, line_at
-        # Its beginning and end stand for it until there are blocks.
-        middle = len(self._learning) // 2
-        for half in (self._learning[:middle], self._learning[middle:]):
-            self._points.append(min(half, key=lambda point: point[1] - pace * point[0]))
+        # Its quarters stand for it until there are blocks.
+        quarter = len(self._learning) // 4
+        for i in range(0, 4 * quarter, quarter):
+            self._points.append(min(self._learning[i : i + quarter], key=lambda point: point[1] - pace * point[0]))
         self._learning.clear()
+        self._know(pace, (at, line_at), y)
         self._block_end = y + BLOCK
+
+    def _know(self, pace: float, on_line: tuple[float, float], over: float) -> None:
+        """Take a rate that was learned over a time [s]."""
+        at, line_at = on_line
+        scatter = max(y - line_at - pace * (x - at) for x, y in self._points)
+        self._pace_learned, self._learned_over = pace, over
+        self._change = max((UNCERTAIN + 2.0 * scatter) / over, CLOCK_KEEPS)
 
     def _end_block(self, x: float, y: float, on_line: float) -> None:
         """Fit again, and head for where the new line will be a block from now."""
         self._points.append(self._earliest)
-        self._earliest_delay = float("inf")
+        self._earliest_delay = math.inf
         self._block_end = y + BLOCK
         at, line_at, pace = line_below(self._points)
         few = len(self._points) < FEWEST_BLOCKS
         if few:
             pace = self._pace_fit
-        slowest, fastest = (1.0 - LARGEST_CHANGE) * self._pace_learned, (1.0 + LARGEST_CHANGE) * self._pace_learned
+        slowest, fastest = (1.0 - self._change) * self._pace_learned, (1.0 + self._change) * self._pace_learned
         if not slowest <= pace <= fastest or few:
             pace = min(max(pace, slowest), fastest)
             at, line_at = min(self._points, key=lambda point: point[1] - pace * point[0])
         self._pace_fit = pace
+        if self._learned_over < KNOWN and y >= 2.0 * self._learned_over:
+            self._know(pace, (at, line_at), y)
         ahead = BLOCK / pace
         there = line_at + pace * (x + ahead - at)
         self._at, self._line_at = x, on_line

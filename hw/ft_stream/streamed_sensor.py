@@ -9,7 +9,6 @@ from time import monotonic, sleep
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.devices import DeviceError, SensorReading
 from palpate.hw.ft_stream.link import Link, StreamCounts, StreamReading
-from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.sensing.ft.arrays import positive_entries
 from palpate.sensing.ft.bias import MIN_READINGS, average_bias
 from palpate.spatial import Wrench
@@ -42,7 +41,7 @@ class StreamSettings:
     noise: Wrench
     silent_after: float = 0.04
     ask_again_after: float = 0.1
-    start_within: float = 3.0
+    start_within: float = 4.0
 
     def __post_init__(self) -> None:
         """Refuse what cannot be.
@@ -63,10 +62,9 @@ class StreamedSensor:
         """Take the wire and how it is watched; nothing is opened before `start`."""
         self._link = link
         self._settings = settings
-        self._clock = StreamClock()
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
-        self._newest: tuple[float, StreamReading] | None = None
+        self._newest: StreamReading | None = None
         self._offset: tuple[float, ...] = (0.0,) * 6
         self._at_rest: list[StreamReading] | None = None
         self._trouble = ""
@@ -83,15 +81,10 @@ class StreamedSensor:
         return self._link.counts
 
     @property
-    def counter_rate(self) -> float:
-        """Of the device's own counter, as seen from here [1/s]; 0 if it has none."""
-        return self._clock.rate
-
-    @property
     def problem(self) -> str:
         """What the newest record says is wrong with it, and what to do; empty if it is good."""
         newest = self._newest
-        return "" if newest is None else self._link.problem(newest[1].status)
+        return "" if newest is None else self._link.problem(newest.status)
 
     def start(self) -> None:
         """Connect, ask for the stream, wait until it is steady and its clock is known. Forget an earlier tare.
@@ -103,7 +96,6 @@ class StreamedSensor:
         ending = self._ending = threading.Event()
         self._newest, self._trouble, self._died = None, "", False
         self._offset = (0.0,) * 6
-        self._clock = StreamClock()
         try:
             self._link.open()
             self._thread = threading.Thread(
@@ -121,9 +113,9 @@ class StreamedSensor:
         Raises:
             DeviceError: There has been none for too long.
         """
-        time, record = self._fresh()
+        record = self._fresh()
         wrench = tuple([value - zero for value, zero in zip(record.wrench, self._offset, strict=True)])
-        return SensorReading(time, wrench, not self._link.problem(record.status), self._link.counts.lost)
+        return SensorReading(record.time, wrench, not self._link.problem(record.status), self._link.counts.lost)
 
     def tare(self) -> None:
         """Take the mean of the next readings for zero, `MIN_READINGS` of them or `TARE_TIME`.
@@ -161,14 +153,14 @@ class StreamedSensor:
         self._newest = None
         self._link.close()
 
-    def _fresh(self) -> tuple[float, StreamReading]:
-        """Return when the newest record was sampled, and it, if it came a short while ago."""
+    def _fresh(self) -> StreamReading:
+        """Return the newest record, if it came a short while ago."""
         silence = math.inf
         for glance in range(_STALE_RETRIES + 1):
             newest = self._newest
             if newest is None:
                 raise self._silence("not a record so far")
-            silence = monotonic() - newest[1].arrival
+            silence = monotonic() - newest.arrival
             if silence <= self._settings.silent_after:
                 return newest
             if glance < _STALE_RETRIES and not self._died:
@@ -199,7 +191,7 @@ class StreamedSensor:
         deadline = monotonic() + self._settings.start_within
         while monotonic() < deadline and not self._died:
             newest = self._newest
-            if newest is not None and (newest[1].counter is None or self._clock.learned):
+            if newest is not None and newest.time > -math.inf:
                 with contextlib.suppress(DeviceError):  # this computer may have stood still just now
                     self.read()
                     return
@@ -237,10 +229,7 @@ class StreamedSensor:
             self._trouble, self._died = f"{type(error).__name__}: {error}", True
 
     def _take(self, record: StreamReading) -> None:
-        if record.anew:
-            self._clock.restart()
-        time = record.arrival if record.counter is None else self._clock.stamp(record.counter, record.arrival)
-        self._newest = (time, record)
+        self._newest = record
         rows = self._at_rest
         if rows is not None:
             rows.append(record)

@@ -1,6 +1,7 @@
 """An ATI Net F/T box, or what speaks as it does, by UDP."""
 
 import contextlib
+import math
 import socket
 from collections.abc import Sequence
 from time import monotonic
@@ -8,11 +9,12 @@ from time import monotonic
 from palpate.hw.devices import DeviceError
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor
-from palpate.hw.ft_stream.succession import Step, Succession
+from palpate.hw.ft_stream.succession import MODULUS, Step, Succession
 from palpate.hw.netft.calibration import ask_calibration
 from palpate.hw.netft.datagrams import NOTHING, Datagrams
 from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, RdtCommand
-from palpate.hw.netft.settings import NetFtSettings, Scales, StreamRequest
+from palpate.hw.netft.settings import NetFtSettings, Scales
+from palpate.hw.round_trip_clock import RoundTrip, RoundTripClock
 
 BUFFER = 1 << 22
 """Asked of the socket [bytes]; the system may grant less. A full one drops the newest, so that it must hold what
@@ -27,6 +29,14 @@ MOST_AT_ONCE = 64
 FASTEST = 20_000.0
 """Rate that no box reaches [1/s]: 7000 (Net F/T), 8000 (Axia)."""
 
+
+ECHO_PERIOD = 0.1
+"""[s] from request to request while it streams. Each makes the box count its records from 1 again: what follows
+was sampled after it was sent."""
+
+LOST = 1.0
+"""[s] without an echo, after which a request is taken for lost and repeated. The next echo is dated by the first
+of them, as it may be the reply to either."""
 
 OURS = 0.5
 """Since the last datagram [s], within which the stream counts as this client's."""
@@ -43,8 +53,12 @@ class RdtLink:
         self._scales = Scales(1.0, 1.0)
         self._counts = StreamCounts()
         self._succession = Succession((FASTEST, FASTEST), self._counts)
-        self._heard = -float("inf")
+        self._heard = -math.inf
         self._datagrams: Datagrams | None = None
+        self._clock = RoundTripClock()
+        self._asked: float | None = None  # when the first request was sent whose echo has not come yet
+        self._requested = -math.inf
+        self._begun = self._sequence = self._sample = self._samples = 0
 
     @property
     def name(self) -> str:
@@ -76,6 +90,9 @@ class RdtLink:
             raise DeviceError(
                 self.name, error.strerror or str(error), "check its address and this computer's network"
             ) from None
+        self._clock = RoundTripClock()
+        self._asked, self._requested = None, -math.inf
+        self._begun = self._sequence = self._sample = self._samples = 0
         self._socket = wire
         self._datagrams = Datagrams(wire, RECORD.size + 1)  # one byte more: what is longer shows
 
@@ -88,8 +105,9 @@ class RdtLink:
         wire = self._wire()
         self._counts.requests += 1
         try:
-            for first in (*self._settings.first, StreamRequest(RdtCommand.STREAM, 0)):
+            for first in self._settings.first:
                 wire.send(REQUEST.pack(HEADER, first.command, first.value))
+            self._ask_for_stream(wire)
         except ConnectionRefusedError:
             raise self._nobody() from None
 
@@ -99,13 +117,13 @@ class RdtLink:
         Raises:
             OSError: Nobody listens there, or there is no route to it.
         """
-        datagrams = self._datagrams
-        if datagrams is None:
-            raise OSError("is closed")
-        if not datagrams.wait(WAIT):
+        wire, datagrams = self._wire(), self._datagrams
+        if datagrams is None or not datagrams.wait(WAIT):
             return ()
         records = []
         try:
+            if monotonic() - self._requested > (ECHO_PERIOD if self._asked is None else LOST):
+                self._ask_for_stream(wire)
             for _ in range(MOST_AT_ONCE):
                 size = datagrams.take()
                 if size == NOTHING:
@@ -124,14 +142,29 @@ class RdtLink:
             self._counts.refused += 1
             return None
         sequence, sample, status, fx, fy, fz, tx, ty, tz = RECORD.unpack_from(data)
-        step, advance = self._succession.judge((sequence, sample), arrival)
+        begun = self._begun
+        asked, passed = self._asked, (sample - self._sample) % MODULUS
+        echo = asked is not None and sequence < self._sequence and 0 < passed < MODULUS // 2
+        if echo:  # counted from the last record on
+            begun = (begun + self._sequence) % MODULUS
+        step, advance = self._succession.judge(((begun + sequence) % MODULUS, sample), arrival)
         if step is Step.NEXT:
             self._counts.lost += advance - 1
-        elif step is not Step.ANEW:
+        elif step is Step.ANEW:
+            # whatever comes first to a new socket was sampled after the first request
+            echo, passed = not self._counts.restarts, 0
+            self._clock.restart()
+        else:
             return None
+        self._begun, self._sequence, self._sample = begun, sequence, sample
+        self._samples += passed
+        if echo and asked is not None:
+            self._asked = None
+            self._clock.prove((RoundTrip(self._samples, asked, arrival),))
         force, moment = self._scales.force, self._scales.moment
         wrench = (force * fx, force * fy, force * fz, moment * tx, moment * ty, moment * tz)
-        return StreamReading(arrival, sample, wrench, status, step is Step.ANEW)
+        time = self._clock.stamp(self._samples, arrival) if self._clock.paced else -math.inf
+        return StreamReading(arrival, time, wrench, status)
 
     def problem(self, status: int) -> str:
         """Return what a status word says is wrong; empty if the reading is good."""
@@ -145,6 +178,13 @@ class RdtLink:
                 with contextlib.suppress(OSError):
                     wire.send(REQUEST.pack(HEADER, RdtCommand.STOP, 0))
             wire.close()
+
+    def _ask_for_stream(self, wire: socket.socket) -> None:
+        """Ask for records without end, counted from 1."""
+        self._requested = now = monotonic()
+        if self._asked is None:
+            self._asked = now
+        wire.send(REQUEST.pack(HEADER, RdtCommand.STREAM, 0))
 
     def _nobody(self) -> ConnectionRefusedError:
         return ConnectionRefusedError(f"nobody listens on UDP port {self._settings.rdt_port}: is it switched on?")

@@ -7,6 +7,7 @@ from time import monotonic
 
 from palpate.errors import InvalidValueError
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
+from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.hw.ft_stream.succession import Step, Succession
 from palpate.hw.serial_ft.crc import crc16_x25
 from palpate.hw.serial_ft.line import Line
@@ -78,6 +79,7 @@ class Bota:
         self._rest = bytearray()
         self._counts = StreamCounts()
         self._succession = Succession((FASTEST,), self._counts)
+        self._clock = StreamClock()
 
     @property
     def period(self) -> float:
@@ -103,6 +105,7 @@ class Bota:
         self._rest.clear()
         self._counts = counts
         self._succession = Succession((FASTEST,), counts)
+        self._clock.restart()
 
     def records(self, data: bytes, arrival: float) -> Sequence[StreamReading]:
         """Return the readings of the frames that are complete, have the right checksum, and follow one another."""
@@ -147,9 +150,11 @@ class Bota:
         step, advance = self._succession.judge((time,), arrival)
         if step is Step.NEXT:
             self._counts.lost += max(round(advance / self._period_us) - 1, 0)
-        elif step is not Step.ANEW:
+        elif step is Step.ANEW:
+            self._clock.restart()
+        else:
             return ()
-        return (StreamReading(arrival, time, tuple(loads), status, step is Step.ANEW),)
+        return (StreamReading(arrival, self._clock.stamp(time, arrival), tuple(loads), status),)
 
 
 def _is_frame(data: bytearray, at: int) -> bool:

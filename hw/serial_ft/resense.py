@@ -16,7 +16,8 @@ from struct import Struct
 
 from palpate.errors import positive, vector
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
-from palpate.hw.ft_stream.succession import ALIKE
+from palpate.hw.ft_stream.sample_clock import StreamClock
+from palpate.hw.ft_stream.succession import ALIKE, MODULUS
 from palpate.hw.serial_ft.line import Line
 from palpate.spatial import Vector
 
@@ -46,7 +47,10 @@ OUT_OF_RANGE = 1
 
 
 class Resense:
-    """A Resense HEX; one for each line. Its readings are stamped when they arrive: it sends no time."""
+    """A Resense HEX; one for each line. It sends no time: what dates its readings is that it sends them regularly.
+
+    Frames that are lost unseen look like a delay, a period each; the sensor is refused where many are.
+    """
 
     title = "Resense sensor"
     baud = BAUD
@@ -71,12 +75,15 @@ class Resense:
         self._alike = 0
         self._began = False
         self._counts = StreamCounts()
+        self._clock = StreamClock()
+        self._frames = 0
 
     def begin(self, line: Line, counts: StreamCounts) -> None:
         """Forget all frames: it streams by itself."""
         self._rest.clear()
         self._alike, self._began = 0, False
         self._counts = counts
+        self._clock.restart()
 
     def records(self, data: bytes, arrival: float) -> Sequence[StreamReading]:
         """Return the readings of whole frames, all of them plausible, that arrived between two silences."""
@@ -100,7 +107,9 @@ class Resense:
             wrench, status, temperature = reading
             self._alike += 1
             if self._alike >= ALIKE:
-                found.append(StreamReading(arrival, None, wrench, status, anew=not self._began))
+                self._frames += 1
+                time = self._clock.stamp(self._frames % MODULUS, arrival)
+                found.append(StreamReading(arrival, time, wrench, status))
                 self._began = True
         self._temperature = temperature
         rest.clear()
@@ -113,7 +122,9 @@ class Resense:
 
     def _drop(self, size: int) -> None:
         self._counts.refused += 1
-        self._counts.lost += math.ceil(size / FRAME.size) if self._began else 0
+        lost = math.ceil(size / FRAME.size) if self._began else 0
+        self._counts.lost += lost
+        self._frames += lost
         self._rest.clear()
 
     def _reading(self, frame: tuple[float, ...]) -> tuple[tuple[float, ...], int, float] | None:

@@ -314,4 +314,12 @@ class UrArm:
                 "the process that talks to it is held up by a lost connection, hangs, or is starved",
                 "see that controller and network are up, and what else runs on this computer, then recover()",
             )
-        raise DeviceError(self.name, *WORDS[Problem.SILENT])
+        state = client.exchange.state()
+        if state is None or monotonic() - state.seen > oldest:
+            raise DeviceError(self.name, *WORDS[Problem.SILENT])
+        raise DeviceError(
+            self.name,
+            f"its states arrive {1e3 * (state.seen - state.time):.0f} ms old, as round trips prove; the limit is "
+            f"{1e3 * oldest:g} ms",
+            "see what else uses network and computer, or allow more (limits.sample_age_s), then recover()",
+        )

@@ -14,7 +14,6 @@ from multiprocessing.connection import Connection
 from time import monotonic, sleep
 
 from palpate.hw.ur.connection_monitor import ConnectionMonitor
-from palpate.hw.ur.controller_clock import ControllerClock
 from palpate.hw.ur.exchange import ClientPhase, Exchange, Status
 from palpate.hw.ur.library import library_named
 from palpate.hw.ur.problems import Problem
@@ -78,9 +77,8 @@ def _serve(opening: Opening, exchange: Exchange, pipe: Connection, parent: int) 
     receiver = library.receiver(opening.address, rate, version)
     if not receiver.isConnected():  # refused: the library makes a dead object of it, without a word
         raise ConnectionError("the controller refused to send states")
-    state_receiver = StateReceiver(
-        receiver, rate, raw_wrench=has_raw_wrench(version), clock=ControllerClock(opening.clock_rate)
-    )
+    echo = library.echo(opening.address, rate)
+    state_receiver = StateReceiver(receiver, echo, rate, raw_wrench=has_raw_wrench(version))
     worker = Worker(pipe)
     monitor = ConnectionMonitor(exchange, opening, state_receiver, lambda: worker.do(UrTask.REST), _LOG)
     session = Session(opening, library, monitor.newest)

@@ -47,7 +47,7 @@ class UrState:
     """The controller's state in one of its cycles.
 
     Attributes:
-        time: When it was sampled, `time.monotonic` [s].
+        time: When it was sampled at the earliest, as a round trip proves, `time.monotonic` [s].
         seen: When the client process saw it [s].
         controller_time: Its own time stamp [s].
         runtime_state: 2: its program runs.

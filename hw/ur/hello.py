@@ -14,7 +14,8 @@ from palpate.hw.ur.version import OLDEST, Version
 RTDE_PORT = 30004
 """Fixed by the controller, and in the client library."""
 
-_HEADER = struct.Struct(">HB")
+HEADER = struct.Struct(">HB")
+"""Of a package: bytes in all, type."""
 _WANT_PROTOCOL, _WANT_VERSION, _TEXT = ord("V"), ord("v"), ord("M")
 
 
@@ -35,13 +36,13 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
     try:
         deadline = monotonic() + timeout
         with socket.create_connection((address, RTDE_PORT), timeout) as stream:
-            stream.sendall(_HEADER.pack(5, _WANT_PROTOCOL) + struct.pack(">H", 2))
-            if _reply(stream, _WANT_PROTOCOL, deadline)[:1] != b"\x01":
+            stream.sendall(HEADER.pack(5, _WANT_PROTOCOL) + struct.pack(">H", 2))
+            if rtde_reply(stream, _WANT_PROTOCOL, deadline)[:1] != b"\x01":
                 raise DeviceError(
                     device, "it does not speak RTDE version 2", f"update PolyScope to {_wanted()} or newer"
                 )
-            stream.sendall(_HEADER.pack(3, _WANT_VERSION))
-            major, minor, bug_fix, build = struct.unpack(">4I", _reply(stream, _WANT_VERSION, deadline))
+            stream.sendall(HEADER.pack(3, _WANT_VERSION))
+            major, minor, bug_fix, build = struct.unpack(">4I", rtde_reply(stream, _WANT_VERSION, deadline))
     except DeviceError:
         raise
     except (OSError, struct.error, ValueError) as error:
@@ -61,11 +62,17 @@ def _wanted() -> str:
     return ", ".join(f"{v[0]}.{v[1]}" for v in OLDEST.values())
 
 
-def _reply(stream: socket.socket, kind: int, deadline: float) -> bytes:
-    size, got = _HEADER.unpack(_exactly(stream, _HEADER.size, deadline))
-    if got not in (kind, _TEXT) or not _HEADER.size < size < 256:
+def rtde_reply(stream: socket.socket, kind: int, deadline: float) -> bytes:
+    """Return the payload of the reply to a package of this type.
+
+    Raises:
+        OSError: There is none by the deadline, or the controller refuses.
+        ValueError: It is no reply of RTDE.
+    """
+    size, got = HEADER.unpack(_exactly(stream, HEADER.size, deadline))
+    if got not in (kind, _TEXT) or not HEADER.size < size < 256:
         raise ValueError(f"no reply of RTDE: type {got}, {size} bytes")
-    payload = _exactly(stream, size - _HEADER.size, deadline)
+    payload = _exactly(stream, size - HEADER.size, deadline)
     if got == _TEXT:  # length, text, and who sent it: a controller that refuses says why
         raise ConnectionError(payload[1 : 1 + payload[0]].decode(errors="replace"))
     return payload

@@ -8,9 +8,12 @@ milliseconds), and reconnect (hangs, or is at it for ever). The protocols below 
 """
 # ruff: noqa: D102 -- what the calls mean is the library's manual
 
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Protocol, cast
 
+from palpate.hw.round_trip_clock import RoundTrip
+from palpate.hw.ur.echo import Echo
 from palpate.hw.ur.version import Version, has_raw_wrench
 
 Numbers = list[float]
@@ -106,10 +109,19 @@ class Slider(Protocol):
     def setSpeedSlider(self, speed: float, /) -> bool: ...
 
 
+class EchoClient(Protocol):
+    """What proves how old states are; not of ur_rtde, which cannot read an input register back."""
+
+    @property
+    def connected(self) -> bool: ...
+    def exchange(self, now: float) -> Sequence[RoundTrip]: ...
+
+
 class Library(Protocol):
     """Makes the connections; a module will do."""
 
     def receiver(self, address: str, rate: float, version: Version) -> ReceiveClient: ...
+    def echo(self, address: str, rate: float) -> EchoClient: ...
     def controls(self, address: str, rate: float) -> ControlClient: ...
     def dashboard(self, address: str) -> PendantClient: ...
     def slider(self, address: str) -> Slider: ...
@@ -122,6 +134,11 @@ def receiver(address: str, rate: float, version: Version) -> ReceiveClient:
     raw = [RAW_WRENCH] if has_raw_wrench(version) else []
     names = [*RECEIVED, *raw, LAST]
     return cast(ReceiveClient, RTDEReceiveInterface(address, rate, names))
+
+
+def echo(address: str, rate: float) -> EchoClient:
+    """Connect for echoes, once per cycle at `rate` [Hz]."""
+    return Echo(address, rate)
 
 
 def controls(address: str, rate: float) -> ControlClient:

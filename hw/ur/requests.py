@@ -39,7 +39,6 @@ class Opening:
         stale_after: [s].
         lookahead: [s].
         gain: Of joint and pose servo.
-        clock_rate: Of the controller's clock against ours.
     """
 
     address: str
@@ -55,7 +54,6 @@ class Opening:
     stale_after: float
     lookahead: float
     gain: float
-    clock_rate: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,6 @@ class UrSettings:
         lookahead: Of joint and pose servo [s], smooths.
         gain: Of joint and pose servo.
         speed_slider: Fraction of the speed that the pendant's slider is set to (0, 1]; None: as it is.
-        clock_rate: How fast the controller's clock runs against ours: 1, but for an emulator that scales time.
         start_within: Time in which it must be up [s].
     """
 
@@ -81,7 +80,6 @@ class UrSettings:
     lookahead: float = 0.1
     gain: float = 300.0
     speed_slider: float | None = None
-    clock_rate: float = 1.0
     start_within: float = 15.0
 
     def __post_init__(self) -> None:
@@ -114,7 +112,6 @@ class UrSettings:
             stale_after=self.stale_after,
             lookahead=self.lookahead,
             gain=self.gain,
-            clock_rate=self.clock_rate,
         )
 
 
@@ -140,7 +137,6 @@ _POSITIVE = {
     "stale_after": "s",
     "lookahead": "s",
     "gain": "",
-    "clock_rate": "",
     "start_within": "s",
 }
 

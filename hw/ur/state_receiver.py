@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from palpate.hw.ur.controller_clock import ControllerClock
+from palpate.hw.round_trip_clock import RoundTripClock
 from palpate.hw.ur.exchange import Six, UrState
-from palpate.hw.ur.library import ReceiveClient
+from palpate.hw.ur.library import EchoClient, ReceiveClient
 
 _UNKNOWN: Six = (math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 _TRIES = 8
@@ -53,26 +53,27 @@ class _Read(NamedTuple):
 class StateReceiver:
     """Looks whether there is a new state, and takes it."""
 
-    def __init__(self, receiver: ReceiveClient, rate: float, *, raw_wrench: bool, clock: ControllerClock) -> None:
+    def __init__(self, receiver: ReceiveClient, echo: EchoClient, rate: float, *, raw_wrench: bool) -> None:
         """Begin.
 
         Args:
             receiver: Connected.
+            echo: Connected.
             rate: States per second of the controller's time [Hz].
             raw_wrench: Whether the controller has one.
-            clock: Not used by anybody else.
         """
-        self._receiver, self._rate, self._raw, self._clock = receiver, rate, raw_wrench, clock
+        self._receiver, self._echo, self._rate, self._raw = receiver, echo, rate, raw_wrench
+        self._clock = RoundTripClock()
         self._last = -math.inf
         self._lost = 0
 
     @property
     def connected(self) -> bool:
-        """Whether the library believes that it is."""
-        return self._receiver.isConnected()
+        """Whether states and echoes come, as far as their connections know."""
+        return self._receiver.isConnected() and self._echo.connected
 
     def take(self, now: float) -> UrState | None:
-        """Return the newest state if it is new.
+        """Return the newest state if it is new, and if an echo proves when it was taken.
 
         The library's getters are not one snapshot: a state counts if the time stamp is the same before and after.
 
@@ -84,9 +85,10 @@ class StateReceiver:
             ImpossibleStateError: It is none.
         """
         receiver = self._receiver
+        self._clock.prove(self._echo.exchange(now))
         for _ in range(_TRIES):
             stamp = receiver.getTimestamp()
-            if stamp == self._last or stamp == 0.0:  # 0: nothing has arrived yet
+            if stamp == self._last or stamp == 0.0 or not self._clock.proven:  # 0: nothing has arrived yet
                 return None
             read = self._read()
             if receiver.getTimestamp() == stamp:
@@ -117,7 +119,7 @@ class StateReceiver:
         if not _possible(read):
             raise ImpossibleStateError(f"{read}")
         return UrState(
-            self._clock.host_time(stamp, now),
+            self._clock.stamp(stamp, now),
             now,
             stamp,
             *read.modes,

@@ -56,7 +56,9 @@ SERIES = TimeSeries(TIME, ["scan"] * 600, 2.0 + 0.02 * np.sin(20 * TIME), *(np.f
 
 
 def timing_of(compute, period=2e-3):
-    return RunTiming(compute, np.full(max(0, compute.size - 1), period), np.zeros(0), 0, "", period)
+    return RunTiming(
+        compute, np.full(max(0, compute.size - 1), period), np.zeros(0), np.full(compute.size, 4e-3), 0, "", period
+    )
 
 
 PLAIN = Report(

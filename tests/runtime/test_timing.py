@@ -43,11 +43,12 @@ def test_of_nothing_there_is_no_figure():
     assert str(found) == "none"
 
 
-def timing(compute, lateness=(), overruns=0, note=""):
+def timing(compute, lateness=(), age=(), overruns=0, note=""):
     return RunTiming(
         compute=np.array(compute),
         period_time=np.full(max(0, len(compute) - 1), 1e-3),
         lateness=np.array(lateness, dtype=float),
+        age=np.array(age, dtype=float),
         overruns=overruns,
         note=note,
         period=1e-3,
@@ -56,11 +57,12 @@ def timing(compute, lateness=(), overruns=0, note=""):
 
 def test_in_words_with_units():
     assert str(Distribution.of(np.array([3e-5, 4e-5, 2e-3]))) == "median 40 µs, 99 % 2000 µs, max 2000 µs (3)"
-    text = str(timing([4e-5, 2e-3], [1e-4, 2e-4], 1, "real-time priority 50 (SCHED_FIFO)"))
+    text = str(timing([4e-5, 2e-3], [1e-4, 2e-4], [4e-3], 1, "real-time priority 50 (SCHED_FIFO)"))
     assert text == (
         "period 1 ms; compute median 2000 µs, 99 % 2000 µs, max 2000 µs (2); "
         "start to start median 1000 µs, 99 % 1000 µs, max 1000 µs (1); "
-        "lateness median 200 µs, 99 % 200 µs, max 200 µs (2); overruns 1; real-time priority 50 (SCHED_FIFO)"
+        "lateness median 200 µs, 99 % 200 µs, max 200 µs (2); overruns 1; "
+        "age of samples median 4000 µs, 99 % 4000 µs, max 4000 µs (1); real-time priority 50 (SCHED_FIFO)"
     )
 
 

@@ -9,6 +9,8 @@ import threading
 import time
 from pathlib import Path
 
+from palpate.hw.round_trip_clock import RoundTrip
+
 CYCLE = 0.002
 REST = [0.1, 0.2, 0.3, 0.0, 0.0, 0.0]
 
@@ -133,6 +135,19 @@ class FakeReceiver:
         return 1.0
 
 
+class FakeEcho:
+    """Replies at once."""
+
+    connected = True
+
+    def __init__(self, controller: FakeController) -> None:
+        self.c = controller
+
+    def exchange(self, now: float) -> list[RoundTrip]:
+        sent = time.monotonic()
+        return [RoundTrip(self.c.clock(), sent, time.monotonic())]
+
+
 class FakeControls:
     def __init__(self, controller: FakeController) -> None:
         self.c = controller
@@ -186,6 +201,10 @@ class FakeDashboard:
 
 def receiver(address: str, rate: float, version: object) -> FakeReceiver:
     return FakeReceiver(_of(address))
+
+
+def echo(address: str, rate: float) -> FakeEcho:
+    return FakeEcho(_of(address))
 
 
 def controls(address: str, rate: float) -> FakeControls:

@@ -46,19 +46,18 @@ def stamps_of(
 )
 def test_stamps_neither_drift_nor_jitter(rate: float, per_count: int, skew: float, duration: float) -> None:
     true, counters, arrived = arrivals(rate, skew, duration, 1, per_count=per_count, first=2**32 - 5000)
-    stamped, clock = stamps(counters, arrived)
+    stamped, _ = stamps(counters, arrived)
     error = stamped - true - LEAST_DELAY
     settled = true > true[0] + 2.0
     assert error[settled].std() < 2e-6 < 1e-4 < (arrived - true)[settled].std()
     assert np.abs(error[settled]).max() < 5e-5
     tenth = len(error) // 10
     assert abs(np.median(error[-tenth:]) - np.median(error[2 * tenth : 3 * tenth])) < 2e-6
-    assert clock.rate == pytest.approx(rate * (1.0 + skew), rel=2e-6)
 
 
 def test_stamps_are_good_as_soon_as_the_clock_is_learned() -> None:
     for seed in range(10):
-        true, counters, arrived = arrivals(7000.0, 1e-4, 1.0, seed, per_count=7)
+        true, counters, arrived = arrivals(7000.0, 1e-4, 2.0, seed, per_count=7)
         stamped, _ = stamps(counters, arrived)
         learned = arrived > arrived[0] + LEARNING
         assert np.abs(stamped - true - LEAST_DELAY)[learned].max() < 2e-4
@@ -77,7 +76,7 @@ def test_whatever_arrives_stamps_advance_and_are_not_ahead(
     for advance, elapsed in steps:
         counter, arrival = (counter + advance) % 2**32, arrival + elapsed
         stamp = clock.stamp(counter, arrival)
-        assert last < stamp <= arrival
+        assert last < stamp <= arrival or not clock.learned
         last = stamp
     clock.restart()
     assert clock.stamp(other, arrival + 1.0) <= arrival + 1.0
@@ -103,6 +102,29 @@ def test_a_counter_that_jumps_ahead_is_followed() -> None:
     error = stamped - true[half:] - LEAST_DELAY
     assert np.abs(error[200:]).max() < 5e-5
     assert np.diff(stamped).min() > 0.0
+
+
+@pytest.mark.parametrize("rate", [0.005, 0.02, 0.08, 0.2, 0.5])
+@pytest.mark.parametrize("per_count", [1, 1000], ids=["frames", "microseconds"])
+def test_a_creeping_delay_is_noticed_50_ms_late_at_most(rate: float, per_count: int) -> None:
+    """Once the clock is known, on a wire that proves nothing but that its device keeps its rate."""
+    true, counters, arrived = arrivals(1000.0 * per_count, 3e-5, 20.0 + 0.06 / rate, 7, per_count=per_count)
+    arrived = arrived + rate * np.maximum(true - true[0] - 20.0, 0.0)
+    stamped, _ = stamps(counters, arrived)
+    limit = 0.025
+    crept = LEAST_DELAY + rate * np.maximum(true - true[0] - 20.0, 0.0)
+    noticed = true[np.argmax((arrived - stamped > limit) & (crept > 0.001))]
+    passed = true[np.argmax(crept > limit)]
+    assert noticed < passed + 0.05
+
+
+@pytest.mark.slow
+def test_thirty_minutes_of_jitter_raise_no_alarm() -> None:
+    """Delays from 0 to 20 ms, at a limit of 30 ms."""
+    true, counters, arrived = arrivals(500.0, 3e-5, 1800.0, 3)
+    arrived = np.maximum.accumulate(true + np.random.default_rng(4).uniform(0.0, 0.02, len(true)))
+    stamped, _ = stamps(counters, arrived)
+    assert (arrived - stamped)[np.isfinite(stamped)].max() < 0.03
 
 
 @given(

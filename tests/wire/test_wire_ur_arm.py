@@ -241,7 +241,7 @@ def test_tool_payload_and_slider_are_set(shared):
 )
 def test_other_versions_and_a_clock_that_runs_faster(version, scale):
     with controller(version=version, scale=scale) as emulator:
-        settings = UrSettings(stale_after=2.0, watchdog=1.0, clock_rate=scale)
+        settings = UrSettings(stale_after=2.0, watchdog=1.0)
         with UrArm(address(emulator), settings) as arm:
             assert arm.version[0] == version.major
             stalled = emulator.control.state()["given_up"]

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 import support.fake_ur_library as fake
 from palpate.errors import InvalidValueError
+from palpate.hw.round_trip_clock import RoundTrip
 from palpate.hw.ur import FlangePayload, ForceTask, UrSettings
-from palpate.hw.ur.controller_clock import WINDOW, ControllerClock
 from palpate.hw.ur.exchange import (
     COMMAND_NUMBERS,
     ClientPhase,
@@ -166,50 +166,6 @@ def test_a_row_of_which_only_a_part_is_visible_is_not_believed(order, visible):
     memory.close()
 
 
-# -- time --
-
-
-@given(
-    st.floats(-1e5, 1e5),
-    st.lists(st.floats(0.0, 0.02), min_size=2, max_size=200),
-    st.floats(-1e-4, 1e-4),
-    st.sampled_from([0.5, 1.0, 4.0]),
-)
-def test_time_stamps_go_on_and_are_never_in_the_future(apart, delays, drift, rate):
-    """Whatever difference, drift, delays: after the one before, before it was seen."""
-    clock, last_time, last_seen = ControllerClock(rate), -math.inf, -math.inf
-    for i, delay in enumerate(delays):
-        own = 0.002 * i
-        seen = max(apart + own * (1.0 + drift) / rate + delay, last_seen + 1e-4)
-        last_seen = seen
-        time_ = clock.host_time(own, seen)
-        assert last_time < time_ <= seen
-        last_time = time_
-
-
-def test_age_is_the_delay_beyond_the_quickest_and_follows_drifting_clocks():
-    clock, apart, drift = ControllerClock(), 12345.0, 1e-4
-    errors = []
-    for i in range(2000):
-        own = 0.002 * i
-        sampled = apart + own * (1.0 + drift)
-        delay = 2e-4 + (i * 7919 % 100) * 1e-4  # up to 10 ms, each hundredth the quickest
-        errors.append(clock.host_time(own, sampled + delay) - sampled)
-    # 0.2 ms of the shortest delay, and what clocks part by in two windows
-    assert max(map(abs, errors[200:])) < 2e-4 + 2 * WINDOW * drift + 1e-6
-
-
-def test_a_clock_that_slips_is_followed_within_two_windows():
-    clock, slipped = ControllerClock(), 0.0
-    for i in range(2000):
-        if i == 500:
-            slipped = 0.2
-        seen = 77.0 + 0.002 * i + slipped
-        age = seen - clock.host_time(0.002 * i, seen)
-        if i < 500 or 0.002 * (i - 500) > 2 * WINDOW:
-            assert age < 1e-6
-
-
 # -- one cycle's values together --
 
 
@@ -217,7 +173,7 @@ def test_a_state_is_of_one_cycle_though_the_getters_are_not(tmp_path):
     """It goes on while it is read, and each getter replies for the present cycle: no state may be mixed."""
     fake.forget()
     receiver = fake.receiver(str(tmp_path), 500.0, (5, 14, 0, 0))
-    state_receiver = StateReceiver(receiver, 500.0, raw_wrench=True, clock=ControllerClock())
+    state_receiver = StateReceiver(receiver, fake.echo(str(tmp_path), 500.0), 500.0, raw_wrench=True)
     taken = [until(lambda: state_receiver.take(time.monotonic())) for _ in range(200)]
     fake.forget()
     for s in taken:
@@ -246,8 +202,17 @@ class Stamps:
         return lambda: 1 if scalar else [0.0] * 6
 
 
+class Proven:
+    """An echo for every look."""
+
+    connected = True
+
+    def exchange(self, now: float) -> list[RoundTrip]:
+        return [RoundTrip(now, now, now)]
+
+
 def test_a_clock_that_goes_back_is_a_restarted_controller():
-    state_receiver = StateReceiver(Stamps(5.0, 5.002, 0.5), 500.0, raw_wrench=True, clock=ControllerClock())
+    state_receiver = StateReceiver(Stamps(5.0, 5.002, 0.5), Proven(), 500.0, raw_wrench=True)
     assert state_receiver.take(1.0) is not None
     assert state_receiver.take(1.002) is not None
     with pytest.raises(ControllerRestartedError):
@@ -273,13 +238,13 @@ class Rubbish(Stamps):
     ],
 )
 def test_rubbish_is_not_taken_for_a_state(name, reply):
-    state_receiver = StateReceiver(Rubbish(name, reply), 500.0, raw_wrench=True, clock=ControllerClock())
+    state_receiver = StateReceiver(Rubbish(name, reply), Proven(), 500.0, raw_wrench=True)
     with pytest.raises(ImpossibleStateError):
         state_receiver.take(1.0)
 
 
 def test_a_controller_without_raw_wrench_is_not_asked_for_it():
-    state_receiver = StateReceiver(Stamps(5.0), 125.0, raw_wrench=False, clock=ControllerClock())
+    state_receiver = StateReceiver(Stamps(5.0), Proven(), 125.0, raw_wrench=False)
     found = state_receiver.take(1.0)
     assert found is not None
     assert all(map(math.isnan, found.raw_wrench))

@@ -74,6 +74,7 @@ class RecordStream:
         """Lose the next ones, as if all of them had been sent at once."""
         self._sequence += records
         self._first_sample += round(records * self._internal_rate / self._rate)
+        self._switched_on -= records / self._rate
 
     def count_anew(self, now: float) -> None:
         """Begin both counters anew, as a box that was switched off."""

@@ -154,6 +154,8 @@ class EmulatedController:
             # streams repeat themselves; the log does not
             self.note(WRITTEN, **values)
         self.inputs.update(values)
+        # registers are sent back with the next state
+        self.outputs.update({name: value for name, value in values.items() if name in self.outputs})
         self.channels.write(values)
         self.watchdog.see(values, self.time)
 

@@ -85,6 +85,7 @@ def outputs_of(version: ControllerVersion) -> dict[str, VariableType]:
     types = {name: kind for kind, names in _OUTPUTS.items() for name in names.split()}
     types |= {f"output_int_register_{i}": VariableType.INT32 for i in range(REGISTERS)}
     types |= {f"output_double_register_{i}": VariableType.DOUBLE for i in range(REGISTERS)}
+    types |= {name: kind for name, kind in INPUTS.items() if "_register_" in name}
     here = (version.major, version.minor, version.bugfix)
     for name, kind, old, new in _SINCE:
         since = old if version.major < 5 else new

@@ -13,7 +13,7 @@ _MICRO = 1e6
 
 
 def computing(timing: RunTiming) -> Section:
-    """Return the section on how long periods took to compute, and whether deadlines were kept."""
+    """Return the section on how long periods took to compute, how old samples were, how deadlines were kept."""
 
     def draw() -> "Iterator[Picture | None]":
         from palpate.reporting.timing_picture import timing_picture  # with matplotlib
@@ -25,7 +25,10 @@ def computing(timing: RunTiming) -> Section:
 
 def _timing_rows(timing: RunTiming) -> tuple[tuple[str, str, str, str], ...]:
     """Return rows (name, value, unit, note): what was computed, and, in real time, how deadlines were kept."""
-    rows = [_row("computing a period, 99 %", timing.compute_spread)]
+    rows = [
+        _row("computing a period, 99 %", timing.compute_spread),
+        _row("age of the oldest sample, 99 %", timing.age_spread),
+    ]
     if timing.lateness.size:
         rows += [
             _row("start to start of a period, 99 %", timing.period_spread),

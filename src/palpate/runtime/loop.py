@@ -19,7 +19,7 @@ from palpate.runtime.pacing import Punctuality
 from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.result import Ending, RunResult
 from palpate.runtime.supervision import Supervisor
-from palpate.runtime.timing import RunTiming
+from palpate.runtime.timing import RunTiming, oldest_age
 from palpate.runtime.touch import Touch
 from palpate.runtime.truth import truth_source
 from palpate.spatial import norm, subtract
@@ -122,7 +122,7 @@ class _Run:
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
         self._stopped = self._seen = self._trip_recorded = self._aftermath_recorded = False
-        self._starts, self._compute = array("d"), array("d")
+        self._starts, self._compute, self._ages = array("d"), array("d"), array("d")
         self._punctuality = Punctuality()
         self._recording: RecordingSummary | None = None
         self._clock = time.perf_counter
@@ -181,6 +181,7 @@ class _Run:
                 command = supervisor.check(now, wanted)
             else:
                 command = supervisor.react(now)
+            self._ages.append(oldest_age(now))
             source = "observer"
             for observer in self._observers:
                 observer(self._sample, now, command)
@@ -338,6 +339,7 @@ class _Run:
                 compute=np.array(self._compute),
                 period_time=np.diff(starts),
                 lateness=self._punctuality.lateness,
+                age=np.array(self._ages),
                 overruns=self._punctuality.overruns,
                 note=self._punctuality.note,
                 period=self._backend.period,

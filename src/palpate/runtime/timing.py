@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.runtime.data import Observation
 
 _MICRO = 1e6
 """Times of the loop are reported in microseconds."""
@@ -47,6 +48,17 @@ class Distribution:
         )
 
 
+def oldest_age(now: Observation) -> float:
+    """Return the age of the oldest of the samples that a period uses, by their own time stamps [s]."""
+    first = now.arm.time
+    for finger in now.fingers:
+        if finger.time < first:
+            first = finger.time
+    if now.hand is not None and now.hand.time < first:
+        first = now.hand.time
+    return now.time - first
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RunTiming:
     """Every period's times, on the wall clock.
@@ -56,6 +68,7 @@ class RunTiming:
         period_time: From the start of each period to the next one's, shape (n - 1,) [s]; empty if n = 0.
         lateness: From each deadline to the wake-up after it [s], coming to rest included; empty for simulated
             time.
+        age: Of each period's oldest sample, by the devices' time stamps, shape (n,) [s].
         overruns: Deadlines that had passed before the period's work was done; 0 for simulated time.
         note: What the system granted or refused, for people; empty if there is nothing to say.
         period: That was asked for [s].
@@ -64,6 +77,7 @@ class RunTiming:
     compute: FloatArray
     period_time: FloatArray
     lateness: FloatArray
+    age: FloatArray
     overruns: int
     note: str
     period: float
@@ -84,6 +98,11 @@ class RunTiming:
         return Distribution.of(self.lateness)
 
     @property
+    def age_spread(self) -> Distribution:
+        """Of `age`."""
+        return Distribution.of(self.age)
+
+    @property
     def slow_periods(self) -> int:
         """How many took longer to compute than a period lasts: in simulated time too."""
         return int(np.count_nonzero(self.compute > self.period))
@@ -96,6 +115,8 @@ class RunTiming:
             parts.append(f"overruns {self.overruns}")
         elif self.slow_periods:
             parts.append(f"slower than real time {self.slow_periods}")
+        if self.age.size:
+            parts.append(f"age of samples {self.age_spread}")
         if self.note:
             parts.append(self.note)
         return "; ".join(parts)

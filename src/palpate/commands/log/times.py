@@ -27,5 +27,8 @@ def log_spreads(log: Log) -> dict[str, FloatArray]:
         "compute time": log.rows[:, columns["compute_time"].start],
         "lateness": log.rows[:, columns["lateness"].start],
     }
+    sampled = (name for name in columns if name.endswith(".time"))
+    with np.errstate(over="ignore", invalid="ignore"):
+        times |= {f"age of {name[:-5]}": time - log.rows[:, columns[name].start] for name in sampled}
     finite = {name: values[abs(values) < LONGEST] for name, values in times.items()}
     return {name: values for name, values in finite.items() if values.size}

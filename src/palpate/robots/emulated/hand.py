@@ -172,9 +172,7 @@ def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
     )
     arm = UrArm(
         wires.arm,
-        UrSettings(
-            pose_flange_tip=FLANGE_HAND, watchdog=DEVICE_TIMEOUT, stale_after=DEVICE_TIMEOUT, clock_rate=scale
-        ),
+        UrSettings(pose_flange_tip=FLANGE_HAND, watchdog=DEVICE_TIMEOUT, stale_after=DEVICE_TIMEOUT),
     )
     stream = NetFtSettings(StreamSettings(QUIET, silent_after=DEVICE_TIMEOUT))
     payload = SensorPayload(tip.mass, tip.center_of_mass)

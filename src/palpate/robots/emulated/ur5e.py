@@ -53,7 +53,6 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
         angular_speed=robot.file.limits.angular_speed,
         watchdog=DEVICE_TIMEOUT,
         stale_after=DEVICE_TIMEOUT,
-        clock_rate=entry.time_scale,
     )
     arm = FramedArm(UrArm(entry.address, settings), pose_base_robot(entry))
     sensor = NetFt(entry.address, NetFtSettings(StreamSettings(QUIET, silent_after=DEVICE_TIMEOUT)))
