@@ -26,7 +26,7 @@ def computing(timing: RunTiming) -> Section:
 def _timing_rows(timing: RunTiming) -> tuple[tuple[str, str, str, str], ...]:
     """Return rows (name, value, unit, note): what was computed, and, in real time, how deadlines were kept."""
     rows = [_row("computing a period, 99 %", timing.compute_spread)]
-    if timing.lateness.size:
+    if len(timing.lateness):
         rows += [
             _row("start to start of a period, 99 %", timing.period_spread),
             _row("waking up late, 99 %", timing.lateness_spread),
