@@ -1,4 +1,6 @@
-"""A run kept in memory."""
+"""A run kept in memory, which is bounded."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,20 +21,51 @@ _NOTHING = Heading(Layout(0, None, (6,), 2), 1.0, 0.0, 0, "")
 """What a log that was never started looks like."""
 
 
+MOST_PERIODS = 2**18
+"""Periods that are kept, four minutes at 1 kHz; of longer runs every second, fourth, ... one."""
+
+_THINNED_AT_ONCE = 4
+"""Blocks that are thinned whenever one comes: 50 us each for 200 periods, not all of them in one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Block:
+    """Some periods, from number `first` on, each `stride` after the one before; rows of shape (n, width)."""
+
+    first: int
+    stride: int
+    rows: FloatArray
+
+    def thinned(self, stride: int) -> "_Block":
+        """Return the periods whose number is a multiple of `stride`."""
+        if stride == self.stride:
+            return self
+        skipped = -self.first % stride // self.stride
+        return _Block(
+            self.first + skipped * self.stride, stride, self.rows[skipped :: stride // self.stride].copy()
+        )
+
+
 class MemoryLog:
-    """A sink that keeps everything, about 500 bytes per period and finger.
+    """A sink that keeps a run, all of `MOST_PERIODS` periods; of a longer one a share, evenly over time.
+
+    It takes about 500 bytes per period and finger, so 180 MB at most.
 
     Attributes:
         events: What happened.
         changes: Of live parameters.
+        stride: 1 if every period is there; else only those whose number is a multiple of it.
     """
 
     def __init__(self) -> None:
         """Begin empty."""
         self.events: list[Event] = []
         self.changes: list[Change] = []
+        self.stride = 1
         self._codec = PeriodCodec(_NOTHING, PERIOD_CHANNEL)
-        self._blocks: list[PackedRows] = []
+        self._blocks: list[_Block] = []
+        self._thin = 0  # so many of them have the stride
+        self._kept = self._taken = 0
 
     def start(self, heading: Heading) -> None:
         """See `Sink`."""
@@ -40,7 +73,13 @@ class MemoryLog:
 
     def rows(self, rows: PackedRows) -> None:
         """See `Sink`."""
-        self._blocks.append(rows)
+        block = _Block(rows.first, 1, self._codec.rows(rows.data))
+        self._taken += len(block.rows)
+        self._blocks.append(block)
+        self._kept += len(block.rows)
+        self._thin_next(_THINNED_AT_ONCE)
+        if self._kept > MOST_PERIODS and self._thin == len(self._blocks):
+            self.stride, self._thin = 2 * self.stride, 0
 
     def entry(self, entry: Entry) -> None:
         """See `Sink`."""
@@ -51,9 +90,7 @@ class MemoryLog:
 
     def close(self) -> RecordingSummary:
         """See `Sink`."""
-        return RecordingSummary(
-            rows_written=sum(len(block.data) for block in self._blocks) // self._codec.row_bytes
-        )
+        return RecordingSummary(rows_written=self._taken)
 
     def record(self, finger: int = 0) -> Record:
         """Return what came so far; while a run goes on, call `Recorder.flush` before.
@@ -64,9 +101,26 @@ class MemoryLog:
         return record_of(self._codec, self._all_rows(), finger)
 
     def truth(self) -> TruthTable:
-        """Return what really happened in every period; a table without columns on a robot."""
+        """Return what really happened in every period kept; a table without columns on a robot."""
         return truth_of(self._codec, self._all_rows())
 
     def _all_rows(self) -> FloatArray:
-        blocks = [self._codec.rows(block.data) for block in self._blocks]
-        return np.concatenate(blocks) if blocks else np.empty((0, self._codec.width))
+        self._thin_next(len(self._blocks))
+        if not self._blocks:
+            return np.empty((0, self._codec.width))
+        if len(self._blocks) > 1:  # they go as their rows are copied: there is no room for both
+            whole, place = _Block(self._blocks[0].first, self.stride, np.empty((self._kept, self._codec.width))), 0
+            self._blocks.reverse()
+            while self._blocks:
+                rows = self._blocks.pop().rows
+                whole.rows[place : place + len(rows)] = rows
+                place += len(rows)
+            self._blocks, self._thin = [whole], 1
+        return self._blocks[0].rows
+
+    def _thin_next(self, count: int) -> None:
+        for index in range(self._thin, min(self._thin + count, len(self._blocks))):
+            before = self._blocks[index]
+            self._blocks[index] = after = before.thinned(self.stride)
+            self._kept -= len(before.rows) - len(after.rows)
+            self._thin += 1
