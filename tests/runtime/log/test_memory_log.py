@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.runtime.log import Layout, MemoryLog
-from palpate.runtime.log import memory_log as memory_log_module
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.period_codec import PeriodCodec
@@ -24,18 +23,14 @@ def rows_of(first, count):
 
 @given(st.lists(st.integers(1, 30), max_size=60), st.lists(st.integers(0, 59), max_size=3))
 def test_what_is_kept_is_even_in_time_bounded_and_as_it_came(sizes, looks):
-    before, memory_log_module.MOST_PERIODS = memory_log_module.MOST_PERIODS, MOST
-    try:
-        memory, count = MemoryLog(), 0
-        memory.start(HEADING)
-        for index, size in enumerate(sizes):
-            memory.rows(rows_of(count, size))
-            count += size
-            if index in looks:
-                memory.record()
-        time = memory.record().time
-    finally:
-        memory_log_module.MOST_PERIODS = before
+    memory, count = MemoryLog(MOST), 0
+    memory.start(HEADING)
+    for index, size in enumerate(sizes):
+        memory.rows(rows_of(count, size))
+        count += size
+        if index in looks:
+            memory.record()
+    time = memory.record().time
     np.testing.assert_array_equal(time, np.arange(0, count, memory.stride))
     assert memory.close().rows_written == count
     assert memory.stride == 1 or count > MOST

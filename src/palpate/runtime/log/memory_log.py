@@ -47,38 +47,41 @@ class _Block:
 
 
 class MemoryLog:
-    """A sink that keeps a run, all of `MOST_PERIODS` periods; of a longer one a share, evenly over time.
+    """A sink that keeps a run, whole up to a number of periods; of a longer one a share, evenly over time.
 
-    It takes about 500 bytes per period and finger, so 180 MB at most.
+    It takes about 500 bytes per period and finger.
 
     Attributes:
         events: What happened.
         changes: Of live parameters.
+        codec: Says what is in a row.
+        taken: How many periods came.
         stride: 1 if every period is there; else only those whose number is a multiple of it.
     """
 
-    def __init__(self) -> None:
-        """Begin empty."""
+    def __init__(self, most: int = MOST_PERIODS) -> None:
+        """Begin empty; keep not many more than so many periods."""
+        self._most = most
         self.events: list[Event] = []
         self.changes: list[Change] = []
         self.stride = 1
-        self._codec = PeriodCodec(_NOTHING, PERIOD_CHANNEL)
+        self.codec = PeriodCodec(_NOTHING, PERIOD_CHANNEL)
         self._blocks: list[_Block] = []
         self._thin = 0  # so many of them have the stride
-        self._kept = self._taken = 0
+        self.taken = self._kept = 0
 
     def start(self, heading: Heading) -> None:
         """See `Sink`."""
-        self._codec = PeriodCodec(heading, PERIOD_CHANNEL)
+        self.codec = PeriodCodec(heading, PERIOD_CHANNEL)
 
     def rows(self, rows: PackedRows) -> None:
         """See `Sink`."""
-        block = _Block(rows.first, 1, self._codec.rows(rows.data))
-        self._taken += len(block.rows)
+        block = _Block(rows.first, 1, self.codec.rows(rows.data))
+        self.taken += len(block.rows)
         self._blocks.append(block)
         self._kept += len(block.rows)
         self._thin_next(_THINNED_AT_ONCE)
-        if self._kept > MOST_PERIODS and self._thin == len(self._blocks):
+        if self._kept > self._most and self._thin == len(self._blocks):
             self.stride, self._thin = 2 * self.stride, 0
 
     def entry(self, entry: Entry) -> None:
@@ -90,7 +93,7 @@ class MemoryLog:
 
     def close(self) -> RecordingSummary:
         """See `Sink`."""
-        return RecordingSummary(rows_written=self._taken)
+        return RecordingSummary(rows_written=self.taken)
 
     def record(self, finger: int = 0) -> Record:
         """Return what came so far; while a run goes on, call `Recorder.flush` before.
@@ -98,18 +101,19 @@ class MemoryLog:
         Raises:
             InvalidValueError: There is no such finger.
         """
-        return record_of(self._codec, self._all_rows(), finger)
+        return record_of(self.codec, self.kept_rows(), finger)
 
     def truth(self) -> TruthTable:
         """Return what really happened in every period kept; a table without columns on a robot."""
-        return truth_of(self._codec, self._all_rows())
+        return truth_of(self.codec, self.kept_rows())
 
-    def _all_rows(self) -> FloatArray:
+    def kept_rows(self) -> FloatArray:
+        """Return the rows of the periods kept, shape (n, width), columns as in `codec`."""
         self._thin_next(len(self._blocks))
         if not self._blocks:
-            return np.empty((0, self._codec.width))
+            return np.empty((0, self.codec.width))
         if len(self._blocks) > 1:  # they go as their rows are copied: there is no room for both
-            whole, place = _Block(self._blocks[0].first, self.stride, np.empty((self._kept, self._codec.width))), 0
+            whole, place = _Block(self._blocks[0].first, self.stride, np.empty((self._kept, self.codec.width))), 0
             self._blocks.reverse()
             while self._blocks:
                 rows = self._blocks.pop().rows
