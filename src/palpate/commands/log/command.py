@@ -10,7 +10,15 @@ from rich.progress import Progress
 
 from palpate.commands.command_result import CommandResult
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
-from palpate.commands.log.export import CsvWriter, ParquetWriter, TableWriter, entry_tables, period_tables
+from palpate.commands.log.export import (
+    CsvWriter,
+    ParquetWriter,
+    TableWriter,
+    column_names,
+    empty_period_table,
+    entry_tables,
+    period_tables,
+)
 from palpate.commands.log.result import log_result
 from palpate.commands.log.summary import VERSIONS, log_summary
 from palpate.commands.log.times import LogTimes
@@ -55,15 +63,16 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
         period = folder / f"period{writer.suffix}"
         with _patient_progress(f"writing {period.name}") as progress:
             rows = {period: writer.write(period_tables(log, progress), period)}
+    names = {period: column_names(empty_period_table(log.codec))}
     for name, table in entry_tables(log).items():
         other = folder / f"{name}{writer.suffix}"
-        rows[other] = writer.write([table], other)
+        rows[other], names[other] = writer.write([table], other), column_names(table)
     for file, count in rows.items():
         say(console, f"{file}: {count} rows")
     damage = () if not log.damage else (f"The log is damaged, its tables have gaps: {log.damage_words}",)
     for warning in damage:
         say(console, warning)
-    tables = [{"file": file, "rows": count} for file, count in rows.items()]
+    tables = [{"file": file, "rows": count, "columns": names[file]} for file, count in rows.items()]
     return CommandResult(facts={"log": path, "tables": tables}, files=tuple(rows), warnings=damage)
 
 

@@ -76,7 +76,7 @@ class CsvWriter:
         with replacing(path) as file:
             for index, table in enumerate(pieces):
                 if index == 0:
-                    file.write(_lines([[column.name for column in table]]))
+                    file.write(_lines([column_names(table)]))
                 file.write(_lines(zip(*[_texts(column.values) for column in table], strict=True)))
                 count += len(table[0].values)
         return count
@@ -118,8 +118,7 @@ class ParquetWriter:
 def period_tables(log: LogReader, progress: Progress) -> Iterator[Table]:
     """Yield the table of the periods in pieces, while the log is read."""
     count = 0
-    piece = LogRows(np.empty(0, np.int64), np.empty((0, log.codec.width)))  # for the header of an empty log
-    yield _period_table(log.codec, piece)
+    yield empty_period_table(log.codec)  # for the header of an empty log
     held: list[LogRows] = []
     for piece in log.pieces(progress):
         held.append(piece)
@@ -129,6 +128,16 @@ def period_tables(log: LogReader, progress: Progress) -> Iterator[Table]:
             held, count = [], 0
     if held:
         yield _period_table(log.codec, _joined(held))
+
+
+def empty_period_table(codec: PeriodCodec) -> Table:
+    """Return the columns of the table of the periods, without rows."""
+    return _period_table(codec, LogRows(np.empty(0, np.int64), np.empty((0, codec.width))))
+
+
+def column_names(table: Table) -> list[str]:
+    """Return the names of its columns."""
+    return [column.name for column in table]
 
 
 def entry_tables(log: LogReader) -> Mapping[str, Table]:
