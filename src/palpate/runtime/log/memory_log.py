@@ -1,5 +1,6 @@
 """A run kept in memory, which is bounded."""
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ _NOTHING = Heading(Layout(0, None, (6,), 2), 1.0, 0.0, 0, "")
 
 MOST_PERIODS = 2**18
 """Periods that are kept, four minutes at 1 kHz; of longer runs every second, fourth, ... one."""
+
+_BLOCK_ROWS = 200
+"""Smaller blocks are joined: a recorder's at 1 kHz."""
 
 _THINNED_AT_ONCE = 4
 """Blocks that are thinned whenever one comes: 50 us each for 200 periods, not all of them in one."""
@@ -66,8 +70,9 @@ class MemoryLog:
         self.changes: list[Change] = []
         self.stride = 1
         self.codec = PeriodCodec(_NOTHING, PERIOD_CHANNEL)
-        self._blocks: list[_Block] = []
-        self._thin = 0  # so many of them have the stride
+        self._old: deque[_Block] = deque()  # not yet thinned; before the others
+        self._thinned: list[_Block] = []
+        self._new: list[_Block] = []
         self.taken = self._kept = 0
 
     def start(self, heading: Heading) -> None:
@@ -78,11 +83,14 @@ class MemoryLog:
         """See `Sink`."""
         block = _Block(rows.first, 1, self.codec.rows(rows.data))
         self.taken += len(block.rows)
-        self._blocks.append(block)
+        block = block.thinned(self.stride)
         self._kept += len(block.rows)
-        self._thin_next(_THINNED_AT_ONCE)
-        if self._kept > self._most and self._thin == len(self._blocks):
-            self.stride, self._thin = 2 * self.stride, 0
+        _append(self._new, block)
+        self._thin(_THINNED_AT_ONCE)
+        if self._kept > self._most and not self._old:
+            self.stride *= 2
+            self._old = deque(self._thinned + self._new)
+            self._thinned, self._new = [], []
 
     def entry(self, entry: Entry) -> None:
         """See `Sink`."""
@@ -109,22 +117,33 @@ class MemoryLog:
 
     def kept_rows(self) -> FloatArray:
         """Return the rows of the periods kept, shape (n, width), columns as in `codec`."""
-        self._thin_next(len(self._blocks))
-        if not self._blocks:
-            return np.empty((0, self.codec.width))
-        if len(self._blocks) > 1:  # they go as their rows are copied: there is no room for both
-            whole, place = _Block(self._blocks[0].first, self.stride, np.empty((self._kept, self.codec.width))), 0
-            self._blocks.reverse()
-            while self._blocks:
-                rows = self._blocks.pop().rows
-                whole.rows[place : place + len(rows)] = rows
+        self._thin(len(self._old))
+        blocks = self._thinned + self._new
+        if len(blocks) > 1:  # they go as their rows are copied: there is no room for both
+            whole, place = np.empty((self._kept, self.codec.width)), 0
+            first = blocks[0].first
+            self._thinned, self._new = [], []
+            blocks.reverse()
+            while blocks:
+                rows = blocks.pop().rows
+                whole[place : place + len(rows)] = rows
                 place += len(rows)
-            self._blocks, self._thin = [whole], 1
-        return self._blocks[0].rows
+            self._thinned = [_Block(first, self.stride, whole)]
+        kept = self._thinned + self._new
+        return kept[0].rows if kept else np.empty((0, self.codec.width))
 
-    def _thin_next(self, count: int) -> None:
-        for index in range(self._thin, min(self._thin + count, len(self._blocks))):
-            before = self._blocks[index]
-            self._blocks[index] = after = before.thinned(self.stride)
+    def _thin(self, count: int) -> None:
+        for _ in range(min(count, len(self._old))):
+            before = self._old.popleft()
+            after = before.thinned(self.stride)
             self._kept -= len(before.rows) - len(after.rows)
-            self._thin += 1
+            _append(self._thinned, after)
+
+
+def _append(blocks: list[_Block], block: _Block) -> None:
+    """Append a block, or join it to the last one where both are small."""
+    if blocks and len(blocks[-1].rows) + len(block.rows) <= _BLOCK_ROWS:
+        last = blocks[-1]
+        blocks[-1] = _Block(last.first, last.stride, np.concatenate([last.rows, block.rows]))
+    elif len(block.rows):
+        blocks.append(block)
