@@ -202,13 +202,13 @@ class Measured:
     @property
     def work(self) -> np.ndarray:
         """Of each period but the first, for which nothing was read: from read to record [s]."""
-        compute = self.result.timing.compute[1:]
+        compute = self.result.timing.compute.values[1:]
         return compute + self.read[: len(compute)]
 
     @property
     def end(self) -> np.ndarray:
         """From the deadline that a period begins with to the end of its work [s]."""
-        return self.work + self.result.timing.lateness[: len(self.work)]
+        return self.work + self.result.timing.lateness.values[: len(self.work)]
 
 
 def measure(

@@ -57,7 +57,7 @@ def test_a_still_surface_is_pressed_to_within_20_mn_with_a_nano17():
 
 def test_steps_hardly_overshoot_and_their_force_gets_there():
     found = regulated(profile="step", duration=4.0, **NANO17)
-    steps = found.steps(found.true_force)
+    steps = found.judged_steps
     assert len(steps.each) == 3
     assert steps.largest_overshoot <= 0.1
     assert steps.rise_time < 0.15
@@ -80,7 +80,7 @@ def test_identified_the_answer_is_quicker_and_does_not_overshoot():
         regulated(profile="step", duration=3.0, identify=identify, assumed_stiffness=10e3)
         for identify in (False, True)
     )
-    (before, after) = (one.steps(one.true_force) for one in (assumed, found))
+    (before, after) = (one.judged_steps for one in (assumed, found))
     assert found.planned.identified.contact_stiffness == pytest.approx(20e3, rel=0.02)
     assert after.rise_time < 0.7 * before.rise_time
     assert after.largest_overshoot <= 0.1
@@ -92,7 +92,7 @@ def test_identified_the_answer_is_quicker_and_does_not_overshoot():
 def test_identified_steps_on_hard_and_soft(robot, surface):
     found = regulated(robot=robot, surface=surface, profile="step", identify=True, hold=2.0, duration=8.0)
     assert found.run.ending is Ending.DONE
-    steps = found.steps(found.true_force)
+    steps = found.judged_steps
     assert steps.overshoot <= 0.1
     assert steps.settling_time < 1.0
 
@@ -101,7 +101,7 @@ def test_identified_steps_on_hard_and_soft(robot, surface):
 @pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
 def test_sines_are_followed_up_to_the_bandwidth(robot):
     found = regulated(robot=robot, profile="sine", identify=True, **NANO17)
-    tones = found.tones(found.true_force)
+    tones = found.judged_tones
     assert tones.bandwidth > 6.0
     assert tones.gain[:3] == pytest.approx(1.0, abs=0.05)
     assert tones.peak < 1.1
@@ -134,7 +134,7 @@ def test_steps_do_not_overshoot_though_the_stiffness_be_off_by_three(robot, time
     found = regulated(
         robot=robot, stiffness=stiffness, assumed_stiffness=times * stiffness, profile="step", duration=2.0
     )
-    steps = found.steps(found.true_force)
+    steps = found.judged_steps
     assert steps.largest_overshoot <= 0.1
     assert found.guard_trips == 0
     if times == 1.0:
@@ -145,14 +145,14 @@ def test_steps_do_not_overshoot_though_the_stiffness_be_off_by_three(robot, time
 @pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
 def test_a_sine_of_5_hz_is_followed_without_identification(robot):
     found = regulated(robot=robot, profile="sine", frequencies=(5.0, 8.0, 16.0), swing=0.5)
-    tones = found.tones(found.true_force)
+    tones = found.judged_tones
     assert tones.gain[0] == pytest.approx(1.0, abs=0.1)
     assert tones.bandwidth > 8.0
 
 
 def test_a_surface_on_a_mount_yields_and_is_pressed_as_wanted():
     found = regulated(surface="yielding", profile="step", duration=2.0)
-    steps = found.steps(found.true_force)
+    steps = found.judged_steps
     assert steps.overshoot <= 0.1
     assert found.bounces == 0
     held = found.counted
@@ -215,7 +215,7 @@ def test_figures_report_and_files_are_of_the_same_run(tmp_path):
     """Of steps there is no bandwidth; on the page is every section, and it needs nothing from outside."""
     found = regulated(profile="step", hold=0.3, duration=0.9, **NANO17)
     figures = figures_of(REGULATE, found)
-    steps = found.steps(found.true_force)
+    steps = found.judged_steps
     assert figures["rise_time_s"] == steps.rise_time > 0.0
     assert figures["bandwidth_hz"] is None
     assert figures["contact"] == "never lost"

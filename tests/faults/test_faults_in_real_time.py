@@ -65,7 +65,7 @@ def test_a_fault_ends_in_the_safe_state_in_real_time_too(fault):
     assert periods_until_safe(outcome, fault, AT, lambda index: away(rig, index)) <= MOST_PERIODS
     assert norm(rig.backend.truly[-1].arm.velocity_base_tip) < 1e-3
     periods = len(outcome.commands)
-    assert outcome.result.timing.lateness.size + outcome.result.timing.overruns >= periods
+    assert len(outcome.result.timing.lateness) + outcome.result.timing.overruns >= periods
     assert outcome.result.wall_time >= (periods - 2) * PERIOD
 
 

@@ -19,6 +19,7 @@ from palpate.reporting.report import NOTHING, FigureTable, Paragraph, Pictures, 
 from palpate.reporting.terminal import key_figures
 from palpate.runtime import RunTiming
 from palpate.runtime.data import Phase
+from palpate.runtime.times import Times
 
 VOID = {"meta", "img", "source", "br"}
 
@@ -56,9 +57,8 @@ SERIES = TimeSeries(TIME, ["scan"] * 600, 2.0 + 0.02 * np.sin(20 * TIME), *(np.f
 
 
 def timing_of(compute, period=2e-3):
-    return RunTiming(
-        compute, np.full(max(0, compute.size - 1), period), np.zeros(0), np.full(compute.size, 4e-3), 0, "", period
-    )
+    periods, ages = np.full(max(0, compute.size - 1), period), np.full(compute.size, 4e-3)
+    return RunTiming(Times(compute), Times(periods), Times(), Times(ages), 0, "", period)
 
 
 PLAIN = Report(

@@ -124,7 +124,7 @@ class Noted(MemoryLog):
 
     def as_log(self, path="made up") -> Log:
         codec = PeriodCodec(self.heading, PERIOD_CHANNEL)
-        rows = self._all_rows()
+        rows = self.kept_rows()
         changes, events = tuple(self.changes), tuple(self.events)
         return Log(path, codec, {}, np.arange(len(rows)), rows, events, changes, None, True)
 

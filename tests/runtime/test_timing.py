@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.runtime.times import MOST_TIMES, Times
 from palpate.runtime.timing import Distribution, RunTiming
 
 times = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=300).map(np.array)
@@ -45,10 +46,10 @@ def test_of_nothing_there_is_no_figure():
 
 def timing(compute, lateness=(), age=(), overruns=0, note=""):
     return RunTiming(
-        compute=np.array(compute),
-        period_time=np.full(max(0, len(compute) - 1), 1e-3),
-        lateness=np.array(lateness, dtype=float),
-        age=np.array(age, dtype=float),
+        compute=Times(np.array(compute)),
+        period_time=Times(np.full(max(0, len(compute) - 1), 1e-3)),
+        lateness=Times(np.array(lateness, dtype=float)),
+        age=Times(np.array(age, dtype=float)),
         overruns=overruns,
         note=note,
         period=1e-3,
@@ -73,3 +74,20 @@ def test_simulated_time_has_slow_periods_but_no_deadlines(compute, slow):
     assert "lateness" not in str(found)
     assert "overruns" not in str(found)
     assert (f"slower than real time {slow}" in str(found)) == bool(slow)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+@settings(max_examples=10, deadline=None)
+def test_of_more_times_than_are_kept_all_is_known_to_a_part_in_8192(seed, stalls):
+    rng = np.random.default_rng(seed)
+    given_times = np.concatenate([np.exp(rng.normal(-10.0, 1.0, MOST_TIMES + 5000)), np.zeros(7)])
+    given_times[rng.integers(0, MOST_TIMES, stalls)] = rng.uniform(0.5, 2.0, stalls)
+    bounded = Times()
+    for some in np.array_split(given_times, 1000):
+        bounded.extend(some)
+    exact, found = Distribution.of(given_times), Distribution.of(bounded)
+    assert (found.count, found.largest) == (exact.count, exact.largest)
+    np.testing.assert_allclose([found.p50, found.p99], [exact.p50, exact.p99], rtol=2.0**-13)
+    assert bounded.counts[0] == 7
+    assert len(bounded.values) < len(given_times)
+    assert bounded.counts.sum() == len(bounded) == len(given_times)

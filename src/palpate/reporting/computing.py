@@ -29,7 +29,7 @@ def _timing_rows(timing: RunTiming) -> tuple[tuple[str, str, str, str], ...]:
         _row("computing a period, 99 %", timing.compute_spread),
         _row("age of the oldest sample, 99 %", timing.age_spread),
     ]
-    if timing.lateness.size:
+    if len(timing.lateness):
         rows += [
             _row("start to start of a period, 99 %", timing.period_spread),
             _row("waking up late, 99 %", timing.lateness_spread),

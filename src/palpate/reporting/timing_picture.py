@@ -22,7 +22,8 @@ BINS_PER_DECADE = 25
 
 def timing_picture(timing: RunTiming) -> Picture | None:
     """Return the histogram of compute times, or None if no time was taken."""
-    taken = timing.compute[timing.compute > 0.0]
+    taken, counts = timing.compute.values, timing.compute.counts
+    taken, counts = taken[taken > 0.0], counts[taken > 0.0]
     if not len(taken):
         return None
     spread = timing.compute_spread
@@ -30,7 +31,7 @@ def timing_picture(timing: RunTiming) -> Picture | None:
     axes = figure.subplots()
     low, high = float(taken.min()) / 1.2, max(float(taken.max()), timing.period) * 1.3
     bins = np.geomspace(low, high, 2 + round(BINS_PER_DECADE * np.log10(high / low)))
-    axes.hist(taken, bins=bins.tolist(), color=MEASURED, alpha=0.75, log=True)
+    axes.hist(taken, weights=counts, bins=bins.tolist(), color=MEASURED, alpha=0.75, log=True)
     axes.set_xscale("log")
     axes.set_ylim(bottom=0.7)
     seconds = EngFormatter(unit="s", places=None, sep="\N{NO-BREAK SPACE}")

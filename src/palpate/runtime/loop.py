@@ -1,12 +1,9 @@
 """The loop: read, sense, control, supervise, record, once per period."""
 
 import time
-from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Protocol
-
-import numpy as np
 
 from palpate.errors import InvalidValueError, positive, shown
 from palpate.interruption import StopRequest, stop_requests
@@ -19,6 +16,7 @@ from palpate.runtime.pacing import Punctuality
 from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.result import Ending, RunResult
 from palpate.runtime.supervision import Supervisor
+from palpate.runtime.times import Times
 from palpate.runtime.timing import RunTiming, oldest_age
 from palpate.runtime.touch import Touch
 from palpate.runtime.truth import truth_source
@@ -122,7 +120,8 @@ class _Run:
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
         self._stopped = self._seen = self._trip_recorded = self._aftermath_recorded = False
-        self._starts, self._compute, self._ages = array("d"), array("d"), array("d")
+        self._compute, self._period_time, self._ages = Times(), Times(), Times()
+        self._started: float | None = None
         self._punctuality = Punctuality()
         self._recording: RecordingSummary | None = None
         self._clock = time.perf_counter
@@ -142,11 +141,15 @@ class _Run:
         """Run period after period until there is a reason to end, then come to rest."""
         try:
             self._pacer.start()
-            index = 0
+            index, previous = 0, 0.0
             # a reaction that has begun goes on to its own end
             while index < periods or self._supervisor.reacting:
                 before = self._clock()
-                self._starts.append(before)
+                if self._started is None:
+                    self._started = before
+                else:
+                    self._period_time.append(before - previous)
+                previous = before
                 command = self._period(before, sense=index > 0)
                 self._compute.append(self._clock() - before)
                 self._ending = self._reason_to_end(command)
@@ -326,8 +329,7 @@ class _Run:
 
     def result(self) -> RunResult:
         """Return how it went."""
-        starts = np.frombuffer(self._starts)
-        started = self._starts[0] if self._starts else self._ended
+        started = self._ended if self._started is None else self._started
         return RunResult(
             ending=self._ending or Ending.INTERRUPTED,
             trip=self._supervisor.trip,
@@ -336,10 +338,10 @@ class _Run:
             duration=self._last_time - self._first_time,
             wall_time=self._ended - started,
             timing=RunTiming(
-                compute=np.array(self._compute),
-                period_time=np.diff(starts),
+                compute=self._compute,
+                period_time=self._period_time,
                 lateness=self._punctuality.lateness,
-                age=np.array(self._ages),
+                age=self._ages,
                 overruns=self._punctuality.overruns,
                 note=self._punctuality.note,
                 period=self._backend.period,

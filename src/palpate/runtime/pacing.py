@@ -3,9 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-
-from palpate.errors import FloatArray
+from palpate.runtime.times import Times
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -13,12 +11,12 @@ class Punctuality:
     """How well deadlines were kept.
 
     Attributes:
-        lateness: From each deadline to the wake-up after it, shape (n,) [s]; empty for simulated time.
+        lateness: From each deadline to the wake-up after it; none for simulated time.
         overruns: Deadlines that had passed before the period's work was done.
         note: What the system granted or refused, one line for people; empty if there is nothing to say.
     """
 
-    lateness: FloatArray = field(default_factory=lambda: np.empty(0))
+    lateness: Times = field(default_factory=Times)
     overruns: int = 0
     note: str = ""
 

@@ -50,7 +50,15 @@ class RunResult:
     def __str__(self) -> str:
         """One line for a person."""
         why = f" ({self.why})" if self.trip is not None else ""
-        return f"{self.ending.value}{why} after {self.duration:.1f} s; {self.rest}"
+        lost = f"; {self.lost_records}" if self.lost_records else ""
+        return f"{self.ending.value}{why} after {self.duration:.1f} s; {self.rest}{lost}"
+
+    @property
+    def lost_records(self) -> str:
+        """What the recording has lost and why, as a clause of a sentence; empty if nothing."""
+        if self.recording is None or self.recording.problem is None:
+            return ""
+        return f"THE LOG IS NOT WHOLE ({self.recording.rows_lost} periods lost): {self.recording.problem}"
 
     @property
     def rest(self) -> str:

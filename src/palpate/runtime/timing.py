@@ -8,6 +8,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.runtime.data import Observation
+from palpate.runtime.times import Times
 
 _MICRO = 1e6
 """Times of the loop are reported in microseconds."""
@@ -30,13 +31,17 @@ class Distribution:
     largest: float
 
     @classmethod
-    def of(cls, times: FloatArray) -> Self:
+    def of(cls, times: FloatArray | Times) -> Self:
         """Return that of times [s], shape (n,)."""
-        if times.size == 0:
+        if not len(times):
             return cls(0, math.nan, math.nan, math.nan)
-        # "higher": a time that occurred, never one between an ordinary one and a stall
-        p50, p99 = np.percentile(times, (50.0, 99.0), method="higher").tolist()
-        return cls(times.size, p50, p99, float(times.max()))
+        values, counts = (times.values, times.counts) if isinstance(times, Times) else (times, np.ones(len(times)))
+        order = np.argsort(values)
+        until = np.cumsum(counts[order])
+        # the next higher rank: a time that occurred, never one between an ordinary one and a stall
+        ranks = np.ceil(np.array([0.5, 0.99]) * (until[-1] - 1))
+        p50, p99 = values[order][np.searchsorted(until, ranks, side="right")].tolist()
+        return cls(len(times), p50, p99, float(values.max()))
 
     def __str__(self) -> str:
         """One line for a person."""
@@ -64,20 +69,19 @@ class RunTiming:
     """Every period's times, on the wall clock.
 
     Attributes:
-        compute: Sensing, control, supervision and recording, without waiting, shape (n,) [s].
-        period_time: From the start of each period to the next one's, shape (n - 1,) [s]; empty if n = 0.
-        lateness: From each deadline to the wake-up after it [s], coming to rest included; empty for simulated
-            time.
-        age: Of each period's oldest sample, by the devices' time stamps, shape (n,) [s].
+        compute: Sensing, control, supervision and recording, without waiting, n of them.
+        period_time: From the start of each period to the next one's, n - 1 of them; none if n = 0.
+        lateness: From each deadline to the wake-up after it, coming to rest included; none for simulated time.
+        age: Of each period's oldest sample, by the devices' time stamps, n of them.
         overruns: Deadlines that had passed before the period's work was done; 0 for simulated time.
         note: What the system granted or refused, for people; empty if there is nothing to say.
         period: That was asked for [s].
     """
 
-    compute: FloatArray
-    period_time: FloatArray
-    lateness: FloatArray
-    age: FloatArray
+    compute: Times
+    period_time: Times
+    lateness: Times
+    age: Times
     overruns: int
     note: str
     period: float
@@ -105,17 +109,17 @@ class RunTiming:
     @property
     def slow_periods(self) -> int:
         """How many took longer to compute than a period lasts: in simulated time too."""
-        return int(np.count_nonzero(self.compute > self.period))
+        return int(self.compute.counts[self.compute.values > self.period].sum())
 
     def __str__(self) -> str:
         """One line for a person."""
         parts = [f"period {1e3 * self.period:g} ms", f"compute {self.compute_spread}"]
-        if self.lateness.size:
+        if len(self.lateness):
             parts += [f"start to start {self.period_spread}", f"lateness {self.lateness_spread}"]
             parts.append(f"overruns {self.overruns}")
         elif self.slow_periods:
             parts.append(f"slower than real time {self.slow_periods}")
-        if self.age.size:
+        if len(self.age):
             parts.append(f"age of samples {self.age_spread}")
         if self.note:
             parts.append(self.note)

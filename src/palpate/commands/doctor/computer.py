@@ -97,7 +97,7 @@ def _wake_ups(file: RobotFile, seconds: float) -> Iterator[DoctorFinding]:
             DoctorVerdict.NOTE,
         )
     half, most, worst = (
-        1e3 * float(x) for x in (*np.percentile(kept.lateness, [50.0, 99.0]), kept.lateness.max())
+        1e3 * float(x) for x in (*np.percentile(kept.lateness.values, [50.0, 99.0]), kept.lateness.values.max())
     )
     limit = 1e3 * LATE_SHARE * file.period
     fix = "real-time priority (pace.priority), a quieter computer, or a longer period_s"

@@ -10,13 +10,22 @@ from rich.progress import Progress
 
 from palpate.commands.command_result import CommandResult
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
-from palpate.commands.log.export import CsvWriter, ParquetWriter, TableWriter, tables_of
+from palpate.commands.log.export import (
+    CsvWriter,
+    ParquetWriter,
+    TableWriter,
+    column_names,
+    empty_period_table,
+    entry_tables,
+    period_tables,
+)
 from palpate.commands.log.result import log_result
 from palpate.commands.log.summary import VERSIONS, log_summary
+from palpate.commands.log.times import LogTimes
 from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
-from palpate.runtime.log import Log, log_in, read_log
+from palpate.runtime.log import LogReader, log_in
 
 BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""
@@ -29,10 +38,14 @@ def run_log_info(config: LogInfoConfig) -> CommandResult:
         InvalidValueError: There is no log, or nothing of it can be read.
         OSError: It cannot be opened.
     """
-    log = _read(config.log)
-    size = log.path.stat().st_size
-    Console().print(log_summary(log, size))
-    return log_result(log, size, VERSIONS)
+    path = _path(config.log)
+    size = path.stat().st_size
+    with LogReader(path) as log, _patient_progress(f"reading {path.name}") as progress:
+        times = LogTimes(log.codec)
+        for piece in log.pieces(progress):
+            times.take(piece)
+    Console().print(log_summary(log, times, size))
+    return log_result(log, times, size, VERSIONS)
 
 
 def run_log_export(config: LogExportConfig) -> CommandResult:
@@ -43,29 +56,28 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
         OSError: A table cannot be written.
     """
     writer: TableWriter = CsvWriter() if config.to == "csv" else ParquetWriter()
-    log = _read(config.log)
-    folder = log.path.with_suffix("") if config.out is None else config.out
-    make_folder(folder)
-    console = Console()
-    tables, files = [], []
-    for name, table in tables_of(log).items():
-        path = folder / f"{name}{writer.suffix}"
-        with _patient_progress(f"writing {path.name}") as progress:
-            writer.write(table, path, progress)
-        rows = len(table[0].values)
-        files.append(path)
-        tables.append({"file": path, "rows": rows, "columns": [column.name for column in table]})
-        say(console, f"{path}: {rows} rows, {len(table)} columns")
-    damage = () if log.damage is None else (f"The log is damaged, its tables have gaps: {log.damage}",)
+    path, console = _path(config.log), Console()
+    with LogReader(path) as log:
+        folder = path.with_suffix("") if config.out is None else config.out
+        make_folder(folder)
+        period = folder / f"period{writer.suffix}"
+        with _patient_progress(f"writing {period.name}") as progress:
+            rows = {period: writer.write(period_tables(log, progress), period)}
+    names = {period: column_names(empty_period_table(log.codec))}
+    for name, table in entry_tables(log).items():
+        other = folder / f"{name}{writer.suffix}"
+        rows[other], names[other] = writer.write([table], other), column_names(table)
+    for file, count in rows.items():
+        say(console, f"{file}: {count} rows")
+    damage = () if not log.damage else (f"The log is damaged, its tables have gaps: {log.damage_words}",)
     for warning in damage:
         say(console, warning)
-    return CommandResult(facts={"log": log.path, "tables": tables}, files=tuple(files), warnings=damage)
+    tables = [{"file": file, "rows": count, "columns": names[file]} for file, count in rows.items()]
+    return CommandResult(facts={"log": path, "tables": tables}, files=tuple(rows), warnings=damage)
 
 
-def _read(place: Path) -> Log:
-    path = log_in(place).resolve()  # of a link, the run's own name
-    with _patient_progress(f"reading {path.name}") as progress:
-        return read_log(path, progress)
+def _path(place: Path) -> Path:
+    return log_in(place).resolve()  # of a link, the run's own name
 
 
 @contextmanager

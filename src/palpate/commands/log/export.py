@@ -2,7 +2,8 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -14,13 +15,16 @@ import numpy.typing as npt
 from palpate.atomic_file import replacing
 from palpate.extras import require
 from palpate.plain_text import inert_cell
-from palpate.runtime.log import Level, Log
+from palpate.runtime.log import Level, LogReader
+from palpate.runtime.log.chunk import LogRows
 from palpate.runtime.log.fields import LogField, path_of, walk
+from palpate.runtime.log.period_codec import PeriodCodec
 
 Progress = Callable[[float], None]
 """Called with the fraction that is done."""
 
-_ROWS_AT_ONCE = 2000
+_ROWS_AT_ONCE = 10_000
+"""Of a table: a few megabytes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,8 +53,11 @@ class TableWriter(Protocol):
 
     suffix: str
 
-    def write(self, table: Table, path: Path, progress: Progress) -> None:
-        """Write a table; the file appears whole or not at all.
+    def write(self, pieces: Iterable[Table], path: Path) -> int:
+        """Write a table that comes in one or more pieces; the file appears whole or not at all.
+
+        Returns:
+            Number of rows.
 
         Raises:
             OSError: It cannot be written.
@@ -63,15 +70,16 @@ class CsvWriter:
 
     suffix = ".csv"
 
-    def write(self, table: Table, path: Path, progress: Progress) -> None:
+    def write(self, pieces: Iterable[Table], path: Path) -> int:
         """See `TableWriter`."""
-        count = len(table[0].values)
+        count = 0
         with replacing(path) as file:
-            file.write(_lines([[column.name for column in table]]))
-            for start in range(0, count, _ROWS_AT_ONCE):
-                columns = [_texts(column.values[start : start + _ROWS_AT_ONCE]) for column in table]
-                file.write(_lines(zip(*columns, strict=True)))
-                progress(min(1.0, (start + _ROWS_AT_ONCE) / count))
+            for index, table in enumerate(pieces):
+                if index == 0:
+                    file.write(_lines([column_names(table)]))
+                file.write(_lines(zip(*[_texts(column.values) for column in table], strict=True)))
+                count += len(table[0].values)
+        return count
 
 
 class ParquetWriter:
@@ -89,21 +97,52 @@ class ParquetWriter:
         self._arrow: Any = import_module("pyarrow")  # it has no types
         self._parquet: Any = import_module("pyarrow.parquet")
 
-    def write(self, table: Table, path: Path, progress: Progress) -> None:
+    def write(self, pieces: Iterable[Table], path: Path) -> int:
         """See `TableWriter`."""
-        columns = {
-            column.name: self._arrow.array(column.values.tolist() if column.is_text else column.values)
-            for column in table
-        }
-        with replacing(path) as file:
-            self._parquet.write_table(self._arrow.table(columns), file)
-        progress(1.0)
+        count = 0
+        with replacing(path) as file, ExitStack() as open_files:
+            for index, table in enumerate(pieces):
+                arrow = self._arrow.table({column.name: self._array(column) for column in table})
+                if index == 0:
+                    writer = open_files.enter_context(self._parquet.ParquetWriter(file, arrow.schema))
+                writer.write_table(arrow)
+                count += len(table[0].values)
+        return count
+
+    def _array(self, column: Column) -> Any:
+        if column.is_text:
+            return self._arrow.array(column.values.tolist(), self._arrow.string())
+        return self._arrow.array(column.values)
 
 
-def tables_of(log: Log) -> Mapping[str, Table]:
-    """Return the tables of a log by name."""
+def period_tables(log: LogReader, progress: Progress) -> Iterator[Table]:
+    """Yield the table of the periods in pieces, while the log is read."""
+    count = 0
+    yield empty_period_table(log.codec)  # for the header of an empty log
+    held: list[LogRows] = []
+    for piece in log.pieces(progress):
+        held.append(piece)
+        count += len(piece.sequence)
+        if count >= _ROWS_AT_ONCE:
+            yield _period_table(log.codec, _joined(held))
+            held, count = [], 0
+    if held:
+        yield _period_table(log.codec, _joined(held))
+
+
+def empty_period_table(codec: PeriodCodec) -> Table:
+    """Return the columns of the table of the periods, without rows."""
+    return _period_table(codec, LogRows(np.empty(0, np.int64), np.empty((0, codec.width))))
+
+
+def column_names(table: Table) -> list[str]:
+    """Return the names of its columns."""
+    return [column.name for column in table]
+
+
+def entry_tables(log: LogReader) -> Mapping[str, Table]:
+    """Return the other tables of a log that was read, by name."""
     return {
-        "period": _period_table(log),
         "event": (
             _column("time_s", [event.time for event in log.events]),
             _names("level", [Level(event.level).name for event in log.events]),
@@ -118,12 +157,18 @@ def tables_of(log: Log) -> Mapping[str, Table]:
     }
 
 
-def _period_table(log: Log) -> Table:
-    columns = [Column("sequence", log.sequence)]
-    for group, quantity in walk(log.codec.groups):
-        place = log.codec.columns[path_of(group, quantity)]
+def _joined(pieces: Sequence[LogRows]) -> LogRows:
+    return LogRows(
+        np.concatenate([piece.sequence for piece in pieces]), np.concatenate([piece.values for piece in pieces])
+    )
+
+
+def _period_table(codec: PeriodCodec, piece: LogRows) -> Table:
+    columns = [Column("sequence", piece.sequence)]
+    for group, quantity in walk(codec.groups):
+        place = codec.columns[path_of(group, quantity)]
         name = path_of(group, quantity).replace(".", "_")
-        columns += _columns(name, quantity, log.rows[:, place])
+        columns += _columns(name, quantity, piece.values[:, place])
     return tuple(columns)
 
 

@@ -3,42 +3,42 @@
 from collections.abc import Mapping
 from datetime import datetime
 
-import numpy as np
-
 from palpate.commands.command_result import CommandResult
-from palpate.commands.log.times import log_duration, log_spreads
-from palpate.errors import FloatArray
-from palpate.runtime.log import Log
+from palpate.commands.log.summary import lost_records
+from palpate.commands.log.times import LogTimes
+from palpate.runtime.log import LogReader
+from palpate.runtime.timing import Distribution
 from palpate.strict_yaml import read_yaml
 
 
-def log_result(log: Log, size: int, versions: str) -> CommandResult:
+def log_result(log: LogReader, times: LogTimes, size: int, versions: str) -> CommandResult:
     """Return the contents of a log as a command's result.
 
     Args:
-        log: As read.
+        log: That was read.
+        times: Of its periods.
         size: Of its file [bytes].
         versions: Name of the attachment with the versions that wrote it.
     """
-    heading = log.heading
+    heading, lost = log.codec.heading, lost_records(log)
     figures: dict[str, object] = {
-        "periods": len(log),
+        "periods": log.periods,
         "period_s": heading.period,
-        "missing_periods": sum(gap.count for gap in log.gaps),
+        "missing_periods": log.missing,
         "size_bytes": size,
     }
-    if len(log) > 1:
-        figures["duration_s"] = log_duration(log)
-        for name, values in log_spreads(log).items():
-            figures |= _spread(name.replace(" ", "_"), values)
+    if log.periods > 1:
+        figures["duration_s"] = times.duration
+        for name, spread in times.spreads.items():
+            figures |= _spread(name.replace(" ", "_"), spread)
     return CommandResult(
-        outcome="damaged" if log.damage is not None else "complete" if log.complete else "not finished",
+        outcome="; ".join([f"records were lost: {lost}"] * bool(lost) + [_state(log)]),
         figures=figures,
         facts={
             "log": log.path,
             "recorded": datetime.fromtimestamp(heading.wall_start / 1e9).astimezone().isoformat(),
             "written_by": heading.written_by,
-            "complete": log.complete and log.damage is None,
+            "complete": log.complete and not lost,
             "fields": [
                 {"topic": group.name or "period", "name": each.name, "count": each.count, "units": each.units}
                 for group in log.codec.groups
@@ -56,13 +56,16 @@ def log_result(log: Log, size: int, versions: str) -> CommandResult:
             "attachments": tuple(log.attachments),
             "versions": _versions(log.attachments, versions),
         },
-        warnings=() if log.damage is None else (str(log.damage),),
+        warnings=() if log.damage_words is None else (log.damage_words,),
     )
 
 
-def _spread(name: str, values: FloatArray) -> dict[str, object]:
-    median, high, most = np.percentile(values, (50, 99, 100)).tolist()
-    return {f"{name}_p50_s": median, f"{name}_p99_s": high, f"{name}_largest_s": most}
+def _state(log: LogReader) -> str:
+    return "damaged" if log.damage else "complete" if log.complete else "not finished"
+
+
+def _spread(name: str, times: Distribution) -> dict[str, object]:
+    return {f"{name}_p50_s": times.p50, f"{name}_p99_s": times.p99, f"{name}_largest_s": times.largest}
 
 
 def _versions(attachments: Mapping[str, str], name: str) -> object:

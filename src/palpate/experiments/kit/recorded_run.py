@@ -1,4 +1,4 @@
-"""One run of a plan, kept in memory however it ends: on a robot, in simulation, or again from its log."""
+"""One run of a plan, kept however it ends: on a robot, in simulation, or again from its log."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -9,9 +9,10 @@ import numpy as np
 from palpate.experiments.kit.change_outcome import ChangeOutcome, change_outcomes
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.experiment import Plan
+from palpate.experiments.kit.recorded_periods import BESIDE_A_LOG, RecordedPeriods
 from palpate.runtime import Backend, Observer, Phase, Record, RunResult, Supervisor, Touch, run
-from palpate.runtime.live import Change, LiveParameters, ScheduledChanges, live_parameters_of
-from palpate.runtime.log import MemoryLog, Recorder, Sink
+from palpate.runtime.live import LONGEST_ELAPSED, Change, LiveParameters, ScheduledChanges, live_parameters_of
+from palpate.runtime.log import LogWriter, MemoryLog, Recorder, Sink
 from palpate.runtime.loop import Live
 from palpate.runtime.truth import TruthTable, truth_source
 
@@ -31,7 +32,7 @@ class Recorded:
         run: How it ended, and its timing.
         controller: That commanded it, as it was in the end.
         observer: What the plan's own observer kept; None if it has none.
-        memory: Every period.
+        periods: Where they are.
         companion: The same of the plan's companion, if there was one and it was run.
         progress: Is called with the name of each step of the evaluation.
     """
@@ -39,18 +40,22 @@ class Recorded:
     run: RunResult
     controller: Any
     observer: Any
-    memory: MemoryLog
+    periods: RecordedPeriods
     companion: "Recorded | None" = None
     progress: ProgressCallback = no_progress
 
     def record(self, finger: int = 0) -> Record:
-        """Return every period, base coordinates, for one finger."""
-        return self.memory.record(finger)
+        """Return every period, base coordinates, for one finger.
+
+        Of a run of more than 2**18 periods, four minutes at 1 kHz, it is a share of them, evenly over time; for
+        figures that need all of them, `periods.pieces` yields them one piece after the other.
+        """
+        return self.periods.shown().record(finger)
 
     @property
     def truth(self) -> TruthTable:
-        """What really happened in each; a table without columns on a robot."""
-        return self.memory.truth()
+        """What really happened in each period of `record`; a table without columns on a robot."""
+        return self.periods.shown().truth
 
     @property
     def contact_truth(self) -> ContactTruth:
@@ -60,7 +65,7 @@ class Recorded:
     @property
     def changes(self) -> tuple[Change, ...]:
         """Live parameters that were changed, as they took effect."""
-        return tuple(self.memory.changes)
+        return tuple(self.periods.memory.changes)
 
     def change_outcomes(self, asked: Sequence[Change], work: Phase) -> tuple[ChangeOutcome, ...]:
         """Return which requested changes took effect, and when; `work` is the phase that they are meant for."""
@@ -70,27 +75,49 @@ class Recorded:
         working = np.flatnonzero(record.phase == work.value)
         return change_outcomes(
             asked,
-            self.memory.changes,
+            self.periods.memory.changes,
             {name: parameter.unit for name, parameter in live.parameters.items()},
             first=float(record.time[0]),
             work=float(record.time[working[0]]) if len(working) else None,
         )
 
     def live_values(self, name: str, live: LiveParameters) -> list[float]:
-        """Return a live parameter in every period.
+        """Return a live parameter in every period of `record`.
 
         Args:
             name: Of the parameter.
             live: Of a fresh controller of the same plan: it ramps again as it did in the run.
         """
-        times = self.record().time.tolist()
-        if not times:
+        times = self.record().time
+        if not len(times):
             return []
-        again = ScheduledChanges(live, [replace(each, time=each.time - times[0]) for each in self.memory.changes])
-        values = []
-        for time in times:
-            again.step(time)
-            values.append(live.value(name))
+        return self.live_again(live, float(times[0]), thinned=self.periods.thinned)(name, times.tolist())
+
+    def live_again(
+        self, live: LiveParameters, start: float, *, thinned: bool = False
+    ) -> Callable[[str, Sequence[float]], list[float]]:
+        """Return what gives a live parameter at times of the run, which rise from call to call.
+
+        Args:
+            live: Of a fresh controller of the same plan.
+            start: Time of the first period [s].
+            thinned: Whether there were periods between these times.
+        """
+        changes = [replace(each, time=each.time - start) for each in self.periods.memory.changes]
+        again, before = ScheduledChanges(live, changes), start
+
+        def values(name: str, times: Sequence[float]) -> list[float]:
+            nonlocal before
+            found = []
+            for time in times:
+                while thinned and changes and before + LONGEST_ELAPSED < time:  # it ramped in between
+                    before += LONGEST_ELAPSED
+                    again.step(before)
+                again.step(time)
+                before = time
+                found.append(live.value(name))
+            return found
+
         return values
 
 
@@ -130,6 +157,8 @@ class RecordedRun:
             KeyboardInterrupt: The robot was stopped; `recorded` still returns what there is.
         """
         plan, own = self._plan, () if self._observer is None else (self._observer,)
+        if any(isinstance(sink, LogWriter) for sink in sinks):
+            self._memory = MemoryLog(BESIDE_A_LOG)
         changes = plan.changes()
         if live is None and changes:
             live = ScheduledChanges(live_parameters_of(self.controller), changes)
@@ -148,7 +177,8 @@ class RecordedRun:
         self, result: RunResult, companion: Recorded | None = None, progress: ProgressCallback = no_progress
     ) -> Recorded:
         """Return what there is of a run that went like `result`."""
-        return Recorded(result, self.controller, self._observer, self._memory, companion, progress)
+        periods = RecordedPeriods.of(self._memory, result)
+        return Recorded(result, self.controller, self._observer, periods, companion, progress)
 
 
 def carry_out(plan: Plan, observers: Sequence[Observer] = (), sinks: Sequence[Sink] = ()) -> Recorded:

@@ -75,7 +75,7 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
     judged = felt if true is None else true
     if judged is None:
         return None
-    count = len(judged.each)
+    count = judged.count
     figure = new_figure(Width.HALF, 3.3)
     axes = figure.subplots()
     time = MILLI * judged.time

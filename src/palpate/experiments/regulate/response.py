@@ -21,6 +21,10 @@ STEADY_SHARE = 1.0 / 3.0
 """Of each sine that is left out at its beginning, at least one cycle: until it is steady."""
 
 
+MOST_EACH = 200
+"""Steps that are kept one by one, for a picture."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StepResponse:
     """The mean step response, each step scaled to go from 0 to 1.
@@ -28,12 +32,27 @@ class StepResponse:
     Attributes:
         time: Since the step, shape (n,) [s].
         mean: Shape (n,).
-        each: Shape (steps, n).
+        each: Of the first steps, shape (m, n).
+        count: How many steps there were.
+        highest: That any of them reached.
     """
 
     time: FloatArray
     mean: FloatArray
     each: FloatArray
+    count: int
+    highest: float
+
+    @classmethod
+    def joined(cls, found: "Sequence[StepResponse]") -> "StepResponse | None":
+        """Return the response to the steps of several pieces of a run; None if there are none."""
+        if len(found) < 2:
+            return found[0] if found else None
+        periods = min(len(each.time) for each in found)
+        counts = [each.count for each in found]
+        mean = np.average([each.mean[:periods] for each in found], axis=0, weights=counts)
+        first = found[0].each[:, :periods]
+        return cls(found[0].time[:periods], mean, first, sum(counts), max(each.highest for each in found))
 
     @property
     def rise(self) -> tuple[float, float]:
@@ -54,7 +73,7 @@ class StepResponse:
     @property
     def largest_overshoot(self) -> float:
         """Likewise of the single worst step."""
-        return max(0.0, float(self.each.max()) - 1.0)
+        return max(0.0, self.highest - 1.0)
 
     @property
     def settling_time(self) -> float:
@@ -99,7 +118,9 @@ def step_response(
     if not rows:
         return None
     each = np.array(rows)
-    return StepResponse(period * np.arange(count), each.mean(axis=0), each)
+    return StepResponse(
+        period * np.arange(count), each.mean(axis=0), each[:MOST_EACH], len(each), float(each.max())
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +134,15 @@ class FrequencyResponse:
 
     frequency: FloatArray
     ratio: np.ndarray[tuple[int], np.dtype[np.complex128]]
+
+    @classmethod
+    def joined(cls, found: "Sequence[FrequencyResponse]") -> "FrequencyResponse | None":
+        """Return the response to the sines of several pieces of a run; None if there are none."""
+        if len(found) < 2:
+            return found[0] if found else None
+        frequency = np.concatenate([each.frequency for each in found])
+        order = np.argsort(frequency, kind="stable")
+        return cls(frequency[order], np.concatenate([each.ratio for each in found])[order])
 
     @property
     def gain(self) -> FloatArray:

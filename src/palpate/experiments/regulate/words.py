@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.repeat_words import log_row
@@ -77,6 +75,11 @@ def outcome(regulation: Regulation) -> str:
     if regulation.peak > limit:
         force = "true" if regulation.truth.known else "felt"
         sentences.append(f"The {force} force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
+    if regulation.every > 1:
+        sentences.append(
+            f"Figures are of every {regulation.every}th period, without responses: there is no whole log to read "
+            "the others from."
+        )
     if regulation.guard_trips:
         share = 0.5**regulation.guard_trips
         sentences.append(
@@ -94,10 +97,7 @@ def outcome(regulation: Regulation) -> str:
 def _drifted(regulation: Regulation) -> bool:
     if not regulation.truth.known:
         return False
-    error = regulation.sensor_error
-    counted = regulation.counted
-    noise = np.nanstd((regulation.sensed_force - regulation.true_force)[counted]) if counted.any() else 0.0
-    standard = noise / math.sqrt(max(1.0, float(counted.sum())))
+    error, standard = regulation.sensor_error, regulation.sums.sensor_error_deviation
     return bool(abs(error) > max(DRIFTED * standard, 0.01 * regulation.planned.config.force))
 
 

@@ -8,7 +8,7 @@ from palpate.runtime.log.log import Gap, Log
 from palpate.runtime.log.log_path import log_in, new_log_path
 from palpate.runtime.log.log_writer import LogWriter
 from palpate.runtime.log.memory_log import MemoryLog
-from palpate.runtime.log.reader import read_log
+from palpate.runtime.log.reader import LogReader, read_log
 from palpate.runtime.log.record import Record
 from palpate.runtime.log.recorder import Recorder
 from palpate.runtime.log.sink import RecordingSummary, Sink
@@ -21,6 +21,7 @@ __all__ = [
     "Layout",
     "Level",
     "Log",
+    "LogReader",
     "LogWriter",
     "MemoryLog",
     "Record",

@@ -1,9 +1,23 @@
 """A file that grows by whole pieces: what cannot be written whole is taken off again."""
 
 import contextlib
+import os
 from pathlib import Path
 from types import TracebackType
 from typing import Self
+
+
+class LogGoneError(OSError):
+    """Others have shortened, deleted, moved or replaced a file while it was written.
+
+    Attributes:
+        left: Bytes of it that are still there, under its name.
+    """
+
+    def __init__(self, what: str, left: int) -> None:
+        """Take what happened, and what is left [bytes]."""
+        super().__init__(what)
+        self.left = left
 
 
 class LogFile:
@@ -24,6 +38,7 @@ class LogFile:
             OSError: It cannot be made.
         """
         self.size = 0
+        self._path = path.absolute()
         self._file = path.open("xb", buffering=0)
 
     @staticmethod
@@ -46,8 +61,10 @@ class LogFile:
         """Write a piece.
 
         Raises:
+            LogGoneError: See `check`.
             OSError: It cannot be written; the file ends with the piece before it.
         """
+        self.check()
         rest = memoryview(data)
         try:
             while rest:
@@ -58,6 +75,24 @@ class LogFile:
                 self._file.seek(self.size)
             raise
         self.size += len(data)
+
+    def check(self) -> None:
+        """Make sure that all that was written is there, under the file's name.
+
+        Raises:
+            LogGoneError: It is not.
+            OSError: The folder cannot be read.
+        """
+        own = os.fstat(self._file.fileno())
+        try:
+            named = os.stat(self._path)
+        except (FileNotFoundError, NotADirectoryError):
+            raise LogGoneError("the file was deleted or moved while it was written", 0) from None
+        if not os.path.samestat(own, named):
+            raise LogGoneError("another file has taken its place while it was written", 0)
+        if own.st_size != self.size:
+            cut = f"others have changed its size from {self.size} to {own.st_size} bytes while it was written"
+            raise LogGoneError(cut, min(own.st_size, self.size))
 
     def __enter__(self) -> Self:
         """Close it at the end, which raises OSError if the system finds out only then that it cannot write."""

@@ -2,6 +2,8 @@
 
 import queue
 import threading
+from array import array
+from bisect import bisect_right
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -11,7 +13,7 @@ from palpate.runtime.log.chunk import PERIOD_CHANNEL, ChunkContent, PackedRows, 
 from palpate.runtime.log.entries import Event, Level
 from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading
-from palpate.runtime.log.log_file import LogFile
+from palpate.runtime.log.log_file import LogFile, LogGoneError
 from palpate.runtime.log.log_path import point_latest
 from palpate.runtime.log.mcap_builder import HEADING_NAME, McapBuilder
 from palpate.runtime.log.period_codec import PeriodCodec
@@ -41,7 +43,8 @@ class LogWriter:
     """A sink that writes an MCAP file. What it has not got done when the backlog is full is dropped and counted.
 
     Every chunk is in the file, complete and with its check sum, before the next one is begun. If the disk is full,
-    or fails, the file ends with the last good chunk and the rest of the run is counted as lost.
+    or fails, the file ends with the last good chunk and the rest of the run is counted as lost; so is what others
+    have cut off, and all of a file that is no longer where it was.
     """
 
     def __init__(
@@ -79,7 +82,8 @@ class LogWriter:
         self._problem: str | None = None  # set by the writer's thread, once
         self._offered = self._put = 0  # by the loop's thread alone: rows; bytes
         self._written = self._taken = 0  # by the writer's alone
-        self._entries = 0
+        self._entries = self._entries_put = 0
+        self._ends, self._rows_until = array("q"), array("q")  # of each chunk: its end in the file, rows so far
         self._row_bytes = 1
         self._time = 0.0  # of the last period written
         self._closing = False
@@ -118,6 +122,7 @@ class LogWriter:
         self._entries = entry.sequence + 1
         if self._problem is None and self._put - self._taken <= self._backlog + RESERVE:
             self._put += _cost(entry)
+            self._entries_put += 1
             self._queue.put(entry)
 
     def close(self) -> RecordingSummary:
@@ -132,8 +137,9 @@ class LogWriter:
             problem = (
                 problem or f"{self._path} takes too long to be written, given up after {self._closing_time:g} s"
             )
-        elif problem is None and lost:
-            problem = f"{lost} periods were dropped: {self._path} was not written fast enough"
+        elif problem is None and (lost or self._entries > self._entries_put):
+            what = f"{lost} periods" if lost else f"{self._entries - self._entries_put} events"
+            problem = f"{what} were dropped: {self._path} was not written fast enough"
         return RecordingSummary(self._path, written, lost, problem, self._note)
 
     def _write(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec) -> None:
@@ -146,16 +152,30 @@ class LogWriter:
                 if rows:
                     self._time = float(codec.rows(rows[-1].data)[-1, 0])
                     self._written += sum(len(block.data) for block in rows) // self._row_bytes
+                self._ends.append(file.size)
+                self._rows_until.append(self._written)
         except Exception as error:  # the loop must not know; the summary does
-            done = self._time - codec.heading.first_time
-            self._problem = f"recording ended after {done:.3f} s: {error}; the log is readable up to there"
+            self._fail(error, codec)
             while self._next_segments():
                 pass  # no more is put in, and what is there is lost
         try:
             with file:
                 self._finish(file, builder, codec)
+                file.check()
+        except LogGoneError as error:
+            self._fail(error, codec)
         except Exception as error:  # the log is readable without its end
             self._problem = self._problem or f"the end of the log was not written: {error}"
+
+    def _fail(self, error: Exception, codec: PeriodCodec) -> None:
+        """Note why no more is written, and count what is left."""
+        if isinstance(error, LogGoneError):
+            whole = bisect_right(self._ends, error.left)
+            self._written = self._rows_until[whole - 1] if whole else 0
+            self._problem = f"{self._path}: {error}; {self._written or 'no'} periods are left"
+        elif self._problem is None:
+            done = self._time - codec.heading.first_time
+            self._problem = f"recording ended after {done:.3f} s: {error}; the log is readable up to there"
 
     def _next_segments(self) -> list[PackedRows | Entry]:
         """Wait for something to write and return all there is of it; nothing when the recording is over."""
