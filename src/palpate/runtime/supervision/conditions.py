@@ -59,7 +59,7 @@ ROTATION_TOLERANCE = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class PossibleState:
-    """Where the arm is, how fast it moves, its joints, its force and every wrench are finite numbers, and can be."""
+    """The state of the arm, its joints, its force and every wrench are finite numbers, and can be at all."""
 
     def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
