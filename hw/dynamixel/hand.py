@@ -21,6 +21,7 @@ from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
 from palpate.hw.dynamixel.settings import HandSettings
 from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
+from palpate.runtime.watchdog import Watchdog
 
 FEWEST = 3
 """Exchanges in a row that must have failed, besides, before a hand is given up."""
@@ -53,6 +54,13 @@ class DynamixelHand:
     def name(self) -> str:
         """See `Device`."""
         return f"Dynamixel hand at {self._port_path}"
+
+    def watchdogs(self) -> tuple[Watchdog, ...]:
+        """See `Watched`: nothing stops servos whose bus watchdog is off."""
+        if not self.settings.watchdog:
+            return ()
+        action = "is stopped by its servos, where it stands, and may let go of what it holds,"
+        return (Watchdog(self.name, action, self.settings.watchdog, "hold what it holds before you go on"),)
 
     @property
     def holding(self) -> bool:

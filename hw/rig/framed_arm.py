@@ -3,6 +3,7 @@
 from palpate.hw.devices import ArmDevice
 from palpate.kinematics.pose import Pose, checked_pose, times
 from palpate.runtime.data import ArmSample
+from palpate.runtime.watchdog import Watchdog, watchdogs_of
 from palpate.spatial import Vector, add, rotate, rotate_back
 
 
@@ -26,6 +27,10 @@ class FramedArm:
     def name(self) -> str:
         """See `Device`."""
         return self._arm.name
+
+    def watchdogs(self) -> tuple[Watchdog, ...]:
+        """See `Watched`."""
+        return watchdogs_of(self._arm)
 
     def start(self) -> None:
         """See `Device`."""

@@ -19,6 +19,7 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.urgency import urgent_threads
+from palpate.runtime.watchdog import Watchdog, watchdogs_of
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add, rotate_back
 
 GRAVITY = 9.80665
@@ -143,6 +144,21 @@ class Rig(Closing):
         except BaseException:
             self.close()
             raise
+
+    def watchdogs(self) -> tuple[Watchdog, ...]:
+        """Return what stops arm and hand; none if one of them states nothing."""
+        each = [watchdogs_of(device) for device in (self.arm, self.hand) if device is not None]
+        return tuple(watchdog for found in each for watchdog in found) if all(each) else ()
+
+    def arm_alone(self) -> Sample:
+        """See `ArmSource`.
+
+        Raises:
+            DeviceError: The arm is lost, or its newest state too old.
+        """
+        arm = self._standing() if self.arm is None else self._fresh(self.arm, self.arm.read)
+        now = monotonic()
+        return Sample(now - self._origin, replace(arm, time=min(arm.time, now) - self._origin), ())
 
     def tare(self) -> None:
         """Take what the sensors show for what they show of bias and payload alone: at rest, nothing touched.

@@ -21,6 +21,7 @@ from palpate.hw.ur.support import refuse_unsupported
 from palpate.hw.ur.version import Version
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
 from palpate.runtime.data import ArmSample
+from palpate.runtime.watchdog import Watchdog
 from palpate.spatial import Vector
 
 _REPLY_WITHIN = 5.0
@@ -32,6 +33,12 @@ _RECOVER_WITHIN = 90.0
 _STALE_RETRIES = 3
 """Times to look again, a millisecond apart, before a state is called old: after a stall of the whole machine it
 may be this process that runs first."""
+
+STAGES = 2.0
+"""Watchdogs, one after the other, each with the same time: the client process may end just before it acts."""
+
+CHECK = "`palpate recover` reports its state and moves nothing unasked"
+"""How to see it."""
 
 _PADDING = (0.0,) * COMMAND_NUMBERS
 REAL_LIBRARY = "palpate.hw.ur.library"
@@ -86,6 +93,12 @@ class UrArm:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def watchdogs(self) -> tuple[Watchdog, ...]:
+        """See `Watched`: without commands the client process stops it, without that the controller."""
+        settings = self.settings
+        within = STAGES * settings.watchdog + settings.speed / settings.deceleration
+        return (Watchdog(self.name, "is stopped by its controller", within, CHECK),)
 
     # To begin and to end
 

@@ -22,7 +22,7 @@ from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import check_drivers
-from palpate.runtime import Ending, RunResult, result_until
+from palpate.runtime import RunResult, result_until
 
 SECOND_STOPPED = (
     "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
@@ -77,7 +77,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
             files = write_result(experiment, found, report, config.out)
     console.print(key_figures(report.title, report.outcome, report.all_figures))
     print_outcome(console, result, files)
-    code = ExitCode.DONE if result.ending is Ending.DONE and report.reached else ExitCode.UNFINISHED
+    code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
     summary = reported_result(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
         report.outcome,
@@ -85,6 +85,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         report.all_figures,
         written(result, files),
         ending=result.ending.value,
+        rest=result.rest,
     )
     return replace(summary, warnings=notes)
 
@@ -116,7 +117,7 @@ def _unusable_result(
     return CommandResult(
         ExitCode.INTERRUPTED if interrupted else ExitCode.UNFINISHED,
         outcome=str(result),
-        facts={"ending": result.ending.value},
+        facts={"ending": result.ending.value, "rest": result.rest},
         files=files,
         error=f"the measurements cannot be evaluated: {error}; {kept}",
     )

@@ -5,6 +5,7 @@ from enum import StrEnum
 
 from palpate.errors import PalpateError
 from palpate.runtime.log import RecordingSummary
+from palpate.runtime.rest import Rest, RestState
 from palpate.runtime.supervision import Trip
 from palpate.runtime.timing import RunTiming
 
@@ -31,7 +32,7 @@ class RunResult:
         ending: How it ended.
         trip: What the supervisor objected to, if it did.
         error: The exception behind the trip, if it was one.
-        stopped: Whether the tip came to rest at the end.
+        rest: Whether the tip was at rest at the end, measured or not known.
         duration: On the back end's clock [s].
         wall_time: On the wall clock [s].
         timing: Of every period.
@@ -41,7 +42,7 @@ class RunResult:
     ending: Ending
     trip: Trip | None
     error: Exception | None
-    stopped: bool
+    rest: Rest
     duration: float
     wall_time: float
     timing: RunTiming
@@ -53,9 +54,14 @@ class RunResult:
         return f"{self.ending.value}{why} after {self.duration:.1f} s; {self.rest}"
 
     @property
-    def rest(self) -> str:
-        """Whether the robot came to rest, as a clause of a sentence."""
-        return "the robot is at rest" if self.stopped else "THE ROBOT DID NOT COME TO REST"
+    def at_rest(self) -> bool:
+        """Whether it was measured to be at rest."""
+        return self.rest.state is RestState.AT_REST
+
+    @property
+    def done(self) -> bool:
+        """Whether the controller finished, and the robot was measured to be at rest after it."""
+        return self.ending is Ending.DONE and self.at_rest
 
     @property
     def why(self) -> str:

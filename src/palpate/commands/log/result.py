@@ -9,6 +9,7 @@ from palpate.commands.command_result import CommandResult
 from palpate.commands.log.times import log_duration, log_spreads
 from palpate.errors import FloatArray
 from palpate.runtime.log import Log
+from palpate.runtime.rest import rest_in
 from palpate.strict_yaml import read_yaml
 
 
@@ -38,6 +39,7 @@ def log_result(log: Log, size: int, versions: str) -> CommandResult:
             "log": log.path,
             "recorded": datetime.fromtimestamp(heading.wall_start / 1e9).astimezone().isoformat(),
             "written_by": heading.written_by,
+            "rest": rest_in(log.events),
             "complete": log.complete and log.damage is None,
             "fields": [
                 {"topic": group.name or "period", "name": each.name, "count": each.count, "units": each.units}

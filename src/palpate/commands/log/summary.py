@@ -12,6 +12,7 @@ from palpate.commands.log.times import log_duration, log_spreads
 from palpate.plain_text import inert
 from palpate.runtime.log import Level, Log
 from palpate.runtime.log.fields import LogField
+from palpate.runtime.rest import rest_in
 
 VERSIONS = "versions.yaml"
 """The attachment that is shown whole."""
@@ -41,6 +42,7 @@ def _facts(log: Log, size: int) -> Table:
     facts = {
         "recorded": f"{start:%Y-%m-%d %H:%M:%S %z} by {heading.written_by}",
         "state": _state(log),
+        "at the end": str(rest_in(log.events)),
         "periods": _periods(log),
         "size": f"{size / 1e6:.2f} MB",
     }

@@ -18,7 +18,6 @@ from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.repeat_words import repeat_commands
 from palpate.experiments.kit.script import plan_for
 from palpate.experiments.kit.versions import versions
-from palpate.runtime import Ending
 
 
 def attempt(case: RunCase) -> RunRecord:
@@ -27,7 +26,7 @@ def attempt(case: RunCase) -> RunRecord:
     try:
         experiment = experiment_named(case.experiment)
         result = _carried_out(case, experiment)
-        status = RunStatus.DONE if result.run.ending is Ending.DONE else RunStatus.UNFINISHED
+        status = RunStatus.DONE if result.run.done else RunStatus.UNFINISHED
         message, trace, figures = str(result.run), "", figures_of(experiment, result)
     except Exception as error:
         status, figures = RunStatus.FAILED, {}

@@ -30,7 +30,7 @@ from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
 from palpate.robots.drivers import check_drivers
-from palpate.runtime import Ending, result_until
+from palpate.runtime import result_until
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
@@ -118,7 +118,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
         with kept_if_interrupted(result), doing(console, "working out what was found"):
             found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
         report = experiment.report(found)
-        done = result.ending is Ending.DONE and report.reached
+        done = result.done and report.reached
         command_result = CommandResult(
             ExitCode.DONE if done else ExitCode.UNFINISHED,
             report.outcome,
