@@ -4,16 +4,29 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from palpate.runtime.data import ArmSample, HandSample
+from palpate.runtime.supervision import Cause
 from palpate.spatial import Vector
 
 
 class DeviceError(OSError):
-    """A device was lost, or says that it must not go on. The message names it and the remedy."""
+    """A device was lost, or reports that it must not go on. The message names it and the remedy.
+
+    Attributes:
+        cause: What has to be seen to.
+    """
+
+    cause = Cause.DEVICE
 
     def __init__(self, device: str, problem: str, remedy: str) -> None:
         """Take the device's name, what is wrong, and what to do about it."""
         super().__init__(f"{device}: {problem}; {remedy}")
         self.device, self.problem, self.remedy = device, problem, remedy
+
+
+class WireError(DeviceError):
+    """Nothing comes from a device, or nothing that can be read: cable, network or power."""
+
+    cause = Cause.WIRE
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from palpate.kinematics.pose import Pose
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.runtime.watchdog import STEPPED, Watchdog
+from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth
 from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.resultant import resultant
@@ -127,8 +127,8 @@ class MujocoBackend(Closing):
         self._pacer.wait()
         return sample
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
         return (STEPPED,)
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ import time
 from collections import Counter
 
 from palpate.errors import InvalidValueError
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
 from palpate.hw.dynamixel.care import ServoHealth, health, reboot
@@ -21,7 +21,7 @@ from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
 from palpate.hw.dynamixel.settings import HandSettings
 from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
-from palpate.runtime.watchdog import Watchdog
+from palpate.runtime.watchdog import DeviceWatchdog
 
 FEWEST = 3
 """Exchanges in a row that must have failed, besides, before a hand is given up."""
@@ -55,12 +55,12 @@ class DynamixelHand:
         """See `Device`."""
         return f"Dynamixel hand at {self._port_path}"
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`: nothing stops servos whose bus watchdog is off."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`: nothing stops servos whose bus watchdog is off."""
         if not self.settings.watchdog:
             return ()
         action = "is stopped by its servos, where it stands, and may let go of what it holds,"
-        return (Watchdog(self.name, action, self.settings.watchdog, "hold what it holds before you go on"),)
+        return (DeviceWatchdog(self.name, action, self.settings.watchdog, "hold what it holds before you go on"),)
 
     @property
     def holding(self) -> bool:
@@ -260,7 +260,7 @@ class DynamixelHand:
         (servo_id, silent), _ = self._failures.most_common(1)[0]
         worst = MissedError(servo_id, silent)
         remedy = "check its cable and its power" if worst.silent else "check the bus for loose or noisy cables"
-        raise DeviceError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
+        raise WireError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then `palpate recover`")
 
     def _check(self) -> None:
         for finger, its in zip(self._fingers, self._readings, strict=True):
@@ -270,13 +270,13 @@ class DynamixelHand:
                 raise DeviceError(
                     self.name,
                     f"servo {finger.servo_id} has stopped: nobody spoke to it for {self.settings.watchdog:g} s",
-                    "call start() again; if it comes back, find what held the loop up",
+                    "repeat the run; if it comes back, find what held the loop up (`palpate doctor`)",
                 )
             if not its.torque_on:
                 raise DeviceError(
                     self.name,
                     f"the torque of servo {finger.servo_id} is off: it lost its power, or somebody else did it",
-                    "check its power, then call start() again",
+                    "check its power, then `palpate recover`",
                 )
 
     def _watch(self) -> None:

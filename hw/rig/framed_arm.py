@@ -3,7 +3,7 @@
 from palpate.hw.devices import ArmDevice
 from palpate.kinematics.pose import Pose, checked_pose, times
 from palpate.runtime.data import ArmSample
-from palpate.runtime.watchdog import Watchdog, watchdogs_of
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 from palpate.spatial import Vector, add, rotate, rotate_back
 
 
@@ -28,8 +28,8 @@ class FramedArm:
         """See `Device`."""
         return self._arm.name
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
         return watchdogs_of(self._arm)
 
     def start(self) -> None:

@@ -10,7 +10,7 @@ from time import monotonic
 from palpate.errors import positive
 from palpate.hw.devices import DeviceError, HandDevice
 from palpate.runtime.data import HandSample
-from palpate.runtime.watchdog import Watchdog, watchdogs_of
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 
 _JOIN = 3.0
 """Longest to wait for the thread at the end [s]; no exchange takes so long."""
@@ -41,8 +41,8 @@ class PolledHand:
         """See `Device`."""
         return self.hand.name
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
         return watchdogs_of(self.hand)
 
     def start(self) -> None:

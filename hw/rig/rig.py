@@ -11,7 +11,7 @@ from time import monotonic, sleep
 from typing import Protocol, TypeVar, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
-from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading
+from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading, WireError
 from palpate.hw.rig.finger_sensor import NO_LOAD, FingerSensor
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose, times
@@ -19,7 +19,7 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.urgency import urgent_threads
-from palpate.runtime.watchdog import Watchdog, watchdogs_of
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add, rotate_back
 
 GRAVITY = 9.80665
@@ -145,7 +145,7 @@ class Rig(Closing):
             self.close()
             raise
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
         """Return what stops arm and hand; none if one of them states nothing."""
         each = [watchdogs_of(device) for device in (self.arm, self.hand) if device is not None]
         return tuple(watchdog for found in each for watchdog in found) if all(each) else ()
@@ -331,7 +331,7 @@ class Rig(Closing):
         age = monotonic() - sample.time
         if age <= oldest:
             return sample
-        raise DeviceError(
+        raise WireError(
             device.name,
             f"its newest sample is {1e3 * age:.0f} ms old, the limit is {1e3 * oldest:.0f} ms",
             "check cable, network and what else runs on this computer, or allow more (limits.sample_age_s)",

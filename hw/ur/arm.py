@@ -9,19 +9,19 @@ from contextlib import contextmanager
 from time import monotonic, sleep
 from typing import Self
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.ur.client import Client
 from palpate.hw.ur.exchange import COMMAND_NUMBERS, ClientPhase, MotionCommand, Order, UrState
 from palpate.hw.ur.goals import ForceTask, checked_joints, checked_pose_goal, checked_velocity
 from palpate.hw.ur.hello import controller_version
-from palpate.hw.ur.problems import WORDS, Problem
+from palpate.hw.ur.problems import Problem, device_error
 from palpate.hw.ur.requests import UrTask
 from palpate.hw.ur.settings import FlangePayload, UrSettings, checked_fraction
 from palpate.hw.ur.support import refuse_unsupported
 from palpate.hw.ur.version import Version
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
 from palpate.runtime.data import ArmSample
-from palpate.runtime.watchdog import Watchdog
+from palpate.runtime.watchdog import DeviceWatchdog
 from palpate.spatial import Vector
 
 _REPLY_WITHIN = 5.0
@@ -94,11 +94,11 @@ class UrArm:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`: without commands the client process stops it, without that the controller."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`: without commands the client process stops it, without that the controller."""
         settings = self.settings
         within = STAGES * settings.watchdog + settings.speed / settings.deceleration
-        return (Watchdog(self.name, "is stopped by its controller", within, CHECK),)
+        return (DeviceWatchdog(self.name, "is stopped by its controller", within, CHECK),)
 
     # To begin and to end
 
@@ -151,7 +151,7 @@ class UrArm:
         """
         state = self._fresh().exchange.state()
         if state is None:
-            raise DeviceError(self.name, *WORDS[Problem.SILENT])
+            raise device_error(self.name, Problem.SILENT)
         return state
 
     def read(self) -> ArmSample:
@@ -277,7 +277,7 @@ class UrArm:
         while client.exchange.state() is None:
             client.status()
             if monotonic() > deadline:
-                raise DeviceError(self.name, *WORDS[Problem.SILENT])
+                raise device_error(self.name, Problem.SILENT)
             sleep(1e-3)
 
     def _command(self, motion: MotionCommand, values: tuple[float, ...]) -> None:
@@ -319,10 +319,10 @@ class UrArm:
             status = client.status()
         # it goes round several times per state: one that missed as many as half of that time has is the reason
         if monotonic() - status.beat > 0.5 * oldest:
-            raise DeviceError(
+            raise WireError(
                 self.name,
                 # ur_rtde keeps Python to itself for a while after a connection is lost
                 "the process that talks to it is held up by a lost connection, hangs, or is starved",
-                "see that controller and network are up, and what else runs on this computer, then recover()",
+                "see that controller and network are up, and what else runs here, then `palpate recover`",
             )
-        raise DeviceError(self.name, *WORDS[Problem.SILENT])
+        raise device_error(self.name, Problem.SILENT)

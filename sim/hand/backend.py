@@ -9,7 +9,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.runtime.watchdog import STEPPED, Watchdog
+from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.grip import Grip, GripState
@@ -139,8 +139,8 @@ class HandBackend(Closing):
         self._pacer.wait()
         return sample
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
         return (STEPPED,)
 
     def close(self) -> None:

@@ -16,8 +16,7 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result, written
-from palpate.experiments.kit.registry import reference_to
-from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
 from palpate.reporting.terminal import key_figures
@@ -71,8 +70,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
                 found = experiment.found(plan, run.recorded(result, companion, lambda step: say(console, step)))
             except InvalidValueError as error:  # the measurements are unusable, the arguments were right
                 return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-        report = experiment.report(found)
-        report = replace(report, repeat=repeat_commands(reference_to(experiment), config, result))
+        report = run_report(experiment, plan, found)
         with doing(console, "drawing the report"):
             files = write_result(experiment, found, report, config.out)
     console.print(key_figures(report.title, report.outcome, report.all_figures))

@@ -10,15 +10,15 @@ import numpy as np
 
 from palpate.errors import InvalidValueError, positive, shown
 from palpate.interruption import StopRequest, stop_requests
-from palpate.runtime.braking import LONGEST_STOP, Braking
 from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
 from palpate.runtime.pacing import Punctuality
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.rest import REST, WATCHDOG, ArmSource, Rest, RestState
+from palpate.runtime.rest import REST, WATCHDOG, ArmSource, RestState, RobotRest
 from palpate.runtime.result import Ending, RunResult
+from palpate.runtime.standstill_check import LONGEST_STOP, StandstillCheck
 from palpate.runtime.supervision import Supervisor
 from palpate.runtime.timing import RunTiming
 from palpate.runtime.touch import Touch
@@ -112,7 +112,7 @@ class _Run:
         self._pacer = backend.pacer
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
-        self._rest = Rest.not_known()
+        self._rest = RobotRest.not_known()
         self._seen = self._trip_recorded = self._aftermath_recorded = False
         self._starts, self._compute = array("d"), array("d")
         self._punctuality = Punctuality()
@@ -239,13 +239,13 @@ class _Run:
             raise InvalidValueError(f"the back end gave {shown(given)}: must be a Sample with its time")
         self._sample, self._time, self._seen = given, given.time, False
 
-    def _brake(self) -> Rest:
+    def _brake(self) -> RobotRest:
         """Stand still, with the grip as it is, and record how; return whether the tip came to rest.
 
         A device that was lost is tried again, and again. Meanwhile the arm is read alone, if that can be had.
         """
         begun, command = self._clock(), self._supervisor.standstill()
-        braking = Braking(self._sample.arm, self._backend.period, self._supervisor.limits.sample_age)
+        braking = StandstillCheck(self._sample.arm, self._backend.period, self._supervisor.limits.sample_age)
         if not self._seen:
             self._watch(command)
         failure = ""
@@ -266,7 +266,7 @@ class _Run:
             self._tell(self._time, Level.ERROR, "back end", failure)
         return braking.rest(watchdogs_of(self._backend))
 
-    def _look_at_arm(self, braking: Braking) -> None:
+    def _look_at_arm(self, braking: StandstillCheck) -> None:
         """Take the arm's state alone, where the back end gives no sample."""
         source = unwrapped(self._backend)
         try:
@@ -295,7 +295,7 @@ class _Run:
         try:
             self._backend.close()
         except Exception as error:
-            self._rest = Rest.not_known(watchdogs_of(self._backend))  # somebody has to look
+            self._rest = RobotRest.not_known(watchdogs_of(self._backend))  # somebody has to look
             self._supervisor.fail(self._time, "back end", error)
             self._ending = Ending.TRIPPED
             self._tell_trip()

@@ -7,7 +7,7 @@ from typing import Protocol, Self, runtime_checkable
 
 from palpate.runtime.data import Sample
 from palpate.runtime.log.entries import Event
-from palpate.runtime.watchdog import Watchdog
+from palpate.runtime.watchdog import DeviceWatchdog
 
 
 class RestState(StrEnum):
@@ -39,7 +39,7 @@ LOOK = "look at it before you go near"
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class RobotRest:
     """Whether the robot is at rest, and the clause that terminal, report, log and JSON have on it.
 
     Attributes:
@@ -62,7 +62,7 @@ class Rest:
         return cls(RestState.MOVING, f"{clause}, at {1e3 * speed:.3g} mm/s: press its emergency stop")
 
     @classmethod
-    def not_known(cls, watchdogs: Sequence[Watchdog | str] = ()) -> Self:
+    def not_known(cls, watchdogs: Sequence[DeviceWatchdog | str] = ()) -> Self:
         """Return that nobody could measure it, and what stops it then."""
         then = "; ".join(map(str, watchdogs)) or LOOK
         return cls(RestState.NOT_KNOWN, f"{CLAUSES[RestState.NOT_KNOWN]}: {then}")
@@ -72,7 +72,7 @@ class Rest:
         return self.words
 
 
-def rest_in(events: Iterable[Event]) -> Rest:
+def rest_in(events: Iterable[Event]) -> RobotRest:
     """Return what a log has on rest; of one that breaks off before the run's end, it is not known."""
     stated: list[str] = []
     for event in events:
@@ -81,8 +81,8 @@ def rest_in(events: Iterable[Event]) -> Rest:
         elif event.source == REST:
             for state, clause in CLAUSES.items():
                 if event.text.startswith(clause):
-                    return Rest(state, event.text)
-    return Rest.not_known(stated)
+                    return RobotRest(state, event.text)
+    return RobotRest.not_known(stated)
 
 
 @runtime_checkable

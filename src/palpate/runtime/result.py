@@ -5,7 +5,7 @@ from enum import StrEnum
 
 from palpate.errors import PalpateError
 from palpate.runtime.log import RecordingSummary
-from palpate.runtime.rest import Rest, RestState
+from palpate.runtime.rest import RestState, RobotRest
 from palpate.runtime.supervision import Trip
 from palpate.runtime.timing import RunTiming
 
@@ -42,7 +42,7 @@ class RunResult:
     ending: Ending
     trip: Trip | None
     error: Exception | None
-    rest: Rest
+    rest: RobotRest
     duration: float
     wall_time: float
     timing: RunTiming

@@ -7,7 +7,7 @@ from palpate.runtime.wrapped_backend import unwrapped
 
 
 @dataclass(frozen=True, slots=True)
-class Watchdog:
+class DeviceWatchdog:
     """What a device does by itself once no command reaches it.
 
     Attributes:
@@ -28,20 +28,20 @@ class Watchdog:
         return f"{self.device} {self.action}{when} ({self.check})"
 
 
-STEPPED = Watchdog("the simulation", "moves only while it is stepped", 0.0, "nothing real moves")
+STEPPED = DeviceWatchdog("the simulation", "moves only while it is stepped", 0.0, "nothing real moves")
 """Of a simulation."""
 
 
 @runtime_checkable
-class Watched(Protocol):
+class WatchdogSource(Protocol):
     """A device or a back end that states what stops it. Optional: of one without, nothing is known."""
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
         """Return one entry per device that moves; none if nothing is known to stop one of them."""
         ...
 
 
-def watchdogs_of(source: object) -> tuple[Watchdog, ...]:
+def watchdogs_of(source: object) -> tuple[DeviceWatchdog, ...]:
     """Return what stops a device or a back end without commands; none if that is not known."""
     inner = unwrapped(source)
-    return inner.watchdogs() if isinstance(inner, Watched) else ()
+    return inner.watchdogs() if isinstance(inner, WatchdogSource) else ()

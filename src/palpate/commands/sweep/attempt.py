@@ -15,7 +15,7 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.experiments.kit.registry import experiment_named
-from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.experiments.kit.versions import versions
 
@@ -55,6 +55,5 @@ def _carried_out(case: RunCase, experiment: Experiment) -> Result:
     sinks = () if case.folder is None else (log_writer(experiment, plan, case.folder),)
     result = experiment.found(plan, run.recorded(run.run(sinks=sinks)))
     if case.folder is not None:
-        report = replace(experiment.report(result), repeat=repeat_commands(case.experiment, config, result.run))
-        write_result(experiment, result, report, case.folder)
+        write_result(experiment, result, run_report(experiment, plan, result), case.folder)
     return result

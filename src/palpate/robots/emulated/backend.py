@@ -16,7 +16,7 @@ from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.protocols import Backend
 from palpate.runtime.rest import ArmSource
-from palpate.runtime.watchdog import Watchdog, watchdogs_of
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 from palpate.runtime.wrapped_backend import unwrapped
 from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, truth_of_numbers
 from palpate.sim.scene import Scene
@@ -102,8 +102,8 @@ class OnTheWire(Closing):
         """
         return self._taken(self._rig.step(command))
 
-    def watchdogs(self) -> tuple[Watchdog, ...]:
-        """See `Watched`: of the rig, wall time."""
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`: of the rig, wall time."""
         return watchdogs_of(self._rig)
 
     def arm_alone(self) -> Sample:

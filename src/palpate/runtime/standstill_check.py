@@ -3,8 +3,8 @@
 import math
 
 from palpate.runtime.data import ArmSample
-from palpate.runtime.rest import Rest
-from palpate.runtime.watchdog import Watchdog
+from palpate.runtime.rest import RobotRest
+from palpate.runtime.watchdog import DeviceWatchdog
 from palpate.spatial import norm, subtract
 
 REST_SPEED = 1e-3
@@ -23,7 +23,7 @@ LONGEST_STOP = 0.5
 """How long the robot is given to come to rest [s]."""
 
 
-class Braking:
+class StandstillCheck:
     """Takes the arm's states of a stop, one per period.
 
     Attributes:
@@ -58,12 +58,16 @@ class Braking:
         """Take a period in which the arm could not be read."""
         self._slow, self._speed = 0, math.nan
 
-    def rest(self, watchdogs: tuple[Watchdog, ...]) -> Rest:
+    def rest(self, watchdogs: tuple[DeviceWatchdog, ...]) -> RobotRest:
         """Return how it ended; `watchdogs` stop the robot where that is not known."""
         if self.at_rest:
-            return Rest.at_rest()
+            return RobotRest.at_rest()
         moves = self._path > 0.0 and self._path >= LEAST_PATH * self._reported  # a repeated state shows nothing
-        return Rest.moving(self._speed) if moves and self._speed >= REST_SPEED else Rest.not_known(watchdogs)
+        return (
+            RobotRest.moving(self._speed)
+            if moves and self._speed >= REST_SPEED
+            else RobotRest.not_known(watchdogs)
+        )
 
     def _speed_of(self, time: float, arm: ArmSample) -> float:
         """Return the speed that the arm reports [m/s], or that its positions show if they do not bear that out."""
