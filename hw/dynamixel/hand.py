@@ -13,7 +13,7 @@ from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
-from palpate.hw.dynamixel.care import ServoHealth, health, reboot
+from palpate.hw.dynamixel.care import ServoCondition, ServoHealth, health, reboot, servo_condition
 from palpate.hw.dynamixel.finger_servo import LENGTHS, FingerServo, ServoReading
 from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.preparation import hold_still, prepare, presses, shutdown_error, state_span
@@ -156,6 +156,19 @@ class DynamixelHand:
         """
         bus = self._connected()
         return tuple(health(bus, finger) for finger in self._fingers)
+
+    def examine(self) -> tuple[ServoCondition, ...]:
+        """Ask every servo for its fault, torque and watchdog; nothing is written, so nothing is let go.
+
+        Raises:
+            DeviceError: The port cannot be opened, or one does not reply.
+        """
+        bus = self._bus if self._bus is not None else self._opened()
+        try:
+            return tuple(servo_condition(bus, its.servo_id) for its in self.settings.servos)
+        finally:
+            if self._bus is None:
+                bus.close()
 
     def reboot(self, servo_id: int) -> None:
         """Restart one servo, which lets go of what it holds; then `start` the hand again.

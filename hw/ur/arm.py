@@ -40,6 +40,9 @@ STAGES = 2.0
 CHECK = "`palpate recover` reports its state and moves nothing unasked"
 """How to see it."""
 
+EXAMINED_WITHIN = 1.0
+"""[s] by which a state may be older where a person looks at it, once: no control depends on it."""
+
 _PADDING = (0.0,) * COMMAND_NUMBERS
 REAL_LIBRARY = "palpate.hw.ur.library"
 
@@ -113,6 +116,21 @@ class UrArm:
             refuse_unsupported()
         if self._client is None:
             self._begin(UrTask.BRING_UP, self.settings.start_within)
+
+    def examine(self) -> UrState:
+        """Connect if need be, and return the controller's state whatever it is: nothing is loaded, nothing moves.
+
+        Raises:
+            DeviceError: It cannot be reached, is too old, or sends no states.
+            MissingLibraryError: There is no ur_rtde for this computer.
+        """
+        if self._library == REAL_LIBRARY:
+            refuse_unsupported()
+        client = self._connected() if self._client is None else self._client
+        state = client.exchange.state()
+        if state is None or monotonic() - state.time > self.settings.stale_after + EXAMINED_WITHIN:
+            raise device_error(self.name, Problem.SILENT)
+        return state
 
     def recover(self) -> None:
         """Make it fit to go on after whatever has happened: the cause must be gone, and the path clear.
@@ -257,16 +275,24 @@ class UrArm:
 
     def _begin(self, task: UrTask, within: float) -> None:
         """Start a client process and have it bring the arm up; nothing is left if it cannot."""
-        settings = self.settings
+        client = self._connected()
         try:
-            self._version = controller_version(self.name, self._address)
-            self._client = Client(self.name, self._address, settings, self._version, self._library)
-            self._client.wait_for(ClientPhase.LISTENING, settings.start_within)
-            self._first_state(self._client)
-            self._ask_up(self._client, task, within)
+            self._ask_up(client, task, within)
         except BaseException:
             self.close()
             raise
+
+    def _connected(self) -> Client:
+        """Start a client process, and wait for its first state; nothing is left if there is none."""
+        try:
+            self._version = controller_version(self.name, self._address)
+            client = self._client = Client(self.name, self._address, self.settings, self._version, self._library)
+            client.wait_for(ClientPhase.LISTENING, self.settings.start_within)
+            self._first_state(client)
+        except BaseException:
+            self.close()
+            raise
+        return client
 
     def _ask_up(self, client: Client, task: UrTask, within: float) -> None:
         self._write(client, MotionCommand.NONE, ())  # nothing of before goes on
