@@ -1,7 +1,7 @@
 """What a rig is assembled from: an arm, a hand, force/torque sensors, behind small interfaces."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from palpate.runtime.data import ArmSample, HandSample
 from palpate.runtime.supervision import Cause
@@ -85,6 +85,28 @@ class ArmDevice(Device, Protocol):
             DeviceError: As `read`.
         """
         ...
+
+
+@runtime_checkable
+class StoppedArm(Protocol):
+    """An arm whose state can be read while it does not go on, as in a protective stop. Optional."""
+
+    def read_stopped(self) -> ArmSample:
+        """Return the newest state, whatever the arm reports to be wrong.
+
+        Raises:
+            DeviceError: There is none.
+        """
+        ...
+
+
+def read_stopped(arm: ArmDevice) -> ArmSample:
+    """Return an arm's newest state, if it can be had also where the arm does not go on.
+
+    Raises:
+        DeviceError: It cannot.
+    """
+    return arm.read_stopped() if isinstance(arm, StoppedArm) else arm.read()
 
 
 class HandDevice(Device, Protocol):

@@ -1,6 +1,6 @@
 """An arm commanded in another base frame than its own."""
 
-from palpate.hw.devices import ArmDevice
+from palpate.hw.devices import ArmDevice, read_stopped
 from palpate.kinematics.pose import Pose, checked_pose, times
 from palpate.runtime.data import ArmSample
 from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
@@ -42,7 +42,14 @@ class FramedArm:
 
     def read(self) -> ArmSample:
         """See `ArmDevice`."""
-        own, pose = self._arm.read(), self._pose
+        return self._framed(self._arm.read())
+
+    def read_stopped(self) -> ArmSample:
+        """See `StoppedArm`."""
+        return self._framed(read_stopped(self._arm))
+
+    def _framed(self, own: ArmSample) -> ArmSample:
+        pose = self._pose
         return ArmSample(
             time=own.time,
             position_base_tip=add(pose.position, rotate(pose.rotation, own.position_base_tip)),

@@ -11,7 +11,7 @@ from time import monotonic, sleep
 from typing import Protocol, TypeVar, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
-from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading, WireError
+from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading, WireError, read_stopped
 from palpate.hw.rig.finger_sensor import NO_LOAD, FingerSensor
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose, times
@@ -156,7 +156,8 @@ class Rig(Closing):
         Raises:
             DeviceError: The arm is lost, or its newest state too old.
         """
-        arm = self._standing() if self.arm is None else self._fresh(self.arm, self.arm.read)
+        device = self.arm
+        arm = self._standing() if device is None else self._fresh(device, lambda: read_stopped(device))
         now = monotonic()
         return Sample(now - self._origin, replace(arm, time=min(arm.time, now) - self._origin), ())
 

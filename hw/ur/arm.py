@@ -178,17 +178,18 @@ class UrArm:
         Raises:
             DeviceError: See `state`.
         """
-        s = self.state()
-        x, y, z, rx, ry, rz = s.tool_pose
-        vx, vy, vz, wx, wy, wz = s.tool_velocity
-        return ArmSample(
-            time=s.time,
-            position_base_tip=(x, y, z),
-            rotation_base_tip=rotation_from_rotvec((rx, ry, rz)),
-            velocity_base_tip=(vx, vy, vz),
-            joint_position=s.joint_position,
-            angular_velocity_base_tip=(wx, wy, wz),
-        )
+        return _sample_of(self.state())
+
+    def read_stopped(self) -> ArmSample:
+        """Return the newest state of the tip frame, in a stop too; who asks looks at its age.
+
+        Raises:
+            DeviceError: Not started, or there is none.
+        """
+        state = self._running().exchange.state()
+        if state is None:
+            raise device_error(self.name, Problem.SILENT)
+        return _sample_of(state)
 
     # How it moves: one of these, once per period
 
@@ -352,3 +353,16 @@ class UrArm:
                 "see that controller and network are up, and what else runs here, then `palpate recover`",
             )
         raise device_error(self.name, Problem.SILENT)
+
+
+def _sample_of(s: UrState) -> ArmSample:
+    x, y, z, rx, ry, rz = s.tool_pose
+    vx, vy, vz, wx, wy, wz = s.tool_velocity
+    return ArmSample(
+        time=s.time,
+        position_base_tip=(x, y, z),
+        rotation_base_tip=rotation_from_rotvec((rx, ry, rz)),
+        velocity_base_tip=(vx, vy, vz),
+        joint_position=s.joint_position,
+        angular_velocity_base_tip=(wx, wy, wz),
+    )

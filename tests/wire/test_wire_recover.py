@@ -12,6 +12,7 @@ from palpate.runtime.robot import load_robot
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.ur_wire_sessions import own_address
 
+
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory):
     """An emulated arm and box, and the path of the robot file for them."""
@@ -47,6 +48,7 @@ def test_what_is_well_is_reported_and_left_alone(cell, capsys):
     assert not [line for line in new if "upload" in line or "unlock" in line or "power" in line], new
 
 
+@pytest.mark.slow
 def test_a_protective_stop_is_unlocked_if_somebody_agrees_and_only_then(cell, capsys):
     emulator, path = cell
     emulator.control.fault("ur", "protective_stop")
@@ -70,6 +72,7 @@ def test_a_protective_stop_is_unlocked_if_somebody_agrees_and_only_then(cell, ca
     assert safety(emulator) == "NORMAL"
 
 
+@pytest.mark.slow
 def test_an_emergency_stop_wants_a_hand_first_then_power(cell, capsys):
     emulator, path = cell
     emulator.control.fault("ur", "e_stop")
@@ -91,6 +94,7 @@ def test_a_device_that_is_not_there_is_named_and_the_others_are_examined(tmp_pat
     assert recover("stage", capsys)[0] == 2
 
 
+@pytest.mark.slow
 def test_a_servo_that_has_shut_down_is_restarted_if_that_is_agreed_to(tmp_path, capsys):
     address = own_address(43)
     with EmulatorProcess(HandCell(address)) as emulator:

@@ -50,7 +50,8 @@ class StandstillCheck:
         self._speed = speed = self._speed_of(time, arm)
         if speed < REST_SPEED:
             self._slow += 1
-            self.at_rest = self._slow >= self._wanted
+            watched = arm.time - self._since.time  # an arm that repeats an old state shows nothing
+            self.at_rest = self._slow >= self._wanted and watched >= 0.5 * REST_TIME
         else:
             self._slow, self._since = 0, arm
 
