@@ -3,6 +3,7 @@
 import html
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +11,7 @@ from palpate.cli import main
 from palpate.commands.command_result import ExitCode
 from palpate.runtime import RestState
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.rest import CLAUSES, rest_in
+from palpate.runtime.rest import CLAUSES, LOOK, rest_in
 from palpate.sim import MujocoBackend
 
 FIRST_LOST = 150
@@ -62,6 +63,11 @@ def test_terminal_report_log_and_json_have_the_same_clause_on_rest(ending, tmp_p
     assert json.loads(capsys.readouterr().out)["rest"]["words"] == words
     main(["log", "info", str(tmp_path)])
     assert words in plain(capsys.readouterr().out)
+
+
+def test_the_documents_have_the_same_clauses():
+    page = (Path(__file__).parents[2] / "docs" / "running.md").read_text()
+    assert [clause for clause in (*CLAUSES.values(), LOOK) if clause not in page] == []
 
 
 def test_of_a_log_that_breaks_off_it_is_not_known():
