@@ -64,21 +64,21 @@ class StandstillCheck:
         if self.at_rest:
             return RobotRest.at_rest()
         moves = self._path > 0.0 and self._path >= LEAST_PATH * self._reported  # a repeated state shows nothing
-        return (
-            RobotRest.moving(self._speed)
-            if moves and self._speed >= REST_SPEED
-            else RobotRest.not_known(watchdogs)
-        )
+        if moves and self._speed >= REST_SPEED:
+            return RobotRest.moving(self._speed)
+        return RobotRest.not_known(watchdogs)
 
     def _speed_of(self, time: float, arm: ArmSample) -> float:
         """Return the speed that the arm reports [m/s], or that its positions show if they do not bear that out."""
+        last, self._last = self._last, arm
         try:
             if not time - arm.time <= self._oldest:
                 return math.nan
             reported, passed = norm(arm.velocity_base_tip), arm.time - self._since.time
-            self._reported += reported * (arm.time - self._last.time)
-            self._path += norm(subtract(arm.position_base_tip, self._last.position_base_tip))
-            self._last = arm
+            step = norm(subtract(arm.position_base_tip, last.position_base_tip))
+            if step < math.inf and reported < math.inf:
+                self._path += step
+                self._reported += reported * (arm.time - last.time)
             gone = norm(subtract(arm.position_base_tip, self._since.position_base_tip))
             if not reported < REST_SPEED or gone < REST_SPEED * passed + REST_STEP:
                 return reported if reported < math.inf else math.nan
