@@ -10,8 +10,8 @@ import pytest
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
 from palpate.runtime import RestState
-from palpate.runtime.log import log_in, read_log
-from palpate.runtime.rest import CLAUSES, LOOK, rest_in
+from palpate.runtime.log import Event, Level, log_in, read_log
+from palpate.runtime.rest import CLAUSES, LOOK, WATCHDOG, rest_in
 from palpate.sim import MujocoBackend
 
 FIRST_LOST = 150
@@ -71,4 +71,7 @@ def test_the_documents_have_the_same_clauses():
 
 
 def test_of_a_log_that_breaks_off_it_is_not_known():
-    assert rest_in(()).state is RestState.NOT_KNOWN
+    """And what stops the robot then, as the run stated when it began."""
+    stated = Event(0.0, Level.INFO, WATCHDOG, "the arm is stopped by its drives")
+    assert rest_in((stated,)).words == f"{CLAUSES[RestState.NOT_KNOWN]}: {stated.text}"
+    assert rest_in(()).words.endswith(LOOK)
