@@ -291,14 +291,14 @@ HAND_CASES = (
         "a servo shuts down (overload)",
         Lost(Switch(HAND, "overload", 2), reboot_servo, presses=the_other_servo_presses),
         Safe.PARTLY,
-        r"servo 2 reports overload; .*reboot\(2\)",
+        r"servo 2 reports overload; .*`palpate recover`",
         "hand.reboot(2), start()",
     ),
     Case(
         "a servo loses its power for a moment",
         Lost(Switch(HAND, "brown_out", 2), start_hand, presses=the_other_servo_presses),
         Safe.PARTLY,
-        r"servo 2 .*(lost its power|does not reply|watchdog).*start\(\)",
+        r"servo 2 .*(lost its power|does not reply|watchdog).*`palpate (recover|doctor)`",
         START,
     ),
     Case(
