@@ -115,7 +115,7 @@ def most_force(found: Exploration) -> float:
 def rests(found: Exploration) -> bool:
     """Return whether the robot stands still in the end."""
     last: FloatArray = found.record.velocity[-1]
-    return found.run.stopped and float(np.linalg.norm(last)) < 1e-3
+    return found.run.at_rest and float(np.linalg.norm(last)) < 1e-3
 
 
 @dataclass(frozen=True, slots=True)

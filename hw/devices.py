@@ -1,19 +1,32 @@
 """What a rig is assembled from: an arm, a hand, force/torque sensors, behind small interfaces."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from palpate.runtime.data import ArmSample, HandSample
+from palpate.runtime.supervision import Cause
 from palpate.spatial import Vector
 
 
 class DeviceError(OSError):
-    """A device was lost, or says that it must not go on. The message names it and the remedy."""
+    """A device was lost, or reports that it must not go on. The message names it and the remedy.
+
+    Attributes:
+        cause: What has to be seen to.
+    """
+
+    cause = Cause.DEVICE
 
     def __init__(self, device: str, problem: str, remedy: str) -> None:
         """Take the device's name, what is wrong, and what to do about it."""
         super().__init__(f"{device}: {problem}; {remedy}")
         self.device, self.problem, self.remedy = device, problem, remedy
+
+
+class WireError(DeviceError):
+    """Nothing comes from a device, or nothing that can be read: cable, network or power."""
+
+    cause = Cause.WIRE
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +85,28 @@ class ArmDevice(Device, Protocol):
             DeviceError: As `read`.
         """
         ...
+
+
+@runtime_checkable
+class StoppedArm(Protocol):
+    """An arm whose state can be read while it does not go on, as in a protective stop. Optional."""
+
+    def read_stopped(self) -> ArmSample:
+        """Return the newest state, whatever the arm reports to be wrong.
+
+        Raises:
+            DeviceError: There is none.
+        """
+        ...
+
+
+def read_stopped(arm: ArmDevice) -> ArmSample:
+    """Return an arm's newest state, if it can be had also where the arm does not go on.
+
+    Raises:
+        DeviceError: It cannot.
+    """
+    return arm.read_stopped() if isinstance(arm, StoppedArm) else arm.read()
 
 
 class HandDevice(Device, Protocol):

@@ -10,6 +10,7 @@ from palpate.kinematics.pose import Pose
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
+from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth
 from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.resultant import resultant
@@ -128,6 +129,10 @@ class MujocoBackend(Closing):
         check_converged(self._readings_now, data.time)
         self._pacer.wait()
         return sample
+
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
+        return (STEPPED,)
 
     def close(self) -> None:
         """Stop: the reference stays where the carrier is."""

@@ -86,10 +86,10 @@ class Case:
 
 RECOVER = "arm.recover()"
 
-LOST = r"(connection .* was lost|no state any more|ended by signal \d+|hangs).*recover\(\)"
+LOST = r"(connection .* was lost|no state any more|ended by signal \d+|hangs).*`palpate recover`"
 """Whichever comes first: ur_rtde may crash over a dropped connection before anybody sees that it is dropped."""
 
-STAY_AWAY = r"(no state any more|hangs).*recover\(\)"
+STAY_AWAY = r"(no state any more|hangs).*`palpate recover`"
 """A client process that is given no time looks like one that hangs."""
 ITSELF = "nothing needed"
 
@@ -214,35 +214,35 @@ ARM_CASES = (
         "script starts late, 1.5 s",
         Lost(kill_client, recover_arm, Switch(ARM, "late_start", 1.5)),
         Safe.RESTS,
-        r"signal 9.*recover\(\)",
+        r"signal 9.*`palpate recover`",
         RECOVER,
     ),
     Case(
         "protective stop",
         Lost(Switch(ARM, "protective_stop"), recover_arm),
         Safe.RESTS,
-        r"protective stop; clear whatever it ran into, then recover\(\)",
+        r"protective stop; clear whatever it ran into, then `palpate recover`",
         RECOVER,
     ),
     Case(
         "emergency stop",
         Lost(Switch(ARM, "e_stop"), recover_arm, Switch(ARM, "e_stop", 0.0)),
         Safe.RESTS,
-        r"emergency stop is pressed; make the cell safe, release it, then recover\(\)",
+        r"emergency stop is pressed; make the cell safe, release it, then `palpate recover`",
         "released, arm.recover()",
     ),
     Case(
         "program stopped at the pendant",
         Lost(Switch(ARM, "kill_program"), recover_arm),
         Safe.RESTS,
-        r"program was stopped.*pendant's log, then recover\(\)",
+        r"program was stopped.*pendant's log, then `palpate recover`",
         RECOVER,
     ),
     Case(
         "client process killed",
         Lost(kill_client, recover_arm),
         Safe.RESTS,
-        r"ended by signal 9; the controller's watchdog.*recover\(\)",
+        r"ended by signal 9; the controller's watchdog.*`palpate recover`",
         RECOVER,
         0.02,
     ),
@@ -250,7 +250,7 @@ ARM_CASES = (
         "client process crashes",
         Lost(crash_client, recover_arm),
         Safe.RESTS,
-        r"ended by signal 11; the controller's watchdog.*recover\(\)",
+        r"ended by signal 11; the controller's watchdog.*`palpate recover`",
         RECOVER,
     ),
     Case(
@@ -291,21 +291,21 @@ HAND_CASES = (
         "a servo shuts down (overload)",
         Lost(Switch(HAND, "overload", 2), reboot_servo, presses=the_other_servo_presses),
         Safe.PARTLY,
-        r"servo 2 reports overload; .*reboot\(2\)",
+        r"servo 2 reports overload; .*`palpate recover`",
         "hand.reboot(2), start()",
     ),
     Case(
         "a servo loses its power for a moment",
         Lost(Switch(HAND, "brown_out", 2), start_hand, presses=the_other_servo_presses),
         Safe.PARTLY,
-        r"servo 2 .*(lost its power|does not reply|watchdog).*start\(\)",
+        r"servo 2 .*(lost its power|does not reply|watchdog).*`palpate (recover|doctor)`",
         START,
     ),
     Case(
         "adapter unplugged",
         Lost(Switch(HAND, "unplugged"), start_hand, Switch(HAND, "unplugged", 0.0)),
         Safe.RESTS,
-        r"the port was lost.*plug the adapter in and call start\(\)",
+        r"the port was lost.*plug the adapter in, then `palpate recover`",
         "plugged in, hand.start()",
     ),
 )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal
 from palpate.hw.dynamixel.port import Packets, Port
 from palpate.hw.dynamixel.registers import MODEL_NUMBER, Register
@@ -120,7 +120,7 @@ class Bus:
                 if result == COMM_SUCCESS:
                     return bytes(data)
             self._settle(SET_UP_TIME)
-        raise DeviceError(
+        raise WireError(
             port.device,
             str(MissedError(span.servo_id, result == COMM_RX_TIMEOUT)),
             "check its cable and its power",

@@ -7,7 +7,7 @@ from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import Bus
 from palpate.hw.dynamixel.finger_servo import FingerServo
-from palpate.hw.dynamixel.registers import HardwareError
+from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, HardwareError
 
 REBOOT_TIME = 2.0
 """How long a servo may take to come back after a reboot [s]; a few tenths are assumed."""
@@ -39,6 +39,37 @@ class ServoHealth:
     voltage: float
     voltage_range: tuple[float, float]
     error: HardwareError
+
+
+@dataclass(frozen=True, slots=True)
+class ServoCondition:
+    """Whether a servo can do anything.
+
+    Attributes:
+        servo_id: On the bus.
+        error: For which it has shut down, if it has.
+        torque_on: Whether it presses, or holds its place.
+        expired: Whether its bus watchdog has stopped it.
+    """
+
+    servo_id: int
+    error: HardwareError
+    torque_on: bool
+    expired: bool
+
+
+def servo_condition(bus: Bus, servo_id: int) -> ServoCondition:
+    """Ask one servo, and write nothing.
+
+    Raises:
+        DeviceError: It does not reply.
+    """
+    return ServoCondition(
+        servo_id,
+        HardwareError(bus.read(servo_id, reg.HARDWARE_ERROR_STATUS)),
+        bool(bus.read(servo_id, reg.TORQUE_ENABLE)),
+        bus.read(servo_id, reg.BUS_WATCHDOG) == WATCHDOG_EXPIRED,
+    )
 
 
 def health(bus: Bus, finger: FingerServo) -> ServoHealth:

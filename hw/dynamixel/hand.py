@@ -10,10 +10,10 @@ import time
 from collections import Counter
 
 from palpate.errors import InvalidValueError
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
-from palpate.hw.dynamixel.care import ServoHealth, health, reboot
+from palpate.hw.dynamixel.care import ServoCondition, ServoHealth, health, reboot, servo_condition
 from palpate.hw.dynamixel.finger_servo import FingerServo, ServoReading
 from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.preparation import hold_still, prepare, presses, shutdown_error, state_span
@@ -21,6 +21,7 @@ from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
 from palpate.hw.dynamixel.settings import LENGTHS, HandSettings
 from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
+from palpate.runtime.watchdog import DeviceWatchdog
 
 FEWEST = 3
 """Exchanges in a row that must have failed, besides, before a hand is given up."""
@@ -54,6 +55,13 @@ class DynamixelHand:
     def name(self) -> str:
         """See `Device`."""
         return f"Dynamixel hand at {self._port_path}"
+
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`: nothing stops servos whose bus watchdog is off."""
+        if not self.settings.watchdog:
+            return ()
+        action = "is stopped by its servos, where it stands, and may let go of what it holds,"
+        return (DeviceWatchdog(self.name, action, self.settings.watchdog, "hold what it holds before you go on"),)
 
     @property
     def holding(self) -> bool:
@@ -150,6 +158,19 @@ class DynamixelHand:
         """
         bus = self._connected()
         return tuple(health(bus, finger) for finger in self._fingers)
+
+    def examine(self) -> tuple[ServoCondition, ...]:
+        """Ask every servo for its fault, torque and watchdog; nothing is written, so nothing is let go.
+
+        Raises:
+            DeviceError: The port cannot be opened, or one does not reply.
+        """
+        bus = self._bus if self._bus is not None else self._opened()
+        try:
+            return tuple(servo_condition(bus, its.servo_id) for its in self.settings.servos)
+        finally:
+            if self._bus is None:
+                bus.close()
 
     def reboot(self, servo_id: int) -> None:
         """Restart one servo, which lets go of what it holds; then `start` the hand again.
@@ -257,7 +278,7 @@ class DynamixelHand:
         (servo_id, silent), _ = self._failures.most_common(1)[0]
         worst = MissedError(servo_id, silent)
         remedy = "check its cable and its power" if worst.silent else "check the bus for loose or noisy cables"
-        error = DeviceError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
+        error = WireError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then `palpate recover`")
         if self._failures.total() >= LENGTHS:  # a late reply is no longer recognised: nothing proves its age
             self._lost = error
         raise error
@@ -275,13 +296,13 @@ class DynamixelHand:
                 raise DeviceError(
                     self.name,
                     f"servo {finger.servo_id} has stopped: nobody spoke to it for {self.settings.watchdog:g} s",
-                    "call start() again; if it comes back, find what held the loop up",
+                    "repeat the run; if it comes back, find what held the loop up (`palpate doctor`)",
                 )
             if not its.torque_on:
                 raise DeviceError(
                     self.name,
                     f"the torque of servo {finger.servo_id} is off: it lost its power, or somebody else did it",
-                    "check its power, then call start() again",
+                    "check its power, then `palpate recover`",
                 )
 
     def _watch(self) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 import serial
 from dynamixel_sdk import COMM_SUCCESS, PortHandler, Protocol2PacketHandler
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel.packets import OVERHEAD, Instruction, checksum, stuffed, unstuffed
 
 _PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
@@ -36,7 +36,7 @@ LATEST = 1024
 ERROR_AT = 8
 """Place of the error byte in a reply; data follow."""
 
-LOST_REMEDY = "plug the adapter in and call start() again"
+LOST_REMEDY = "plug the adapter in, then `palpate recover`"
 """What to do about a port that is gone."""
 
 USB_SERIAL = Path("/sys/bus/usb-serial/devices")
@@ -154,13 +154,13 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
 
     def _connected(self) -> Any:
         if self.ser is None:
-            raise DeviceError(self.device, self._problem, LOST_REMEDY)
+            raise WireError(self.device, self._problem, LOST_REMEDY)
         return self.ser
 
     def _lost(self, error: Exception) -> DeviceError:
         self.closePort()
         self._problem = f"the port was lost ({error})"
-        return DeviceError(self.device, self._problem, LOST_REMEDY)
+        return WireError(self.device, self._problem, LOST_REMEDY)
 
     def _refused(self, error: Exception) -> DeviceError:
         self.closePort()
@@ -172,7 +172,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
             remedy = "end the other program that has it open"
         else:
             remedy = "check that it is the adapter's terminal, and that it can have this baud rate"
-        return DeviceError(self.device, f"the port cannot be opened ({error})", remedy)
+        return WireError(self.device, f"the port cannot be opened ({error})", remedy)
 
 
 class Packets(Protocol2PacketHandler):  # type: ignore[misc]  # the library has no types

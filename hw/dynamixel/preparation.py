@@ -1,6 +1,6 @@
 """Bringing one servo to where a hand can use it, without letting go of what it may hold."""
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import Bus, Span
 from palpate.hw.dynamixel.finger_servo import STATE_ITEMS, STATE_LENGTH, FingerServo
@@ -14,13 +14,13 @@ SETTINGS = (
 )
 """Kept without power, locked while the torque is on; written only where they differ, as that memory wears."""
 
-REBOOT_REMEDY = "take the load off it, let it cool, then call reboot({id}) and start()"
+REBOOT_REMEDY = "take the load off it, let it cool, then `palpate recover` restarts it"
 """What to do about a servo that has shut down."""
 
 
 def shutdown_error(device: str, servo_id: int, error: HardwareError) -> DeviceError:
     """Return what is raised for a servo with a hardware error."""
-    return DeviceError(device, f"servo {servo_id} reports {error.words}", REBOOT_REMEDY.format(id=servo_id))
+    return DeviceError(device, f"servo {servo_id} reports {error.words}", REBOOT_REMEDY)
 
 
 def prepare(bus: Bus, device: str, its: ServoCalibration, settings: HandSettings) -> FingerServo:
@@ -38,7 +38,7 @@ def prepare(bus: Bus, device: str, its: ServoCalibration, settings: HandSettings
     servo_id = its.servo_id
     number = bus.ping(servo_id)
     if number is None:
-        raise DeviceError(
+        raise WireError(
             device,
             f"servo {servo_id} does not reply at {settings.baud_rate} baud",
             "check its cable, its power, its id and its baud rate",

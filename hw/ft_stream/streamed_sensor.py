@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from time import monotonic, sleep
 
 from palpate.errors import InvalidValueError, positive
-from palpate.hw.devices import DeviceError, SensorReading
+from palpate.hw.devices import DeviceError, SensorReading, WireError
 from palpate.hw.ft_stream.link import Link, StreamCounts, StreamReading
 from palpate.sensing.ft.arrays import positive_entries
 from palpate.sensing.ft.bias import MIN_READINGS, average_bias
@@ -173,17 +173,17 @@ class StreamedSensor:
         if self._died:
             return DeviceError(self.name, f"its reading thread has ended: {self._trouble}", "start it again")
         if self._trouble:
-            return DeviceError(
+            return WireError(
                 self.name, f"{since}: {self._trouble}", "check its power and cable; asked again meanwhile"
             )
         counts = self._link.counts
         if counts.refused and not counts.records:
-            return DeviceError(
+            return WireError(
                 self.name,
                 f"{since}; {counts.refused} pieces of what arrived were none of its records",
                 "check that it is of this make, its settings, and that a serial adapter passes bytes on at once",
             )
-        return DeviceError(
+        return WireError(
             self.name, since, "check power and cable, and that no other program reads it; asked again meanwhile"
         )
 

@@ -4,7 +4,7 @@ import socket
 import struct
 from dataclasses import dataclass
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.netft.rdt import CALIBRATION, CALIBRATION_REQUEST, HEADER
 from palpate.hw.netft.settings import Scales
 
@@ -105,15 +105,15 @@ def ask_calibration(name: str, address: str, port: int, patience: float) -> BoxC
                     break
                 reply += more
     except ConnectionRefusedError:
-        raise DeviceError(
+        raise WireError(
             name, f"nobody listens on TCP port {port}", "is it a Net F/T box? For others give their scales instead"
         ) from None
     except TimeoutError:
-        raise DeviceError(
+        raise WireError(
             name, f"no reply on TCP port {port} within {patience:g} s", "check power, cable and IP addresses"
         ) from None
     except OSError as error:
-        raise DeviceError(name, error.strerror or str(error), "check cable and IP addresses") from None
+        raise WireError(name, error.strerror or str(error), "check cable and IP addresses") from None
     try:
         return parse_calibration(reply)
     except ValueError as problem:

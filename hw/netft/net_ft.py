@@ -6,7 +6,7 @@ import socket
 from collections.abc import Sequence
 from time import monotonic
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import WireError
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor
 from palpate.hw.ft_stream.succession import MODULUS, Step, Succession
@@ -87,7 +87,7 @@ class RdtLink:
             wire.connect((self._address, settings.rdt_port))
         except OSError as error:
             wire.close()
-            raise DeviceError(
+            raise WireError(
                 self.name, error.strerror or str(error), "check its address and this computer's network"
             ) from None
         self._clock = RoundTripClock()

@@ -1,8 +1,9 @@
 """An arm commanded in another base frame than its own."""
 
-from palpate.hw.devices import ArmDevice
+from palpate.hw.devices import ArmDevice, read_stopped
 from palpate.kinematics.pose import Pose, checked_pose, times
 from palpate.runtime.data import ArmSample
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 from palpate.spatial import Vector, add, rotate, rotate_back
 
 
@@ -27,6 +28,10 @@ class FramedArm:
         """See `Device`."""
         return self._arm.name
 
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
+        return watchdogs_of(self._arm)
+
     def start(self) -> None:
         """See `Device`."""
         self._arm.start()
@@ -37,8 +42,14 @@ class FramedArm:
 
     def read(self) -> ArmSample:
         """See `ArmDevice`."""
-        own, pose = self._arm.read(), self._pose
-        force = own.tip_force_base
+        return self._framed(self._arm.read())
+
+    def read_stopped(self) -> ArmSample:
+        """See `StoppedArm`."""
+        return self._framed(read_stopped(self._arm))
+
+    def _framed(self, own: ArmSample) -> ArmSample:
+        pose, force = self._pose, own.tip_force_base
         return ArmSample(
             time=own.time,
             position_base_tip=add(pose.position, rotate(pose.rotation, own.position_base_tip)),

@@ -10,6 +10,7 @@ from time import monotonic
 from palpate.errors import positive
 from palpate.hw.devices import DeviceError, HandDevice
 from palpate.runtime.data import HandSample
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 
 _JOIN = 3.0
 """Longest to wait for the thread at the end [s]; no exchange takes so long."""
@@ -39,6 +40,10 @@ class PolledHand:
     def name(self) -> str:
         """See `Device`."""
         return self.hand.name
+
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
+        return watchdogs_of(self.hand)
 
     def start(self) -> None:
         """See `HandDevice`.

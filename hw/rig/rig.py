@@ -11,7 +11,7 @@ from time import monotonic, sleep
 from typing import Protocol, TypeVar, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
-from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading
+from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading, WireError, read_stopped
 from palpate.hw.rig.finger_sensor import NO_LOAD, FingerSensor
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose, times
@@ -19,6 +19,7 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.urgency import urgent_threads
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add, rotate_back
 
 GRAVITY = 9.80665
@@ -143,6 +144,22 @@ class Rig(Closing):
         except BaseException:
             self.close()
             raise
+
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """Return what stops arm and hand; none if one of them states nothing."""
+        each = [watchdogs_of(device) for device in (self.arm, self.hand) if device is not None]
+        return tuple(watchdog for found in each for watchdog in found) if all(each) else ()
+
+    def arm_alone(self) -> Sample:
+        """See `ArmSource`.
+
+        Raises:
+            DeviceError: The arm is lost, or its newest state too old.
+        """
+        device = self.arm
+        arm = self._standing() if device is None else self._fresh(device, lambda: read_stopped(device))
+        now = monotonic()
+        return Sample(now - self._origin, replace(arm, time=min(arm.time, now) - self._origin), ())
 
     def tare(self) -> None:
         """Take what the sensors show for what they show of bias and payload alone: at rest, nothing touched.
@@ -315,7 +332,7 @@ class Rig(Closing):
         age = monotonic() - sample.time
         if age <= oldest:
             return sample
-        raise DeviceError(
+        raise WireError(
             device.name,
             f"its newest sample is {1e3 * age:.0f} ms old, the limit is {1e3 * oldest:.0f} ms",
             "check cable, network and what else runs on this computer, or allow more (limits.sample_age_s)",

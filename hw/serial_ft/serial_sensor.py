@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from time import monotonic
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import WireError
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor, StreamSettings
 from palpate.hw.serial_ft.line import Line, Make
@@ -45,7 +45,7 @@ class SerialLink:
         try:
             self._line = Line(self._path, self._make.baud)
         except OSError as error:
-            raise DeviceError(
+            raise WireError(
                 self.name, error.strerror or str(error), "check the cable, the path, and that nobody else uses it"
             ) from None
         self._fresh = True

@@ -9,18 +9,19 @@ from contextlib import contextmanager
 from time import monotonic, sleep
 from typing import Self
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.ur.client import Client
 from palpate.hw.ur.exchange import COMMAND_NUMBERS, ClientPhase, MotionCommand, Order, UrState
 from palpate.hw.ur.goals import ForceTask, checked_joints, checked_pose_goal, checked_velocity
 from palpate.hw.ur.hello import controller_version
-from palpate.hw.ur.problems import WORDS, Problem
+from palpate.hw.ur.problems import Problem, device_error
 from palpate.hw.ur.requests import UrTask
 from palpate.hw.ur.settings import FlangePayload, UrSettings, checked_fraction
 from palpate.hw.ur.support import refuse_unsupported
 from palpate.hw.ur.version import Version, has_flange_sensor
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
 from palpate.runtime.data import ArmSample
+from palpate.runtime.watchdog import DeviceWatchdog
 from palpate.spatial import Vector
 
 _REPLY_WITHIN = 5.0
@@ -32,6 +33,15 @@ _RECOVER_WITHIN = 90.0
 _STALE_RETRIES = 3
 """Times to look again, a millisecond apart, before a state is called old: after a stall of the whole machine it
 may be this process that runs first."""
+
+STAGES = 2.0
+"""Watchdogs, one after the other, each with the same time: the client process may end just before it acts."""
+
+CHECK = "`palpate recover` reports its state and moves nothing unasked"
+"""How to see it."""
+
+EXAMINED_WITHIN = 1.0
+"""[s] by which a state may be older where a person looks at it, once: no control depends on it."""
 
 _PADDING = (0.0,) * COMMAND_NUMBERS
 REAL_LIBRARY = "palpate.hw.ur.library"
@@ -87,6 +97,12 @@ class UrArm:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`: without commands the client process stops it, without that the controller."""
+        settings = self.settings
+        within = STAGES * settings.watchdog + settings.speed / settings.deceleration
+        return (DeviceWatchdog(self.name, "is stopped by its controller", within, CHECK),)
+
     # To begin and to end
 
     def start(self) -> None:
@@ -100,6 +116,21 @@ class UrArm:
             refuse_unsupported()
         if self._client is None:
             self._begin(UrTask.BRING_UP, self.settings.start_within)
+
+    def examine(self) -> UrState:
+        """Connect if need be, and return the controller's state whatever it is: nothing is loaded, nothing moves.
+
+        Raises:
+            DeviceError: It cannot be reached, is too old, or sends no states.
+            MissingLibraryError: There is no ur_rtde for this computer.
+        """
+        if self._library == REAL_LIBRARY:
+            refuse_unsupported()
+        client = self._connected() if self._client is None else self._client
+        state = client.exchange.state()
+        if state is None or monotonic() - state.time > self.settings.stale_after + EXAMINED_WITHIN:
+            raise device_error(self.name, Problem.SILENT)
+        return state
 
     def recover(self) -> None:
         """Make it fit to go on after whatever has happened: the cause must be gone, and the path clear.
@@ -138,7 +169,7 @@ class UrArm:
         """
         state = self._fresh().exchange.state()
         if state is None:
-            raise DeviceError(self.name, *WORDS[Problem.SILENT])
+            raise device_error(self.name, Problem.SILENT)
         return state
 
     def read(self) -> ArmSample:
@@ -147,7 +178,20 @@ class UrArm:
         Raises:
             DeviceError: See `state`.
         """
-        s = self.state()
+        return self._sample_of(self.state())
+
+    def read_stopped(self) -> ArmSample:
+        """Return the newest state of the tip frame, in a stop too; who asks looks at its age.
+
+        Raises:
+            DeviceError: Not started, or there is none.
+        """
+        state = self._running().exchange.state()
+        if state is None:
+            raise device_error(self.name, Problem.SILENT)
+        return self._sample_of(state)
+
+    def _sample_of(self, s: UrState) -> ArmSample:
         x, y, z, rx, ry, rz = s.tool_pose
         vx, vy, vz, wx, wy, wz = s.tool_velocity
         fx, fy, fz = s.tool_wrench[:3]
@@ -246,16 +290,24 @@ class UrArm:
 
     def _begin(self, task: UrTask, within: float) -> None:
         """Start a client process and have it bring the arm up; nothing is left if it cannot."""
-        settings = self.settings
+        client = self._connected()
         try:
-            self._version = controller_version(self.name, self._address)
-            self._client = Client(self.name, self._address, settings, self._version, self._library)
-            self._client.wait_for(ClientPhase.LISTENING, settings.start_within)
-            self._first_state(self._client)
-            self._ask_up(self._client, task, within)
+            self._ask_up(client, task, within)
         except BaseException:
             self.close()
             raise
+
+    def _connected(self) -> Client:
+        """Start a client process, and wait for its first state; nothing is left if there is none."""
+        try:
+            self._version = controller_version(self.name, self._address)
+            client = self._client = Client(self.name, self._address, self.settings, self._version, self._library)
+            client.wait_for(ClientPhase.LISTENING, self.settings.start_within)
+            self._first_state(client)
+        except BaseException:
+            self.close()
+            raise
+        return client
 
     def _ask_up(self, client: Client, task: UrTask, within: float) -> None:
         self._write(client, MotionCommand.NONE, ())  # nothing of before goes on
@@ -266,7 +318,7 @@ class UrArm:
         while client.exchange.state() is None:
             client.status()
             if monotonic() > deadline:
-                raise DeviceError(self.name, *WORDS[Problem.SILENT])
+                raise device_error(self.name, Problem.SILENT)
             sleep(1e-3)
 
     def _command(self, motion: MotionCommand, values: tuple[float, ...]) -> None:
@@ -308,18 +360,18 @@ class UrArm:
             status = client.status()
         # it goes round several times per state: one that missed as many as half of that time has is the reason
         if monotonic() - status.beat > 0.5 * oldest:
-            raise DeviceError(
+            raise WireError(
                 self.name,
                 # ur_rtde keeps Python to itself for a while after a connection is lost
                 "the process that talks to it is held up by a lost connection, hangs, or is starved",
-                "see that controller and network are up, and what else runs on this computer, then recover()",
+                "see that controller and network are up, and what else runs here, then `palpate recover`",
             )
         state = client.exchange.state()
         if state is None or monotonic() - state.seen > oldest:
-            raise DeviceError(self.name, *WORDS[Problem.SILENT])
-        raise DeviceError(
+            raise device_error(self.name, Problem.SILENT)
+        raise WireError(
             self.name,
             f"its states arrive {1e3 * (state.seen - state.time):.0f} ms old, as round trips prove; the limit is "
             f"{1e3 * oldest:g} ms",
-            "see what else uses network and computer, or allow more (limits.sample_age_s), then recover()",
+            "see what else uses network and computer, or allow more (limits.sample_age_s), then `palpate recover`",
         )

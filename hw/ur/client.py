@@ -12,9 +12,9 @@ from contextlib import suppress
 from multiprocessing import Pipe
 from time import monotonic, sleep
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.ur.exchange import ClientPhase, Exchange, Status, new_memory
-from palpate.hw.ur.problems import FATAL, WORDS, Problem
+from palpate.hw.ur.problems import FATAL, WORDS, Problem, device_error
 from palpate.hw.ur.requests import UrReply, UrRequest, UrTask
 from palpate.hw.ur.settings import UrSettings
 from palpate.hw.ur.version import Version
@@ -85,7 +85,7 @@ class Client:
         """
         status = self.exchange.status()
         if status is not None and status.problem not in (Problem.NONE, Problem.FAILED):
-            raise DeviceError(self._device, *WORDS[status.problem])
+            raise device_error(self._device, status.problem)
         code = self._process.poll()
         if code is not None:
             raise self._dead(code)
@@ -134,10 +134,10 @@ class Client:
                 raise self._lost() from error
         if reply is None:
             self._kill()
-            raise DeviceError(
+            raise WireError(
                 self._device,
                 f"no reply to {task} within {within:g} s{self._last_output()}",
-                "see that the controller is up, then recover()",
+                "see that the controller is up, then `palpate recover`",
             )
         if reply.problem:
             raise DeviceError(self._device, reply.problem, reply.remedy)
@@ -176,7 +176,7 @@ class Client:
             self.status()
         except DeviceError as error:
             return error
-        return DeviceError(self._device, *WORDS[Problem.FAILED])
+        return device_error(self._device, Problem.FAILED)
 
     def _dead(self, code: int) -> DeviceError:
         how = f"was ended by signal {-code}" if code < 0 else f"ended with {code}"

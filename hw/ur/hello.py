@@ -8,7 +8,7 @@ import socket
 import struct
 from time import monotonic
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.ur.version import OLDEST, Version
 
 RTDE_PORT = 30004
@@ -46,7 +46,7 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
     except DeviceError:
         raise
     except (OSError, struct.error, ValueError) as error:
-        raise DeviceError(
+        raise WireError(
             device,
             f"no controller replies on port {RTDE_PORT} ({error})",
             "check its address, that it is switched on and started, and that no firewall is in between",

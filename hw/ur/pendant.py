@@ -65,7 +65,7 @@ class Pendant:
                 if monotonic() > deadline:
                     raise UrRefusal(
                         f"the protective stop cannot be unlocked ({error})",
-                        "unlock it at the pendant, then recover()",
+                        "unlock it at the pendant, then `palpate recover`",
                     ) from error
                 sleep(_UNLOCK_EVERY)
         client.disconnect()
@@ -90,7 +90,7 @@ class Pendant:
 
     def _connected(self) -> PendantClient:
         if self._opening.version[0] >= DASHBOARD_BELOW:
-            raise UrRefusal("this version has no dashboard server", "do it at the pendant, then recover()")
+            raise UrRefusal("this version has no dashboard server", "do it at the pendant, then `palpate recover`")
         client = self._library.dashboard(self._opening.address)
         client.connect()
         return client

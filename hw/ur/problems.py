@@ -2,6 +2,8 @@
 
 from enum import IntEnum, IntFlag
 
+from palpate.hw.devices import DeviceError, WireError
+
 
 class SafetyBit(IntFlag):
     """Of the controller's safety_status_bits (maker's RTDE guide)."""
@@ -57,7 +59,7 @@ class Problem(IntEnum):
 FATAL = frozenset({Problem.RECEIVE_LOST, Problem.CONTROL_LOST, Problem.RESTARTED, Problem.RUBBISH, Problem.FAILED})
 """Those after which the client process ends; a new one is needed."""
 
-_LOOK = "see that controller and network are up, then recover()"
+_LOOK = "see that controller and network are up, then `palpate recover`"
 
 WORDS: dict[Problem, tuple[str, str]] = {
     Problem.SILENT: ("the controller sends no state any more", _LOOK),
@@ -65,20 +67,23 @@ WORDS: dict[Problem, tuple[str, str]] = {
     Problem.CONTROL_LOST: ("the connection that commands it was lost", _LOOK),
     Problem.PROGRAM_STOPPED: (
         "its program was stopped: at the pendant, by the watchdog for want of commands, or by an error of its own",
-        "look at the pendant's log, then recover()",
+        "look at the pendant's log, then `palpate recover`",
     ),
     Problem.PROTECTIVE_STOP: (
         "it is in protective stop",
-        "clear whatever it ran into, then recover()",
+        "clear whatever it ran into, then `palpate recover`",
     ),
     Problem.EMERGENCY_STOP: (
         "its emergency stop is pressed",
-        "make the cell safe, release it, then recover()",
+        "make the cell safe, release it, then `palpate recover`",
     ),
-    Problem.SAFEGUARD_STOP: ("it is in safeguard stop", "close the safeguard and reset it, then recover()"),
+    Problem.SAFEGUARD_STOP: (
+        "it is in safeguard stop",
+        "close the safeguard and reset it, then `palpate recover`",
+    ),
     Problem.SAFETY_FAULT: (
         "its safety system reports a violation or a fault",
-        "look at the pendant, restart the safety system there, then recover()",
+        "look at the pendant, restart the safety system there, then `palpate recover`",
     ),
     Problem.SAFETY_UNKNOWN: (
         "its safety status is no mode: safety_status_bits has none of 1 (normal), 2 (reduced) and 8 (recovery)",
@@ -86,12 +91,15 @@ WORDS: dict[Problem, tuple[str, str]] = {
     ),
     Problem.NOT_POWERED: (
         "it is not powered, or its brakes are on",
-        "recover() powers it and releases the brakes",
+        "`palpate recover` powers it and releases the brakes",
     ),
-    Problem.REFUSED: ("it refused a command", "look at the pendant's log, then recover()"),
-    Problem.RESTARTED: ("its clock went back: the controller was started anew", "recover()"),
-    Problem.RUBBISH: ("it sends states that cannot be", "check versions and network, then recover()"),
-    Problem.FAILED: ("the process that talks to it failed", "recover(); if it recurs, report its last output"),
+    Problem.REFUSED: ("it refused a command", "look at the pendant's log, then `palpate recover`"),
+    Problem.RESTARTED: ("its clock went back: the controller was started anew", "`palpate recover`"),
+    Problem.RUBBISH: ("it sends states that cannot be", "check versions and network, then `palpate recover`"),
+    Problem.FAILED: (
+        "the process that talks to it failed",
+        "`palpate recover`; if it recurs, report its last output",
+    ),
 }
 """Problem and remedy of each."""
 
@@ -118,6 +126,15 @@ class UrRefusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm
         """Take what is wrong, and what to do about it."""
         super().__init__(f"{problem}; {remedy}")
         self.problem, self.remedy = problem, remedy
+
+
+WIRE = frozenset({Problem.SILENT, Problem.RECEIVE_LOST, Problem.CONTROL_LOST, Problem.RUBBISH})
+"""Those for which cable and network are to be looked at."""
+
+
+def device_error(device: str, problem: Problem) -> DeviceError:
+    """Return what is raised for a problem of a device of this name."""
+    return (WireError if problem in WIRE else DeviceError)(device, *WORDS[problem])
 
 
 def refusal(problem: Problem) -> UrRefusal:

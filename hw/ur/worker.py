@@ -12,7 +12,7 @@ from palpate.hw.ur.problems import UrRefusal
 from palpate.hw.ur.requests import UrReply, UrRequest, UrTask
 from palpate.hw.ur.session import RefusedError, Session
 
-_REMEDY = "see what the library says, then recover()"
+_REMEDY = "see what the library says, then `palpate recover`"
 
 
 class Worker:

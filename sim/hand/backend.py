@@ -9,6 +9,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
+from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.grip import Grip, GripState
@@ -137,6 +138,10 @@ class HandBackend(Closing):
         check_converged(self._values, data.time)
         self._pacer.wait()
         return sample
+
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
+        return (STEPPED,)
 
     def close(self) -> None:
         """Stop the carrier where it is. The grip stays as it is: nothing is dropped."""

@@ -29,6 +29,7 @@ from palpate.commands.emulate.config import (
 )
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
 from palpate.commands.output_format import JsonOutput, OutputFormat, TextOutput
+from palpate.commands.recover.config import RecoverConfig
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
@@ -138,6 +139,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
         "Robot files: those that come with palpate, and yours.\n\nExample: palpate robot check mine.yaml",
     ),
     "doctor": TypedCommand(DoctorConfig, "palpate.commands.doctor.command:run_doctor"),
+    "recover": TypedCommand(RecoverConfig, "palpate.commands.recover.command:run_recover"),
     "emulate": CommandGroup(
         {
             "ur": TypedCommand(EmulateUrConfig, "palpate.commands.emulate.command:run_emulate"),

@@ -97,7 +97,7 @@ def run_over():
 
 def test_an_interrupted_run_is_over_and_told_of(run_over):
     assert run_over.ending is Ending.INTERRUPTED
-    assert run_over.stopped
+    assert run_over.at_rest
 
 
 def test_without_a_run_or_at_the_second_request_nothing_goes_on():

@@ -38,7 +38,7 @@ def rubbed(tmp_path_factory):
     """The folder of a short rubbing run's log."""
     folder = tmp_path_factory.mktemp("rubbed")
     plan = planned_friction(quick=True, loads=(2.0,), out=folder)
-    assert carry_out(plan, sinks=(log_writer(FRICTION, plan, folder),)).run.stopped
+    assert carry_out(plan, sinks=(log_writer(FRICTION, plan, folder),)).run.at_rest
     return folder
 
 

@@ -18,7 +18,7 @@ ROWS = ExploreConfig(spacing=0.008)
 def check_held(found):
     """The run finished, at rest, and never left the surface."""
     assert found.run.ending is Ending.DONE
-    assert found.run.stopped
+    assert found.run.at_rest
     assert found.truth.touching[found.scanning].all()
 
 

@@ -183,7 +183,7 @@ def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share
         plan_of(ExploreConfig(**BOX, **region))
     found = carried_out(plan_of(ExploreConfig(**BOX, **region, beyond=True)))
     assert found.run.ending is Ending.DONE
-    assert found.run.stopped
+    assert found.run.at_rest
     assert {mark.event for mark in not_felt(found.marks)} <= {PathEvent.UNREACHABLE, PathEvent.STEEP}
     assert len(not_felt(found.marks)) >= 2
     assert all(abs(mark.position[0]) > 0.0115 for mark in found.marks)
@@ -323,7 +323,7 @@ def test_every_strategy_on_every_object_and_both_robots(name, strategy):
         config = ExploreConfig(**OBJECTS[name], **SMALL[strategy], strategy=strategy, robot=robot)
         found = carried_out(plan_of(config))
         assert found.run.ending is Ending.DONE
-        assert found.run.stopped
+        assert found.run.at_rest
         assert not not_felt(found.marks)
         assert found.point_rms < 1e-5
         assert np.nanmax(found.true_normal_force) < 5.0

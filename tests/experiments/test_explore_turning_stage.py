@@ -19,7 +19,7 @@ def test_it_holds_the_force_and_finds_the_surface():
     config = ExploreConfig(robot="turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
     found = carried_out(plan_of(config))
     assert found.run.ending is Ending.DONE
-    assert found.run.stopped
+    assert found.run.at_rest
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.05
     assert found.point_rms < 0.01e-3

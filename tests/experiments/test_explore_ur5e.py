@@ -13,7 +13,7 @@ from support.explore_runs import carried_out, plan_of, planned_again
 def test_a_ur5e_holds_the_force_and_finds_the_surface(name, size):
     found = carried_out(plan_of(ExploreConfig(robot="ur5e-sim", object=name, size=size, speed=0.02, spacing=0.02)))
     assert found.run.ending is Ending.DONE
-    assert found.run.stopped
+    assert found.run.at_rest
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.06
     assert found.point_rms < 0.01e-3

@@ -488,7 +488,7 @@ def test_static_and_kinetic_friction_are_told_apart_by_the_speeds():
 @pytest.mark.parametrize("shape", ["box", "sphere"])
 def test_other_robots_and_objects_find_the_same(robot, shape):
     found = rubbed(quick=True, robot=robot, object=shape, friction=0.8, spin_length=0.004, calibration=0.01)
-    assert found.run.stopped
+    assert found.run.at_rest
     assert found.file.friction.value == pytest.approx(0.8, rel=0.03)
     assert found.file.spin_length.value == pytest.approx(0.004, rel=0.05)
 

@@ -343,7 +343,7 @@ def test_a_fault_ends_the_run_with_the_object_in_the_hand(broken, ending):
     at = 2.4
     grasp, commands = fail(at, broken)
     assert grasp.run.ending is ending
-    assert grasp.run.stopped
+    assert grasp.run.at_rest
     assert grasp.truth.touching[-1].all()
     assert grasp.truth.height[-1] > 0.9 * 0.02
     before = [grip for time, grip in commands if at - 0.1 < time < at][-1]
@@ -414,7 +414,7 @@ def test_a_box_that_has_spun_in_the_hand_meets_the_table_with_an_edge_and_stays_
     grasp = found_after(planned, attempt, see)
     assert grasp.spin > math.radians(20.0)
     assert grasp.run.ending is Ending.LOST
-    assert grasp.run.stopped
+    assert grasp.run.at_rest
     assert grasp.met_early
     assert min(grips) > 0.5 * 0.1 * GRAVITY / 0.5  # what its weight needs
     assert grasp.truth.touching[-1].all()

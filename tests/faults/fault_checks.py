@@ -10,6 +10,7 @@ from faults.fault_table import FASTEST_RETRACT, Fault, Reaction
 from palpate.errors import LatchedError
 from palpate.runtime.data import Command
 from palpate.runtime.loop import run
+from palpate.runtime.rest import REST, RestState
 from palpate.runtime.result import Ending
 from palpate.spatial import ZERO, Vector, dot, norm
 
@@ -65,6 +66,16 @@ def check_ending(outcome: Outcome, fault: Fault, at: int) -> None:
     if result.trip is not None:
         first = outcome.tripped_at(at) + (fault.measure == "back end")  # there, the command was sent and is logged
         assert all(norm(velocity) <= FASTEST_RETRACT * (1 + 1e-12) for velocity in logged[first:])
+
+
+def check_rest(outcome: Outcome, at_rest: bool) -> None:
+    """What is reported of rest is what was measured; not known it is only where no true state of the arm came."""
+    rest, (logged,) = outcome.result.rest, [event for event in outcome.events if event.source == REST]
+    assert logged.text == rest.words
+    backend = outcome.rig.backend
+    blind = backend.samples[-1].arm != backend.truly[-1].arm or len(backend.commands) in backend.errors
+    measured = RestState.AT_REST if at_rest else RestState.MOVING
+    assert rest.state is measured or (rest.state is RestState.NOT_KNOWN and blind)
 
 
 def check_latch(outcome: Outcome, fresh: Rig) -> None:

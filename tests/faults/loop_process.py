@@ -42,9 +42,9 @@ def main() -> int:
         )
     except KeyboardInterrupt as interruption:
         result = result_until(interruption)
-        sys.stderr.write(f"interrupted; the robot was stopped; at rest: {result.stopped}\n")
+        sys.stderr.write(f"interrupted; the robot was stopped; at rest: {result.at_rest}\n")
         return 130
-    sys.stderr.write(f"{result.ending.value}; {result.trip}; at rest: {result.stopped}\n")
+    sys.stderr.write(f"{result.ending.value}; {result.trip}; at rest: {result.at_rest}\n")
     return 0 if result.ending is not Ending.TRIPPED else 1
 
 

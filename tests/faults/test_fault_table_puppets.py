@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from faults.fault_checks import MOST_PERIODS, check_ending, check_latch, periods_until_safe
+from faults.fault_checks import MOST_PERIODS, check_ending, check_latch, check_rest, periods_until_safe
 from faults.fault_rig import FaultyBackend, Rig, carry_out
 from faults.fault_table import ANYWHERE
 from palpate.runtime.log import LogWriter, read_log
@@ -41,6 +41,7 @@ def test_a_fault_ends_in_the_safe_state_within_two_periods(fault, tmp_path):
     assert periods_until_safe(outcome, fault, AT, lambda index: UP) <= MOST_PERIODS
     if fault.name != "a device is lost for good":
         assert rig.backend.sound.at_rest
+    check_rest(outcome, rig.backend.sound.at_rest)
     check_latch(outcome, puppet_rig())
     log = read_log(tmp_path / "run.mcap")
     assert log.complete

@@ -5,7 +5,7 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
+from faults.fault_checks import MOST_PERIODS, check_ending, check_rest, periods_until_safe
 from faults.fault_rig import Commands, Limited, carry_out
 from faults.fault_table import ANYWHERE, FASTEST_RETRACT, ON_A_SENSOR, RETRACT_DISTANCE, Fault, Reaction
 from faults.stage_rig import (
@@ -50,6 +50,7 @@ def test_a_fault_ends_in_the_safe_state_within_two_periods(fault, finger):
     assert gone <= (0.0 if fault.reaction is Reaction.STAND else RETRACT_DISTANCE) + lag + 1e-4
     if fault.name != "a device is lost for good":  # there, closing stops it
         assert norm(backend.truly[-1].arm.velocity_base_tip) < RESTS
+    check_rest(outcome, norm(backend.truly[-1].arm.velocity_base_tip) < RESTS)
     assert norm(truth.force) < 1.5 * FORCE
 
 
@@ -66,7 +67,7 @@ def test_a_real_collision_is_drawn_back_from(limit):
     outcome = carry_out(rig)
     assert outcome.result.ending is Ending.TRIPPED
     assert outcome.result.trip.measure == "contact force"
-    assert outcome.result.stopped
+    assert outcome.result.at_rest
     assert periods_until_safe(outcome, fault, AT, lambda index: away(rig, index)) <= MOST_PERIODS
     felt = outcome.log.record().normal_force
     tripped = outcome.tripped_at(AT)
@@ -88,7 +89,7 @@ def test_a_sensor_that_is_really_pressed_into_saturation_is_drawn_out_of_it(filt
     outcome = carry_out(rig)
     assert outcome.result.trip.measure == "force/torque sensor 1"
     assert "raw reading at the end of its range" in outcome.result.trip.value
-    assert outcome.result.stopped
+    assert outcome.result.at_rest
     assert periods_until_safe(outcome, fault, AT, lambda index: away(rig, index)) <= MOST_PERIODS
     assert norm(rig.backend.sound.truth().force) < 1.0
 

@@ -83,7 +83,7 @@ def test_a_real_overrun_that_is_not_tolerated_stops_the_robot():
     assert outcome.result.ending is Ending.TRIPPED
     assert outcome.result.trip.measure == "back end"
     assert "OverrunError" in outcome.result.trip.value
-    assert outcome.result.stopped
+    assert outcome.result.at_rest
     assert outcome.result.timing.overruns >= 1
     # on a loaded machine it may be late, and stop, before
     stops = [i for i, command in enumerate(outcome.commands) if command.phase is Phase.STOP]
@@ -122,7 +122,7 @@ def test_a_signal_from_outside_stops_it_within_two_periods(number):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
     assert outcome.result.ending is Ending.INTERRUPTED
-    assert outcome.result.stopped
+    assert outcome.result.at_rest
     assert all(command.velocity_base_tip == ZERO for command in outcome.commands[sent[0] + MOST_PERIODS :])
     assert rig.backend.closed_after == len(outcome.commands)
 
@@ -148,5 +148,5 @@ def test_a_second_ctrl_c_ends_a_loop_that_hangs_with_the_robot_at_rest_and_the_l
         run(backend, touch(), PuppetController(), duration=0.5, recorder=Recorder(log))
     assert backend.at_rest
     assert backend.closed == 1
-    assert log.events[-1].text == "ended by KeyboardInterrupt"
+    assert [event.text for event in log.events[-2:]] == ["ended by KeyboardInterrupt", "the robot is at rest"]
     assert len(log.record()) >= AT

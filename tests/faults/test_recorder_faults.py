@@ -54,7 +54,7 @@ def test_a_full_disk_neither_stops_nor_changes_the_run_and_the_result_says_so(tm
     assert result.ending is Ending.TIME_UP
     assert result.trip is None
     assert result.error is None
-    assert result.stopped
+    assert result.at_rest
     assert [c.velocity_base_tip for c in whole.backend.commands[:3000]] == [SCAN] * 3000
     assert "File too large" in result.recording.problem
     assert "readable up to there" in result.recording.problem
@@ -109,6 +109,6 @@ def test_a_sink_that_hangs_does_not_hold_up_the_loop(tmp_path, monkeypatch):
             if thread.name == "palpate log writer":
                 thread.join(20.0)
     assert result.ending is Ending.TIME_UP
-    assert result.stopped
+    assert result.at_rest
     assert given.backend.commands[-1].phase is Phase.STOP
     assert "too long" in result.recording.problem

@@ -122,7 +122,7 @@ def test_a_back_end_that_cannot_be_closed_does_not_cost_the_result():
     cable = OSError("the cable is out")
     result = go(Unclosable({AT: cable}))
     assert result.error is cable
-    assert not result.stopped
+    assert not result.at_rest
     assert go(Unclosable()).ending is Ending.TRIPPED  # it may move still, and somebody must look
 
 
@@ -235,13 +235,13 @@ def test_an_arm_that_says_nothing_new_is_not_taken_to_rest():
             return now if step < AT else replace(now, arm=replace(now.arm, time=0.019, velocity_base_tip=REST))
 
     backend = Stale(slow_down=10**9)
-    assert not go(backend).stopped
+    assert not go(backend).at_rest
 
 
 def test_two_packets_lost_in_a_row_do_not_end_the_braking():
     backend = PuppetBackend({AT: OSError("lost"), AT + 1: OSError("lost")})
     result = go(backend)
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
 
 
@@ -266,7 +266,7 @@ def test_an_arm_that_makes_no_sense_while_it_is_brought_to_rest_is_no_exception_
     backend = spoilt(lambda now: replace(now, arm=replace(now.arm, **changes)))
     result = go(backend)
     assert result.ending is Ending.TRIPPED
-    assert not result.stopped  # nobody knows
+    assert not result.at_rest  # nobody knows
     assert {command.velocity_base_tip for command in backend.commands[AT:]} == {REST}
 
 

@@ -32,7 +32,7 @@ def test_the_controller_ends_the_run(phase, ending):
     assert result.trip is None
     assert result.duration == pytest.approx(20 * PERIOD)
     assert len(result.timing.compute) == 21
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
     assert backend.closed == 1
 
@@ -43,7 +43,7 @@ def test_time_ends_the_run():
     assert result.ending is Ending.TIME_UP
     assert result.duration == pytest.approx(0.05)
     assert len(result.timing.compute) == 50
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
     assert backend.closed == 1
 
@@ -71,7 +71,7 @@ def test_a_sample_out_of_bounds_trips(name):
         x, y, z = command.velocity_base_tip
         assert (x, y) == (0.0, 0.0)
         assert 0.0 <= z <= (0.02 if name == "force over the limit" else 0.0)
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
     assert backend.closed == 1
 
@@ -106,7 +106,7 @@ def test_an_exception_is_a_trip_and_comes_with_the_result(where):
     assert "RuntimeError: no idea" in result.trip.value
     assert result.why == f"{where} was RuntimeError: no idea at t = {result.trip.time:.3f} s"
     assert {c.velocity_base_tip for c in backend.commands[10:]} == {REST}
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
     assert backend.closed == 1
     assert backend.closed_after == len(backend.commands)
@@ -143,7 +143,7 @@ def test_a_back_end_that_fails_once_is_still_brought_to_rest():
     assert result.ending is Ending.TRIPPED
     assert result.error is backend.script[10]
     assert result.trip.measure == "back end"
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
     assert backend.closed == 1
 
@@ -154,7 +154,7 @@ def test_a_back_end_that_fails_for_good_is_closed_and_the_first_failure_is_the_o
     result = go(backend)
     assert result.error is first
     assert "the cable is out" in str(result.trip)
-    assert not result.stopped
+    assert not result.at_rest
     assert backend.closed == 1
 
 
@@ -176,7 +176,7 @@ def test_a_failure_at_start_closes_the_back_end_too():
 def test_a_robot_that_does_not_come_to_rest_is_reported():
     backend = PuppetBackend(slow_down=10**6)
     result = go(backend)
-    assert not result.stopped
+    assert not result.at_rest
     assert len(backend.commands) <= 50 + 500
     assert backend.closed == 1
 
@@ -184,7 +184,7 @@ def test_a_robot_that_does_not_come_to_rest_is_reported():
 def test_a_turning_point_of_an_oscillation_is_not_rest():
     """The tip swings after the stop: one slow sample between fast ones does not count as stopped."""
     swing = {n: {"velocity": (0.05 * math.cos(0.02 * math.pi * (n - 50)), 0.0, 0.0)} for n in range(51, 900)}
-    assert not go(PuppetBackend(swing)).stopped
+    assert not go(PuppetBackend(swing)).at_rest
 
 
 def test_observers_are_called_once_per_period_with_what_was_commanded():
@@ -291,7 +291,7 @@ def test_a_signal_ends_the_run_between_periods_with_all_that_is_known(name):
         go(backend, AskingController(number, 20))
     result = result_until(raised.value)
     assert result.ending is Ending.INTERRUPTED
-    assert result.stopped
+    assert result.at_rest
     assert result.trip is None
     assert len(result.timing.compute) == 21
     assert {c.velocity_base_tip for c in backend.commands[20:]} == {REST}
@@ -341,7 +341,7 @@ def test_what_is_held_is_not_dropped_however_the_run_ends():
 def test_an_arm_that_creeps_and_reports_rest_did_not_come_to_rest():
     """At 4 mm/s, too slow for the supervisor to object to."""
     creeping = {k: {"position": (4e-3 * k * PERIOD, 0.0, 0.0), "velocity": REST} for k in range(5000)}
-    assert not go(PuppetBackend(creeping), PuppetController(velocity=REST)).stopped
+    assert not go(PuppetBackend(creeping), PuppetController(velocity=REST)).at_rest
 
 
 @pytest.mark.parametrize("velocity", [0.005, 0.02, 0.2])

@@ -98,7 +98,7 @@ class Exploration:
 def test_a_surface_is_swept_with_a_steady_force_and_felt_where_it_is(target):
     done = Exploration(target)
     assert done.result.ending is Ending.DONE
-    assert done.result.stopped
+    assert done.result.at_rest
     assert done.touching[done.scan].all()
     assert done.normal_force_error_rms < 0.06
     points = done.record.centroid[done.scan]
@@ -124,7 +124,7 @@ def test_with_friction_1_contact_is_kept_too():
 def test_without_an_object_the_run_ends_lost_untouched_and_stopped():
     lost = Exploration(SphereObject(0.02), Raster(0.02, 0.008, 0.004, center=(0.3, 0.0)))
     assert lost.result.ending is Ending.LOST
-    assert lost.result.stopped
+    assert lost.result.at_rest
     assert lost.force.max() == 0.0
     assert not lost.record.touching.any()
 
@@ -145,7 +145,7 @@ def test_a_raster_that_leaves_the_object_ends_safely(target, raster):
     # looking deeper takes its time wherever there is nothing
     left = Exploration(target, raster, start=start, duration=40.0, approach_distance=0.01)
     assert left.force.max() < 6.0
-    assert left.result.stopped
+    assert left.result.at_rest
     assert left.result.ending in (Ending.LOST, Ending.DONE), left.result.trip
 
 
@@ -160,7 +160,7 @@ def test_over_the_force_limit_the_stage_stops_and_does_not_push_on():
     tripped = Exploration(SphereObject(), force_limit=1.5)
     assert tripped.result.ending is Ending.TRIPPED
     assert tripped.result.trip.measure == "contact force"
-    assert tripped.result.stopped
+    assert tripped.result.at_rest
     # what the servo's lag still brings: landing speed x lag x stiffness
     assert np.linalg.norm(tripped.backend.truth().force) < 1.5 + 0.005 * 0.02 * 20e3
     assert np.linalg.norm(tripped.record.command[-1]) == 0.0
@@ -188,7 +188,7 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
     touch = Touch(Finger(Sphere(RADIUS), SensorPayload(tip.mass)))
     result = run(backend, touch, Ram(speed), Supervisor(Limits(contact_speed=speed)), duration=1.0)
     assert result.ending is Ending.TRIPPED
-    assert result.stopped
+    assert result.at_rest
     assert np.linalg.norm(backend.truth().force) < 20.0
 
 

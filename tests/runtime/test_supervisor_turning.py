@@ -220,6 +220,6 @@ def test_in_the_loop_it_is_brought_to_rest(change):
     result = run(backend, touch(), PuppetController({20: change}), duration=0.05)
     assert result.ending is Ending.TRIPPED
     assert "angular" in result.trip.measure
-    assert result.stopped
+    assert result.at_rest
     assert backend.at_rest
     assert not any(any(command.angular_velocity_base_tip) for command in backend.commands)

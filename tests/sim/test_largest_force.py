@@ -118,7 +118,7 @@ def test_a_plunge_at_a_quarter_of_a_metre_per_second_is_stopped_by_name_before_i
     result, force, *_ = driven(robot_file, partial(Plunge, 0.25))
     assert result.ending is Ending.TRIPPED
     assert result.trip.measure == "commanded speed where something may be touched"
-    assert result.stopped
+    assert result.at_rest
     assert force.max() == 0.0
 
 

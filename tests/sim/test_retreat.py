@@ -87,7 +87,7 @@ def test_a_surface_that_keeps_coming_presses_no_harder_than_the_delay_explains(s
     """Then it stops 40 mm farther, and the run ends clear of it. Before, the tip was crushed with 40 to 126 N."""
     came = pressed_by(Advance(speed, 0.04), arm)
     assert came.result.ending is Ending.TRIPPED
-    assert came.result.stopped
+    assert came.result.at_rest
     overshoot = came.model.peak(speed)
     assert came.forces.max() <= LIMIT + overshoot
     # ten millimetres on, the first knock is over
@@ -103,5 +103,5 @@ def test_at_the_end_of_its_workspace_the_tip_stands_still_and_says_so():
     top = PLATE.top + TIP + 0.02
     came = pressed_by(Advance(0.02, 0.017), arm=False, limits=Limits(force=LIMIT, workspace_upper=(1.0, 1.0, top)))
     assert came.heights.max() < top + 0.003  # what a servo of 100 rad/s takes to stop
-    assert came.result.stopped
+    assert came.result.at_rest
     assert "ended because tip position was" in came.result.trip.aftermath

@@ -110,7 +110,7 @@ def test_a_wrong_mounting_is_named_at_the_first_touch(arm):
     for rotation in FOUND:
         result, force = plunged(rotation, Phase.APPROACH, arm)
         assert result.ending is Ending.TRIPPED
-        assert result.stopped
+        assert result.at_rest
         assert "angle between approach and first contact force of finger 1 was" in result.why
         assert force < 1.2 * touch
 
@@ -122,7 +122,7 @@ def test_no_retreat_presses_harder_whatever_the_mounting(arm):
     for rotation in ROTATIONS:
         result, force = plunged(rotation, Phase.SCAN, arm)
         assert result.ending is Ending.TRIPPED
-        assert result.stopped
+        assert result.at_rest
         assert force < 1.5 * LIMIT
 
 

@@ -86,6 +86,7 @@ SAMPLES = {
     "robot show": Sample("stge", ("robot = 'stge'", "did you mean stage?", "stage-nano17"), "stage"),
     "robot check": Sample("bad.yaml", ("bad.yaml: backend.mas_kg", "did you mean mass_kg?"), "stage-nano17"),
     "doctor": Sample("stage", ("robot = stage", "no devices to connect to", "give a robot file of kind rig")),
+    "recover": Sample("stage", ("robot = stage", "no devices to connect to", "give a robot file of kind rig")),
     "emulate ur": Sample("--time-scale 100", ("time_scale = 100", "from 0.01 to 10")),
     "emulate dynamixel": Sample("--servos 100", ("servos = 100", "from 1 to 16")),
     "emulate netft": Sample("--address here", ("address = 'here'", "IPv4 address, such as 127.0.0.2")),

@@ -12,7 +12,6 @@ from palpate.hw.emulators.simple_servo import SimpleServo
 from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
 from palpate.hw.emulators.ur import UrServer
 from palpate.hw.emulators.ur.arm import ArmMounting
-from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.kinematics.pose import Pose
 
 PLACE = (-0.1333, 0.4919, 0.4879)
@@ -33,18 +32,22 @@ class Cell:
         address: Of both.
         above: From the plane to the tip's middle at the start [m].
         stiffness: Of the plane [N/m].
+        unlock_delay: See `UrServer`.
     """
 
     address: str
     above: float = 0.003
     stiffness: float = 2000.0
+    unlock_delay: float = 5.0
 
     def __call__(self) -> Host:
         """Return a host that listens."""
         plane = ElasticPlane(PLACE[2] - self.above, self.stiffness)
         plant = SimplePlant(SimpleTip(Pose(PLACE), plane))
         arm = UrServer(
-            self.address, ControllerVersion(), mounting=ArmMounting(pose_flange_tip=Pose(rotation=FLANGE_TIP))
+            self.address,
+            mounting=ArmMounting(pose_flange_tip=Pose(rotation=FLANGE_TIP)),
+            unlock_delay=self.unlock_delay,
         )
         return Host(plant, [arm, NetFtServer(BoxSettings(self.address))], arm=arm)
 

@@ -70,5 +70,5 @@ def test_the_tcp_force_shows_what_a_dead_sensor_does_not():
         result, force, added = regulated(fault, 1.5)
         assert result.ending is Ending.TRIPPED
         assert named in result.why
-        assert result.stopped
+        assert result.at_rest
         assert force <= 1.5 * LIMIT + added

@@ -220,11 +220,11 @@ def test_a_late_reply_is_not_taken_for_a_new_one_and_the_hand_recovers_after_the
 @pytest.mark.parametrize(
     ("fault", "value", "message"),
     [
-        ("overload", 2, r"servo 2 reports overload; .*reboot\(2\)"),
+        ("overload", 2, r"servo 2 reports overload; .*`palpate recover`"),
         ("brown_out", 1, r"servo 1 .*(lost its power|does not reply)"),
         ("voltage", 2.0, "servo 1 reports voltage"),
         ("temperature", 95, "servo 1 reports overheating"),
-        ("unplugged", 1, r"the port was lost .* plug the adapter in and call start\(\) again"),
+        ("unplugged", 1, r"the port was lost .* plug the adapter in, then `palpate recover`"),
     ],
 )
 def test_a_loss_of_torque_is_reported_within_a_few_exchanges(emulated, prompt_hand, fault, value, message):

@@ -339,7 +339,10 @@ def put(register, value):
         (put(reg.MODEL_NUMBER, 999), "unknown model 999; use one of XL330"),
         (put(reg.DRIVE_MODE, 1), r"drive mode 1.*Drive Mode\(10\) to 0"),
         (put(reg.HOMING_OFFSET, 5000), "outside of the turn"),
-        (lambda servo: servo.fail(HardwareError.OVERLOAD), r"reports overload; .*call reboot\(2\)"),
+        (
+            lambda servo: servo.fail(HardwareError.OVERLOAD),
+            r"reports overload; .*then `palpate recover` restarts it",
+        ),
     ],
 )
 def test_a_servo_that_is_not_fit_is_named_with_the_remedy(emulated, spoil, message):

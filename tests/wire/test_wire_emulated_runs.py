@@ -81,7 +81,7 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
         sinks = (log_writer(EXPLORE, planned, tmp_path),) if name == "wire" else ()
         found[name] = EXPLORE.found(planned, carry_out(planned, sinks=sinks))
         assert found[name].run.ending is Ending.DONE
-        assert found[name].run.stopped
+        assert found[name].run.at_rest
     one, other = found["wire"], found["direct"]
     assert one.force_rms <= 2.0 * other.force_rms
     assert one.point_rms <= 2.0 * other.point_rms

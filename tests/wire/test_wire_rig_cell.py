@@ -137,10 +137,10 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     for _ in range(4):
         planned = plan_of(config)
         found = carried_out(planned)
-        if found.run.ending is Ending.DONE and found.run.stopped:
+        if found.run.ending is Ending.DONE and found.run.at_rest:
             break
     assert found.run.ending is Ending.DONE, str(found.run)
-    assert found.run.stopped
+    assert found.run.at_rest
     felt = found.record.normal_force[found.scanning]
     assert abs(float(felt.mean()) - 1.0) < 0.1
     # the plane is level, whatever its height

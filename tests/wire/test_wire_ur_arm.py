@@ -271,7 +271,7 @@ def test_a_lost_connection_is_detected_reported_and_recovered_from(shared, fault
         emulator.control.fault("ur", fault)
         error = first_error(arm)
         assert error.device == arm.name
-        assert "recover()" in error.remedy
+        assert "`palpate recover`" in error.remedy
         until(lambda: at_rest(emulator))
         # the client ends before the library's time-out of 2.5 s: no storm
         until(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
@@ -291,7 +291,7 @@ def test_a_killed_controller_is_noticed_and_its_successor_recovered_to():
         with arm:
             follow(arm, (0.01, 0.0, 0.0))
             emulator.kill()
-            assert "recover()" in first_error(arm).remedy
+            assert "`palpate recover`" in first_error(arm).remedy
             with pytest.raises(DeviceError, match="switched on"):
                 arm.recover()
             with EmulatorProcess(SimpleUr(address(emulator))):

@@ -365,4 +365,4 @@ def test_whatever_safety_says_only_a_powered_and_unstopped_arm_has_no_problem(bi
 
 def test_every_problem_has_words_that_name_a_remedy():
     assert set(WORDS) == set(Problem) - {Problem.NONE}
-    assert all("recover()" in remedy for _, remedy in WORDS.values())
+    assert all("`palpate recover`" in remedy for _, remedy in WORDS.values())

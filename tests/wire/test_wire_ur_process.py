@@ -176,7 +176,7 @@ def test_every_fault_is_reported_with_a_remedy_and_recovered_from(tmp_path, faul
         error = first_error(arm)
         assert message in str(error)
         assert error.device == arm.name
-        assert "recover()" in error.remedy
+        assert "`palpate recover`" in error.remedy
         with pytest.raises(DeviceError):
             arm.move(ZERO, ZERO)
         if fault == "emergency":

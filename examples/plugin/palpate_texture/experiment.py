@@ -133,7 +133,6 @@ class Texture:
 
     def report(self, result: TextureResult):
         """See `Experiment`."""
-        from palpate.experiments.kit.advice import advice_on_ending
         from palpate.reporting.computing import computing
         from palpate.reporting.data import KeyFigure
         from palpate.reporting.report import Pictures, Report, Section
@@ -152,7 +151,6 @@ class Texture:
                 Section("Spectrum", (Pictures(lambda: _pictures(result.profiles)),)),
                 computing(result.run.timing),
             ),
-            advice=advice_on_ending(result.run),
         )
 
     def files(self, result: TextureResult):

@@ -15,14 +15,13 @@ from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
-from palpate.experiments.kit.recording import log_writer, report_of, write_result, written
-from palpate.experiments.kit.registry import reference_to
-from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.recording import log_writer, write_result, written
+from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import check_drivers
-from palpate.runtime import Ending, RunResult, result_until
+from palpate.runtime import RunResult, result_until
 
 SECOND_STOPPED = (
     "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
@@ -71,13 +70,12 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
                 found = experiment.found(plan, run.recorded(result, companion, lambda step: say(console, step)))
             except InvalidValueError as error:  # the measurements are unusable, the arguments were right
                 return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-        report = report_of(experiment, found)
-        report = replace(report, repeat=repeat_commands(reference_to(experiment), config, result))
+        report = run_report(experiment, plan, found)
         with doing(console, "drawing the report"):
             files = write_result(experiment, found, report, config.out)
     console.print(key_figures(report.title, report.outcome, report.all_figures))
     print_outcome(console, result, files)
-    code = ExitCode.DONE if result.ending is Ending.DONE and report.reached else ExitCode.UNFINISHED
+    code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
     summary = reported_result(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
         report.outcome,
@@ -85,6 +83,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         report.all_figures,
         written(result, files),
         ending=result.ending.value,
+        rest=result.rest,
     )
     return replace(summary, warnings=notes)
 
@@ -116,7 +115,7 @@ def _unusable_result(
     return CommandResult(
         ExitCode.INTERRUPTED if interrupted else ExitCode.UNFINISHED,
         outcome=str(result),
-        facts={"ending": result.ending.value},
+        facts={"ending": result.ending.value, "rest": result.rest},
         files=files,
         error=f"the measurements cannot be evaluated: {error}; {kept}",
     )

@@ -7,18 +7,13 @@ from palpate.runtime import Backend, Command, Observation, Phase, Supervisor, To
 from palpate.runtime.closing import Closing
 from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
+from palpate.runtime.standstill_check import LONGEST_STOP, REST_SPEED
 from palpate.runtime.supervision import Trip
 from palpate.spatial import ZERO, Vector, norm, toward
 
 SLEW = 10.0
 """Bound on the change of the commanded velocity [m/s^2]: 10 mm/s in a millisecond, as explorations have it; the
 supervisor stops at 25 m/s^2."""
-
-REST_SPEED = 1e-3
-"""A tip slower than this [m/s] counts as stopped."""
-
-LONGEST_STOP = 0.5
-"""How long it is given to come to rest [s]."""
 
 
 class GuardedRobot(Closing):

@@ -7,35 +7,30 @@ from typing import Protocol
 
 from palpate.errors import InvalidValueError, positive, shown
 from palpate.interruption import StopRequest, stop_requests
-from palpate.runtime.data import ArmSample, Command, Observation, Phase, Sample
+from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.following import CommandedMotion, FollowingMaker
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
 from palpate.runtime.pacing import Punctuality
 from palpate.runtime.protocols import Backend, Controller
+from palpate.runtime.rest import REST, WATCHDOG, ArmSource, RestState, RobotRest
 from palpate.runtime.result import Ending, RunResult
+from palpate.runtime.standstill_check import LONGEST_STOP, StandstillCheck
 from palpate.runtime.supervision import Supervisor
 from palpate.runtime.times import Times
 from palpate.runtime.timing import RunTiming, oldest_age
 from palpate.runtime.touch import Touch
 from palpate.runtime.truth import truth_source
-from palpate.spatial import norm, subtract
+from palpate.runtime.watchdog import watchdogs_of
+from palpate.runtime.wrapped_backend import unwrapped
 
 Observer = Callable[[Sample, Observation, Command], None]
 """Sees every period after the supervisor: progress bars, truth recorders."""
 
-REST_SPEED = 1e-3
-"""A tip slower than this [m/s] counts as stopped."""
 
-REST_TIME = 0.02
-"""for this long [s]: a turning point is not rest."""
-
-REST_STEP = 5e-5
-"""A position this near [m] has not changed: repeatability of an arm (UR5e, data sheet: 0.03 mm)."""
-
-LONGEST_STOP = 0.5
-"""How long the robot is given to come to rest [s]."""
+LEVELS = {RestState.AT_REST: Level.INFO, RestState.MOVING: Level.FATAL, RestState.NOT_KNOWN: Level.ERROR}
+"""Of the event on rest, whose source is `REST`."""
 
 
 class Live(Protocol):
@@ -119,7 +114,8 @@ class _Run:
         self._pacer = backend.pacer
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
-        self._stopped = self._seen = self._trip_recorded = self._aftermath_recorded = False
+        self._rest = RobotRest.not_known()
+        self._seen = self._trip_recorded = self._aftermath_recorded = False
         self._compute, self._period_time, self._ages = Times(), Times(), Times()
         self._started: float | None = None
         self._punctuality = Punctuality()
@@ -135,6 +131,8 @@ class _Run:
         self._now = self._touch.sense(self._sample)
         if self._recorder is not None:
             self._recorder.start(self._sample, self._now, self._backend.period, truth_source(self._backend))
+            for watchdog in watchdogs_of(self._backend):
+                self._tell(self._time, Level.INFO, WATCHDOG, str(watchdog))
         self._controller.start(self._now)
 
     def go_on(self, periods: int) -> None:
@@ -159,12 +157,12 @@ class _Run:
             else:
                 self._ending = Ending.TIME_UP
             self._last_time = self._time
-            self._stopped = self._brake()
+            self._rest = self._brake()
         except BaseException as error:
             self._tell(self._time, Level.ERROR, "run", f"ended by {type(error).__name__}")
             # close() stops the robot in any case; a failure to brake must not hide why the run ended
             with suppress(Exception):
-                self._brake()
+                self._rest = self._brake()
             raise
 
     def _period(self, before: float, *, sense: bool) -> Command:
@@ -251,52 +249,44 @@ class _Run:
             raise InvalidValueError(f"the back end gave {shown(given)}: must be a Sample with its time")
         self._sample, self._time, self._seen = given, given.time, False
 
-    def _brake(self) -> bool:
+    def _brake(self) -> RobotRest:
         """Stand still, with the grip as it is, and record how; return whether the tip came to rest.
 
-        A device that was lost is tried again, and again.
+        A device that was lost is tried again, and again. Meanwhile the arm is read alone, if that can be had.
         """
-        slow, period, begun = 0, self._backend.period, self._clock()
-        since = self._sample.arm
-        command, oldest = self._supervisor.standstill(), self._supervisor.limits.sample_age
+        begun, command = self._clock(), self._supervisor.standstill()
+        braking = StandstillCheck(self._sample.arm, self._backend.period, self._supervisor.limits.sample_age)
         if not self._seen:
             self._watch(command)
-        wanted = max(1, round(REST_TIME / period))
         failure = ""
-        for _ in range(max(wanted, round(LONGEST_STOP / period))):
+        for _ in range(braking.longest):
             try:
                 self._take(self._backend.step(command))
             except Exception as error:
-                slow, failure = 0, failure or f"could not be stopped at once: {type(error).__name__}"
+                failure = failure or f"could not be stopped at once: {type(error).__name__}"
+                self._look_at_arm(braking)
                 if self._clock() - begun > LONGEST_STOP:
                     break
-                continue
-            self._watch(command)
-            if self._rests(oldest, since):
-                slow += 1
             else:
-                slow, since = 0, self._sample.arm
-            if slow >= wanted:
+                self._watch(command)
+                braking.add(self._time, self._sample.arm)
+            if braking.at_rest:
                 break
         if failure:
             self._tell(self._time, Level.ERROR, "back end", failure)
-        return slow >= wanted
+        return braking.rest(watchdogs_of(self._backend))
 
-    def _rests(self, oldest: float, since: ArmSample) -> bool:
-        """Whether the arm reports that it stands still, not so long ago, and its position since then bears it out.
-
-        If it makes no sense it does not rest.
-        """
-        arm = self._sample.arm
+    def _look_at_arm(self, braking: StandstillCheck) -> None:
+        """Take the arm's state alone, where the back end gives no sample."""
+        source = unwrapped(self._backend)
         try:
-            gone = norm(subtract(arm.position_base_tip, since.position_base_tip))
-            slow = (
-                norm(arm.velocity_base_tip) < REST_SPEED
-                and gone < REST_SPEED * (arm.time - since.time) + REST_STEP
-            )
-            return slow and self._time - arm.time <= oldest
-        except Exception:  # a device's nonsense must not end the braking
-            return False
+            if isinstance(source, ArmSource):
+                alone = source.arm_alone()
+                braking.add(alone.time, alone.arm)
+            else:
+                braking.lost()
+        except Exception:
+            braking.lost()
 
     def _watch(self, command: Command) -> None:
         """Sense and record; whatever is sensed, and whoever fails, the robot stands still."""
@@ -315,7 +305,7 @@ class _Run:
         try:
             self._backend.close()
         except Exception as error:
-            self._stopped = False  # it may move still: somebody has to look
+            self._rest = RobotRest.not_known(watchdogs_of(self._backend))  # somebody has to look
             self._supervisor.fail(self._time, "back end", error)
             self._ending = Ending.TRIPPED
             self._tell_trip()
@@ -323,6 +313,8 @@ class _Run:
             self._stop.closing = False
             self._punctuality = self._pacer.stop()
             if self._recorder is not None:
+                if self._started is not None:  # else nothing has moved
+                    self._tell(self._time, LEVELS[self._rest.state], REST, str(self._rest))
                 if self._ending is not None:
                     self._tell(self._time, Level.INFO, "run", f"ended: {self._ending.value}")
                 self._recording = self._recorder.close()
@@ -334,7 +326,7 @@ class _Run:
             ending=self._ending or Ending.INTERRUPTED,
             trip=self._supervisor.trip,
             error=self._supervisor.error,
-            stopped=self._stopped,
+            rest=self._rest,
             duration=self._last_time - self._first_time,
             wall_time=self._ended - started,
             timing=RunTiming(

@@ -5,6 +5,7 @@ from enum import StrEnum
 
 from palpate.errors import PalpateError
 from palpate.runtime.log import RecordingSummary
+from palpate.runtime.rest import RestState, RobotRest
 from palpate.runtime.supervision import Trip
 from palpate.runtime.timing import RunTiming
 
@@ -31,7 +32,7 @@ class RunResult:
         ending: How it ended.
         trip: What the supervisor objected to, if it did.
         error: The exception behind the trip, if it was one.
-        stopped: Whether the tip came to rest at the end.
+        rest: Whether the tip was at rest at the end, measured or not known.
         duration: On the back end's clock [s].
         wall_time: On the wall clock [s].
         timing: Of every period.
@@ -41,7 +42,7 @@ class RunResult:
     ending: Ending
     trip: Trip | None
     error: Exception | None
-    stopped: bool
+    rest: RobotRest
     duration: float
     wall_time: float
     timing: RunTiming
@@ -61,9 +62,14 @@ class RunResult:
         return f"THE LOG IS NOT WHOLE ({self.recording.rows_lost} periods lost): {self.recording.problem}"
 
     @property
-    def rest(self) -> str:
-        """Whether the robot came to rest, as a clause of a sentence."""
-        return "the robot is at rest" if self.stopped else "THE ROBOT DID NOT COME TO REST"
+    def at_rest(self) -> bool:
+        """Whether it was measured to be at rest."""
+        return self.rest.state is RestState.AT_REST
+
+    @property
+    def done(self) -> bool:
+        """Whether the controller finished, the robot was measured to be at rest after it, and the log is whole."""
+        return self.ending is Ending.DONE and self.at_rest and not self.lost_records
 
     @property
     def why(self) -> str:

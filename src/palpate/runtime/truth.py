@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.protocols import Backend
-from palpate.runtime.wrapped_backend import WrappedBackend
+from palpate.runtime.wrapped_backend import unwrapped
 
 
 @runtime_checkable
@@ -28,9 +28,8 @@ class TruthSource(Protocol):
 
 def truth_source(backend: Backend) -> TruthSource | None:
     """Return what tells the truth of a back end; None on a robot, where nobody knows it."""
-    while isinstance(backend, WrappedBackend):
-        backend = backend.backend
-    return backend if isinstance(backend, TruthSource) else None
+    inner = unwrapped(backend)
+    return inner if isinstance(inner, TruthSource) else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

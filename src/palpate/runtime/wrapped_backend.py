@@ -42,3 +42,10 @@ class WrappedBackend(Closing, Generic[Inner]):
     def close(self) -> None:
         """See `Backend`."""
         self.backend.close()
+
+
+def unwrapped(source: object) -> object:
+    """Return the innermost back end of one that is wrapped; anything else as it is."""
+    while isinstance(source, WrappedBackend):
+        source = source.backend
+    return source

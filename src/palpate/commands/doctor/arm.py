@@ -12,9 +12,7 @@ from palpate.hw.ur.exchange import UrState
 from palpate.hw.ur.problems import PLAYING, RUNNING, safety_problem
 from palpate.hw.ur.version import OLDEST, cycle_rate
 from palpate.runtime.robot import Robot
-
-AT_REST = 1e-3
-"""[m/s] of an arm that stands; as the loop has it."""
+from palpate.runtime.standstill_check import REST_SPEED
 
 
 def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFinding]:
@@ -59,7 +57,7 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFin
     speed = float(np.linalg.norm(watched.values, axis=1).max())
     fix = "is its payload right (backend.arm.payload)? Is it led by hand?"
     yield judged(
-        name, "largest speed at rest", 1e3 * speed, "mm/s", f"below {1e3 * AT_REST:g}", speed < AT_REST, fix
+        name, "largest speed at rest", 1e3 * speed, "mm/s", f"below {1e3 * REST_SPEED:g}", speed < REST_SPEED, fix
     )
     pairs = zip(last.joint_position, limits.joint_lower, limits.joint_upper, strict=False)
     outside = [i + 1 for i, (q, low, high) in enumerate(pairs) if not low <= q <= high]

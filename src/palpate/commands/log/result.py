@@ -7,6 +7,7 @@ from palpate.commands.command_result import CommandResult
 from palpate.commands.log.summary import lost_records
 from palpate.commands.log.times import LogTimes
 from palpate.runtime.log import LogReader
+from palpate.runtime.rest import rest_in
 from palpate.runtime.timing import Distribution
 from palpate.strict_yaml import read_yaml
 
@@ -38,6 +39,7 @@ def log_result(log: LogReader, times: LogTimes, size: int, versions: str) -> Com
             "log": log.path,
             "recorded": datetime.fromtimestamp(heading.wall_start / 1e9).astimezone().isoformat(),
             "written_by": heading.written_by,
+            "rest": rest_in(log.events),
             "complete": log.complete and not lost,
             "fields": [
                 {"topic": group.name or "period", "name": each.name, "count": each.count, "units": each.units}

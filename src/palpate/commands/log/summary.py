@@ -12,6 +12,7 @@ from palpate.commands.log.times import LogTimes
 from palpate.plain_text import inert
 from palpate.runtime.log import Level, LogReader
 from palpate.runtime.log.fields import LogField
+from palpate.runtime.rest import rest_in
 
 VERSIONS = "versions.yaml"
 """The attachment that is shown whole."""
@@ -52,6 +53,7 @@ def _facts(log: LogReader, times: LogTimes, size: int) -> Table:
         "recorded": f"{start:%Y-%m-%d %H:%M:%S %z} by {heading.written_by}",
         "state": _state(log),
         "periods": f"{log.periods}, nominally every {1e3 * heading.period:g} ms",
+        "at the end": str(rest_in(log.events)),
         "size": f"{size / 1e6:.2f} MB",
     }
     if log.periods > 1:

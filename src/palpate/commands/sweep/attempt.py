@@ -13,12 +13,11 @@ from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer, report_of, write_result
+from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.experiments.kit.registry import experiment_named
-from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.experiments.kit.versions import versions
-from palpate.runtime import Ending
 
 
 def attempt(case: RunCase) -> RunRecord:
@@ -27,8 +26,7 @@ def attempt(case: RunCase) -> RunRecord:
     try:
         experiment = experiment_named(case.experiment)
         result = _carried_out(case, experiment)
-        done = result.run.ending is Ending.DONE and not result.run.lost_records
-        status = RunStatus.DONE if done else RunStatus.UNFINISHED
+        status = RunStatus.DONE if result.run.done else RunStatus.UNFINISHED
         message, trace, figures = str(result.run), "", figures_of(experiment, result)
     except Exception as error:
         status, figures = RunStatus.FAILED, {}
@@ -57,6 +55,5 @@ def _carried_out(case: RunCase, experiment: Experiment) -> Result:
     sinks = () if case.folder is None else (log_writer(experiment, plan, case.folder),)
     result = experiment.found(plan, run.recorded(run.run(sinks=sinks)))
     if case.folder is not None:
-        repeat = repeat_commands(case.experiment, config, result.run)
-        write_result(experiment, result, replace(report_of(experiment, result), repeat=repeat), case.folder)
+        write_result(experiment, result, run_report(experiment, plan, result), case.folder)
     return result

@@ -25,12 +25,13 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer, report_of, written
+from palpate.experiments.kit.recording import log_writer, written
 from palpate.experiments.kit.registry import experiment_named, experiment_names
+from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
 from palpate.robots.drivers import check_drivers
-from palpate.runtime import Ending, result_until
+from palpate.runtime import result_until
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
@@ -117,8 +118,8 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
             say(console, "The process that makes the map's surface has ended: the view goes on without it")
         with kept_if_interrupted(result), doing(console, "working out what was found"):
             found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
-        report = report_of(experiment, found)
-        done = result.ending is Ending.DONE and report.reached
+        report = run_report(experiment, plan, found)
+        done = result.done and report.reached
         command_result = CommandResult(
             ExitCode.DONE if done else ExitCode.UNFINISHED,
             report.outcome,

@@ -28,7 +28,6 @@ from palpate.experiments.explore.tables import (
     shape_rows,
     shape_sentence,
 )
-from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.kit.repeat_words import log_row
@@ -178,7 +177,8 @@ def time_series(exploration: Exploration) -> TimeSeries:
 
 def _advice(exploration: Exploration) -> tuple[str, ...]:
     """What to do after it."""
-    advice, found, config = list(advice_on_ending(exploration.run)), exploration.claimed_map, exploration.config
+    advice: list[str] = []
+    found, config = exploration.claimed_map, exploration.config
     if not len(exploration.cloud):
         advice.append(
             "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run shows "

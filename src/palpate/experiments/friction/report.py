@@ -15,7 +15,6 @@ from palpate.experiments.friction.recognised import recognition_section
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
-from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.reporting.computing import computing
 from palpate.reporting.report import Pictures, Report, Section, TextTable
@@ -69,7 +68,7 @@ def friction_report(result: FrictionResult) -> Report:
             computing(result.run.timing),
         ),
         asked=f"to rub a {config.object} with {loads} N at {1e3 * wanted.speed:g} mm/s, carried by {config.robot}",
-        advice=(*advice_on_ending(result.run), *_advice(result)),
+        advice=tuple(_advice(result)),
         settings=settings(result),
         footer=(
             "Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of 100 runs: "

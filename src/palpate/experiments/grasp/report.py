@@ -7,7 +7,6 @@ from palpate.experiments.grasp.heaviest import heaviest_load
 from palpate.experiments.grasp.key_figures import compared, key_figures
 from palpate.experiments.grasp.result import Grasp
 from palpate.experiments.grasp.words import account, advice, asked, outcome, settings, title
-from palpate.experiments.kit.advice import advice_on_ending
 from palpate.reporting.computing import computing
 from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section
 from palpate.runtime import Ending
@@ -34,7 +33,7 @@ def grasp_report(grasp: Grasp) -> Report:
             computing(grasp.run.timing),
         ),
         asked=asked(grasp),
-        advice=(*advice_on_ending(grasp.run), *advice(grasp)),
+        advice=advice(grasp),
         settings=settings(grasp),
         footer="Loads that the object exerts on the fingers.",
         reached=grasp.run.ending is Ending.DONE and not grasp.dropped,

@@ -47,13 +47,12 @@ def outcome(grasp: Grasp) -> str:
 def _ended(grasp: Grasp) -> str:
     """What ended it, and what became of the grip."""
     result = grasp.run
-    rest = "the hand is at rest" if result.stopped else "THE HAND DID NOT COME TO REST"
-    kept = f"{_kept(grasp)}, and {rest}"
+    kept = f"{_kept(grasp)}, and {result.rest}"
     after = f"after {result.duration:.1f} s"
     if result.ending is Ending.DONE and grasp.dropped:
-        return f"The hand went on to the end, and opened {after}; {rest}."
+        return f"The hand went on to the end, and opened {after}; {result.rest}."
     if result.ending is Ending.DONE:
-        return f"Set down and let go {after}; {rest}."
+        return f"Set down and let go {after}; {result.rest}."
     if grasp.met_early:
         return (
             f"Ended {after} while lowering, for the object met something with the fingers still "

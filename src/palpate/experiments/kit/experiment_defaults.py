@@ -25,7 +25,6 @@ class ExperimentDefaults:
 
     def report(self, result: Any) -> "Report":
         """Return the figures, the pictures, and how the computer kept up."""
-        from palpate.experiments.kit.advice import advice_on_ending
         from palpate.reporting.computing import computing
         from palpate.reporting.data import KeyFigure
         from palpate.reporting.report import Pictures, Report, Section
@@ -40,7 +39,6 @@ class ExperimentDefaults:
                 Section("Pictures", (Pictures(lambda: self.pictures(result)),)),
                 computing(result.run.timing),
             ),
-            advice=advice_on_ending(result.run),
         )
 
     def files(self, result: Any) -> Mapping[str, Writer]:

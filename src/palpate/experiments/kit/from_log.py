@@ -18,6 +18,7 @@ from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import Log, RecordingSummary
 from palpate.runtime.replay import RecordedChanges, replayed_backend
 from palpate.runtime.replay_extent import extent_of
+from palpate.runtime.rest import rest_in
 from palpate.runtime.robot import ROBOT_TEXT, Robot, read_robot
 
 NOTHING_SET: Mapping[str, object] = MappingProxyType({})
@@ -109,7 +110,7 @@ class LoggedRun:
         endings = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
         ending = Ending(endings[-1]) if endings and endings[-1] in list(Ending) else Ending.INTERRUPTED
         kept = RecordingSummary(self.log.path, len(self.log))
-        return replace(again, ending=ending, trip=None, error=None, stopped=True, recording=kept)
+        return replace(again, ending=ending, trip=None, error=None, rest=rest_in(self.log.events), recording=kept)
 
 
 def _check_kind(robot: Robot, recorded: Robot | None) -> None:

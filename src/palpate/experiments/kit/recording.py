@@ -1,6 +1,5 @@
 """Output of a run: its log, its report and its files."""
 
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -28,12 +27,6 @@ def log_writer(experiment: Experiment, plan: Plan, folder: Path) -> LogWriter:
     """Return the writer of a log from which the run can be replayed."""
     path = new_log_path(folder, datetime.now())  # local time: people look for it by their clock
     return LogWriter(path, log_texts(experiment, plan))
-
-
-def report_of(experiment: Experiment, result: Result) -> Report:
-    """Return the report of a run; where records were lost its outcome says so, and its goal is not reached."""
-    report, lost = experiment.report(result), result.run.lost_records
-    return replace(report, outcome=f"{report.outcome} {lost}.", reached=False) if lost else report
 
 
 def write_result(experiment: Experiment, result: Result, report: Report, folder: Path) -> tuple[Path, ...]:

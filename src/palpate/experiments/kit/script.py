@@ -6,7 +6,8 @@ from typing import Any
 
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.recorded_run import carry_out
-from palpate.experiments.kit.recording import log_writer, report_of, write_result
+from palpate.experiments.kit.recording import log_writer, write_result
+from palpate.experiments.kit.run_report import run_report
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Observer
 
@@ -41,5 +42,5 @@ def perform(
     sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
     result = experiment.found(plan, carry_out(plan, observers, sinks))
     if out is not None:
-        write_result(experiment, result, report_of(experiment, result), Path(out))
+        write_result(experiment, result, run_report(experiment, plan, result), Path(out))
     return result

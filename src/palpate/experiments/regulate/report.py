@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.regulate.key_figures import key_figures, margins
 from palpate.experiments.regulate.response import FrequencyResponse
@@ -48,7 +47,7 @@ def regulation_report(regulation: Regulation) -> Report:
 
 def advice(regulation: Regulation) -> tuple[str, ...]:
     """Return what to do after a regulation of force."""
-    sentences, planned = list(advice_on_ending(regulation.run)), regulation.planned
+    sentences, planned = list[str](), regulation.planned
     if regulation.guard_trips and not planned.config.identify:
         sentences.append(
             "Force control swung: repeat with --identify, which measures stiffness and delay of this contact."

@@ -15,6 +15,9 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.protocols import Backend
+from palpate.runtime.rest import ArmSource
+from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
+from palpate.runtime.wrapped_backend import unwrapped
 from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, truth_of_numbers
 from palpate.sim.scene import Scene
 
@@ -99,6 +102,21 @@ class OnTheWire(Closing):
         """
         return self._taken(self._rig.step(command))
 
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`: of the rig, wall time."""
+        return watchdogs_of(self._rig)
+
+    def arm_alone(self) -> Sample:
+        """See `ArmSource`.
+
+        Raises:
+            DeviceError: The arm is lost, or its newest state too old.
+        """
+        source = unwrapped(self._rig)
+        if not isinstance(source, ArmSource):
+            raise DeviceError("emulated robot", "its arm cannot be read alone", "read the whole sample")
+        return self._scaled(source.arm_alone())
+
     def close(self) -> None:
         """Stop the rig, then end the emulators; may be called more than once, and at any time."""
         self._running.close()
@@ -110,6 +128,10 @@ class OnTheWire(Closing):
         if self._trace is not None:
             age = sample.time - sample.wrenches[0].time
             self._numbers = self._trace.at(monotonic() - age)
+        return self._scaled(sample)
+
+    def _scaled(self, sample: Sample) -> Sample:
+        """Return a sample of wall time in the plant's time."""
         if self._scale == 1.0:
             return sample
         factor, hand = self._scale, sample.hand

@@ -11,7 +11,7 @@ from palpate.runtime.supervision.conditions import (
     PossibleState,
     SensorsInRange,
 )
-from palpate.runtime.supervision.finding import Trip, Violation
+from palpate.runtime.supervision.finding import Cause, Trip, Violation
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
@@ -34,6 +34,7 @@ __all__ = [
     "TIP_SPEED",
     "TIP_TURN",
     "AtMost",
+    "Cause",
     "Condition",
     "FreshSamples",
     "Guard",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from palpate.runtime.data import Observation
-from palpate.runtime.supervision.finding import Violation
+from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.sensing.ft.health import HEALTHY, HealthCheck
 from palpate.spatial import Vector
 
@@ -27,11 +27,13 @@ class MonitoredQuantity:
         name: For people.
         unit: Of the number.
         of: Takes it from an observation; not finite counts as out of bounds.
+        cause: What has to be seen to where it is out of bounds.
     """
 
     name: str
     unit: str
     of: Callable[[Observation], float]
+    cause: Cause = Cause.OTHER
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class AtMost:
         if value <= self.limit:
             return None
         unit = self.measure.unit
-        return Violation(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}")
+        return Violation(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}", self.measure.cause)
 
 
 LARGEST_JOINT = 1e3
@@ -69,21 +71,22 @@ class PossibleState:
         total = sum(arm.position_base_tip) + sum(arm.velocity_base_tip) + sum(row0) + sum(row1) + sum(row2)
         total += sum(arm.angular_velocity_base_tip)
         if not math.isfinite(total):
-            return Violation("arm state", "not finite", "finite numbers")
+            return Violation("arm state", "not finite", "finite numbers", Cause.DEVICE)
         if before is None or arm.rotation_base_tip is not before.arm.rotation_base_tip:
             error = _rotation_error(row0, row1, row2)
             if error > ROTATION_TOLERANCE:
-                return Violation("rotation of the tip", f"no rotation by {error:.3g}", f"{ROTATION_TOLERANCE:g}")
+                by, most = f"no rotation by {error:.3g}", f"{ROTATION_TOLERANCE:g}"
+                return Violation("rotation of the tip", by, most, Cause.DEVICE)
         finding = _joints("arm", arm.joint_position)
         if finding is None and now.hand is not None:
             finding = _joints("hand", now.hand.joint_position)
         if finding is not None:
             return finding
         if arm.tip_force_base is not None and not math.isfinite(sum(arm.tip_force_base)):
-            return Violation("force that the arm measures", "not finite", "finite numbers")
+            return Violation("force that the arm measures", "not finite", "finite numbers", Cause.DEVICE)
         for i, finger in enumerate(now.fingers):
             if not math.isfinite(sum(finger.wrench)):
-                return Violation(f"wrench of finger {i + 1}", "not finite", "finite numbers")
+                return Violation(f"wrench of finger {i + 1}", "not finite", "finite numbers", Cause.DEVICE)
         return None
 
 
@@ -91,7 +94,7 @@ def _joints(device: str, position: tuple[float, ...]) -> Violation | None:
     for i, q in enumerate(position):
         if not -LARGEST_JOINT <= q <= LARGEST_JOINT:
             limit = f"-{LARGEST_JOINT:g} to {LARGEST_JOINT:g} rad or m"
-            return Violation(f"position of joint {i + 1} of the {device}", f"{q:.6g}", limit)
+            return Violation(f"position of joint {i + 1} of the {device}", f"{q:.6g}", limit, Cause.DEVICE)
     return None
 
 
@@ -123,7 +126,7 @@ class HealthySensors:
         for i, finger in enumerate(now.fingers):
             health = finger.health
             if health is not HEALTHY and not health.ok and health.measure not in TOO_MUCH:
-                return Violation(f"force/torque sensor {i + 1}", str(health), "a healthy sensor")
+                return Violation(f"force/torque sensor {i + 1}", str(health), "a healthy sensor", Cause.DEVICE)
         return None
 
 
@@ -136,7 +139,9 @@ class SensorsInRange:
         for i, finger in enumerate(now.fingers):
             health = finger.health
             if health is not HEALTHY and health.measure in TOO_MUCH:
-                return Violation(f"force/torque sensor {i + 1}", str(health), "a load within its range")
+                return Violation(
+                    f"force/torque sensor {i + 1}", str(health), "a load within its range", Cause.FORCE
+                )
         return None
 
 
@@ -162,9 +167,11 @@ class FreshSamples:
         """See `Condition`."""
         time, longest = now.time, self.longest_age + CLOCK_SLACK
         if not math.isfinite(time):
-            return Violation("time of the sample", f"{time}", "a finite number")
+            return Violation("time of the sample", f"{time}", "a finite number", Cause.DEVICE)
         if before is not None and not time > before.time:
-            return Violation("time of the sample", f"{time:.6f} s", f"later than the last, {before.time:.6f} s")
+            return Violation(
+                "time of the sample", f"{time:.6f} s", f"later than the last, {before.time:.6f} s", Cause.DEVICE
+            )
         if not -CLOCK_SLACK <= time - now.arm.time <= longest:
             return self._aged("the arm", time - now.arm.time)
         for i, finger in enumerate(now.fingers):
@@ -176,10 +183,12 @@ class FreshSamples:
             return None
         gap = max(LONGEST_GAP, self.longest_age)
         if not time - before.time <= gap + CLOCK_SLACK:
-            return Violation("time since the last sample", f"{time - before.time:.4g} s", f"{gap:g} s")
+            return Violation(
+                "time since the last sample", f"{time - before.time:.4g} s", f"{gap:g} s", Cause.COMPUTER
+            )
         joints, last_joints = len(now.arm.joint_position), len(before.arm.joint_position)
         if joints != last_joints:
-            return Violation("number of the arm's joints", f"{joints}", f"as before, {last_joints}")
+            return Violation("number of the arm's joints", f"{joints}", f"as before, {last_joints}", Cause.DEVICE)
         if now.arm.time < before.arm.time:
             return _backwards("the arm", now.arm.time, before.arm.time)
         for i, last in enumerate(before.fingers):
@@ -188,19 +197,22 @@ class FreshSamples:
         if now.hand is None or before.hand is None:
             if now.hand is before.hand:
                 return None
-            return Violation("sample of the hand", "missing" if now.hand is None else "new", "as in every period")
+            return Violation(
+                "sample of the hand", "missing" if now.hand is None else "new", "as in every period", Cause.DEVICE
+            )
         if now.hand.time < before.hand.time:
             return _backwards("the hand", now.hand.time, before.hand.time)
         return None
 
     def _aged(self, device: str, age: float) -> Violation:
-        return Violation(
-            f"age of the sample of {device}", f"{1e3 * age:.4g} ms", f"0 to {1e3 * self.longest_age:g} ms"
-        )
+        limit = f"0 to {1e3 * self.longest_age:g} ms"
+        return Violation(f"age of the sample of {device}", f"{1e3 * age:.4g} ms", limit, Cause.WIRE)
 
 
 def _backwards(device: str, time: float, last: float) -> Violation:
-    return Violation(f"time stamp of {device}", f"{time:.6f} s", f"not before its last, {last:.6f} s")
+    return Violation(
+        f"time stamp of {device}", f"{time:.6f} s", f"not before its last, {last:.6f} s", Cause.DEVICE
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +228,9 @@ class InsideWorkspace:
         lower, upper = self.lower, self.upper
         if lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1] and lower[2] <= z <= upper[2]:
             return None
-        return Violation("tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m")
+        return Violation(
+            "tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m", Cause.MOTION
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,9 +245,12 @@ class InsideJointRange:
         joints = now.arm.joint_position
         if len(joints) != len(self.lower):
             return Violation(
-                "number of the arm's joints", str(len(joints)), f"the {len(self.lower)} that are limited"
+                "number of the arm's joints",
+                str(len(joints)),
+                f"the {len(self.lower)} that are limited",
+                Cause.DEVICE,
             )
         for i, (low, q, high) in enumerate(zip(self.lower, joints, self.upper, strict=True)):
             if not low <= q <= high:
-                return Violation(f"position of joint {i + 1}", f"{q:.4f}", f"{low:g} to {high:g}")
+                return Violation(f"position of joint {i + 1}", f"{q:.4f}", f"{low:g} to {high:g}", Cause.MOTION)
         return None

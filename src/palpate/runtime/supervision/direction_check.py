@@ -9,7 +9,7 @@ from collections import deque
 
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.supervision.aftermath import Aftermath
-from palpate.runtime.supervision.finding import Violation
+from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
 
@@ -82,6 +82,7 @@ class DirectionCheck:
                         f"angle between approach and first contact force of finger {i + 1}",
                         f"{angle:.0f} degrees",
                         f"{math.degrees(math.acos(LARGEST_COSINE)):.0f} to 180 degrees: {REMEDY}",
+                        Cause.DEVICE,
                     )
                 self.agreed = self.agreed or cosine <= CLEAR_COSINE
         return None

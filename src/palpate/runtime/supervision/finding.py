@@ -1,10 +1,40 @@
 """What was found to be wrong, and what became of it."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from enum import StrEnum
+from typing import NamedTuple, Protocol, runtime_checkable
 
 NO_EXCEPTION = "no exception"
 """The limit of a trip because something raised one."""
+
+
+class Cause(StrEnum):
+    """What has to be seen to before the run is repeated: advice follows from it."""
+
+    WIRE = "wire"
+    """Cable, network or power: nothing, or nothing recent, comes from a device."""
+    DEVICE = "device"
+    """A device reports a stop or a fault of its own, or what it reports cannot be."""
+    FORCE = "force"
+    """The contact pressed or twisted too hard."""
+    MOTION = "motion"
+    """The tip went too fast, or out of its room."""
+    CONTROLLER = "controller"
+    """One's own code."""
+    COMPUTER = "computer"
+    """This computer was too slow."""
+    OTHER = "other"
+    """See the words."""
+
+
+@runtime_checkable
+class Attributed(Protocol):
+    """An exception that states its cause. Optional."""
+
+    @property
+    def cause(self) -> Cause:
+        """What has to be seen to."""
+        ...
 
 
 class Violation(NamedTuple):
@@ -14,11 +44,13 @@ class Violation(NamedTuple):
         measure: What.
         value: Its value, with unit.
         limit: The limit it broke, with unit.
+        cause: What has to be seen to.
     """
 
     measure: str
     value: str
     limit: str
+    cause: Cause = Cause.OTHER
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +62,7 @@ class Trip:
         measure: What was out of bounds.
         value: Its value, with unit.
         limit: The limit it broke, with unit.
+        cause: What has to be seen to.
         aftermath: What the reaction did, and how it left things, once it is over; empty if it only stood still.
     """
 
@@ -37,6 +70,7 @@ class Trip:
     measure: str
     value: str
     limit: str
+    cause: Cause = field(default=Cause.OTHER, compare=False)
     aftermath: str = field(default="", compare=False)
 
     def __str__(self) -> str:

@@ -3,7 +3,7 @@
 import math
 
 from palpate.runtime.data import Observation
-from palpate.runtime.supervision.finding import Violation
+from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.spatial import ZERO, Vector
 
 MEMORY = 0.5
@@ -48,4 +48,5 @@ class MotionCheck:
             "motion of the tip that the arm's reported velocity does not explain",
             f"{1e3 * size:.3g} mm within about {MEMORY:g} s",
             f"{1e3 * LARGEST_DIFFERENCE:g} mm: check the arm's state stream",
+            Cause.DEVICE,
         )

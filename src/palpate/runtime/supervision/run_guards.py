@@ -14,6 +14,7 @@ from palpate.runtime.supervision.conditions import (
     PossibleState,
     SensorsInRange,
 )
+from palpate.runtime.supervision.finding import Cause
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Retract, Stop
@@ -72,22 +73,22 @@ def _tip_turn(now: Observation) -> float:
     return 0.0 if turn is ZERO else norm(turn)  # most robots never turn
 
 
-CONTACT_FORCE = MonitoredQuantity("contact force", "N", _contact_force)
+CONTACT_FORCE = MonitoredQuantity("contact force", "N", _contact_force, Cause.FORCE)
 """Of the finger that feels most."""
 
-CONTACT_MOMENT = MonitoredQuantity("contact moment", "N m", _contact_moment)
+CONTACT_MOMENT = MonitoredQuantity("contact moment", "N m", _contact_moment, Cause.FORCE)
 """About the origin of the sensor frame, of the finger that feels most; whether a contact explains it or not."""
 
-SPIN_TORQUE = MonitoredQuantity("spin torque", "N m", _spin_torque)
+SPIN_TORQUE = MonitoredQuantity("spin torque", "N m", _spin_torque, Cause.FORCE)
 """Of the finger that is twisted most; fingers whose wrench no contact explains do not count."""
 
-GRIP_FORCE = MonitoredQuantity("grip force", "N", _grip_force)
+GRIP_FORCE = MonitoredQuantity("grip force", "N", _grip_force, Cause.FORCE)
 """Normal force of the finger of a hand that presses most; 0 without a hand."""
 
-TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", _tip_speed)
+TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", _tip_speed, Cause.MOTION)
 """As the arm reports it."""
 
-TIP_TURN = MonitoredQuantity("measured angular speed of the tip", "rad/s", _tip_turn)
+TIP_TURN = MonitoredQuantity("measured angular speed of the tip", "rad/s", _tip_turn, Cause.MOTION)
 """As the arm reports it."""
 
 

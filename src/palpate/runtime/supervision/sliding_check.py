@@ -8,7 +8,7 @@ import math
 
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision.direction_check import REMEDY
-from palpate.runtime.supervision.finding import Violation
+from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.spatial import as_vector, cross, dot, norm, rotate
 
 PATH = 3e-3
@@ -70,4 +70,5 @@ class SlidingCheck:
             "angle between sliding and friction",
             f"{math.degrees(math.acos(cosine)):.0f} degrees",
             f"{math.degrees(math.acos(LARGEST_COSINE)):.0f} to 180 degrees: {REMEDY}",
+            Cause.DEVICE,
         )

@@ -1,10 +1,11 @@
 """Limits that no controller can pass."""
 
 import math
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
 
-from palpate.errors import LatchedError, positive
+from palpate.errors import LatchedError, OverrunError, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.command_conditions import (
@@ -18,7 +19,7 @@ from palpate.runtime.supervision.command_conditions import (
 )
 from palpate.runtime.supervision.contact_speed_check import ContactSpeedCheck
 from palpate.runtime.supervision.direction_check import DirectionCheck
-from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
+from palpate.runtime.supervision.finding import NO_EXCEPTION, Attributed, Cause, Trip, Violation
 from palpate.runtime.supervision.force_comparison import ForceComparison
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
@@ -31,6 +32,14 @@ from palpate.spatial import ZERO, Vector, norm, scale, toward
 LONGEST_REACTION = 10.0
 """After this long [s] a reaction is over, finished or not: backing off from a surface that comes at 10 mm/s takes
 as long for `LARGEST_RETREAT`."""
+
+CAUSES: Mapping[str, Cause] = {
+    "touch": Cause.DEVICE,
+    "controller": Cause.CONTROLLER,
+    "live parameters": Cause.CONTROLLER,
+    "observer": Cause.CONTROLLER,
+}
+"""Of an exception that states none, by who raised it."""
 
 LARGEST_RETREAT = 0.1
 """Distance from where it tripped [m] at which a reaction ends, too."""
@@ -131,7 +140,7 @@ class Supervisor:
         if self.trip is None:
             finding = self._objection(now, command)
             if finding is not None:
-                self._trip(now.time, finding, (Stop(),))
+                self._trip(now.time, finding._replace(cause=Cause.CONTROLLER), (Stop(),))
                 return self.react(now)
             velocity = command.velocity_base_tip
             if type(velocity) is not tuple:  # an array that its owner may fill again
@@ -230,7 +239,7 @@ class Supervisor:
         """
         if self.trip is None:
             self.error = error
-            self._trip(time, Violation(source, _text_of(error), NO_EXCEPTION), ())
+            self._trip(time, Violation(source, _text_of(error), NO_EXCEPTION, _cause_of(source, error)), ())
         self.finished = True
 
     def _trip(self, time: float, finding: Violation, reaction: tuple[Reaction, ...]) -> None:
@@ -239,6 +248,17 @@ class Supervisor:
 
     def _broken(self, now: Observation, before: Observation | None) -> frozenset[int]:
         return frozenset(i for i, guard in enumerate(self.guards) if guard.condition.broken(now, before))
+
+
+def _cause_of(source: str, error: Exception) -> Cause:
+    """Return what has to be seen to: what an exception states, or whose code raised it."""
+    if isinstance(error, OverrunError):
+        return Cause.COMPUTER
+    if isinstance(error, Attributed):
+        return error.cause
+    if source == "back end" and isinstance(error, OSError):
+        return Cause.WIRE
+    return CAUSES.get(source, Cause.OTHER)
 
 
 def _text_of(error: Exception) -> str:

@@ -1,0 +1,1 @@
+"""Bring a robot's devices back after a stop."""

@@ -1,0 +1,101 @@
+"""`palpate recover`: reports the state of a robot's devices, and brings back what was stopped, if it may."""
+
+import sys
+from collections.abc import Callable
+from contextlib import closing
+
+from rich.console import Console
+
+from palpate.commands.command_result import CommandResult, ExitCode
+from palpate.commands.progress import doing
+from palpate.commands.recover.arm import RecoverableArm
+from palpate.commands.recover.condition import DeviceCondition, Recoverable, condition_of
+from palpate.commands.recover.config import RecoverConfig
+from palpate.commands.recover.hand import RecoverableHand
+from palpate.commands.recover.sensor import RecoverableSensor
+from palpate.commands.say import say
+from palpate.hw.devices import DeviceError
+from palpate.robots.devices import with_devices
+from palpate.robots.rig_built import RigParts, check_rig, parts_of
+from palpate.robots.values import load_named_robot
+
+Confirm = Callable[[str], bool]
+"""Returns whether somebody agrees to an action."""
+
+
+def run_recover(config: RecoverConfig) -> CommandResult:
+    """Report on every device, and recover those that can be.
+
+    Returns:
+        The condition of each in the end; done if all are fit.
+
+    Raises:
+        InvalidValueError: There is no such robot, or it has no devices.
+        MissingLibraryError: This computer lacks the arm's client library.
+        DeviceError: Emulators do not come up.
+    """
+    robot = load_named_robot(config.robot)
+    with with_devices(robot, config.robot) as rig:
+        check_rig(rig)
+        return recovered(parts_of(rig), _confirmation(config))
+
+
+def recovered(parts: RigParts, confirm: Confirm) -> CommandResult:
+    """Recover the devices of a rig, one after the other; `confirm` is asked before each action."""
+    console, changed, found = Console(), [], []
+    for device in _recoverables(parts):
+        with closing(device):
+            condition = condition_of(device)
+            say(console, str(condition))
+            if condition.action and confirm(f"{device.name}: {condition.action}"):
+                changed.append(device.name)
+                condition = _after(device, console)
+                say(console, str(condition))
+            found.append(condition)
+    unfit = [condition.device for condition in found if not condition.fit]
+    fit = "Fit to run" if not unfit else f"Not fit to run: {', '.join(unfit)}"
+    outcome = f"{fit}; {'changed: ' + ', '.join(changed) if changed else 'nothing was changed'}."
+    say(console, outcome)
+    return CommandResult(
+        ExitCode.UNFINISHED if unfit else ExitCode.DONE,
+        outcome,
+        facts={"fit": not unfit, "changed": changed, "devices": found},
+    )
+
+
+def _after(device: Recoverable, console: Console) -> DeviceCondition:
+    """Recover a device and return its condition then."""
+    try:
+        with doing(console, "recovering"):
+            device.recover()
+    except DeviceError as error:
+        return DeviceCondition(device.name, error.problem, fit=False, remedy=error.remedy)
+    return condition_of(device)
+
+
+def _recoverables(parts: RigParts) -> list[Recoverable]:
+    """Return the devices of a rig, what only reports first."""
+    found: list[Recoverable] = [RecoverableSensor(each.device) for each in parts.sensors if not each.in_arm]
+    if parts.hand is not None:
+        found.append(RecoverableHand(parts.hand))
+    if parts.arm is not None:
+        found.append(RecoverableArm(parts.arm))
+    return found
+
+
+def _confirmation(config: RecoverConfig) -> Confirm:
+    if config.yes:
+        return lambda action: True
+    return _asked if sys.stdin.isatty() else _declined
+
+
+def _asked(action: str) -> bool:
+    """Ask on the terminal; anything but yes is no."""
+    sys.stdout.write(f"{action}. Is the cause gone and the path clear? [y/N] ")
+    sys.stdout.flush()
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
+def _declined(action: str) -> bool:
+    say(Console(), f"Not done, for there is no terminal to ask on (--yes does it): {action}.")
+    return False

@@ -1,0 +1,77 @@
+"""Whether the robot is at rest: the same clause on terminal, in report, log and JSON, and the exit code by it."""
+
+import html
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from palpate.cli import main
+from palpate.commands.command_result import ExitCode
+from palpate.runtime import RestState
+from palpate.runtime.log import Event, Level, log_in, read_log
+from palpate.runtime.rest import CLAUSES, LOOK, WATCHDOG, rest_in
+from palpate.sim import MujocoBackend
+
+FIRST_LOST = 150
+
+
+def plain(text):
+    """A text without line breaks and tags."""
+    return " ".join(html.unescape(re.sub("<[^>]*>|[│|]", " ", text)).split())
+
+
+CASES = [
+    RestState.NOT_KNOWN,
+    pytest.param(RestState.AT_REST, marks=pytest.mark.slow),
+    pytest.param(RestState.MOVING, marks=pytest.mark.slow),
+]
+
+
+@pytest.fixture(params=CASES, ids=str)
+def ending(request, monkeypatch):
+    """The back end goes on, is lost for good, or goes on moving whatever it is commanded."""
+    step, done = MujocoBackend.step, []
+
+    def failing(self, command):
+        done.append(command)
+        if len(done) >= FIRST_LOST and request.param is RestState.NOT_KNOWN:
+            raise OSError("no reply")
+        if command.phase == "stop" and request.param is RestState.MOVING:
+            command = done[0].__class__((0.0, 0.0, 0.01), command.phase)
+        return step(self, command)
+
+    monkeypatch.setattr(MujocoBackend, "step", failing)
+    return request.param
+
+
+def test_terminal_report_log_and_json_have_the_same_clause_on_rest(ending, tmp_path, capsys):
+    arguments = ["regulate", "--duration", "0.3", "--out", str(tmp_path)]
+    code = main([*arguments, "--json"])
+    document, terminal = capsys.readouterr()
+    found = json.loads(document)
+    words = found["rest"]["words"]
+    assert found["rest"]["state"] == ending
+    assert words.startswith(CLAUSES[ending])
+    assert words in found["outcome"]
+    assert words in plain(terminal)
+    assert words in plain((tmp_path / "report.html").read_text())
+    assert rest_in(read_log(log_in(tmp_path)).events).words == words
+    assert (code == ExitCode.DONE) == (ending is RestState.AT_REST)
+    main(["log", "info", str(tmp_path), "--json"])
+    assert json.loads(capsys.readouterr().out)["rest"]["words"] == words
+    main(["log", "info", str(tmp_path)])
+    assert words in plain(capsys.readouterr().out)
+
+
+def test_the_documents_have_the_same_clauses():
+    page = (Path(__file__).parents[2] / "docs" / "running.md").read_text()
+    assert [clause for clause in (*CLAUSES.values(), LOOK) if clause not in page] == []
+
+
+def test_of_a_log_that_breaks_off_it_is_not_known():
+    """And what stops the robot then, as the run stated when it began."""
+    stated = Event(0.0, Level.INFO, WATCHDOG, "the arm is stopped by its drives")
+    assert rest_in((stated,)).words == f"{CLAUSES[RestState.NOT_KNOWN]}: {stated.text}"
+    assert rest_in(()).words.endswith(LOOK)
