@@ -124,6 +124,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
             ExitCode.DONE if done else ExitCode.UNFINISHED,
             report.outcome,
             figures_of(experiment, found),
+            facts={"ending": result.ending.value, "rest": result.rest},
             files=written(result, ()),
         )
         say(console, command_result.outcome)
