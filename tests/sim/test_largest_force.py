@@ -21,7 +21,7 @@ from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.spatial import ZERO, norm, toward
 from support.emulated_file import unhurried_file
 
-STEP = 0.02
+STEP = 0.2
 """[s] A hostile controller keeps to a whim so long."""
 
 
