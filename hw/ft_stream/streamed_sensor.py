@@ -161,10 +161,16 @@ class StreamedSensor:
             if newest is None:
                 raise self._silence("not a record so far")
             silence = monotonic() - newest.arrival
-            if silence <= self._settings.silent_after:
+            if silence <= self._settings.silent_after and newest.time > -math.inf:
                 return newest
             if glance < _STALE_RETRIES and not self._died:
                 sleep(1e-3)
+        if silence <= self._settings.silent_after:
+            raise DeviceError(
+                self.name,
+                "it has begun anew; nothing proves yet how old its records are",
+                "read again a little later",
+            )
         raise self._silence(f"silent for {1e3 * silence:.0f} ms")
 
     def _silence(self, since: str) -> DeviceError:
@@ -190,8 +196,7 @@ class StreamedSensor:
     def _wait_for_steady_stream(self) -> None:
         deadline = monotonic() + self._settings.start_within
         while monotonic() < deadline and not self._died:
-            newest = self._newest
-            if newest is not None and newest.time > -math.inf:
+            if self._newest is not None:
                 with contextlib.suppress(DeviceError):  # this computer may have stood still just now
                     self.read()
                     return

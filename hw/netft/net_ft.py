@@ -59,6 +59,7 @@ class RdtLink:
         self._asked: float | None = None  # when the first request was sent whose echo has not come yet
         self._requested = -math.inf
         self._begun = self._sequence = self._sample = self._samples = 0
+        self._per_record = 1.0  # samples
 
     @property
     def name(self) -> str:
@@ -93,6 +94,7 @@ class RdtLink:
         self._clock = RoundTripClock()
         self._asked, self._requested = None, -math.inf
         self._begun = self._sequence = self._sample = self._samples = 0
+        self._per_record = 1.0  # samples
         self._socket = wire
         self._datagrams = Datagrams(wire, RECORD.size + 1)  # one byte more: what is longer shows
 
@@ -145,15 +147,19 @@ class RdtLink:
         begun = self._begun
         asked, passed = self._asked, (sample - self._sample) % MODULUS
         echo = asked is not None and sequence < self._sequence and 0 < passed < MODULUS // 2
-        if echo:  # counted from the last record on
-            begun = (begun + self._sequence) % MODULUS
+        if echo:  # counted from the last record on, and from those that a pause of the box left out
+            paused = max(int(passed / self._per_record) - 1 - sequence, 0)
+            begun = (begun + self._sequence + paused) % MODULUS
         step, advance = self._succession.judge(((begun + sequence) % MODULUS, sample), arrival)
         if step is Step.NEXT:
-            self._counts.lost += advance - 1
+            if not echo:  # how many were lost as the box began to count anew nobody knows
+                self._counts.lost += advance - 1
+                self._per_record = passed / advance
         elif step is Step.ANEW:
             # whatever comes first to a new socket was sampled after the first request
             echo, passed = not self._counts.restarts, 0
             self._clock.restart()
+            self._requested = -math.inf
         else:
             return None
         self._begun, self._sequence, self._sample = begun, sequence, sample
