@@ -9,6 +9,7 @@ from faults.fault_checks import periods_until_safe
 from faults.fault_rig import carry_out
 from faults.fault_table import ANYWHERE, ON_A_SENSOR, WITH_A_HAND, Fault
 from faults.stage_rig import AT, away, plain_finger, sensor_finger, stage_rig
+
 from faults.test_faults_while_holding import AT as HELD_AT
 from faults.test_faults_while_holding import GRIP, holding_rig
 
