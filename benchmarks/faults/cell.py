@@ -1,0 +1,72 @@
+"""A cell on the wire for whole commands: emulated arm and F/T box in a process of their own, and a robot file."""
+
+import itertools
+import math
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Self
+
+from faults.on_the_loop import Rest
+from palpate.hw.emulators.process import EmulatorProcess
+from palpate.runtime.loop import REST_SPEED
+from support.rig_cell import Cell, robot_file
+
+FORCE_LIMIT = 20.0
+"""[N]: as the robot file has it."""
+
+_hosts = itertools.count(2)
+
+
+def own_address() -> str:
+    """Return a loopback address that no other emulator has."""
+    return f"127.{150 + os.getpid() % 100}.{os.getpid() // 100 % 250}.{next(_hosts)}"
+
+
+class EmulatedCell:
+    """Runs as long as a `with` block lasts."""
+
+    def __init__(self, folder: Path, seen_at: str | None = None, emulated_at: str | None = None) -> None:
+        """Start nothing yet.
+
+        Args:
+            folder: For the robot file.
+            seen_at: Address in the robot file, as of a proxy; None: that of the emulator.
+            emulated_at: Address of the emulator; None: one of its own.
+        """
+        self.address = emulated_at or own_address()
+        self._folder, self._seen_at = folder, seen_at or self.address
+        self.emulator = EmulatorProcess(Cell(self.address))
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        folder = self._folder / self._seen_at
+        folder.mkdir(exist_ok=True)
+        self.path = robot_file(folder, self._seen_at)
+        self._stack.enter_context(self.emulator)
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self._stack.close()
+
+    def state(self) -> tuple[float, float]:
+        """Return speed [m/s] and force [N], as the emulator measures them."""
+        state = self.emulator.control.state()
+        wrenches: list[list[float]] = state["wrenches"]  # type: ignore[assignment]
+        return math.hypot(*state["velocity"]), math.hypot(*wrenches[0][:3])  # type: ignore[misc]
+
+    def rest_within(self, seconds: float) -> Rest:
+        """Wait until the arm stands; return whether it came to it in time."""
+        deadline = monotonic() + seconds
+        while self.state()[0] > REST_SPEED:
+            if monotonic() > deadline:
+                return Rest.MOVING
+            sleep(5e-3)
+        return Rest.AT_REST
+
+    def well(self) -> None:
+        """End all faults and stops."""
+        control = self.emulator.control
+        for fault in ("protective_stop", "e_stop", "stall_stream", "late_start", "short_data"):
+            control.fault("ur", fault, 0.0)
