@@ -3,6 +3,7 @@
 import itertools
 import math
 import os
+import threading
 from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic, sleep
@@ -38,7 +39,7 @@ class EmulatedCell:
         self.address = emulated_at or own_address()
         self._folder, self._seen_at = folder, seen_at or self.address
         self.emulator = EmulatorProcess(Cell(self.address))
-        self._stack = ExitStack()
+        self._stack, self._asking = ExitStack(), threading.Lock()
 
     def __enter__(self) -> Self:
         folder = self._folder / self._seen_at
@@ -52,7 +53,8 @@ class EmulatedCell:
 
     def state(self) -> tuple[float, float]:
         """Return speed [m/s] and force [N], as the emulator measures them."""
-        state = self.emulator.control.state()
+        with self._asking:
+            state = self.emulator.control.state()
         wrenches: list[list[float]] = state["wrenches"]  # type: ignore[assignment]
         return math.hypot(*state["velocity"]), math.hypot(*wrenches[0][:3])  # type: ignore[misc]
 

@@ -1,4 +1,4 @@
-"""What a network does to a rig while it holds a force: through a real proxy between the clients and the devices."""
+"""What a network does to a rig while it holds a force: through a real proxy between clients and devices."""
 
 import threading
 from dataclasses import dataclass, replace
@@ -10,6 +10,7 @@ from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 from faults.on_the_loop import FORCE_EXCESS, Rest, contradiction, reported_rest
 from faults.proxy import Proxy, Weather
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.runtime.data import Sample
 from palpate.runtime.robot import load_robot
 from support.regulate_runs import planned
 
@@ -60,12 +61,12 @@ class InTheRun:
         proxy.turn(Weather())
         cell.well()
         plan = planned(robot=str(cell.path), duration=RUNS, assumed_stiffness=2000.0)
-        run, periods = RecordedRun(plan), [0]
-        at = 20 + int(moment.share * plan.expected_duration / run.backend.period * 0.8)
+        run, turned = RecordedRun(plan), list[float]()
+        at = 0.05 + 0.7 * moment.share * plan.expected_duration
 
-        def spoil(sample: object, now: object, command: object) -> None:
-            periods[0] += 1
-            if periods[0] == at:
+        def spoil(sample: Sample, now: object, command: object) -> None:
+            if not turned and sample.time >= at:
+                turned.append(sample.time)
                 proxy.turn(self.weather, moment.seed)
 
         with _Watched(cell) as watched:
@@ -77,7 +78,7 @@ class InTheRun:
             problems.append("the arm moves after the end")
         if watched.hardest > FORCE_EXCESS * FORCE_LIMIT:
             problems.append(f"true force {watched.hardest:.1f} N at a limit of {FORCE_LIMIT:g} N")
-        if periods[0] < at:
+        if not turned:
             problems.append(f"ended before the fault: {result}")
         elif self.ends and result.ending.value == "done":
             problems.append("ended as if nothing had been")
@@ -102,11 +103,7 @@ class _Watched:
 
     def _watch(self) -> None:
         while not self._ending.wait(0.02):
-            with _lock:
-                self.hardest = max(self.hardest, self._cell.state()[1])
-
-
-_lock = threading.Lock()
+            self.hardest = max(self.hardest, self._cell.state()[1])
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ It runs in a process of its own, so that nobody's lock holds it up; what it is t
 import heapq
 import itertools
 import multiprocessing
+import os
 import random
 import select
 import socket
@@ -88,8 +89,10 @@ class Proxy:
         self._process.kill()
 
     def turn(self, weather: Weather, seed: int = 0) -> None:
-        """Change the weather, now."""
+        """Change the weather, and wait until it has changed."""
         self._pipe.send((weather, seed))
+        if self._pipe.poll(READY_WITHIN):
+            self._pipe.recv()
 
 
 class _Line:
@@ -253,6 +256,8 @@ def _received(file: socket.socket) -> bytes:
 
 def _forward(front: str, back: str, tcp: tuple[int, ...], udp: tuple[int, ...], pipe: Connection) -> None:
     """The child: forwards until its parent is gone."""
+    with suppress(OSError):  # as punctual as a network, where it may
+        os.setpriority(os.PRIO_PROCESS, 0, -20)
     forwarding = _Forwarding(front, back, tcp, udp)
     pipe.send("listening")
     while True:
@@ -262,6 +267,7 @@ def _forward(front: str, back: str, tcp: tuple[int, ...], udp: tuple[int, ...], 
                 if asked is None:
                     return
                 forwarding.turn(*asked)
+                pipe.send("turned")
             forwarding.round()
             continue
         return
