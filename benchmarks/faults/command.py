@@ -22,6 +22,7 @@ from faults.kind import Moment, Verdict, Workshop
 from faults.on_the_loop import FORCE_EXCESS, Rest, contradiction
 from palpate.errors import PalpateError
 from palpate.hw.rig import FreshlyTared
+from palpate.interruption import SIGNALS
 from palpate.robots.rig_built import assembled
 from palpate.runtime.data import Command as Motion
 from palpate.runtime.log import read_log
@@ -283,7 +284,9 @@ def next_run(cell: EmulatedCell) -> list[str]:
 
 
 def _prepared(prepare: Callable[[], object] | None) -> None:
-    """In the child: the terminal is its controlling one, and limits hold."""
+    """In the child: the terminal is its controlling one, no signal is ignored, and limits hold."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
     if prepare is not None:
         prepare()

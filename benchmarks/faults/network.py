@@ -20,8 +20,8 @@ RTDE, SCRIPT, DASHBOARD, CALIBRATION, RDT = 30004, 30003, 29999, 49151, 49152
 RUNS = 1.5
 """[s] that a force is held."""
 
-STARTS_WITHIN = 12.0
-"""[s] that a start on a wire may take until it is refused."""
+STARTS_WITHIN = 22.0
+"""[s] that a start on a wire may take until it is refused: the arm's 15, and 6 to end a client that hangs."""
 
 CREEP = 20.0
 """[s] after which a run is ended that nothing has ended: a delay that creeps is slow."""

@@ -243,14 +243,15 @@ class UrArm:
     # Inside
 
     def _begin(self, task: UrTask, within: float) -> None:
-        """Start a client process and have it bring the arm up; nothing is left if it cannot."""
-        settings = self.settings
+        """Start a client process and have it bring the arm up, all in so many seconds; nothing is left if not."""
+        settings, begun = self.settings, monotonic()
+        connected = begun + min(within, settings.start_within)
         try:
             self._version = controller_version(self.name, self._address)
             self._client = Client(self.name, self._address, settings, self._version, self._library)
-            self._client.wait_for(ClientPhase.LISTENING, settings.start_within)
-            self._first_state(self._client)
-            self._ask_up(self._client, task, within)
+            self._client.wait_for(ClientPhase.LISTENING, connected)
+            self._first_state(self._client, connected)
+            self._ask_up(self._client, task, begun + within - monotonic())
         except BaseException:
             self.close()
             raise
@@ -259,8 +260,7 @@ class UrArm:
         self._write(client, MotionCommand.NONE, ())  # nothing of before goes on
         client.ask(task, (), within)
 
-    def _first_state(self, client: Client) -> None:
-        deadline = monotonic() + self.settings.start_within
+    def _first_state(self, client: Client, deadline: float) -> None:
         while client.exchange.state() is None:
             client.status()
             if monotonic() > deadline:

@@ -64,7 +64,8 @@ class UrSettings:
         gain: Of joint and pose servo.
         speed_slider: Fraction of the speed that the pendant's slider is set to (0, 1]; None: as it is.
         clock_rate: How fast the controller's clock runs against ours: 1, but for an emulator that scales time.
-        start_within: Time in which it must be up [s].
+        start_within: Time in which it must be up, from the first connection to the running script [s]; to end a
+            client process that hangs takes up to 6 s more.
     """
 
     pose_flange_tip: Pose = field(default_factory=Pose)
