@@ -196,7 +196,7 @@ class OnACommand:
         cell = workshop.shared(EmulatedCell(workshop.folder), "cell")
         cell.well()
         folder = Path(tempfile.mkdtemp(dir=workshop.folder))
-        before = _system()
+        before = _shared_memory()
         command = Command(cell, folder, self.prepare)
         try:
             command.wait_for(self.stage, moment.share)
@@ -206,8 +206,8 @@ class OnACommand:
             problems = self._problems(cell, command, code, began)
         finally:
             command.close()
-        after = _system()
-        problems += [f"{name} left: {after[name] - before[name]}" for name in after if after[name] > before[name]]
+        if _shared_memory() > before:
+            problems.append("shared memory is left")
         problems += next_run(cell)
         return Verdict(f"exit code {code}", tuple(problems))
 
@@ -258,12 +258,8 @@ def _log_problems(folder: Path, killed: float | None) -> list[str]:
     return [f"the last {lost:.2f} s are not in the log"] if lost > MOST_LOST else []
 
 
-def _system() -> dict[str, int]:
-    """Count what may be left on the system: terminals and shared memory."""
-    return {
-        "terminals": int(Path("/proc/sys/kernel/pty/nr").read_text()),
-        "shared memory": len([path for path in Path("/dev/shm").iterdir() if "palpate" in path.name]),
-    }
+def _shared_memory() -> int:
+    return len([path for path in Path("/dev/shm").iterdir() if "palpate" in path.name])
 
 
 def next_run(cell: EmulatedCell) -> list[str]:
