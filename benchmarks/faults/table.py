@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from faults import input as inputs
-from faults import network, on_the_wire, process, resource_faults, slow_starts, supervision
+from faults import network, on_the_wire, orphans, process, resource_faults, slow_starts, supervision
 from faults.kind import Domain, Kind
 
-_MODULES = (supervision, process, resource_faults, network, slow_starts, on_the_wire, inputs)
+_MODULES = (supervision, process, orphans, resource_faults, network, slow_starts, on_the_wire, inputs)
 
 _BY_DOMAIN = list(Domain)
 
