@@ -1,8 +1,8 @@
 """Search for the controller, sensor and plunge that exceed a limit the most: at random first, then near the worst.
 
 A case is a plunge onto a plate, on the stage: with which velocity, wave and tilt the controller moves, and from
-when on; which gain, rotation, offset and delay the sensor has, from when on, and when it freezes. What is sought is
-the largest ratio of a true force, a commanded or true speed, an acceleration or a position to its limit.
+when on; which gain, rotation, offset and delay the sensor has, from when on, and when it freezes. Sought is the
+largest ratio of a true force, a commanded or true speed, an acceleration or a position to its limit.
 """
 
 import math
