@@ -34,8 +34,9 @@ WATCHDOG = 1.0
 REST_WITHIN = WATCHDOG + 0.5
 """[s] for the arm to rest after a command is gone."""
 
-GONE_WITHIN = 8.0
-"""[s] for processes to end after their parent: a client process stops the arm and ends the script first."""
+GONE_WITHIN = 25.0
+"""[s] for processes to end after their parent: a client process stops the arm and ends the script first, and a
+sweep's worker that is still importing looks only then, on a busy computer for 20 s."""
 
 ENDS_WITHIN = 60.0
 """[s] for a command to end that was asked to, and for a stage to come."""
