@@ -5,6 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+
 from faults.campaign import moments, tried
 from faults.kind import Domain, Kind, Workshop
 from faults.known import KNOWN

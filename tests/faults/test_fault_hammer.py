@@ -5,12 +5,12 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from faults.fault_rig import Commands, FaultyBackend, Injection, Rig, Samples, carry_out
-from faults.fault_table import ANYWHERE, RETRACT_SPEED
-from faults.grip_plant import TIP_RADIUS, GripPlant
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from faults.fault_rig import Commands, FaultyBackend, Injection, Rig, Samples, carry_out
+from faults.fault_table import ANYWHERE, RETRACT_SPEED
+from faults.grip_plant import TIP_RADIUS, GripPlant
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.result import Ending
 from palpate.runtime.supervision import Limits

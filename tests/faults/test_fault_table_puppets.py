@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
+
 from faults.fault_checks import MOST_PERIODS, check_ending, check_latch, periods_until_safe
 from faults.fault_rig import FaultyBackend, Rig, carry_out
 from faults.fault_table import ANYWHERE
-
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.result import Ending
 from palpate.runtime.supervision import Limits

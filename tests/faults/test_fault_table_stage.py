@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
+
 from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
 from faults.fault_rig import Commands, Limited, carry_out
 from faults.fault_table import ANYWHERE, FASTEST_RETRACT, ON_A_SENSOR, RETRACT_DISTANCE, Fault, Reaction
@@ -20,7 +21,6 @@ from faults.stage_rig import (
     sensor_finger,
     stage_rig,
 )
-
 from palpate.runtime.data import Phase
 from palpate.runtime.result import Ending
 from palpate.runtime.touch import SensorFinger

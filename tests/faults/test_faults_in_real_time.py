@@ -5,11 +5,11 @@ import signal
 import time
 
 import pytest
+
 from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
 from faults.fault_rig import Commands, FaultyBackend, Rig, carry_out
 from faults.fault_table import ANYWHERE, Fault, Reaction
 from faults.stage_rig import PERIOD, away, plain_finger, stage_rig
-
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.real_time import Overrun, RealTime
 from palpate.runtime.result import Ending

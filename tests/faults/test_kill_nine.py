@@ -12,11 +12,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+
+from faults import watchdog_device
 from faults.device_client import PERIOD
 from faults.loop_process import LIMITS
 from faults.watchdog_device import TICK, WATCHDOG
-
-from faults import watchdog_device
 from palpate.runtime.log import Level, read_log
 
 HERE = Path(watchdog_device.__file__).parent

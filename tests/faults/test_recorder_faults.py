@@ -5,10 +5,10 @@ import threading
 from contextlib import contextmanager
 
 import pytest
+
 from faults.fault_checks import periods_until_safe
 from faults.fault_rig import FaultyBackend, Rig, carry_out
 from faults.fault_table import ANYWHERE
-
 from palpate.runtime.data import Phase
 from palpate.runtime.log import LogWriter, Recorder, read_log
 from palpate.runtime.loop import run

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from faults.mountings import LIMIT, ROTATIONS, Slide, moved, plunged
 
+from faults.mountings import LIMIT, ROTATIONS, Slide, moved, plunged
 from palpate.runtime.data import Phase
 from palpate.runtime.result import Ending
 
