@@ -9,9 +9,8 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Self
 
-from faults.on_the_loop import Rest
+from faults.on_the_loop import REST_SPEED, Rest
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.runtime.loop import REST_SPEED
 from support.rig_cell import Cell, robot_file
 
 FORCE_LIMIT = 20.0

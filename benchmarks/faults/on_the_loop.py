@@ -10,7 +10,6 @@ from faults.fault_table import FASTEST_RETRACT
 from faults.kind import Moment, Verdict, Workshop
 from faults.robots import planned_rig
 from palpate.runtime.log import LogWriter, read_log
-from palpate.runtime.loop import REST_SPEED
 from palpate.runtime.result import Ending, RunResult
 from palpate.spatial import norm, subtract
 
@@ -20,8 +19,8 @@ FORCE_EXCESS = 1.5
 MOTION_EXCESS = 1.02
 """Largest commanded speed and acceleration, in units of the limit."""
 
-COASTING = 20
-"""Periods for which the robot is watched after its back end should have brought it to rest."""
+REST_SPEED = 1e-3
+"""[m/s]: a slower tip is at rest, as the loop has it."""
 
 
 class Rest(Enum):
