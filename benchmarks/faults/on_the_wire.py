@@ -31,7 +31,7 @@ class OnTheWire:
         case = replace(self.case, within=SOME_TIME)
         cell = workshop.shared(Cell(own_address(), case.tip, PATIENT), case.tip)
         cell.everything_up()
-        cell.run(STROKE * moment.share)
+        cell.up(lambda: cell.run(STROKE * moment.share))
         found = tried(cell, case, 1)
         said = found.outcomes[-1].said if found.outcomes else ""
         return Verdict(said[:90], found.problems)
