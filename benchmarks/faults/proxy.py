@@ -145,7 +145,8 @@ class _Forwarding:
 
     def round(self) -> None:
         """Take what has come, and send on what is due."""
-        files = [*self._listeners, *self._lines, *self._datagrams]
+        open_ends = (end for end, line in self._lines.items() if not self._blocked(end, line))
+        files = [*self._listeners, *open_ends, *self._datagrams]
         wait = min(TICK, max(0.0, self._sent[0][0] - time.monotonic())) if self._sent else TICK
         for file in select.select(files, [], [], wait)[0]:
             if file in self._listeners:
@@ -178,9 +179,6 @@ class _Forwarding:
     def _read(self, file: socket.socket) -> None:
         line = self._lines[file]
         weather = self._weather if self._weather.meant(line.port) else Weather()
-        if weather.cut_off or (weather.back_only and file is line.device):
-            time.sleep(1e-4)  # unread: what it holds comes when the network is there again
-            return
         try:
             data = file.recv(CHUNK)
         except OSError:
@@ -198,6 +196,11 @@ class _Forwarding:
             # a stream keeps its order, whatever the jitter
             line.free_at = max(line.free_at, time.monotonic() + self._delay(weather))
             self._later(line.free_at, line, self._harmed(weather, data))
+
+    def _blocked(self, end: socket.socket, line: _Line) -> bool:
+        """Whether an end is not read: what it holds comes when the network is there again."""
+        weather = self._weather
+        return weather.meant(line.port) and (weather.cut_off or (weather.back_only and end is line.device))
 
     def _datagram(self, file: socket.socket) -> None:
         port = self._datagrams[file]
