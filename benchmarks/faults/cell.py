@@ -4,17 +4,22 @@ import itertools
 import math
 import os
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Self
 
 from faults.on_the_loop import REST_SPEED, Rest
 from palpate.hw.emulators.process import EmulatorProcess
+from palpate.hw.ur import UrArm, UrSettings
+from palpate.spatial import ZERO
 from support.rig_cell import Cell, robot_file
 
 FORCE_LIMIT = 20.0
 """[N]: as the robot file has it."""
+
+LIFTED, LIFTING = 0.02, 0.025
+"""[m] and [m/s]: within the arm's watchdog."""
 
 _hosts = itertools.count(2)
 
@@ -65,6 +70,13 @@ class EmulatedCell:
                 return Rest.MOVING
             sleep(5e-3)
         return Rest.AT_REST
+
+    def lift(self) -> None:
+        """Draw the tip back from what it presses on; nobody else commands the arm."""
+        with suppress(OSError), UrArm(self._seen_at, UrSettings(watchdog=1.0)) as arm:
+            arm.move((0.0, 0.0, LIFTING), ZERO)
+            sleep(LIFTED / LIFTING)
+            arm.stop()
 
     def well(self) -> None:
         """End all faults and stops."""

@@ -288,6 +288,7 @@ def next_run(cell: EmulatedCell) -> list[str]:
             finally:
                 rig.pacer.stop()
     except OSError as error:
+        cell.lift()  # for the one after it
         return [f"the next run does not work: {error}"]
     return []
 
