@@ -4,13 +4,15 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OUT    ?= runs/demo
 PARTS  ?= 8
+MOMENTS ?= 10
+SEED   ?= 0
 PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 
 # Hundreds of short processes run in tests: what Python compiles of their sources is kept.
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms bench pictures clean
+.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms faults bench pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -44,13 +46,15 @@ check: $(VENV)/.check  ## Lint, check formatting, types, the direction of import
 	$(BIN)/lint-imports
 	$(BIN)/python tests/support/no_wall_clock.py tests
 	$(BIN)/python docs/make_api.py --check
+	$(BIN)/python docs/make_faults.py --check
 
 format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-api: $(VENV)/.run  ## Make the pages of docs/api anew, from the docstrings
+api: $(VENV)/.test  ## Make the pages of docs/api and docs/faults.md anew, from the docstrings and the table
 	$(BIN)/python docs/make_api.py
+	$(BIN)/python docs/make_faults.py
 
 docs: $(VENV)/.docs $(VENV)/.kernels  ## Build the documents into build/docs; a warning fails
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
@@ -72,6 +76,9 @@ build/wheel build/sdist: $(VENV)/.build
 
 platforms: $(VENV)/.build  ## Resolve the dependencies for every platform and Python, into docs/install.md
 	$(BIN)/python tests/install/platforms.py docs/install.md
+
+faults: $(VENV)/.test $(VENV)/.kernels  ## Try every kind of fault at MOMENTS random moments: hours for all of them
+	$(BIN)/python benchmarks/faults --moments $(MOMENTS) --seed $(SEED)
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python benchmarks/bench.py

@@ -120,5 +120,9 @@ def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
     # a collection of all that was imported would hold up the loop for several periods
     gc.collect()
     gc.freeze()
-    lifeline.send((host.control_address, host.addresses))
+    try:
+        lifeline.send((host.control_address, host.addresses))
+    except OSError:  # whoever waited for it is gone
+        host.close()
+        return
     host.run(lifeline.fileno())

@@ -3,6 +3,7 @@
 import socket
 import struct
 from dataclasses import dataclass
+from time import monotonic
 
 from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.netft.rdt import CALIBRATION, CALIBRATION_REQUEST, HEADER
@@ -89,17 +90,17 @@ def ask_calibration(name: str, address: str, port: int, patience: float) -> BoxC
         name: Of the device, for messages.
         address: Of the box.
         port: Of its TCP interface, `CALIBRATION_PORT` on every real one.
-        patience: For each step [s].
+        patience: For all of it [s].
 
     Raises:
         DeviceError: It cannot be reached, is silent, or sends something else.
     """
-    reply = b""
+    deadline, reply = monotonic() + patience, b""
     try:
         with socket.create_connection((address, port), patience) as wire:
-            wire.settimeout(patience)
             wire.sendall(CALIBRATION_REQUEST)
             while len(reply) < CALIBRATION.size:
+                wire.settimeout(max(1e-3, deadline - monotonic()))
                 more = wire.recv(CALIBRATION.size - len(reply))
                 if not more:
                     break
@@ -110,13 +111,25 @@ def ask_calibration(name: str, address: str, port: int, patience: float) -> BoxC
         ) from None
     except TimeoutError:
         raise WireError(
-            name, f"no reply on TCP port {port} within {patience:g} s", "check power, cable and IP addresses"
+            name,
+            f"no reply on TCP port {port} within {patience:g} s{_received(reply)}",
+            "check power, cable and IP addresses",
         ) from None
     except OSError as error:
         raise WireError(name, error.strerror or str(error), "check cable and IP addresses") from None
+    if len(reply) < CALIBRATION.size:
+        raise DeviceError(
+            name,
+            f"it closed the connection on TCP port {port} before its calibration was complete{_received(reply)}",
+            "see that it is a Net F/T box and that nobody else asks it, then try again",
+        )
     try:
         return parse_calibration(reply)
     except ValueError as problem:
         raise DeviceError(
             name, f"its calibration is useless: {problem}", "choose a configuration on its web page"
         ) from None
+
+
+def _received(reply: bytes) -> str:
+    return f", received {reply.hex(' ')}" if reply else ""

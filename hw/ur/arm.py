@@ -126,7 +126,7 @@ class UrArm:
         """
         if self._library == REAL_LIBRARY:
             refuse_unsupported()
-        client = self._connected() if self._client is None else self._client
+        client = self._client or self._connected(monotonic() + self.settings.start_within)
         state = client.exchange.state()
         if state is None or monotonic() - state.time > self.settings.stale_after + EXAMINED_WITHIN:
             raise device_error(self.name, Problem.SILENT)
@@ -289,21 +289,22 @@ class UrArm:
     # Inside
 
     def _begin(self, task: UrTask, within: float) -> None:
-        """Start a client process and have it bring the arm up; nothing is left if it cannot."""
-        client = self._connected()
+        """Start a client process and have it bring the arm up, all in so many seconds; nothing is left if not."""
+        begun = monotonic()
+        client = self._connected(begun + min(within, self.settings.start_within))
         try:
-            self._ask_up(client, task, within)
+            self._ask_up(client, task, begun + within - monotonic())
         except BaseException:
             self.close()
             raise
 
-    def _connected(self) -> Client:
-        """Start a client process, and wait for its first state; nothing is left if there is none."""
+    def _connected(self, deadline: float) -> Client:
+        """Start a client process, and wait for its first state; nothing is left if there is none by a time [s]."""
         try:
             self._version = controller_version(self.name, self._address)
             client = self._client = Client(self.name, self._address, self.settings, self._version, self._library)
-            client.wait_for(ClientPhase.LISTENING, self.settings.start_within)
-            self._first_state(client)
+            client.wait_for(ClientPhase.LISTENING, deadline)
+            self._first_state(client, deadline)
         except BaseException:
             self.close()
             raise
@@ -313,8 +314,7 @@ class UrArm:
         self._write(client, MotionCommand.NONE, ())  # nothing of before goes on
         client.ask(task, (), within)
 
-    def _first_state(self, client: Client) -> None:
-        deadline = monotonic() + self.settings.start_within
+    def _first_state(self, client: Client, deadline: float) -> None:
         while client.exchange.state() is None:
             client.status()
             if monotonic() > deadline:

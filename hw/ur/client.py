@@ -49,7 +49,7 @@ class Client:
         """
         import fcntl  # not above: who only simulates may do so anywhere
 
-        self._device = device
+        self._device, self._start_within = device, settings.start_within
         self._asking, self._asked = threading.Lock(), 0
         self._log = os.memfd_create("palpate-ur-log")
         fcntl.fcntl(self._log, fcntl.F_SETFL, os.O_APPEND)
@@ -103,19 +103,18 @@ class Client:
             and monotonic() - status.beat < HANGS
         )
 
-    def wait_for(self, phase: ClientPhase, within: float) -> None:
+    def wait_for(self, phase: ClientPhase, deadline: float) -> None:
         """Wait until it is as far.
 
         Raises:
-            DeviceError: It ended, or is not as far by then.
+            DeviceError: It ended, or is not as far by then (`time.monotonic`).
         """
-        deadline = monotonic() + within
         while self.status().phase < phase:
             if monotonic() > deadline:
                 raise DeviceError(
                     self._device,
-                    f"the process that talks to it is not up within {within:g} s{self._last_output()}",
-                    "try again with a longer start_within",
+                    f"the process that talks to it is not up within {self._start_within:g} s{self._last_output()}",
+                    "see that controller and network are up and fast enough, or allow a longer start_within",
                 )
             sleep(1e-3)
 
@@ -136,7 +135,7 @@ class Client:
             self._kill()
             raise WireError(
                 self._device,
-                f"no reply to {task} within {within:g} s{self._last_output()}",
+                f"no reply to {task} within {within:.1f} s{self._last_output()}",
                 "see that the controller is up, then `palpate recover`",
             )
         if reply.problem:

@@ -14,8 +14,13 @@ from palpate.hw.ur.version import OLDEST, Version
 RTDE_PORT = 30004
 """Fixed by the controller, and in the client library."""
 
+DASHBOARD_PORT = 29999
+"""Likewise."""
+
+_LONGEST_GREETING = 256
+"""Bytes; it has 43."""
+
 HEADER = struct.Struct(">HB")
-"""Of a package: bytes in all, type."""
 _WANT_PROTOCOL, _WANT_VERSION, _TEXT = ord("V"), ord("v"), ord("M")
 
 
@@ -58,6 +63,30 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
     return version
 
 
+def dashboard_greeting(address: str, timeout: float = 2.0) -> str:
+    """Return the line with which the dashboard server greets whoever connects.
+
+    Args:
+        address: Of the controller.
+        timeout: For all of it [s].
+
+    Raises:
+        OSError: It does not come in time; the message has what came.
+    """
+    deadline, line = monotonic() + timeout, b""
+    with socket.create_connection((address, DASHBOARD_PORT), timeout) as stream:
+        while not line.endswith(b"\n") and len(line) < _LONGEST_GREETING:
+            stream.settimeout(max(1e-3, deadline - monotonic()))
+            try:
+                part = stream.recv(_LONGEST_GREETING - len(line))
+            except TimeoutError:
+                part = b""
+            if not part:
+                raise TimeoutError(f"no greeting within {timeout:g} s, received {line!r}")
+            line += part
+    return line.decode(errors="replace").strip()
+
+
 def _wanted() -> str:
     return ", ".join(f"{v[0]}.{v[1]}" for v in OLDEST.values())
 
@@ -82,9 +111,12 @@ def _exactly(stream: socket.socket, count: int, deadline: float) -> bytes:
     data = b""
     while len(data) < count:
         if (left := deadline - monotonic()) <= 0.0:
-            raise TimeoutError("its greeting took too long")
+            raise TimeoutError(f"its greeting took too long, received {data!r}")
         stream.settimeout(left)
-        part = stream.recv(count - len(data))
+        try:
+            part = stream.recv(count - len(data))
+        except TimeoutError:
+            continue
         if not part:
             raise ConnectionError("it closed the connection")
         data += part

@@ -14,6 +14,8 @@ from typing import Protocol, cast
 
 from palpate.hw.round_trip_clock import RoundTrip
 from palpate.hw.ur.echo import Echo
+from palpate.hw.ur.hello import DASHBOARD_PORT, dashboard_greeting
+from palpate.hw.ur.problems import UrRefusal
 from palpate.hw.ur.version import Version, has_raw_wrench
 
 Numbers = list[float]
@@ -149,8 +151,20 @@ def controls(address: str, rate: float) -> ControlClient:
 
 
 def dashboard(address: str) -> PendantClient:
-    """Return a client of the dashboard that is not connected yet."""
+    """Return a client of the dashboard that is not connected yet.
+
+    Raises:
+        UrRefusal: The dashboard does not greet: the library would wait for it, and not say what it received.
+    """
     from dashboard_client import DashboardClient
+
+    try:
+        dashboard_greeting(address)
+    except OSError as error:
+        raise UrRefusal(
+            f"its dashboard server on port {DASHBOARD_PORT} does not greet ({error})",
+            "restart the controller, and see that nothing in between holds the connection up",
+        ) from error
 
     return cast(PendantClient, DashboardClient(address))
 

@@ -63,7 +63,8 @@ class UrSettings:
         lookahead: Of joint and pose servo [s], smooths.
         gain: Of joint and pose servo.
         speed_slider: Fraction of the speed that the pendant's slider is set to (0, 1]; None: as it is.
-        start_within: Time in which it must be up [s].
+        start_within: Time in which it must be up, from the first connection to the running script [s]; to end a
+            client process that hangs takes up to 6 s more.
     """
 
     pose_flange_tip: Pose = field(default_factory=Pose)

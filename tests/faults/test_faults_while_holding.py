@@ -3,33 +3,21 @@
 import pytest
 
 from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
-from faults.fault_rig import Commands, FaultyBackend, Rig, carry_out
+from faults.fault_rig import Commands, carry_out
 from faults.fault_table import ANYWHERE, WITH_A_HAND, Fault
 from faults.grip_plant import TIP_RADIUS, GripPlant
+from faults.grip_rig import GRIP, holding_rig
 from palpate.runtime.data import Command, Phase
-from palpate.runtime.supervision import Limits, Supervisor
+from palpate.runtime.supervision import Supervisor
 from palpate.runtime.touch import Finger, Touch
 from palpate.spatial import ZERO
 from palpate.surfaces import Sphere
 
-GRIP = 3.0
-"""[N]: a fifth more than the object needs."""
 AT = 60
-LIFTING = Command((0.0, 0.0, 0.01), Phase.HOLD, (GRIP, GRIP))
 CREEP = 1e-6
 """[m]: friction of Coulomb's kind does not creep."""
 
 CASES = (*ANYWHERE, *WITH_A_HAND)
-
-
-class Lift:
-    """Holds and lifts."""
-
-    def start(self, first):
-        pass
-
-    def step(self, now):
-        return LIFTING
 
 
 class LettingGo(Supervisor):
@@ -37,11 +25,6 @@ class LettingGo(Supervisor):
 
     def standstill(self):
         return Command(ZERO, Phase.STOP, (0.0, 0.0))
-
-
-def holding_rig() -> Rig:
-    touch = Touch(*[Finger(Sphere(TIP_RADIUS))] * 2)
-    return Rig(FaultyBackend(GripPlant(GRIP)), touch, Lift(), Limits(), duration=0.4)
 
 
 @pytest.mark.parametrize("fault", CASES, ids=str)

@@ -13,12 +13,13 @@ from pathlib import Path
 
 import pytest
 
+from faults import watchdog_device
 from faults.device_client import PERIOD
 from faults.loop_process import LIMITS
 from faults.watchdog_device import TICK, WATCHDOG
 from palpate.runtime.log import Level, read_log
 
-HERE = Path(__file__).parent
+HERE = Path(watchdog_device.__file__).parent
 PYTHONPATH = os.pathsep.join(filter(None, (str(HERE.parent), os.environ.get("PYTHONPATH"))))
 ENVIRONMENT = os.environ | {"PYTHONPATH": PYTHONPATH}
 LATE = 0.02

@@ -371,7 +371,7 @@ def test_a_second_client_is_refused_and_the_first_goes_on(shared):
         ("local_control", "Remote Control"),
         ("refuse_version", "RTDE"),
         ("reject_start", "refused to send"),
-        ("withhold_greeting", "bring up failed"),
+        ("withhold_greeting", "does not greet"),
     ],
 )
 def test_a_controller_that_refuses_is_reported_and_nothing_is_left(shared, fault, message):

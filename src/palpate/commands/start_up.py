@@ -24,6 +24,14 @@ SAME_HANG_UP = 1.0
 _first_at = 0.0
 
 
+class _Interruption(KeyboardInterrupt):
+    """Of a command, whose exit code is its own.
+
+    CPython notes a plain KeyboardInterrupt that leaves code given as text (dataclasses are made so while modules
+    are imported), and at its very end, whoever caught it, kills itself by SIGINT (bpo-1054041).
+    """
+
+
 def begin() -> None:
     """End the process at a signal from here on, and outlive the terminal; where others listen, nothing changes."""
     if threading.current_thread() is threading.main_thread():
@@ -73,7 +81,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
         _first_at = now
     elif number != signal.SIGINT and now - _first_at < SAME_HANG_UP:
         return
-    raise KeyboardInterrupt
+    raise _Interruption
 
 
 def _note(number: int, frame: FrameType | None) -> None:

@@ -1,7 +1,4 @@
-"""The fault table: what goes wrong, how it is brought about, what the supervisor says, what the robot does.
-
-`python tests/faults/render_fault_table.py` prints it with what was measured, for the documentation.
-"""
+"""The fault table: what goes wrong, how it is brought about, what the supervisor says, what the robot does."""
 
 import math
 import signal

@@ -29,6 +29,7 @@ class FaultyBackend:
         errors: What `step` raises instead of giving the sample of that index.
         truly: What the sound one gave.
         closed_after: How many commands there were when it was closed; None: it was not.
+        watch: Called after each step of the sound one.
     """
 
     def __init__(self, sound: Backend) -> None:
@@ -39,6 +40,7 @@ class FaultyBackend:
         self.errors: dict[int, Exception] = {}
         self.closed_after: int | None = None
         self.truly: list[Sample] = []
+        self.watch: Callable[[], object] = lambda: None
 
     @property
     def period(self):
@@ -55,15 +57,16 @@ class FaultyBackend:
         assert self.closed_after is None, "moved after it was closed"
         self.commands.append(command)
         if len(self.commands) in self.errors:
-            self.sound.step(command)  # it did arrive; the reply did not
+            self.truly.append(self.sound.step(command))  # it did arrive; the reply did not
+            self.watch()
             self.samples.append(self.samples[-1])
-            self.truly.append(self.truly[-1])
             raise self.errors[len(self.commands)]
         return self._arrived(self.sound.step(command))
 
     def _arrived(self, sample):
         index = len(self.truly)
         self.truly.append(sample)
+        self.watch()
         for first, change in self.changes:
             if index >= first:
                 sample = change(sample, self.truly[max(first - 1, 0)])
@@ -100,6 +103,15 @@ class Rig:
     duration: float
     live: object = field(default_factory=NoLive)
     observers: tuple[Observer, ...] = ()
+    expected: float = 0.0
+    """Of the run [s]; 0: all of `duration`."""
+    stiffness: float = 0.0
+    """Of contact and robot [N/m]."""
+
+    @property
+    def busy_periods(self) -> int:
+        """Periods in which it has something to do."""
+        return round((self.expected or self.duration) / self.backend.period)
 
 
 class Injection(Protocol):

@@ -1,0 +1,143 @@
+"""Commands that start processes of their own: what is left when one of them is killed."""
+
+import signal
+import socket
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic, sleep
+
+import psutil
+
+from faults.cell import own_address
+from faults.command import ENDS_WITHIN, Command
+from faults.kind import Domain, Kind, Moment, Verdict, Workshop
+from support.emulated_file import unhurried_file
+
+ROBOT = "ROBOT"
+"""Stands in the words for a file of the emulated UR5e, at an address of its own."""
+
+SCALE = 0.25
+"""Of its time: a busy computer's stalls are shorter then."""
+
+PORTS = (30004, 30003, 29999, 49151)
+
+Ready = Callable[[Command], bool]
+
+
+def moving(command: Command) -> bool:
+    """Whether it records a run."""
+    return bool(list(command.out.glob("*.mcap")))
+
+
+def has_children(count: int) -> Ready:
+    """Whether it has so many processes."""
+
+    def ready(command: Command) -> bool:
+        command.count_family()
+        return len(command.family) > count
+
+    return ready
+
+
+@dataclass(frozen=True, slots=True)
+class Killed:
+    """One process of a command is killed: nothing of it is left; if it was not the first, that reports it.
+
+    Attributes:
+        words: Of the command.
+        ready: Whether it is time.
+        whom: Words in the command line of the process; empty: the first.
+        number: The signal.
+        codes: Exit codes of the first process.
+        sockets: Whether ports of the emulated controller must be free.
+    """
+
+    words: tuple[str, ...]
+    ready: Ready
+    whom: str = ""
+    number: int = signal.SIGKILL
+    codes: tuple[int, ...] = (-signal.SIGKILL,)
+    sockets: bool = False
+
+    def __call__(self, moment: Moment, workshop: Workshop) -> Verdict:
+        """See `Trial`."""
+        folder = Path(tempfile.mkdtemp(dir=workshop.folder))
+        address = own_address()
+        robot = unhurried_file(folder, address, SCALE)
+        command = Command([robot if word == ROBOT else word for word in self.words], folder)
+        problems = []
+        try:
+            deadline = monotonic() + ENDS_WITHIN
+            while not self.ready(command):
+                if command.process.poll() is not None or monotonic() > deadline:
+                    return Verdict("", (f"was never ready: {command.shown[-200:]}",))
+                sleep(0.01)
+            sleep(moment.share)
+            command.count_family()
+            chosen = self._chosen(command, moment)
+            if chosen is None:
+                return Verdict("", (f"has no process {self.whom!r}",))
+            chosen.send_signal(self.number)
+            code = command.ended()
+            if code not in self.codes:
+                problems.append(f"exit code {code}, promised {' or '.join(map(str, self.codes))}")
+            if "Traceback" in command.shown:
+                problems.append("a traceback: " + command.shown.strip().splitlines()[-1][:120])
+            problems += command.left()
+            if self.sockets:
+                problems += [f"port {port} is not free" for port in PORTS if not _free(address, port)]
+        finally:
+            command.close()
+        return Verdict(f"exit code {code}", tuple(problems))
+
+    def _chosen(self, command: Command, moment: Moment) -> psutil.Process | None:
+        if not self.whom:
+            return psutil.Process(command.process.pid)
+        found = []
+        for pid in sorted(command.family - {command.process.pid}):
+            with suppress(psutil.NoSuchProcess):
+                process = psutil.Process(pid)
+                if self.whom in " ".join(process.cmdline()):
+                    found.append(process)
+        return found[moment.seed % len(found)] if found else None
+
+
+def _free(address: str, port: int) -> bool:
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind((address, port))
+        except OSError:
+            return False
+    return True
+
+
+ON_EMULATED = ("regulate", "--robot", ROBOT, "--duration", "5")
+SWEEP = ("sweep", "regulate", "--vary", "force=1,2,3,4", "--set", "duration=1", "--jobs", "2")
+ENDS_WELL = (0, 1)
+
+
+def _kind(name: str, killed: Killed) -> Kind:
+    return Kind(name, Domain.PROCESS, killed)
+
+
+KINDS = (
+    _kind("kill -9 of a run on emulated-ur5e", Killed(ON_EMULATED, moving, sockets=True)),
+    _kind(
+        "kill -9 of its emulator",
+        Killed(ON_EMULATED, moving, "spawn_main", codes=(1,), sockets=True),
+    ),
+    _kind("kill -9 of its client", Killed(ON_EMULATED, moving, "client_process", codes=(1,), sockets=True)),
+    _kind(
+        "the terminal of a run on emulated-ur5e sends SIGHUP",
+        Killed(ON_EMULATED, moving, number=signal.SIGHUP, codes=(129,), sockets=True),
+    ),
+    _kind("kill -9 of a sweep", Killed(SWEEP, has_children(2))),
+    _kind("kill of a sweep", Killed(SWEEP, has_children(2), number=signal.SIGTERM, codes=(143,))),
+    _kind("kill -9 of a sweep's worker", Killed(SWEEP, has_children(2), "loky", codes=ENDS_WELL)),
+    _kind("a sweep's worker is stopped", Killed(SWEEP, has_children(2), "loky", signal.SIGSTOP, ENDS_WELL)),
+)
+"""All of them."""
