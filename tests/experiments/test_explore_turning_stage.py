@@ -4,11 +4,11 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.robots.backend_entries import TurningStageEntry
 from palpate.robots.in_scene import check
+from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
 from palpate.runtime import Ending
-from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.runtime.robot_file import read_robot_file
 from palpate.sim import TurningStage
 from support.explore_runs import carried_out, plan_of, planned_again
 from support.robot_file_text import robot_file_text

@@ -16,13 +16,13 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
 from palpate.reporting.page import report_page
+from palpate.robots.backend_entries import EmulatedHandEntry
 from palpate.robots.emulated.hand import HandOnTheWire
 from palpate.robots.hands import hand_wires, has_hand, robots_with_hand
 from palpate.robots.in_scene import check
+from palpate.robots.robot import load_robot, shipped_robots
+from palpate.robots.robot_file import read_robot_file
 from palpate.runtime.data import Command, Sample
-from palpate.runtime.robot import load_robot, shipped_robots
-from palpate.runtime.robot_backend import EmulatedHandEntry
-from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend

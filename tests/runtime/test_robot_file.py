@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
-from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
-from palpate.runtime.robot_backend import StageEntry
-from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file
+from palpate.robots.backend_entries import StageEntry
+from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
+from palpate.robots.robot_file import FingerEntry, RobotFile, read_robot_file
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
 from palpate.surfaces import Ellipsoid

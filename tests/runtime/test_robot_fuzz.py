@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot import ROBOT_TEXT, load_robot
-from palpate.runtime.robot_file import read_robot_file
+from palpate.robots.robot import ROBOT_TEXT, load_robot
+from palpate.robots.robot_file import read_robot_file
 from palpate.strict_refusal import shown_path
 from support.robot_file_text import robot_file_text
 

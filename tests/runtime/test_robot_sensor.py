@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file
-from palpate.runtime.robot_sensor import (
+from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
+from palpate.robots.simulated_sensor_entry import (
     BiasEntry,
     DriftEntry,
     FirstOrderEntry,

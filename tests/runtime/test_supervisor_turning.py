@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
+from palpate.robots.robot_file import read_robot_file
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import run
 from palpate.runtime.result import Ending
-from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.supervision import CONTACT_FORCE, AtMost, Guard, Limits, Stop, Supervisor
 from palpate.spatial import ZERO
 from runtime.puppets import PERIOD, REST, PuppetBackend, PuppetController, sample, touch

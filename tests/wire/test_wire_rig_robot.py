@@ -20,9 +20,9 @@ from palpate.hw.ur import UrToolSensor
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import scene_of
 from palpate.robots.rig_built import assembled, parts_of
+from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
 from palpate.robots.values import values_of
-from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.truth import TruthTable, truth_source
 from support.explore_runs import plan_of
 from support.rig_cell import ROBOT, robot_file

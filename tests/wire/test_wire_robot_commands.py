@@ -22,9 +22,9 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
+from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.robot import load_robot
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
 from support.emulated_file import changed_file

@@ -4,13 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
-from palpate.robots.emulated.ur5e import build_emulated_ur5e
-from palpate.robots.hands import described_hand
-from palpate.robots.rig_built import build_rig, check_rig
-from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, build_turning_stage, check_simulated
-from palpate.robots.simulated_ur5e import build_ur5e
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import (
+from palpate.robots.backend_entries import (
     BackendEntry,
     EmulatedHandEntry,
     EmulatedUr5eEntry,
@@ -18,7 +12,13 @@ from palpate.runtime.robot_backend import (
     StageEntry,
     TurningStageEntry,
 )
-from palpate.runtime.robot_rig import RigEntry
+from palpate.robots.emulated.ur5e import build_emulated_ur5e
+from palpate.robots.hands import described_hand
+from palpate.robots.rig_built import build_rig, check_rig
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
+from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, build_turning_stage, check_simulated
+from palpate.robots.simulated_ur5e import build_ur5e
 
 Builder = Callable[[Robot, Task], RobotInScene]
 """Raises InvalidValueError if the robot cannot be built as its file specifies, or cannot do the task."""

@@ -10,9 +10,9 @@ from palpate.hw.serial_ft.bota import Bota
 from palpate.hw.serial_ft.resense import Resense
 from palpate.hw.serial_ft.serial_sensor import SerialSensor
 from palpate.hw.ur import UrArm, UrToolSensor
+from palpate.robots.rig_entries import BotaEntry, NetFtEntry, OnRobotEntry, ResenseEntry, UrToolEntry
 from palpate.robots.rig_settings import noise_of_finger, payload_of
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import BotaEntry, NetFtEntry, OnRobotEntry, ResenseEntry, UrToolEntry
+from palpate.robots.robot import Robot
 from palpate.sensing.ft.sensor_file import SensorFile
 
 RAW = Scales(1.0, 1.0)

@@ -7,14 +7,14 @@ import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics import FollowingErrorLimit
+from palpate.robots.backend_entries import StageEntry, TurningStageEntry
 from palpate.robots.entry import entry_of
 from palpate.robots.finger_sensor import check_age, model_of_finger
 from palpate.robots.known_sensor import known_sensor
+from palpate.robots.robot import Robot
+from palpate.robots.robot_file import FingerEntry
+from palpate.robots.surface_entries import EllipsoidEntry, SphereEntry
 from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import StageEntry, TurningStageEntry
-from palpate.runtime.robot_file import FingerEntry
-from palpate.runtime.robot_surface import EllipsoidEntry, SphereEntry
 from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
 from palpate.sim import (

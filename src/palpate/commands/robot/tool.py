@@ -12,8 +12,8 @@ from palpate.nearest_name import unit_of, without_unit
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import described
+from palpate.robots.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.robots.values import load_named_robot
-from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_writer import sensor_text
 from palpate.strict_refusal import shown_path

@@ -9,12 +9,12 @@ from typing import Annotated
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot_backend import BackendEntry
-from palpate.runtime.robot_pace import PaceEntry, SimulatedPaceEntry
+from palpate.robots.backend_entries import BackendEntry
+from palpate.robots.pace_entries import PaceEntry, SimulatedPaceEntry
+from palpate.robots.rig_entries import RigEntry, SensorDeviceEntry
+from palpate.robots.simulated_sensor_entry import NoiseEntry, SimulatedSensorEntry
+from palpate.robots.surface_entries import AnySurfaceEntry
 from palpate.runtime.robot_ranges import within
-from palpate.runtime.robot_rig import RigEntry, SensorDeviceEntry
-from palpate.runtime.robot_sensor import NoiseEntry, SimulatedSensorEntry
-from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
