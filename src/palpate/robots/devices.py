@@ -21,7 +21,6 @@ from palpate.robots.hands import described_hand, hand_wires
 from palpate.robots.idle import FORCE_NOISE, MOMENT_NOISE, idle_hand_task, idle_task
 from palpate.robots.rig_entries import (
     DynamixelEntry,
-    NetFtEntry,
     PoseEntry,
     RigEntry,
     ServoEntry,
@@ -30,6 +29,7 @@ from palpate.robots.rig_entries import (
 )
 from palpate.robots.robot import Robot
 from palpate.robots.robot_file import FingerEntry
+from palpate.robots.sensor_devices import NetFtEntry
 from palpate.robots.simulated_sensor_entry import NoiseEntry
 from palpate.sim.hand.finger import SlideFinger
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics import FollowingErrorLimit
+from palpate.open_kinds import name_of_kind
 from palpate.robots.backend_entries import StageEntry, TurningStageEntry
 from palpate.robots.entry import entry_of
 from palpate.robots.finger_sensor import check_age, model_of_finger
@@ -201,7 +202,7 @@ def only_finger(robot: Robot) -> FingerEntry:
         )
     finger = robot.file.fingers[0]
     if not isinstance(finger.surface, SphereEntry | EllipsoidEntry):
-        kind = finger.surface.__struct_config__.tag
+        kind = name_of_kind(finger.surface)
         raise InvalidValueError(
             f"fingers[0].surface.kind = {kind}: a simulated fingertip is a sphere or an ellipsoid"
         )
@@ -215,7 +216,10 @@ def tip_sizes(robot: Robot) -> tuple[float, ...]:
         InvalidValueError: As in `only_finger`.
     """
     surface = only_finger(robot).surface
-    return (surface.radius,) if isinstance(surface, SphereEntry) else surface.semi_axes  # type: ignore[union-attr]
+    if isinstance(surface, SphereEntry):
+        return (surface.radius,)
+    assert isinstance(surface, EllipsoidEntry)  # only_finger has made sure of it
+    return surface.semi_axes
 
 
 def surface_of_tip(finger: FingerEntry, lengths: tuple[float, ...]) -> Sphere | Ellipsoid:
