@@ -5,11 +5,11 @@ One rule for all: a kind is a class that an entry point declares, palpate's own 
 
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import msgspec
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, shown
 from palpate.named_object import named_object, raised
 from palpate.nearest_name import nearest
 
@@ -69,7 +69,7 @@ def kind_named(family: type[OpenKind], name: str) -> type[Settings]:
         near = nearest(name, list(known))
         meant = f"did you mean {near}? " if near else ""
         raise InvalidValueError(
-            f"kind = {name}: {meant}known: {', '.join(known)}; one of your own is named as module:Class"
+            f"kind = {shown(name)}: {meant}known: {', '.join(known)}; one of your own is named as module:Class"
         )
     if not (isinstance(found, type) and issubclass(found, family) and issubclass(found, Settings)):
         raise InvalidValueError(
@@ -87,7 +87,21 @@ def kind_named(family: type[OpenKind], name: str) -> type[Settings]:
 def name_of_kind(value: object) -> str:
     """Return what names the kind of a value in a file: its declared word, or `module:Class`."""
     kind = type(value)
-    family = next((base for base in kind.__mro__ if "GROUP" in vars(base)), None)
+    family = next((base for base in kind.__mro__ if issubclass(base, OpenKind) and "GROUP" in vars(base)), None)
     whole = f"{kind.__module__}:{kind.__qualname__}"
     declared = {} if family is None else declared_in(family.GROUP)
     return next((name for name, each in declared.items() if each.value == whole), whole)
+
+
+def as_written(value: object) -> Any:
+    """Return settings as plain values, keyed as in a file; keys that say nothing are left out."""
+    if isinstance(value, tuple):
+        return [as_written(item) for item in value]
+    if not isinstance(value, msgspec.Struct):
+        return msgspec.to_builtins(value)
+    config = value.__struct_config__
+    kind: dict[str, object] = {config.tag_field: config.tag} if config.tag_field else {}
+    if isinstance(value, OpenKind):
+        kind = {"kind": name_of_kind(value)}
+    fields = ((field.encode_name, getattr(value, field.name)) for field in msgspec.structs.fields(value))
+    return kind | {key: as_written(item) for key, item in fields if item is not None}

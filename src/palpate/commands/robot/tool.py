@@ -9,6 +9,7 @@ from palpate.commands.command_result import CommandResult
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
+from palpate.open_kinds import as_written
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import described
@@ -73,8 +74,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
     written = {path for path, _ in _leaves(read_yaml(robot.texts[ROBOT_TEXT]))}
     rows = [
         (shown_path((*path[:-1], _bare(path[-1]))), _with_unit(value, path), path in written)
-        for path, value in _leaves(msgspec.to_builtins(robot.file))
-        if value is not None
+        for path, value in _leaves(as_written(robot.file))
     ]
     left, middle = max(len(row[0]) for row in rows), max(len(row[1]) for row in rows)
     sys.stdout.write(f"{robot_path(config.robot)}\n")
@@ -91,7 +91,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
         outcome="All in order.",
         facts={
             "file": robot_path(config.robot),
-            "robot": msgspec.to_builtins(robot.file),
+            "robot": as_written(robot.file),
             "defaults": [name for name, _, given in rows if not given],
             "sensors": [None if sensor is None else msgspec.to_builtins(sensor) for sensor in sensors],
         },
