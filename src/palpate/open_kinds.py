@@ -78,9 +78,8 @@ def kind_named(family: type[OpenKind], name: str) -> type[Settings]:
         )
     missing = [each for each in family.METHODS if getattr(found, each) is getattr(family, each)]
     if missing:
-        raise InvalidValueError(
-            f"kind = {name}: {found.__name__} lacks {', '.join(missing)}; see {family.__name__}"
-        )
+        lacks = f"{found.__name__} lacks {', '.join(missing)}"
+        raise InvalidValueError(f"kind = {name}: {lacks}; see {family.__module__}.{family.__name__}")
     return found
 
 
