@@ -18,9 +18,9 @@ from palpate.experiments.explore.plan import ExplorationPlan, plan, plan_on
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.robots.finger_sensor import sensor_for
+from palpate.robots.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, Ending
-from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, SceneObject, Target, build_scene
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles

@@ -21,8 +21,8 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration, found_by
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.kit.recorded_run import carry_out
-from palpate.runtime.robot import Robot, load_robot
-from palpate.runtime.robot_sensor import (
+from palpate.robots.robot import Robot, load_robot
+from palpate.robots.simulated_sensor_entry import (
     BiasEntry,
     DriftEntry,
     FirstOrderEntry,
@@ -32,7 +32,7 @@ from palpate.runtime.robot_sensor import (
     SaturationEntry,
     SimulatedSensorEntry,
 )
-from palpate.runtime.robot_surface import SphereEntry
+from palpate.robots.surface_entries import SphereEntry
 from palpate.sim.sensor.presets import NANO17_RESOLUTION, sensor_preset
 
 SPECIMENS = 5

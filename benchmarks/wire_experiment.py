@@ -34,9 +34,9 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.experiments.kit.recording import log_writer
 from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
+from palpate.robots.robot import Robot, load_robot
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.robot import Robot, load_robot
 
 MOST_RATIO = 2.0
 """Of the force's RMS error on the wire to that of direct simulation (issue 9)."""

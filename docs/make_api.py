@@ -140,7 +140,8 @@ PAGES = {
     "robots": Page(
         "Robots",
         "From a robot file to what moves: simulated, emulated, or a rig of devices.",
-        ("palpate.runtime.robot", "palpate.robots.values", "palpate.robots.in_scene",
+        ("palpate.robots.robot", "palpate.open_kinds", "palpate.robots.sensor_kind",
+         "palpate.robots.surface_entries", "palpate.robots.values", "palpate.robots.in_scene",
          "palpate.robots.simulated_stage", "palpate.robots.hands", "palpate.robots.hand_task"),
     ),
     "viewing": Page("The view", "A run in a browser, live or from its log.", ("palpate.viewing",)),

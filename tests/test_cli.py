@@ -14,7 +14,7 @@ from palpate import __version__
 from palpate.cli import CommandGroup, TypedCommand, main
 from palpate.commands.command_result import ExitCode
 from palpate.errors import InvalidValueError, OverrunError
-from palpate.runtime.robot import shipped_robots
+from palpate.robots.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
 from support.typed_mistakes import answer_to
 from support.waiting import until
@@ -360,6 +360,6 @@ def test_a_robot_file_that_cannot_be_read_is_wrong_input_everywhere(command, tmp
     def refused(path, what):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("palpate.runtime.robot.load_text", refused)
+    monkeypatch.setattr("palpate.robots.robot.load_text", refused)
     assert main([command, "--robot", str(file), "--dry-run"]) == ExitCode.MISTAKE
     assert "cannot be read: Permission denied" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from palpate.cli import CommandGroup, main, typed_commands
 from palpate.commands.command_result import ExitCode
 from palpate.experiments.kit.registry import experiment_names
 from palpate.hw.rig import Rig
-from palpate.runtime.robot import shipped_robots
+from palpate.robots.robot import shipped_robots
 from palpate.sim import MujocoBackend
 from palpate.sim.hand.backend import HandBackend
 from support.cli_samples import SAMPLES, leaves, prepared

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from palpate.cli import CommandGroup, main, typed_commands
-from palpate.runtime.robot import shipped_robots
+from palpate.robots.robot import shipped_robots
 from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
 
 DOCUMENTS = documents()

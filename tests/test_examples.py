@@ -48,7 +48,7 @@ def test_each_is_short_and_says_what_it_shows_and_how_to_run_it(path):
     text = path.read_text(encoding="utf-8")
     said = ast.get_docstring(ast.parse(text))
     experiment, notebook = path.stem == "my_texture", path.stem == "notebook"
-    assert 30 <= len(text.splitlines()) <= (80 if experiment else 60)
+    assert 30 <= len(text.splitlines()) <= (100 if path.stem == "own_sensor" else 80 if experiment else 60)
     assert said.splitlines()[0].endswith(".")
     assert f"    {'palpate' if experiment else 'python'} examples/{path.name}" in said
     assert len(said.split("\n\n")) >= 3  # a title, what it is about, what one sees
@@ -122,6 +122,10 @@ def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
     off = [float(number) for number in re.findall(r"(\d+) um off", said)]
     assert len(off) == 2
     assert max(off) <= 10.0  # [um], on a mesh that lies up to 4 um below the formula
+
+
+def test_a_sensor_of_ones_own_is_named_in_a_robot_file(tmp_path):
+    assert "OK: 3.00 N at x = 8.0 mm" in printed_by("own_sensor.py", "--force", "3", folder=tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ speed and grip against 1.5 and 1.02 times their limits; processes, terminals, sh
 that are left; that the next run works; that the log can be read to the last half second. Exit code 1 if anything
 was not right. The table: docs/faults.md.
 
---robot takes the name of a robot, a robot file, or module:factory, which returns a palpate.runtime.robot.Robot: of
+--robot takes the name of a robot, a robot file, or module:factory, which returns a palpate.robots.robot.Robot: of
 the kinds, those that can be tried anywhere are tried on it. Mind what it may run into if it is a real one.
 """
 

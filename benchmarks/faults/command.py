@@ -24,9 +24,9 @@ from palpate.errors import PalpateError
 from palpate.hw.rig import FreshlyTared
 from palpate.interruption import SIGNALS
 from palpate.robots.rig_built import assembled
+from palpate.robots.robot import load_robot
 from palpate.runtime.data import Command as Motion
 from palpate.runtime.log import read_log
-from palpate.runtime.robot import load_robot
 
 WATCHDOG = 1.0
 """[s] of the arm, as the robot file has it."""

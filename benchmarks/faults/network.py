@@ -10,8 +10,8 @@ from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 from faults.on_the_loop import FORCE_EXCESS, Rest, contradiction, reported_rest
 from faults.proxy import Proxy, Weather
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.robots.robot import load_robot
 from palpate.runtime.data import Sample
-from palpate.runtime.robot import load_robot
 from support.regulate_runs import planned
 
 RTDE, SCRIPT, DASHBOARD, CALIBRATION, RDT = 30004, 30003, 29999, 49151, 49152

@@ -6,8 +6,8 @@ from faults.fault_rig import FaultyBackend, Rig
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.experiment import Regulate
+from palpate.robots.robot import Robot
 from palpate.robots.values import load_named_robot
-from palpate.runtime.robot import Robot
 from palpate.runtime.touch import Touch
 
 DURATION = 0.6
@@ -26,7 +26,7 @@ def robot_of(name: str) -> Robot:
     made = getattr(import_module(module), factory)()
     if not isinstance(made, Robot):
         raise InvalidValueError(
-            f"robot = {name!r}: makes a {type(made).__name__}; must be a palpate.runtime.robot.Robot"
+            f"robot = {name!r}: makes a {type(made).__name__}; must be a palpate.robots.robot.Robot"
         )
     return made
 

@@ -24,8 +24,8 @@ from palpate.experiments.regulate.motion import read_motion
 from palpate.friction.friction_file import load_friction_file
 from palpate.friction.materials.library import load_materials
 from palpate.mapping.compare_files import read_map, read_reference
+from palpate.robots.robot import load_robot, shipped_robots
 from palpate.runtime.log import LogWriter, Recorder, read_log
-from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.sensing.ft.sensor_reader import load_sensor_file
 from palpate.sim.objects.mesh_file import read_triangles
 from palpate.surfaces.mesh import load_mesh

@@ -8,7 +8,7 @@ from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.experiments.regulate.result import regulation_in
-from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
+from palpate.robots.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from studies.study import Row, Study, Tell
 
 STEPS = (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5)

@@ -12,7 +12,7 @@ before the run. Replace what you know better:
 
 import numpy as np
 
-from palpate.runtime.robot_sensor import PresetSensor
+from palpate.sensing.ft.preset_sensor import PresetSensor
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.stages import (
     CrossTalk,

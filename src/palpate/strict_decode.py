@@ -14,8 +14,9 @@ import msgspec
 from palpate.bounded_file import read_text
 from palpate.errors import InvalidValueError, shown
 from palpate.nearest_name import advice_on_key, nearest
+from palpate.open_kinds import OpenKind, declared_in, kind_named
 from palpate.strict_refusal import DecodeRefusal, not_among, parted, refusal, shown_path
-from palpate.strict_types import item_type, known_keys, records, tags
+from palpate.strict_types import family_of, item_type, known_keys, records, tags
 from palpate.strict_yaml import BOUNDS, Key, place_of, read_yaml
 
 T = typing.TypeVar("T")
@@ -105,11 +106,7 @@ def decode(found: object, kind: type[T], text: str = "") -> T:
         InvalidValueError: As in `decode_file`.
     """
     try:
-        _refuse_unknown(found, kind, ())
-        try:
-            return msgspec.convert(found, kind, strict=True, dec_hook=_decode_path)
-        except msgspec.ValidationError as error:
-            raise refusal(*parted(str(error)), found, kind) from None
+        return typing.cast("T", _converted(found, kind, ()))
     except DecodeRefusal as found_wrong:
         raise InvalidValueError(found_wrong.located(text)) from None
 
@@ -123,12 +120,11 @@ def decode_some(found: Mapping[str, object], kind: type, text: str = "") -> dict
         InvalidValueError: A key is no field, or its value of another type.
     """
     try:
-        _refuse_unknown(found, kind, ())
         types = known_keys(kind)
         values: dict[str, object] = {}
-        for key, value in found.items():
+        for key, value in _with_kinds(dict(found), kind, ()).items():
             try:
-                values[key] = msgspec.convert(value, types[key], strict=True, dec_hook=_decode_path)
+                values[key] = msgspec.convert(value, types[key], strict=True, dec_hook=_custom)
             except msgspec.ValidationError as error:
                 message, path = parted(str(error))
                 raise refusal(message, (key, *path), found, kind) from None
@@ -137,32 +133,63 @@ def decode_some(found: Mapping[str, object], kind: type, text: str = "") -> dict
         raise InvalidValueError(found_wrong.located(text)) from None
 
 
-def _refuse_unknown(found: object, kind: object, path: tuple[Key, ...]) -> None:
-    """Raise for the first key or `kind:` that a type does not know, wherever it stands.
-
-    Only these are judged here; values of the wrong type are left to msgspec.
+def _converted(found: object, kind: object, path: tuple[Key, ...]) -> object:
+    """Return a value of a type from decoded YAML.
 
     Raises:
-        Refusal: There is one.
+        DecodeRefusal: Something is wrong.
+    """
+    resolved = _with_kinds(found, kind, path)
+    try:
+        return msgspec.convert(resolved, typing.cast("type", kind), strict=True, dec_hook=_custom)
+    except msgspec.ValidationError as error:
+        wrong = refusal(*parted(str(error)), found, kind)
+        raise DecodeRefusal((*path, *wrong.path), wrong.message) from None
+
+
+def _with_kinds(found: typing.Any, kind: object, path: tuple[Key, ...]) -> typing.Any:
+    """Return decoded YAML in which settings of open kinds are instances of their classes.
+
+    Other values of a wrong type are left to msgspec.
+
+    Raises:
+        DecodeRefusal: A key or `kind:` is unknown, wherever it stands, or settings are wrong.
     """
     if isinstance(found, list):
-        for i, value in enumerate(found):
-            _refuse_unknown(value, item_type(kind), (*path, i))
+        return [_with_kinds(value, item_type(kind), (*path, i)) for i, value in enumerate(found)]
     if not isinstance(found, dict):
-        return
+        return found
+    family = family_of(kind)
+    if family is not None:
+        return _of_family(found, family, path)
     kinds = records(kind)
     if not kinds:
-        return
+        return found
     tag, named = tags(kinds)
     record = kinds[0] if tag is None else named[_checked_tag(found, tag, list(named), path)]
     known = known_keys(record)
+    resolved = {}
     for key, value in found.items():
-        if key == tag:
-            continue
-        if key not in known:
+        if key != tag and key not in known:
             names = [*known, *([tag] if tag else [])]
             raise DecodeRefusal((*path, key), ": " + advice_on_key(key, names))
-        _refuse_unknown(value, known[key], (*path, key))
+        resolved[key] = value if key == tag else _with_kinds(value, known[key], (*path, key))
+    return resolved
+
+
+def _of_family(found: dict[str, object], family: type[OpenKind], path: tuple[Key, ...]) -> object:
+    """Return the settings of a kind of a family that other packages may add to."""
+    given = found.get("kind")
+    if not isinstance(given, str):
+        given = _checked_tag(found, "kind", [*declared_in(family.GROUP), "module:Class"], path)
+    try:
+        kind = kind_named(family, given)
+    except InvalidValueError as error:
+        raise DecodeRefusal((*path, "kind"), str(error).removeprefix("kind")) from error
+    settings = {key: value for key, value in found.items() if key != "kind"}
+    if unknown := next((key for key in settings if key not in known_keys(kind)), None):
+        raise DecodeRefusal((*path, unknown), ": " + advice_on_key(unknown, [*known_keys(kind), "kind"]))
+    return _converted(settings, kind, path)
 
 
 def _checked_tag(found: dict[str, object], tag: str, known: list[str], path: tuple[Key, ...]) -> str:
@@ -176,7 +203,11 @@ def _checked_tag(found: dict[str, object], tag: str, known: list[str], path: tup
     raise DecodeRefusal((*path, tag), not_among(given, known))
 
 
-def _decode_path(kind: type, value: object) -> object:
+def _custom(kind: type, value: object) -> object:
+    """Return what msgspec itself cannot make: a path; an instance of an open kind is one already."""
     if kind is Path and isinstance(value, str) and value and "\0" not in value:
         return Path(value)
-    raise InvalidValueError("Expected `path`, got `str`")  # msgspec's own wording; it adds the place
+    if isinstance(value, kind):
+        return value
+    expected = "path" if kind is Path else "object"
+    raise InvalidValueError(f"Expected `{expected}`, got `str`")  # msgspec's own wording; it adds the place

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 from palpate.errors import shown
 from palpate.nearest_name import nearest
-from palpate.strict_types import choices, item_type, known_keys, records, tags, type_at
+from palpate.open_kinds import declared_in
+from palpate.strict_types import choices, family_of, item_type, known_keys, records, tags, type_at
 from palpate.strict_yaml import Key, place_of
 
 LONGEST_SHOWN = 60
@@ -133,6 +134,9 @@ def _mistyped(names: Sequence[str], path: Sequence[Key], value: object, kind: ob
 def _wanted(names: Sequence[str], value: object, kind: object) -> str:
     """Return the expected type in words, with the keys of a mapping."""
     expected = _alternatives(names)
+    family = family_of(kind)
+    if "object" in names and family is not None:
+        return f"{expected} with kind: and one of {', '.join(declared_in(family.GROUP))}"
     if "object" in names and records(kind):
         return f"{expected} with {_keys(records(kind))}"
     if "array" not in names:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import msgspec
 
+from palpate.open_kinds import OpenKind
 from palpate.strict_yaml import Key
 
 
@@ -46,6 +47,15 @@ def records(kind: object) -> list[typing.Any]:
     if origin is typing.Annotated:
         return records(arguments[0])
     return [] if origin in (tuple, list) else [record for option in arguments for record in records(option)]
+
+
+def family_of(kind: object) -> type[OpenKind] | None:
+    """The family of kinds of which a value may be one; None if it is of a type that is known."""
+    if isinstance(kind, type):
+        return kind if issubclass(kind, OpenKind) and not issubclass(kind, msgspec.Struct) else None
+    if typing.get_origin(kind) in (tuple, list):
+        return None
+    return next((family_of(option) for option in typing.get_args(kind) if family_of(option)), None)
 
 
 def item_type(kind: object) -> object:

@@ -22,11 +22,11 @@ from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer
+from palpate.robots.robot import robot_path
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.entry_codec import Entry
-from palpate.runtime.robot import robot_path
 from support.explore_runs import plan_of
 from support.waiting import until
 

@@ -287,7 +287,7 @@ def test_with_two_options_the_one_with_more_numbers_lies_along_x():
 def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path):
     hostile = '<script>alert("x")</script>&'
     robot = tmp_path / hostile.replace("/", "_")
-    from palpate.runtime.robot import load_robot
+    from palpate.robots.robot import load_robot
 
     robot.write_text(next(iter(load_robot("stage").texts.values())))
     result = made(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from palpate.commands.sweep.record import RunRecord, RunStatus, read_record, record_text
 from palpate.commands.sweep.store import SweepFolder
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot
+from palpate.robots.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot
 from support.sweep_runs import SHORT, planned
 from support.tiny_experiment import TINY
 from support.waiting import until

@@ -10,8 +10,8 @@ import pytest
 import palpate
 from palpate.cli import typed_commands
 from palpate.experiments.kit.advice import ANYWHERE, ON_DEVICES, advice_on_ending
+from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, DeviceWatchdog, Ending, RobotRest, RunResult, Trip
-from palpate.runtime.robot import load_robot
 
 TYPED = re.compile(r"`palpate ([a-z][a-z-]*)")
 RESULT = RunResult(Ending.DONE, None, None, RobotRest.at_rest(), 1.0, 1.0, None, None)

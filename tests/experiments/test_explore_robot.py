@@ -16,12 +16,12 @@ from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.kit.config_file import config_text, experiment_in, load_overlay, read_config
+from palpate.robots.backend_entries import StageEntry
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
+from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending
-from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
-from palpate.runtime.robot_backend import StageEntry
 from palpate.sim import Stage
 from palpate.surfaces import Sphere
 from support.explore_runs import carried_out, plan_of, planned_again

@@ -4,14 +4,15 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.open_kinds import as_written
+from palpate.robots.backend_entries import TurningStageEntry
 from palpate.robots.in_scene import check
+from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
 from palpate.runtime import Ending
-from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.runtime.robot_file import read_robot_file
 from palpate.sim import TurningStage
+from palpate.yaml_text import yaml_text
 from support.explore_runs import carried_out, plan_of, planned_again
-from support.robot_file_text import robot_file_text
 
 
 @pytest.mark.slow
@@ -45,7 +46,7 @@ def test_its_file_reads_back_to_the_same():
     robot = load_robot("turning-stage")
     check(robot)
     assert isinstance(robot.file.backend, TurningStageEntry)
-    assert read_robot_file(robot_file_text(robot.file)) == robot.file
+    assert read_robot_file(yaml_text(as_written(robot.file))) == robot.file
 
 
 @pytest.mark.parametrize(
@@ -58,7 +59,7 @@ def test_its_file_reads_back_to_the_same():
     ],
 )
 def test_what_cannot_be_is_refused_with_its_key(key, value):
-    text = robot_file_text(load_robot("turning-stage").file)
+    text = yaml_text(as_written(load_robot("turning-stage").file))
     line = next(line for line in text.splitlines() if line.strip().startswith(key))
     with pytest.raises(InvalidValueError, match=rf"{key} = .*must be from"):
         read_robot_file(text.replace(line, f"{line.split(':')[0]}: {value}"))

@@ -19,10 +19,10 @@ from palpate.experiments.kit.recording import log_writer
 from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import check_known, described, known_sensor
+from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.robots.simulated_sensor_entry import PresetSensor, SimulatedSensorEntry
 from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending, SensorFinger
-from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
-from palpate.runtime.robot_sensor import PresetSensor, SimulatedSensorEntry
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
 from palpate.sim import SeededSensor

@@ -15,20 +15,21 @@ from palpate.experiments.grasp.result import Grasp
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
+from palpate.open_kinds import as_written
 from palpate.reporting.page import report_page
+from palpate.robots.backend_entries import EmulatedHandEntry
 from palpate.robots.emulated.hand import HandOnTheWire
 from palpate.robots.hands import hand_wires, has_hand, robots_with_hand
 from palpate.robots.in_scene import check
+from palpate.robots.robot import load_robot, shipped_robots
+from palpate.robots.robot_file import read_robot_file
 from palpate.runtime.data import Command, Sample
-from palpate.runtime.robot import load_robot, shipped_robots
-from palpate.runtime.robot_backend import EmulatedHandEntry
-from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend
+from palpate.yaml_text import yaml_text
 from support.emulated_file import changed_file
 from support.grasp_runs import plan_of, planned_again
-from support.robot_file_text import robot_file_text
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 
@@ -55,7 +56,7 @@ def test_an_emulated_hand_grasps_as_the_simulated_one_is_planned_to():
 def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path):
     robot = load_robot("emulated-hand")
     check(robot)
-    assert read_robot_file(robot_file_text(robot.file)) == robot.file
+    assert read_robot_file(yaml_text(as_written(robot.file))) == robot.file
     with pytest.raises(InvalidValueError, match=r"fingers\[0\]: an emulated hand has spheres of 0.008 m"):
         plan_of(robot=changed_file(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009")))
     with pytest.raises(InvalidValueError, match="period_s"):

@@ -10,13 +10,14 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
-from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
-from palpate.runtime.robot_backend import StageEntry
-from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file
+from palpate.open_kinds import as_written
+from palpate.robots.backend_entries import StageEntry
+from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
+from palpate.robots.robot_file import FingerEntry, RobotFile, read_robot_file
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
 from palpate.surfaces import Ellipsoid
-from support.robot_file_text import robot_file_text
+from palpate.yaml_text import yaml_text
 
 STAGE = Path(shipped_robots()["stage"]).read_text(encoding="utf-8")
 MINIMAL = """
@@ -62,7 +63,7 @@ def test_the_key_of_a_limit_is_its_name_with_a_unit():
 @pytest.mark.parametrize("name", shipped_robots())
 def test_shipped_robots_read_back_from_their_texts_to_the_very_same(name):
     robot = load_robot(name)
-    assert read_robot_file(robot_file_text(robot.file)) == robot.file
+    assert read_robot_file(yaml_text(as_written(robot.file))) == robot.file
     again = read_robot(robot.texts)
     assert (again.file, again.sensors, again.texts) == (robot.file, robot.sensors, robot.texts)
 
@@ -87,7 +88,7 @@ def test_every_number_and_name_reads_back_to_the_same_bits(radius, center, force
     base = read_robot_file(MINIMAL)
     finger = msgspec.structs.replace(base.fingers[0], surface=sphere(radius, center))
     robot = RobotFile(name=name, backend=base.backend, period=period, fingers=(finger,), limits=limits)
-    assert read_robot_file(robot_file_text(robot)) == robot
+    assert read_robot_file(yaml_text(as_written(robot))) == robot
 
 
 def sphere(radius, center):
@@ -259,7 +260,7 @@ def test_texts_of_a_log_must_be_complete():
 
 def test_a_robot_has_no_number_that_is_not_finite():
     for name in shipped_robots():
-        text = robot_file_text(load_robot(name).file)
+        text = yaml_text(as_written(load_robot(name).file))
         assert math.isfinite(load_robot(name).file.period)
         assert ".inf" not in text
         assert ".nan" not in text

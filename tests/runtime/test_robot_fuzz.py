@@ -3,15 +3,15 @@
 import math
 import random
 
-import msgspec
 import pytest
 import yaml
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot import ROBOT_TEXT, load_robot
-from palpate.runtime.robot_file import read_robot_file
+from palpate.open_kinds import as_written
+from palpate.robots.robot import ROBOT_TEXT, load_robot
+from palpate.robots.robot_file import read_robot_file
 from palpate.strict_refusal import shown_path
-from support.robot_file_text import robot_file_text
+from palpate.yaml_text import yaml_text
 
 TEXTS = [load_robot(name).texts[ROBOT_TEXT] for name in ("stage", "stage-nano17")]
 DEFAULTS = {
@@ -250,7 +250,7 @@ LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 def check_right(text, robot):
     """Every key of the file is in the robot with its value, and the rest of the robot is default."""
     written = {shown_path(path): value for path, value in leaves(yaml.load(text, Loader=LOADER))}
-    found = {shown_path(path): value for path, value in leaves(msgspec.json.decode(msgspec.json.encode(robot)))}
+    found = {shown_path(path): value for path, value in leaves(as_written(robot))}
     for path, value in written.items():
         if value in ({}, "", "~", "null", "Null", "NULL") and path not in found:  # an empty group: all default
             assert any(other.startswith(f"{path}.") or other == path for other in (*found, *DEFAULTS)), path
@@ -298,7 +298,7 @@ def try_files(count, seed):
         assert words is None, (kind.__name__, words, text)
         check_right(text, robot)
         physical(robot)
-        assert read_robot_file(robot_file_text(robot)) == robot, text
+        assert read_robot_file(yaml_text(as_written(robot))) == robot, text
         read[kind] += 1
     return read, refused
 

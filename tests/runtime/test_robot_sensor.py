@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file
-from palpate.runtime.robot_sensor import (
+from palpate.open_kinds import as_written
+from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
+from palpate.robots.simulated_sensor_entry import (
     BiasEntry,
     DriftEntry,
     FirstOrderEntry,
@@ -20,7 +21,7 @@ from palpate.runtime.robot_sensor import (
     SecondOrderEntry,
     SimulatedSensorEntry,
 )
-from support.robot_file_text import robot_file_text
+from palpate.yaml_text import yaml_text
 
 HEAD = """palpate_robot: 1
 name: mine
@@ -98,7 +99,7 @@ def test_it_reads_back_from_its_text_to_the_very_same(preset, specimen, latency,
         file.fingers[0], simulated_sensor=entry, noise=None if noise is None else NoiseEntry(force=noise)
     )
     robot = msgspec.structs.replace(file, fingers=(one,))
-    assert read_robot_file(robot_file_text(robot)) == robot
+    assert read_robot_file(yaml_text(as_written(robot))) == robot
 
 
 MISTAKES = [

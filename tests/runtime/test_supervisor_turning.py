@@ -9,14 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
+from palpate.open_kinds import as_written
+from palpate.robots.robot_file import read_robot_file
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import run
 from palpate.runtime.result import Ending
-from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.supervision import CONTACT_FORCE, AtMost, Guard, Limits, Stop, Supervisor
 from palpate.spatial import ZERO
+from palpate.yaml_text import yaml_text
 from runtime.puppets import PERIOD, REST, PuppetBackend, PuppetController, sample, touch
-from support.robot_file_text import robot_file_text
 
 any_float = st.floats(allow_nan=True, allow_infinity=True)
 STOP = Command(REST, Phase.STOP)
@@ -177,7 +178,7 @@ def test_a_robot_file_gives_the_limits_of_turning_and_reads_back_to_the_same():
     robot = read_robot_file(ROBOT)
     limits = robot.limits
     assert (limits.angular_speed, limits.angular_acceleration) == (0.7, 40.0)
-    assert read_robot_file(robot_file_text(robot)) == robot
+    assert read_robot_file(yaml_text(as_written(robot))) == robot
     silent = Limits()
     assert (silent.angular_speed, silent.angular_acceleration) == (2.5, 250.0)
 

@@ -14,10 +14,10 @@ from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
 from palpate.robots.contact_force import LARGEST_SHARE, ContactForce
 from palpate.robots.in_scene import contact_force, over_a_plate
+from palpate.robots.robot import load_robot, shipped_robots
 from palpate.runtime import Limits, Supervisor, Touch, run
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.result import Ending
-from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.spatial import ZERO, norm, toward
 from support.emulated_file import unhurried_file
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from palpate.cli import CommandGroup, main, typed_commands
-from palpate.runtime.robot import shipped_robots
+from palpate.robots.robot import shipped_robots
 
 WRENCHES = "fx,fy,fz,mx,my,mz\n0.3,0.1,-2,0.004,0.008,0.001\n"
 

@@ -1,6 +1,6 @@
 """Robot files of emulated robots: a shipped one with texts of it replaced."""
 
-from palpate.runtime.robot import robot_path
+from palpate.robots.robot import robot_path
 
 
 def changed_file(folder, name, *changes):

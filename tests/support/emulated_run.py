@@ -6,8 +6,8 @@ import psutil
 
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
+from palpate.robots.robot import load_robot
 from palpate.runtime.data import Command
-from palpate.runtime.robot import load_robot
 
 
 def main() -> None:

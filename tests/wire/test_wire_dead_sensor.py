@@ -8,9 +8,9 @@ import pytest
 
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.experiment import Regulate
+from palpate.robots.robot import load_robot
 from palpate.runtime import Supervisor, Touch, run
 from palpate.runtime.result import Ending
-from palpate.runtime.robot import load_robot
 from support.dead_sensor import DeadSensor
 from support.ur_library import needs_ur
 

@@ -23,7 +23,7 @@ from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
 from palpate.robots.rig_settings import hand_settings
-from palpate.runtime.robot import load_robot
+from palpate.robots.robot import load_robot
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
 from support.emulated_bus import FINGER, EmulatedBus, connected, new_sample, read_until, settings, still
 from support.waiting import until

@@ -25,9 +25,9 @@ from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.robots.emulated.scene import simulated_twin
+from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
-from palpate.runtime.robot import load_robot
 from support.emulated_file import unhurried_file
 from support.grasp_runs import found_after, plan_of
 from support.ur_library import needs_ur

@@ -8,7 +8,7 @@ from palpate.cli import main
 from palpate.commands.recover.command import recovered
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.robots.rig_built import parts_of
-from palpate.runtime.robot import load_robot
+from palpate.robots.robot import load_robot
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.ur_wire_sessions import own_address
 

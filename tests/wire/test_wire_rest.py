@@ -6,9 +6,9 @@ import pytest
 
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.robots.rig_built import assembled
+from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, Command, Ending, Finger, RestState, Supervisor, Touch, run
 from palpate.runtime.data import Phase
-from palpate.runtime.robot import load_robot
 from palpate.sensing.compensation import SensorPayload
 from palpate.surfaces import Sphere
 from support.rig_cell import Cell, robot_file

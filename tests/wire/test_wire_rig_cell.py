@@ -22,9 +22,9 @@ from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.rig import FreshlyTared, PolledHand
 from palpate.robots.known_truth import NOT_KNOWN
 from palpate.robots.rig_built import assembled
+from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
-from palpate.runtime.robot import load_robot
 from support.explore_runs import carried_out, plan_of, planned_again
 from support.regulate_runs import REGULATE, regulated
 from support.rig_cell import HAND, Cell, HandCell, robot_file

@@ -17,16 +17,17 @@ from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
 from palpate.hw.ur import UrToolSensor
+from palpate.open_kinds import as_written
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import scene_of
 from palpate.robots.rig_built import assembled, parts_of
+from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
 from palpate.robots.values import values_of
-from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.truth import TruthTable, truth_source
+from palpate.yaml_text import yaml_text
 from support.explore_runs import plan_of
 from support.rig_cell import ROBOT, robot_file
-from support.robot_file_text import robot_file_text
 
 
 def rig(folder, *changes):
@@ -42,7 +43,7 @@ def rig(folder, *changes):
 def test_ready_made_rigs_are_in_order_and_read_back_to_the_same(name):
     robot = load_robot(name)
     check(robot)
-    assert read_robot_file(robot_file_text(robot.file)) == robot.file
+    assert read_robot_file(yaml_text(as_written(robot.file))) == robot.file
 
 
 def test_the_devices_get_the_settings_of_the_file(tmp_path):

@@ -21,16 +21,17 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.friction.friction_file import How
+from palpate.open_kinds import as_written
 from palpate.robots.devices import with_devices
+from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.robot import load_robot
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
+from palpate.yaml_text import yaml_text
 from support.emulated_file import changed_file
 from support.friction_runs import FRICTION
 from support.grasp_runs import plan_of, run_grasp
-from support.robot_file_text import robot_file_text
 from support.ur_library import needs_ur
 
 pytestmark = needs_ur
@@ -171,7 +172,7 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
         with with_devices(load_robot(hand_file(tmp_path, 86)), "emulated-hand") as rig:
             limits = msgspec.structs.replace(rig.file.limits, sample_age=1.0)
             path = tmp_path / "cell.yaml"
-            path.write_text(robot_file_text(msgspec.structs.replace(rig.file, period=0.002, limits=limits)))
+            path.write_text(yaml_text(as_written(msgspec.structs.replace(rig.file, period=0.002, limits=limits))))
             planned = plan_of(robot=str(path), **BELIEVED)
             grasp = run_grasp(planned)
         if grasp.run.ending is Ending.DONE:

@@ -14,8 +14,8 @@ from palpate.experiments.kit.script import plan_for
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import can_drive
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import RigEntry
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 
 LOG = "<date>_<time>.mcap"
 """Name of the log; `latest.mcap` is a link to it."""

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from palpate.controllers import LandingModel, series_stiffness, tracking_delay
 from palpate.controllers.landing import moved_mass
 from palpate.errors import InvalidValueError
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 from palpate.runtime import Limits
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import RigEntry
 from palpate.sim.presets import EXPLORE
 
 CONTACT = EXPLORE.law.stiffness

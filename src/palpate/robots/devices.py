@@ -11,6 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.kinematics.pose import Pose, rotvec_from_rotation
+from palpate.robots.backend_entries import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.robots.emulated.hand import FLANGE_HAND, EmulatedHand
 from palpate.robots.emulated.scene import EmulatedUr5e, pose_flange_tip
 from palpate.robots.emulated.truth import TruthTrace, new_memory
@@ -18,19 +19,18 @@ from palpate.robots.emulated.ur5e import DEVICE_TIMEOUT
 from palpate.robots.finger_sensor import model_of_finger, noise_of
 from palpate.robots.hands import described_hand, hand_wires
 from palpate.robots.idle import FORCE_NOISE, MOMENT_NOISE, idle_hand_task, idle_task
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
-from palpate.runtime.robot_file import FingerEntry
-from palpate.runtime.robot_rig import (
+from palpate.robots.rig_entries import (
     DynamixelEntry,
-    NetFtEntry,
     PoseEntry,
     RigEntry,
     ServoEntry,
     SlideFingerEntry,
     UrEntry,
 )
-from palpate.runtime.robot_sensor import NoiseEntry
+from palpate.robots.robot import Robot
+from palpate.robots.robot_file import FingerEntry
+from palpate.robots.sensor_devices import NetFtEntry
+from palpate.robots.simulated_sensor_entry import NoiseEntry
 from palpate.sim.hand.finger import SlideFinger
 
 REAL_TIME = 1.0

@@ -1,9 +1,9 @@
 """Whether this computer can drive a robot at all; checked before a run makes its folder."""
 
 from palpate.hw.ur.support import is_supported, refuse_unsupported
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
-from palpate.runtime.robot_rig import RigEntry
+from palpate.robots.backend_entries import EmulatedHandEntry, EmulatedUr5eEntry
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 
 
 def check_drivers(robot: Robot) -> None:

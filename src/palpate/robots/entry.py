@@ -2,7 +2,7 @@
 
 from typing import TypeVar
 
-from palpate.runtime.robot import Robot
+from palpate.robots.robot import Robot
 
 Entry = TypeVar("Entry")
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Protocol
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_file import FingerEntry
-from palpate.sim.sensor.from_entry import model_of, with_noise
+from palpate.robots.robot import Robot
+from palpate.robots.robot_file import FingerEntry
+from palpate.robots.simulated_sensor import model_of, with_noise
 from palpate.sim.sensor.model import SeededSensor, SensorModel
 
 

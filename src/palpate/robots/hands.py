@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from palpate.errors import InvalidValueError
+from palpate.robots.backend_entries import EmulatedHandEntry
 from palpate.robots.emulated.hand import HandWires, emulated_hand
 from palpate.robots.entry import entry_of
 from palpate.robots.hand_task import PERIOD, HandTask
 from palpate.robots.rig_built import assembled, described_finger, tared_if_configured
+from palpate.robots.rig_entries import RigEntry
 from palpate.robots.rig_settings import hand_geometry, noise_of_finger
+from palpate.robots.robot import Robot, load_robot, shipped_robots
+from palpate.robots.surface_entries import SphereEntry
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
-from palpate.runtime.robot import Robot, load_robot, shipped_robots
-from palpate.runtime.robot_backend import EmulatedHandEntry
-from palpate.runtime.robot_rig import RigEntry
-from palpate.runtime.robot_surface import SphereEntry
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import Hand, three_finger_hand, two_finger_hand

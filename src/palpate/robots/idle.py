@@ -2,8 +2,8 @@
 
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.hand_task import HandTask
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import Task, only_finger, tip_sizes
-from palpate.runtime.robot import Robot
 from palpate.sim import SeededSensor, SphereObject
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand import Hand

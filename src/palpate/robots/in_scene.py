@@ -4,11 +4,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from palpate.errors import InvalidValueError
+from palpate.robots.backend_entries import (
+    BackendEntry,
+    EmulatedHandEntry,
+    EmulatedUr5eEntry,
+    SimulatedUr5eEntry,
+    StageEntry,
+    TurningStageEntry,
+)
 from palpate.robots.contact_force import CONTACT, ContactForce, rig_contact_force
 from palpate.robots.emulated.ur5e import build_emulated_ur5e
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.hands import described_hand
 from palpate.robots.rig_built import build_rig, check_rig
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import (
     RobotInScene,
     Task,
@@ -19,16 +29,6 @@ from palpate.robots.simulated_stage import (
     tip_sizes,
 )
 from palpate.robots.simulated_ur5e import build_ur5e
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import (
-    BackendEntry,
-    EmulatedHandEntry,
-    EmulatedUr5eEntry,
-    SimulatedUr5eEntry,
-    StageEntry,
-    TurningStageEntry,
-)
-from palpate.runtime.robot_rig import RigEntry
 from palpate.sim import Box, SeededSensor
 from palpate.sim.presets import EXPLORE
 

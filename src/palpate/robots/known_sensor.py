@@ -7,9 +7,9 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.robots.finger_sensor import KEY, without_bias
+from palpate.robots.robot_file import FingerEntry
+from palpate.robots.simulated_sensor_entry import SimulatedSensorEntry
 from palpate.robots.simulated_tare import tared
-from palpate.runtime.robot_file import FingerEntry
-from palpate.runtime.robot_sensor import SimulatedSensorEntry
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.sensor_file import SensorFile, repeats

@@ -11,6 +11,7 @@ from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere, Beginning
 from palpate.hw.ur import UrArm
 from palpate.kinematics.hand import HandKinematics
 from palpate.robots.entry import entry_of
+from palpate.robots.rig_entries import RigEntry
 from palpate.robots.rig_sensors import finger_sensor
 from palpate.robots.rig_settings import (
     hand_geometry,
@@ -20,11 +21,10 @@ from palpate.robots.rig_settings import (
     pose_of,
     ur_settings,
 )
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task, surface_of_tip
+from palpate.robots.surface_entries import SphereEntry
 from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import RigEntry
-from palpate.runtime.robot_surface import SphereEntry
 from palpate.sensing.solver import Surface
 from palpate.spatial import Vector
 

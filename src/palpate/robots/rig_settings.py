@@ -6,9 +6,9 @@ from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.settings import LENGTHS, HandSettings, ServoCalibration
 from palpate.hw.ur import FlangePayload, UrSettings
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import DynamixelEntry, PoseEntry, SlideFingerEntry, UrEntry
-from palpate.runtime.robot_surface import SphereEntry
+from palpate.robots.rig_entries import DynamixelEntry, PoseEntry, SlideFingerEntry, UrEntry
+from palpate.robots.robot import Robot
+from palpate.robots.surface_entries import SphereEntry
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Tip
 from palpate.sim.hand.finger import FingerJoint, HingeFinger, SlideFinger

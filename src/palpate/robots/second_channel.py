@@ -1,8 +1,8 @@
 """What a robot risks whose fingertip's sensor nothing else can be compared with."""
 
 from palpate.robots.hands import has_hand
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import RigEntry, UrToolEntry
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 
 RISK = "a sensor that shows too little is believed, and the robot may press harder than limits.force_N"
 
@@ -13,7 +13,7 @@ def unchecked_sensors(robot: Robot) -> str:
         why = "the force of each finger is measured by its own sensor alone"
     elif isinstance(robot.file.backend, RigEntry) and robot.file.backend.arm is None:
         why = "no arm measures the force as well"
-    elif any(isinstance(finger.sensor_device, UrToolEntry) for finger in robot.file.fingers):
+    elif any(finger.sensor_device is not None and finger.sensor_device.in_arm for finger in robot.file.fingers):
         why = "the arm's sensor is the fingertip's sensor, too"
     else:
         return ""

@@ -9,14 +9,15 @@ from palpate.controllers import LandingModel, series_stiffness, tracking_delay
 from palpate.controllers.landing import moved_mass
 from palpate.errors import InvalidValueError
 from palpate.kinematics import FollowingErrorLimit
+from palpate.open_kinds import name_of_kind
+from palpate.robots.backend_entries import StageEntry, TurningStageEntry
 from palpate.robots.entry import entry_of
 from palpate.robots.finger_sensor import check_age, model_of_finger
 from palpate.robots.known_sensor import known_sensor
+from palpate.robots.robot import Robot
+from palpate.robots.robot_file import FingerEntry
+from palpate.robots.surface_entries import EllipsoidEntry, SphereEntry
 from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import StageEntry, TurningStageEntry
-from palpate.runtime.robot_file import FingerEntry
-from palpate.runtime.robot_surface import EllipsoidEntry, SphereEntry
 from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
 from palpate.sim import (
@@ -213,7 +214,7 @@ def only_finger(robot: Robot) -> FingerEntry:
         )
     finger = robot.file.fingers[0]
     if not isinstance(finger.surface, SphereEntry | EllipsoidEntry):
-        kind = finger.surface.__struct_config__.tag
+        kind = name_of_kind(finger.surface)
         raise InvalidValueError(
             f"fingers[0].surface.kind = {kind}: a simulated fingertip is a sphere or an ellipsoid"
         )
@@ -227,7 +228,10 @@ def tip_sizes(robot: Robot) -> tuple[float, ...]:
         InvalidValueError: As in `only_finger`.
     """
     surface = only_finger(robot).surface
-    return (surface.radius,) if isinstance(surface, SphereEntry) else surface.semi_axes  # type: ignore[union-attr]
+    if isinstance(surface, SphereEntry):
+        return (surface.radius,)
+    assert isinstance(surface, EllipsoidEntry)  # only_finger has made sure of it
+    return surface.semi_axes
 
 
 def surface_of_tip(finger: FingerEntry, lengths: tuple[float, ...]) -> Sphere | Ellipsoid:

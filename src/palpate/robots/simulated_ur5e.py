@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from palpate.kinematics import FollowingErrorLimit, Pose
+from palpate.robots.backend_entries import SimulatedUr5eEntry
 from palpate.robots.entry import entry_of
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task, on_a_carrier, simulated_tip
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import SimulatedUr5eEntry
 from palpate.sim import ArmCarrier, Ur5e
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.presets import ARM

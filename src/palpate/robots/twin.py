@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import msgspec
 
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.runtime.robot_file import FingerEntry
-from palpate.runtime.robot_pace import SimulatedPaceEntry
+from palpate.robots.backend_entries import TurningStageEntry
+from palpate.robots.pace_entries import SimulatedPaceEntry
+from palpate.robots.robot import Robot
+from palpate.robots.robot_file import FingerEntry
 from palpate.sensing.ft.sensor_file import PayloadEntry
 
 TIP_MASS = 0.03

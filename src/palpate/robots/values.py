@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from palpate.errors import InvalidValueError
 from palpate.robots.finger_sensor import model_of_finger, noise_of
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot, load_robot
 from palpate.robots.simulated_stage import tip_sizes
-from palpate.runtime.robot import Robot, load_robot
-from palpate.runtime.robot_rig import RigEntry
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -11,7 +11,7 @@ from palpate.hw.ur import UrArm
 from palpate.hw.ur.exchange import UrState
 from palpate.hw.ur.problems import PLAYING, RUNNING, safety_problem
 from palpate.hw.ur.version import OLDEST, cycle_rate
-from palpate.runtime.robot import Robot
+from palpate.robots.robot import Robot
 from palpate.runtime.standstill_check import REST_SPEED
 
 

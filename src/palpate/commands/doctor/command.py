@@ -20,9 +20,9 @@ from palpate.extras import MissingLibraryError
 from palpate.hw.devices import DeviceError
 from palpate.robots.devices import with_devices
 from palpate.robots.rig_built import RigParts, check_rig, parts_of
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 from palpate.robots.values import load_named_robot
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import RigEntry
 
 STYLES = {DoctorVerdict.GOOD: "green", DoctorVerdict.NOTE: "yellow", DoctorVerdict.BAD: "bold red"}
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
+from palpate.robots.pace_entries import RealTimePaceEntry
+from palpate.robots.robot_file import RobotFile
 from palpate.runtime.real_time import Overrun, RealTime
-from palpate.runtime.robot_file import RobotFile
-from palpate.runtime.robot_pace import RealTimePaceEntry
 from palpate.runtime.urgency import urgency_granted
 
 COMPUTER = "this computer"

@@ -8,8 +8,8 @@ import numpy as np
 from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.hw.dynamixel.care import ServoHealth
 from palpate.hw.dynamixel.hand import DynamixelHand
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import DynamixelEntry
+from palpate.robots.rig_entries import DynamixelEntry
+from palpate.robots.robot import Robot
 
 HOT, LOW = 10.0, 0.3
 """[degrees C, V] from the limit at which a servo shuts down."""

@@ -10,7 +10,7 @@ from palpate.commands.doctor.watched import GLANCE, SLOW_SHARE, Watched, failure
 from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.rig import FingerSensor
 from palpate.robots.rig_settings import noise_of_finger
-from palpate.runtime.robot import Robot
+from palpate.robots.robot import Robot
 from palpate.sensing.ft.arrays import AXES
 
 NOISIER = 2.0

@@ -8,7 +8,7 @@ import numpy as np
 from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.errors import FloatArray
 from palpate.hw.devices import DeviceError
-from palpate.runtime.robot import Robot
+from palpate.robots.robot import Robot
 
 GLANCE = 2e-4
 """[s] between two looks at a device: as short as the fastest sensor's records are apart."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from palpate.errors import InvalidValueError, shown
-from palpate.experiments.kit.named_object import named_object, raised
+from palpate.named_object import named_object, raised
 from palpate.runtime import Controller
 
 ControllerMaker = Callable[[Any], Controller]

@@ -9,12 +9,13 @@ from palpate.commands.command_result import CommandResult
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
+from palpate.open_kinds import as_written
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import check, contact_force
 from palpate.robots.known_sensor import described
+from palpate.robots.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.robots.second_channel import unchecked_sensors
 from palpate.robots.values import load_named_robot
-from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_writer import sensor_text
 from palpate.strict_refusal import shown_path
@@ -74,8 +75,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
     written = {path for path, _ in _leaves(read_yaml(robot.texts[ROBOT_TEXT]))}
     rows = [
         (shown_path((*path[:-1], _bare(path[-1]))), _with_unit(value, path), path in written)
-        for path, value in _leaves(msgspec.to_builtins(robot.file))
-        if value is not None
+        for path, value in _leaves(as_written(robot.file))
     ]
     left, middle = max(len(row[0]) for row in rows), max(len(row[1]) for row in rows)
     sys.stdout.write(f"{robot_path(config.robot)}\n")
@@ -98,7 +98,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
         outcome="All in order.",
         facts={
             "file": robot_path(config.robot),
-            "robot": msgspec.to_builtins(robot.file),
+            "robot": as_written(robot.file),
             "defaults": [name for name, _, given in rows if not given],
             "largest_force_N": None if pressed is None else pressed.force,
             "risk": risk,

@@ -214,8 +214,8 @@ def expected_durations(plan: SweepPlan) -> list[float]:
     Raises:
         InvalidValueError: One cannot be realised, or would move a real robot.
     """
+    from palpate.robots.backend_entries import SimulatedUr5eEntry, StageEntry, TurningStageEntry
     from palpate.robots.values import load_named_robot
-    from palpate.runtime.robot_backend import SimulatedUr5eEntry, StageEntry, TurningStageEntry
 
     simulated, durations = StageEntry | TurningStageEntry | SimulatedUr5eEntry, []
     for combination in plan.combinations:

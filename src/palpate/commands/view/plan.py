@@ -5,13 +5,13 @@ from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import lasting
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.robots.rig_entries import RigEntry
 from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, Command, Pacer, Sample
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.runtime.replay import RecordedChanges
-from palpate.runtime.robot_rig import RigEntry
 from palpate.runtime.shown_plan import PlanChange, PlanDiary
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import ViewScene

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from palpate.experiments.kit.experiment import Writer
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.reporting.report import Report
-    from palpate.runtime.robot import Robot
+    from palpate.robots.robot import Robot
 
 
 class Explore:

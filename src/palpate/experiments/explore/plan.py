@@ -40,16 +40,16 @@ from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, p
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
+from palpate.robots.backend_entries import EmulatedHandEntry
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import Task, only_finger
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import EmulatedHandEntry
-from palpate.runtime.robot_rig import RigEntry
 from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.truth import TruthSource
 from palpate.sim import Scene, SceneObject

@@ -12,8 +12,8 @@ from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.in_scene import build
 from palpate.robots.known_sensor import described
 from palpate.robots.known_truth import scene_of
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
-from palpate.runtime.robot import Robot
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sim import Box, ContactLaw, SceneObject, SeededSensor, SphereObject
 from palpate.sim.friction.law import FrictionLaw

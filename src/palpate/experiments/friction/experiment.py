@@ -12,7 +12,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.friction.result import FrictionResult
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.reporting.report import Report
-    from palpate.runtime.robot import Robot
+    from palpate.robots.robot import Robot
 
 
 class FindFriction:

@@ -20,11 +20,11 @@ from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.reporting.data import KeyFigure
+from palpate.robots.backend_entries import StageEntry
 from palpate.robots.known_truth import known_scene, scene_of
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import StageEntry
 from palpate.runtime.truth import TruthSource
 from palpate.sim.friction.law import FrictionLaw
 from palpate.viewing import ViewScene

@@ -7,7 +7,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.strength import LARGEST_GRIP
 from palpate.robots.hands import HandDescription, described_hand, has_hand, robots_with_hand, simulated_hand
 from palpate.robots.rig_settings import noise_of_finger
-from palpate.runtime.robot import Robot
+from palpate.robots.robot import Robot
 
 
 def grasp_hand(config: GraspConfig, robot: Robot | None) -> HandDescription:

@@ -48,8 +48,8 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.reporting.data import KeyFigure
 from palpate.robots.hand_task import HandTask
 from palpate.robots.hands import HandDescription, hand_backend
+from palpate.robots.robot import Robot
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
-from palpate.runtime.robot import Robot
 from palpate.runtime.truth import TruthSource
 from palpate.spatial import ZERO, Vector
 from palpate.viewing import ViewScene

@@ -4,8 +4,8 @@ import shlex
 from collections.abc import Mapping
 
 from palpate.experiments.kit.experiment import Plan
+from palpate.robots.rig_entries import RigEntry
 from palpate.runtime import Cause, Ending, RestState, RunResult
-from palpate.runtime.robot_rig import RigEntry
 
 ON_DEVICES: Mapping[Cause, str] = {
     Cause.WIRE: (

@@ -11,9 +11,9 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.reporting.data import KeyFigure
     from palpate.reporting.report import Report
+    from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
     from palpate.runtime.live import Change
-    from palpate.runtime.robot import Robot
     from palpate.runtime.shown_plan import PlanSource
     from palpate.runtime.truth import TruthSource
     from palpate.viewing import ViewScene

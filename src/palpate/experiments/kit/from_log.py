@@ -12,6 +12,7 @@ from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting, spec_of
 from palpate.experiments.kit.recorded_run import ProgressCallback, RecordedRun, no_progress
 from palpate.experiments.kit.registry import experiment_named
+from palpate.robots.robot import ROBOT_TEXT, Robot, read_robot
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Backend, Ending, RunResult
 from palpate.runtime.live import live_parameters_of
@@ -19,7 +20,6 @@ from palpate.runtime.log import Log, RecordingSummary
 from palpate.runtime.replay import RecordedChanges, replayed_backend
 from palpate.runtime.replay_extent import extent_of
 from palpate.runtime.rest import rest_in
-from palpate.runtime.robot import ROBOT_TEXT, Robot, read_robot
 
 NOTHING_SET: Mapping[str, object] = MappingProxyType({})
 

@@ -13,9 +13,9 @@ from palpate.reporting.data import KeyFigure
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime import Backend, Controller, FingerDescription, Limits
-from palpate.runtime.robot import Robot
 from palpate.sim import SceneObject, SeededSensor
 from palpate.sim.presets import EXPLORE
 from palpate.viewing import ViewScene

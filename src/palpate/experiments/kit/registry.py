@@ -5,29 +5,23 @@ The built-in ones are declared like a stranger's, as entry points of the group `
 
 import sys
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import cast
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.experiment_checks import check_experiment
-from palpate.experiments.kit.named_object import named_object
+from palpate.named_object import named_object
 from palpate.nearest_name import nearest
+from palpate.open_kinds import declared_in
 
 GROUP = "palpate.experiments"
 """Of entry points: name = "module:Class"."""
 
 
-@cache
-def _declared() -> dict[str, EntryPoint]:
-    return {each.name: each for each in entry_points(group=GROUP)}
-
-
 def experiment_names() -> tuple[str, ...]:
     """Return the names of all experiments that installed packages declare, palpate's own first."""
-    own = [name for name, each in _declared().items() if each.module.partition(".")[0] == "palpate"]
-    return (*own, *sorted(_declared().keys() - own))
+    return tuple(declared_in(GROUP))
 
 
 @cache
@@ -40,7 +34,7 @@ def experiment_named(name: str) -> Experiment:
     Raises:
         InvalidValueError: There is none, or it is no experiment; the message says what there is.
     """
-    declared = _declared().get(name)
+    declared = declared_in(GROUP).get(name)
     if declared is not None:
         try:
             made = declared.load()
@@ -70,7 +64,7 @@ def experiment_named(name: str) -> Experiment:
 def reference_to(experiment: Experiment) -> str:
     """Return what finds an experiment again, for logs and other processes: its name, or its file and class."""
     kind = type(experiment)
-    if experiment.name in _declared() and type(experiment_named(experiment.name)) is kind:
+    if experiment.name in declared_in(GROUP) and type(experiment_named(experiment.name)) is kind:
         return experiment.name
     file = getattr(sys.modules[kind.__module__], "__file__", None)
     return f"{kind.__module__ if file is None else Path(file).resolve()}:{kind.__qualname__}"

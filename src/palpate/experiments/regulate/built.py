@@ -8,9 +8,9 @@ from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.parts import sensor_of, shape_of
 from palpate.robots.in_scene import build
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_rig import RigEntry
 from palpate.sim import Target
 from palpate.sim.presets import EXPLORE
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from palpate.experiments.regulate.plan import RegulationPlan
     from palpate.experiments.regulate.result import Regulation
     from palpate.reporting.report import Report
-    from palpate.runtime.robot import Robot
+    from palpate.robots.robot import Robot
 
 
 class Regulate:

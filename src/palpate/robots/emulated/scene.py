@@ -9,13 +9,13 @@ from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.kinematics import Pose
+from palpate.robots.backend_entries import EmulatedUr5eEntry, SimulatedUr5eEntry
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
+from palpate.robots.pace_entries import SimulatedPaceEntry
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task
 from palpate.robots.simulated_ur5e import build_ur5e
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import EmulatedUr5eEntry, SimulatedUr5eEntry
-from palpate.runtime.robot_pace import SimulatedPaceEntry
 from palpate.runtime.urgency import be_urgent
 from palpate.sim import MujocoBackend
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN

@@ -17,10 +17,10 @@ from palpate.robots.emulated.scene import (
     simulated,
     simulated_twin,
 )
+from palpate.robots.pace_entries import SimulatedPaceEntry
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_stage import RobotInScene, Task
 from palpate.robots.simulated_ur5e import build_ur5e
-from palpate.runtime.robot import Robot
-from palpate.runtime.robot_pace import SimulatedPaceEntry
 from palpate.sensing.compensation import SensorPayload
 
 DEVICE_TIMEOUT = 0.5

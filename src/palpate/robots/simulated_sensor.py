@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from palpate.runtime.robot_sensor import (
+from palpate.robots.simulated_sensor_entry import (
     DriftEntry,
     FirstOrderEntry,
     NoiseEntry,

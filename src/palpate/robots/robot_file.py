@@ -9,12 +9,14 @@ from typing import Annotated
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot_backend import BackendEntry
-from palpate.runtime.robot_pace import PaceEntry, SimulatedPaceEntry
+from palpate.open_kinds import declared_in
+from palpate.robots.backend_entries import BackendEntry
+from palpate.robots.pace_entries import PaceEntry, SimulatedPaceEntry
+from palpate.robots.rig_entries import RigEntry
+from palpate.robots.sensor_kind import SensorKind
+from palpate.robots.simulated_sensor_entry import NoiseEntry, SimulatedSensorEntry
+from palpate.robots.surface_entries import SurfaceKind
 from palpate.runtime.robot_ranges import within
-from palpate.runtime.robot_rig import RigEntry, SensorDeviceEntry
-from palpate.runtime.robot_sensor import NoiseEntry, SimulatedSensorEntry
-from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
@@ -42,12 +44,12 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         sensor_device: The real sensor, of a rig; None: there is none, or it is simulated.
     """
 
-    surface: AnySurfaceEntry
+    surface: SurfaceKind
     payload: PayloadEntry | None = None
     sensor: str | None = None
     noise: NoiseEntry | None = None
     simulated_sensor: SimulatedSensorEntry | None = None
-    sensor_device: SensorDeviceEntry | None = None
+    sensor_device: SensorKind | None = None
 
     def __post_init__(self) -> None:
         if (self.payload is None) == (self.sensor is None):
@@ -102,7 +104,8 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
             if not real and finger.sensor_device is not None:
                 raise InvalidValueError(f"{where}.sensor_device: is for backend.kind: rig; leave it out")
             if real and finger.sensor_device is None:
-                raise InvalidValueError(f"{where}: no sensor_device, which a rig needs: netft, onrobot, bota, ...")
+                known = ", ".join(declared_in(SensorKind.GROUP))
+                raise InvalidValueError(f"{where}: no sensor_device, which a rig needs: {known}, or module:Class")
             if real and finger.simulated_sensor is not None:
                 raise InvalidValueError(f"{where}.simulated_sensor: a rig has real ones; leave it out")
             if real and finger.sensor is None and finger.noise is None:

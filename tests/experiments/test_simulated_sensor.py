@@ -5,7 +5,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from palpate.runtime.robot_sensor import (
+from palpate.robots.simulated_sensor import model_of, with_noise
+from palpate.robots.simulated_sensor_entry import (
     BiasEntry,
     DriftEntry,
     FirstOrderEntry,
@@ -17,7 +18,6 @@ from palpate.runtime.robot_sensor import (
     SecondOrderEntry,
     SimulatedSensorEntry,
 )
-from palpate.sim.sensor.from_entry import model_of, with_noise
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import sensor_preset
 from palpate.sim.sensor.simulation import simulated_sensor

@@ -1,4 +1,4 @@
-"""Real devices in robot files: what `backend` of kind `rig` and `fingers[].sensor_device` may be.
+"""Real devices in robot files: what `backend` of kind `rig` may be.
 
 Plain data, as all of a robot file; `palpate.robots.rig_built` makes devices of it.
 """
@@ -9,6 +9,7 @@ from typing import Annotated
 import msgspec
 
 from palpate.errors import InvalidValueError
+from palpate.open_kinds import Settings
 from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.spatial import ZERO, Vector
@@ -42,7 +43,7 @@ RANGES = {
 """What a device can be, generously: beyond, the number is in another unit."""
 
 
-class _Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class DeviceSettings(Settings, frozen=True, kw_only=True):
     """Numbers within `RANGES`, texts that are one line."""
 
     def __post_init__(self) -> None:
@@ -55,7 +56,7 @@ class _Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 raise InvalidValueError(f"{key} = {value!r}: must be one word")
 
 
-class PoseEntry(_Checked, frozen=True, kw_only=True):
+class PoseEntry(DeviceSettings, frozen=True, kw_only=True):
     """Where a frame is in another one.
 
     Attributes:
@@ -73,7 +74,7 @@ class PoseEntry(_Checked, frozen=True, kw_only=True):
             at_most("rotvec_rad", angle, 7.0, "rad")
 
 
-class UrEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="ur"):
+class UrEntry(DeviceSettings, frozen=True, kw_only=True, tag_field="kind", tag="ur"):
     """An arm of Universal Robots: see `palpate.hw.ur.UrSettings`. Its speed limits are the robot's `limits`.
 
     Attributes:
@@ -119,7 +120,7 @@ class ServoModelName(StrEnum):
     XM430 = "XM430-W210"
 
 
-class ServoEntry(_Checked, frozen=True, kw_only=True):
+class ServoEntry(DeviceSettings, frozen=True, kw_only=True):
     """One finger's servo: see `palpate.hw.dynamixel.settings.ServoCalibration`.
 
     Attributes:
@@ -141,19 +142,19 @@ class ServoEntry(_Checked, frozen=True, kw_only=True):
             raise InvalidValueError(f"direction = {self.direction}: must be 1 or -1")
 
 
-class SlideFingerEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="slide"):
+class SlideFingerEntry(DeviceSettings, frozen=True, kw_only=True, tag_field="kind", tag="slide"):
     """Fingers on racks, square to the hand's axis, with a pinion of this radius [m]."""
 
     pinion: float = msgspec.field(name="pinion_m")
 
 
-class HingeFingerEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="hinge"):
+class HingeFingerEntry(DeviceSettings, frozen=True, kw_only=True, tag_field="kind", tag="hinge"):
     """Fingers on the horns of their servos, this far from the servo's axis to the sensor [m]."""
 
     length: float = msgspec.field(name="length_m")
 
 
-class DynamixelEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="dynamixel"):
+class DynamixelEntry(DeviceSettings, frozen=True, kw_only=True, tag_field="kind", tag="dynamixel"):
     """A hand of Dynamixel servos: see `palpate.hw.dynamixel.settings.HandSettings`.
 
     Attributes:
@@ -201,75 +202,3 @@ class RigEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     arm: UrEntry | None = None
     hand: DynamixelEntry | None = None
     tare_at_start: bool = True
-
-
-class NetFtEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="netft"):
-    """An ATI Net F/T box or Axia: see `palpate.hw.netft.NetFt`. It tells its scales itself.
-
-    Attributes:
-        address: Of the box: host name or IP address.
-        silent_after: Without a record it counts as lost after this [s].
-        port: UDP, fixed in every box.
-        calibration_port: TCP, likewise.
-    """
-
-    address: str
-    silent_after: float = msgspec.field(name="silent_after_s", default=0.04)
-    port: int = 49152
-    calibration_port: int = 49151
-
-
-class OnRobotEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="onrobot"):
-    """An OnRobot HEX on its Ethernet box: see `palpate.hw.netft.onrobot_settings`.
-
-    Attributes:
-        address: Of the box.
-        record_period: Between records [s].
-        cutoff: Of the box's filter [Hz]: 500, 150, 50, 15, 5 or 1.5; None: no filter.
-        port: UDP.
-    """
-
-    address: str
-    record_period: float = msgspec.field(name="record_period_s", default=0.002)
-    cutoff: float | None = msgspec.field(name="cutoff_Hz", default=None)
-    port: int = 49152
-
-
-class BotaEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="bota"):
-    """A Bota sensor on a serial line: see `palpate.hw.serial_ft.Bota`.
-
-    Attributes:
-        path: Of its terminal.
-        sinc_length: Of its filter: 51 for 1000 readings a second, 512 for 100.
-        silent_after: Without a record it counts as lost after this [s].
-    """
-
-    path: str
-    sinc_length: int = 51
-    silent_after: float = msgspec.field(name="silent_after_s", default=0.04)
-
-
-class ResenseEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="resense"):
-    """A Resense HEX on a serial line: see `palpate.hw.serial_ft.Resense`.
-
-    Attributes:
-        path: Of its terminal.
-        force_range: Full load per axis [N].
-        moment_range: Likewise [N m].
-        record_period: Between records [s].
-        silent_after: Without a record it counts as lost after this [s].
-    """
-
-    path: str
-    force_range: Vector = msgspec.field(name="force_range_N")
-    moment_range: Vector = msgspec.field(name="moment_range_Nm")
-    record_period: float = msgspec.field(name="record_period_s", default=0.001)
-    silent_after: float = msgspec.field(name="silent_after_s", default=0.04)
-
-
-class UrToolEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="ur_tool"):
-    """The sensor in the flange of the rig's UR arm: the controller takes the payload's weight off."""
-
-
-SensorDeviceEntry = NetFtEntry | OnRobotEntry | BotaEntry | ResenseEntry | UrToolEntry
-"""Every kind of sensor, distinguished by `kind`."""

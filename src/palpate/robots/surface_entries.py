@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray
+from palpate.open_kinds import OpenKind, Settings
 from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.solver import Surface
 from palpate.spatial import ZERO, Vector
@@ -19,9 +20,37 @@ LARGEST_OFFSET = 2.0
 """[m] from the sensor to the surface's centre, likewise (as in sensor files)."""
 
 
-class SurfaceEntry(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="surface"
-):
+class SurfaceKind(OpenKind):
+    """A fingertip, in the sensor frame.
+
+    Attributes:
+        center: Of the surface [m], by which simulations and hands place it.
+    """
+
+    __slots__ = ()
+    GROUP = "palpate.surfaces"
+    METHODS = ("surface",)
+
+    @property
+    def center(self) -> Vector:
+        """At the sensor's origin."""
+        return ZERO
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Columns are the surface's axes in sensor coordinates, shape (3, 3): those of the sensor."""
+        return np.eye(3)
+
+    def surface(self) -> Surface:
+        """Return the fingertip.
+
+        Raises:
+            InvalidValueError: It cannot be built.
+        """
+        raise NotImplementedError
+
+
+class PlacedSurface(SurfaceKind, Settings, frozen=True, kw_only=True):
     """Where a fingertip's surface sits in the sensor frame; what it is, the kinds below say.
 
     Attributes:
@@ -51,71 +80,63 @@ class SurfaceEntry(
         """Columns are the surface's axes in sensor coordinates, shape (3, 3)."""
         return np.asarray(Rotation.from_rotvec(self.rotvec).as_matrix()) if any(self.rotvec) else np.eye(3)
 
-    def surface(self) -> Surface:
-        """Return the fingertip.
 
-        Raises:
-            InvalidValueError: It cannot be built.
-        """
-        raise NotImplementedError
-
-
-class SphereEntry(SurfaceEntry, frozen=True, kw_only=True, tag="sphere"):
+class SphereEntry(PlacedSurface, frozen=True, kw_only=True):
     """A sphere of this radius [m]."""
 
     radius: float = msgspec.field(name="radius_m")
     LENGTHS = (("radius", "radius_m"),)
 
     def surface(self) -> Sphere:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return Sphere(self.radius, center=np.array(self.center), rotation=self.rotation)
 
 
-class EllipsoidEntry(SurfaceEntry, frozen=True, kw_only=True, tag="ellipsoid"):
+class EllipsoidEntry(PlacedSurface, frozen=True, kw_only=True):
     """An ellipsoid with these semi-axes [m]."""
 
     semi_axes: Vector = msgspec.field(name="semi_axes_m")
     LENGTHS = (("semi_axes", "semi_axes_m"),)
 
     def surface(self) -> Ellipsoid:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return Ellipsoid(self.semi_axes, center=np.array(self.center), rotation=self.rotation)
 
 
-class CylinderEntry(SurfaceEntry, frozen=True, kw_only=True, tag="cylinder"):
+class CylinderEntry(PlacedSurface, frozen=True, kw_only=True):
     """An endless cylinder about z with this radius [m]."""
 
     radius: float = msgspec.field(name="radius_m")
     LENGTHS = (("radius", "radius_m"),)
 
     def surface(self) -> Cylinder:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return Cylinder(self.radius, center=np.array(self.center), rotation=self.rotation)
 
 
-class PlaneEntry(SurfaceEntry, frozen=True, kw_only=True, tag="plane"):
+class PlaneEntry(PlacedSurface, frozen=True, kw_only=True):
     """Flat at z = +- this distance [m]."""
 
     distance: float = msgspec.field(name="distance_m")
     LENGTHS = (("distance", "distance_m"),)
 
     def surface(self) -> Plane:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return Plane(self.distance, center=np.array(self.center), rotation=self.rotation)
 
 
-class ParaboloidEntry(SurfaceEntry, frozen=True, kw_only=True, tag="paraboloid"):
+class ParaboloidEntry(PlacedSurface, frozen=True, kw_only=True):
     """A paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
 
     radii: tuple[float, float] = msgspec.field(name="radii_m")
     LENGTHS = (("radii", "radii_m"),)
 
     def surface(self) -> Paraboloid:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return Paraboloid(self.radii, center=np.array(self.center), rotation=self.rotation)
 
 
-class CapsuleEntry(SurfaceEntry, frozen=True, kw_only=True, tag="capsule"):
+class CapsuleEntry(PlacedSurface, frozen=True, kw_only=True):
     """A thimble: a hemisphere of this radius on a cylinder down to z = -length [m]."""
 
     radius: float = msgspec.field(name="radius_m")
@@ -123,11 +144,11 @@ class CapsuleEntry(SurfaceEntry, frozen=True, kw_only=True, tag="capsule"):
     LENGTHS = (("radius", "radius_m"), ("length", "length_m"))
 
     def surface(self) -> Capsule:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return Capsule(self.radius, self.length, self.center, self.rotation)
 
 
-class RoundedBoxEntry(SurfaceEntry, frozen=True, kw_only=True, tag="rounded_box"):
+class RoundedBoxEntry(PlacedSurface, frozen=True, kw_only=True):
     """A box of these half lengths, rounding included, with edges of this radius [m]."""
 
     half_lengths: Vector = msgspec.field(name="half_lengths_m")
@@ -135,10 +156,5 @@ class RoundedBoxEntry(SurfaceEntry, frozen=True, kw_only=True, tag="rounded_box"
     LENGTHS = (("half_lengths", "half_lengths_m"), ("radius", "radius_m"))
 
     def surface(self) -> RoundedBox:
-        """See `SurfaceEntry`."""
+        """See `SurfaceKind`."""
         return RoundedBox(self.half_lengths, self.radius, self.center, self.rotation)
-
-
-AnySurfaceEntry = (
-    SphereEntry | EllipsoidEntry | CylinderEntry | PlaneEntry | ParaboloidEntry | CapsuleEntry | RoundedBoxEntry
-)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.robot_file import RobotFile, read_robot_file
+from palpate.robots.robot_file import RobotFile, read_robot_file
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_reader import read_sensor
 from palpate.strict_decode import load_text

@@ -1,15 +1,14 @@
 """Simulated force/torque sensors in robot files: what `fingers[].noise` and `fingers[].simulated_sensor` may be.
 
-Plain data: what a device does to a load, `palpate.sim.sensor` makes of it. What is *known* of the device, a sensor
-file says (`fingers[].sensor`), or the description that goes with the simulated one.
+Plain data: `palpate.robots.simulated_sensor` makes of it what a device does to a load. What is *known* of the
+device, a sensor file says (`fingers[].sensor`), or the description that goes with the simulated one.
 """
-
-from enum import StrEnum
 
 import msgspec
 
 from palpate.errors import InvalidValueError, not_negative
 from palpate.runtime.robot_ranges import at_most, within
+from palpate.sensing.ft.preset_sensor import PresetSensor
 from palpate.spatial import ZERO, Vector
 
 LARGEST_FORCE, LARGEST_MOMENT = 1e3, 1e3
@@ -32,16 +31,6 @@ LARGEST_SPECIMEN = 2**31
 
 SHORTEST_TARE, LONGEST_TARE = 0.1, 60.0
 """[s]. Shorter, there is too little to average; longer, it is a number in another unit."""
-
-
-class PresetSensor(StrEnum):
-    """Names of the sensors that palpate knows, as files write them."""
-
-    PERFECT = "perfect"
-    NANO17 = "nano17"
-    AXIA80 = "axia80"
-    FT300S = "ft300s"
-    UR5E = "ur5e"
 
 
 class _Axes(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

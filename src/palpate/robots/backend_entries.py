@@ -10,8 +10,8 @@ from typing import Annotated
 import msgspec
 
 from palpate.errors import InvalidValueError
+from palpate.robots.rig_entries import RigEntry
 from palpate.runtime.robot_ranges import within
-from palpate.runtime.robot_rig import RigEntry
 
 RANGES = {
     "mass_kg": (1e-3, 1000.0, "kg"),
