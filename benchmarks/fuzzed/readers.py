@@ -11,8 +11,9 @@ import trimesh
 
 from palpate.bounded_file import read_text
 from palpate.commands.calibrate.data import read_csv, wrenches
-from palpate.commands.log.export import CsvWriter, tables_of
+from palpate.commands.log.export import CsvWriter, entry_tables, period_tables
 from palpate.commands.log.summary import log_summary
+from palpate.commands.log.times import LogTimes
 from palpate.commands.sweep.record import read_record
 from palpate.commands.wrench_csv import WrenchReader
 from palpate.controllers.tangent_motion import PathTable
@@ -25,7 +26,7 @@ from palpate.friction.friction_file import load_friction_file
 from palpate.friction.materials.library import load_materials
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.robots.robot import load_robot, shipped_robots
-from palpate.runtime.log import LogWriter, Recorder, read_log
+from palpate.runtime.log import LogReader, LogWriter, Recorder, read_log
 from palpate.sensing.ft.sensor_reader import load_sensor_file
 from palpate.sim.objects.mesh_file import read_triangles
 from palpate.surfaces.mesh import load_mesh
@@ -106,10 +107,16 @@ def _logs(folder: Path) -> InputReader:
 
     def read(data: bytes) -> None:
         path.write_bytes(data)
-        log = read_log(path)
-        log_summary(log, len(data))
-        for table in tables_of(log).values():
-            CsvWriter().write(table, folder / "t.csv", lambda _: None)
+        read_log(path)
+        with LogReader(path) as log:
+            times = LogTimes(log.codec)
+            for piece in log.pieces():
+                times.take(piece)
+        log_summary(log, times, len(data))
+        with LogReader(path) as log:
+            CsvWriter().write(period_tables(log, lambda _: None), folder / "t.csv")
+        for table in entry_tables(log).values():
+            CsvWriter().write([table], folder / "t.csv")
 
     return InputReader("log", examples, read)
 
