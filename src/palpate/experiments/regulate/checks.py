@@ -8,7 +8,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.contact_checks import MOST_FORCE
 from palpate.experiments.kit.run_checks import LANDING_SHARE, check_force, check_speed
 from palpate.experiments.regulate.config import LARGEST_MOTION, RegulateConfig
-from palpate.experiments.regulate.landing import FASTEST_LANDING, LIFT_SPEED
+from palpate.experiments.regulate.landing import LIFT_SPEED
 from palpate.runtime import Limits
 
 FARTHEST_MOTION = 1.8 * LARGEST_MOTION
@@ -46,13 +46,9 @@ def fastest_commanded(config: RegulateConfig, motion: TangentMotion) -> float:
     along = (
         motion.fastest if isinstance(motion, PathTable | VelocityTable) else 0.0 if still else config.motion_speed
     )
-    match config.surface:
-        case "sine":  # it is followed, and lifted away from
-            into = FASTEST_SURFACE + LIFT_SPEED + config.surface_speed
-        case "leaving" | "yielding":
-            into = FASTEST_SURFACE
-        case _:
-            into = FASTEST_LANDING
+    into = FASTEST_SURFACE  # as a force error or a surface that moves asks for
+    if config.surface == "sine":  # it is lifted away from, too
+        into += LIFT_SPEED + config.surface_speed
     return math.hypot(along, into)
 
 
