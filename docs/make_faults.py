@@ -46,9 +46,10 @@ When last measured: {tries} tries of {tried} kinds, {right} right ({share:.1f} %
     python benchmarks/faults --search 300            # instead: search for the worst controller and sensor
 
 `--robot` takes the name of a robot, a robot file, or `module:factory`, which returns a
-`palpate.robots.robot.Robot`: so do a back end and a sensor of one's own, by [their robot file](robot-
-files.md). On a real robot mind what it may run into. A handful of kinds, drawn anew with each commit, runs with
-the long tests. What a rig says of each fault of its devices, and how fast, is [another page](wire-faults.md).
+`palpate.robots.robot.Robot`: so do a back end and a sensor of one's own, by
+[their robot file](robot-files.md). On a real robot mind what it may run into. A handful of kinds, drawn anew with
+each commit, runs with the long tests. What a rig says of each fault of its devices, and how fast, is
+[another page](wire-faults.md).
 """
 
 ABOUT = {

@@ -9,9 +9,10 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Self
 
-from faults.on_the_loop import REST_SPEED, Rest
+from faults.on_the_loop import REST_SPEED
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.ur import UrArm, UrSettings
+from palpate.runtime.rest import RestState
 from palpate.spatial import ZERO
 from support.rig_cell import Cell, robot_file
 
@@ -62,14 +63,14 @@ class EmulatedCell:
         wrenches: list[list[float]] = state["wrenches"]  # type: ignore[assignment]
         return math.hypot(*state["velocity"]), math.hypot(*wrenches[0][:3])  # type: ignore[misc]
 
-    def rest_within(self, seconds: float) -> Rest:
+    def rest_within(self, seconds: float) -> RestState:
         """Wait until the arm stands; return whether it came to it in time."""
         deadline = monotonic() + seconds
         while self.state()[0] > REST_SPEED:
             if monotonic() > deadline:
-                return Rest.MOVING
+                return RestState.MOVING
             sleep(5e-3)
-        return Rest.AT_REST
+        return RestState.AT_REST
 
     def lift(self) -> None:
         """Draw the tip back from what it presses on; nobody else commands the arm."""

@@ -19,7 +19,7 @@ import psutil
 
 from faults.cell import FORCE_LIMIT, EmulatedCell
 from faults.kind import Moment, Verdict, Workshop
-from faults.on_the_loop import FORCE_EXCESS, Rest, contradiction
+from faults.on_the_loop import FORCE_EXCESS, contradiction
 from palpate.errors import PalpateError
 from palpate.hw.rig import FreshlyTared
 from palpate.interruption import SIGNALS
@@ -27,6 +27,7 @@ from palpate.robots.rig_built import assembled
 from palpate.robots.robot import load_robot
 from palpate.runtime.data import Command as Motion
 from palpate.runtime.log import read_log
+from palpate.runtime.rest import RestState
 
 WATCHDOG = 1.0
 """[s] of the arm, as the robot file has it."""
@@ -234,7 +235,7 @@ class OnACommand:
         if "Traceback" in command.shown:
             found.append("a traceback: " + command.shown.strip().splitlines()[-1][:120])
         rest = cell.rest_within(REST_WITHIN)
-        if rest is not Rest.AT_REST:
+        if rest is not RestState.AT_REST:
             found.append("the arm moves after the end")
         found += contradiction(reported_rest(command.printed), rest)
         if expected.log:
@@ -245,14 +246,14 @@ class OnACommand:
         return [*found, *command.left()]
 
 
-def reported_rest(printed: dict[str, object]) -> Rest:
+def reported_rest(printed: dict[str, object]) -> RestState:
     """Return what the document of a command says of the robot's rest; not known if it says nothing."""
     outcome = str(printed.get("rest", "") or printed.get("outcome", "")).lower()
     if "not known" in outcome or "unknown" in outcome:
-        return Rest.UNKNOWN
+        return RestState.NOT_KNOWN
     if "did not come to rest" in outcome or "moving" in outcome:
-        return Rest.MOVING
-    return Rest.AT_REST if "at rest" in outcome else Rest.UNKNOWN
+        return RestState.MOVING
+    return RestState.AT_REST if "at rest" in outcome else RestState.NOT_KNOWN
 
 
 def _log_problems(folder: Path, killed: float | None) -> list[str]:

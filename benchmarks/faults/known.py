@@ -4,6 +4,7 @@ BELIEVED = "the sensor's reading is believed, and nothing else tells how hard th
 INWARDS = "a retreat follows what the sensor shows, which points into the object"
 UNKNOWN = "reported as not at rest, though the arm rests: nobody could measure it"
 COASTS = "the arm goes on until its watchdog stops it: at 1 s and 20 mm/s it presses 40 N where the limit is 20"
+MEMORY = "a traceback, of MemoryError or of a library that cannot be loaded"
 RECORD = "exit code 0, though the log is not there"
 
 KNOWN: dict[str, str] = {
@@ -57,5 +58,7 @@ KNOWN: dict[str, str] = {
         ),
         RECORD,
     ),
+    "no further memory while running": MEMORY,
+    "600 MB of address space from the beginning": MEMORY,
 }
 """By name; who mends one takes its line out."""

@@ -123,7 +123,7 @@ class Mounted:
         problems = []
         if result.ending is not Ending.TRIPPED:
             problems.append(f"ended with {result.ending.value}")
-        if not result.stopped:
+        if not result.at_rest:
             problems.append("not reported at rest")
         if force > FORCE_EXCESS * LIMIT:
             where = f"{'arm' if arm else 'stage'}, {'approach' if approach else 'scan'}, {1e3 * speed:.0f} mm/s"

@@ -7,11 +7,12 @@ from time import monotonic, sleep
 from faults.cell import FORCE_LIMIT, EmulatedCell, own_address
 from faults.command import REST_WITHIN, next_run
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
-from faults.on_the_loop import FORCE_EXCESS, Rest, contradiction, reported_rest
+from faults.on_the_loop import FORCE_EXCESS, contradiction, reported_rest
 from faults.proxy import Proxy, Weather
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.robots.robot import load_robot
 from palpate.runtime.data import Sample
+from palpate.runtime.rest import RestState
 from support.regulate_runs import planned
 
 RTDE, SCRIPT, DASHBOARD, CALIBRATION, RDT = 30004, 30003, 29999, 49151, 49152
@@ -74,7 +75,7 @@ class InTheRun:
             rest = cell.rest_within(REST_WITHIN)
         proxy.turn(Weather())
         problems = [*contradiction(reported_rest(result), rest)]
-        if rest is not Rest.AT_REST:
+        if rest is not RestState.AT_REST:
             problems.append("the arm moves after the end")
         if watched.hardest > FORCE_EXCESS * FORCE_LIMIT:
             problems.append(f"true force {watched.hardest:.1f} N at a limit of {FORCE_LIMIT:g} N")
@@ -140,7 +141,7 @@ class AtTheStart:
             problems.append(f"took {took:.1f} s: a start has {STARTS_WITHIN:g} s")
         if reported != "started" and not (self.names in reported and proxy.front in reported):
             problems.append(f"does not name {self.names} at {proxy.front}: {reported}")
-        if cell.rest_within(REST_WITHIN) is not Rest.AT_REST:
+        if cell.rest_within(REST_WITHIN) is not RestState.AT_REST:
             problems.append("the arm moves after the end")
         return Verdict(f"{reported[:90]} ({took:.1f} s)", (*problems, *next_run(cell)))
 

@@ -3,7 +3,6 @@
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 
 from faults.fault_rig import FaultyBackend, Injection, Outcome, Rig, carry_out
 from faults.fault_table import FASTEST_RETRACT
@@ -23,22 +22,14 @@ REST_SPEED = 1e-3
 """[m/s]: a slower tip is at rest, as the loop has it."""
 
 
-class Rest(Enum):
-    """Whether the robot stands still."""
-
-    AT_REST = "at rest"
-    MOVING = "moving"
-    UNKNOWN = "not known"
-
-
-def reported_rest(result: RunResult) -> Rest:
+def reported_rest(result: RunResult) -> RestState:
     """Return what a result says of it."""
-    return Rest.AT_REST if result.stopped else Rest.MOVING
+    return result.rest.state
 
 
-def contradiction(reported: Rest, measured: Rest) -> tuple[str, ...]:
+def contradiction(reported: RestState, measured: RestState) -> tuple[str, ...]:
     """Return what is wrong with what was reported; nothing if it agrees, or if nobody could know."""
-    if Rest.UNKNOWN in (reported, measured) or reported is measured:
+    if RestState.NOT_KNOWN in (reported, measured) or reported is measured:
         return ()
     return (f"reported {reported.value}, measured {measured.value}",)
 
@@ -79,7 +70,7 @@ class OnTheLoop:
         problems += watch.problems()
         if not log.complete:
             problems.append("the log was not finished")
-        if measured is Rest.MOVING:
+        if measured is RestState.MOVING:
             problems.append("moves after the end")
         if rig.backend.closed_after is None:
             problems.append("the back end was not closed")
@@ -119,13 +110,13 @@ class Watch:
         return found
 
 
-def measured_rest(backend: FaultyBackend) -> Rest:
+def measured_rest(backend: FaultyBackend) -> RestState:
     """Return whether the robot truly stands at the end, by its last two true positions and its true speed."""
     if len(backend.truly) < 2:
-        return Rest.UNKNOWN
+        return RestState.NOT_KNOWN
     *_, before, last = (sample.arm for sample in backend.truly)
     gone = norm(subtract(last.position_base_tip, before.position_base_tip)) / backend.period
-    return Rest.MOVING if max(gone, norm(last.velocity_base_tip)) > REST_SPEED else Rest.AT_REST
+    return RestState.MOVING if max(gone, norm(last.velocity_base_tip)) > REST_SPEED else RestState.AT_REST
 
 
 def _reported(outcome: Outcome) -> str:
