@@ -9,6 +9,7 @@ from faults.fault_table import FASTEST_RETRACT
 from faults.kind import Moment, Verdict, Workshop
 from faults.robots import planned_rig
 from palpate.runtime.log import LogWriter, read_log
+from palpate.runtime.rest import RestState
 from palpate.runtime.result import Ending, RunResult
 from palpate.spatial import norm, subtract
 
