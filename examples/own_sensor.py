@@ -18,6 +18,7 @@ import tyro
 
 import palpate as pp
 from palpate.hw.ft_stream.link import StreamReading
+from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.hw.serial_ft.serial_sensor import SerialSensor
 from palpate.robots.rig_built import parts_of
 from palpate.robots.rig_entries import DeviceSettings
@@ -31,7 +32,8 @@ class TextLines:
     title, baud = "text sensor", 115_200
 
     def begin(self, line, counts):
-        self.rest, self.counts, self.first = b"", counts, True
+        self.rest, self.counts, self.count = b"", counts, 0
+        self.clock = StreamClock()  # it sends no time: its readings are counted
 
     def records(self, data, arrival):
         *lines, self.rest = (self.rest + data).split(b"\n")
@@ -43,8 +45,8 @@ class TextLines:
                 self.counts.refused += 1
                 continue
             wrench = (fx, fy, fz, 1e-3 * mx, 1e-3 * my, 1e-3 * mz)
-            readings.append(StreamReading(arrival, None, wrench, 0, anew=self.first))
-            self.first = False
+            self.count += 1
+            readings.append(StreamReading(arrival, self.clock.stamp(self.count, arrival), wrench, 0))
         self.counts.records += len(readings)
         return readings
 
@@ -75,8 +77,8 @@ fingers:
 
 
 def stream(wire: int, line: bytes) -> None:
-    """Send a reading every 2 ms for a second."""
-    for _ in range(500):
+    """Send a reading every 2 ms for three seconds."""
+    for _ in range(1500):
         os.write(wire, line)
         sleep(2e-3)
 
@@ -86,7 +88,7 @@ def main(force: float = 2.0, out: Path = Path("own_sensor.yaml")) -> None:
     wire, terminal = os.openpty()
     tty.setraw(terminal)
     Thread(
-        target=lambda: [os.write(wire, b"%g,0,0,0,0,0\n" % -force) for _ in range(500) if not sleep(2e-3)]
+        target=lambda: [os.write(wire, b"%g,0,0,0,0,0\n" % -force) for _ in range(1500) if not sleep(2e-3)]
     ).start()
     out.write_text(ROBOT.format(file=Path(__file__).resolve(), terminal=os.ttyname(terminal)), encoding="utf-8")
     robot = load_robot(str(out))

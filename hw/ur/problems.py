@@ -87,7 +87,7 @@ WORDS: dict[Problem, tuple[str, str]] = {
     ),
     Problem.SAFETY_UNKNOWN: (
         "its safety status is no mode: safety_status_bits has none of 1 (normal), 2 (reduced) and 8 (recovery)",
-        "look at the pendant, and check that controller and ur_rtde fit together, then recover()",
+        "look at the pendant, and check that controller and ur_rtde fit together, then `palpate recover`",
     ),
     Problem.NOT_POWERED: (
         "it is not powered, or its brakes are on",

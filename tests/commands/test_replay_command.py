@@ -126,9 +126,7 @@ def test_a_run_that_was_stopped_by_the_supervisor_trips_again(tmp_path):
     found = replay_log(tmp_path)
     check_identical(found, 100)
     assert found.replay.trip.measure == "contact moment"
-    assert str(found.replay.trip) == found.next(
-        each.text for each in found.log.events if each.source == "supervisor"
-    )
+    assert str(found.replay.trip) == next(each.text for each in found.log.events if each.source == "supervisor")
     assert list(found.log.commands())[found.extent.count - 1].phase is Phase.STOP
     stronger = replay_log(tmp_path, {"robot": "stage"})  # with limits that it does not reach
     assert stronger.replay.trip is None

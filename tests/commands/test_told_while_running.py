@@ -166,7 +166,7 @@ print("still here", flush=True)
     ("before", "within", "code", "out", "err"),
     [
         ("", "", ExitCode.INTERRUPTED, "", "palpate: interrupted; nothing had begun, and nothing was written\n"),
-        ("", "start_up.over()", -signal.SIGINT, "", "KeyboardInterrupt"),
+        ("", "start_up.over()", 1, "", "KeyboardInterrupt"),
         ("signal.signal(signal.SIGINT, signal.SIG_IGN)", "", 0, "still here\n", ""),
     ],
     ids=["while it starts", "once it has started", "ignored, as under nohup"],

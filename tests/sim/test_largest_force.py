@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
-from palpate.robots.contact_force import LARGEST_SHARE, ContactForce
-from palpate.robots.in_scene import contact_force, over_a_plate
+from palpate.robots.impact_force import LARGEST_SHARE, ImpactForce
+from palpate.robots.in_scene import impact_force, over_a_plate
 from palpate.robots.robot import load_robot, shipped_robots
 from palpate.runtime import Limits, Supervisor, Touch, run
 from palpate.runtime.data import Command, Phase
@@ -182,7 +182,7 @@ def test_the_fastest_speed_gives_the_largest_force(stiffness, delay, contact, ma
 @pytest.mark.slow
 @pytest.mark.parametrize("name", shipped_robots())
 def test_every_robot_that_comes_with_palpate_keeps_its_own_force_limit(name):
-    pressed = contact_force(load_robot(name))
+    pressed = impact_force(load_robot(name))
     assert pressed is None or pressed.force <= LARGEST_SHARE * pressed.limits.force
 
 
@@ -192,10 +192,10 @@ def test_limits_that_break_their_own_force_limit_are_refused_with_a_speed_that_w
     with pytest.raises(
         InvalidValueError, match=r"limits\.contact_speed_m_per_s = .*write at most 0\.033"
     ) as found:
-        ContactForce(Limits(contact_speed=speed), landing).check()
+        ImpactForce(Limits(contact_speed=speed), landing).check()
     assert f"{landing.largest_force(speed, 20.0):.3g} N" in str(found.value)
-    ContactForce(Limits(contact_speed=0.033), landing).check()
-    ContactForce(Limits(), landing).check()
+    ImpactForce(Limits(contact_speed=0.033), landing).check()
+    ImpactForce(Limits(), landing).check()
 
 
 def test_a_plan_may_allow_more_but_no_more_than_the_robot():

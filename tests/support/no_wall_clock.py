@@ -20,8 +20,6 @@ SERVICES = (
     "tests/support/fake_ur_library.py",
     "tests/support/ur_wire_sessions.py",
     "tests/support/rig_devices.py",
-    "tests/faults/watchdog_device.py",
-    "tests/faults/device_client.py",
     # the one deadline helper
     "tests/support/waiting.py",
 )

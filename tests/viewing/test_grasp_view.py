@@ -15,7 +15,7 @@ from palpate.commands.view.pictures import write_still, write_video
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.kinematics.posture import Posture
-from palpate.runtime import Ending, Finger, Phase, Supervisor, Touch, run
+from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.data import Command
 from palpate.runtime.log import LogWriter, Recorder, read_log
 from palpate.sensing.compensation import SensorPayload
@@ -68,7 +68,7 @@ def grasped(hand, shape, folder):
         backend,
         Touch(*[finger] * hand.fingers),
         GripAndLift(),
-        Supervisor(),
+        Supervisor(Limits().allowing(0.05)),
         duration=5.0,
         recorder=Recorder(log),
         observers=(memory.observe,),

@@ -24,7 +24,7 @@ SAME_HANG_UP = 1.0
 _first_at = 0.0
 
 
-class _Interruption(KeyboardInterrupt):
+class _CommandKeyboardInterrupt(KeyboardInterrupt):
     """Of a command, whose exit code is its own.
 
     CPython notes a plain KeyboardInterrupt that leaves code given as text (dataclasses are made so while modules
@@ -81,7 +81,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
         _first_at = now
     elif number != signal.SIGINT and now - _first_at < SAME_HANG_UP:
         return
-    raise _Interruption
+    raise _CommandKeyboardInterrupt
 
 
 def _note(number: int, frame: FrameType | None) -> None:

@@ -12,10 +12,10 @@ from palpate.robots.backend_entries import (
     StageEntry,
     TurningStageEntry,
 )
-from palpate.robots.contact_force import CONTACT, ContactForce, rig_contact_force
 from palpate.robots.emulated.ur5e import build_emulated_ur5e
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.hands import described_hand
+from palpate.robots.impact_force import CONTACT, ImpactForce, rig_impact_force
 from palpate.robots.rig_built import build_rig, check_rig
 from palpate.robots.rig_entries import RigEntry
 from palpate.robots.robot import Robot
@@ -73,7 +73,7 @@ def build(robot: Robot, task: Task) -> RobotInScene:
             to change.
     """
     ready = _kind(robot).build(robot, task)
-    ContactForce(robot.file.limits, ready.landing_model(CONTACT)).check()
+    ImpactForce(robot.file.limits, ready.landing_model(CONTACT)).check()
     return ready
 
 
@@ -97,7 +97,7 @@ def over_a_plate(robot: Robot, contact_stiffness: float = CONTACT) -> RobotInSce
     return _kind(robot).build(robot, task)
 
 
-def contact_force(robot: Robot) -> ContactForce | None:
+def impact_force(robot: Robot) -> ImpactForce | None:
     """Return how hard a robot presses at its limits; None if it has no arm that could.
 
     Raises:
@@ -106,8 +106,8 @@ def contact_force(robot: Robot) -> ContactForce | None:
     if isinstance(robot.file.backend, EmulatedHandEntry):
         return None
     if isinstance(robot.file.backend, RigEntry):
-        return rig_contact_force(robot)
-    return ContactForce(robot.file.limits, over_a_plate(robot).landing_model(CONTACT))
+        return rig_impact_force(robot)
+    return ImpactForce(robot.file.limits, over_a_plate(robot).landing_model(CONTACT))
 
 
 def check(robot: Robot) -> None:
@@ -123,7 +123,7 @@ def check(robot: Robot) -> None:
         described_hand(robot)
     else:
         check_simulated(robot, robot.file.backend.time_step)
-    pressed = contact_force(robot)
+    pressed = impact_force(robot)
     if pressed is not None:
         pressed.check()
 

@@ -11,7 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
 from palpate.open_kinds import as_written
 from palpate.robots.finger_sensor import model_of_finger
-from palpate.robots.in_scene import check, contact_force
+from palpate.robots.in_scene import check, impact_force
 from palpate.robots.known_sensor import described
 from palpate.robots.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.robots.second_channel import unchecked_sensors
@@ -86,7 +86,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
         sensor = file or _described(robot, i)
         if sensor is not None:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
-    pressed = contact_force(robot)
+    pressed = impact_force(robot)
     if pressed is not None:
         sys.stdout.write(f"  largest force at these limits: {pressed}\n")
     risk = unchecked_sensors(robot)

@@ -18,7 +18,7 @@ LARGEST_SHARE = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class ContactForce:
+class ImpactForce:
     """How hard a robot presses at its limits.
 
     Attributes:
@@ -60,7 +60,7 @@ class ContactForce:
         )
 
 
-def rig_contact_force(robot: Robot) -> ContactForce | None:
+def rig_impact_force(robot: Robot) -> ImpactForce | None:
     """Return that of a rig; None if it has no arm."""
     entry = robot.file.backend
     if not isinstance(entry, RigEntry) or entry.arm is None:
@@ -72,7 +72,7 @@ def rig_contact_force(robot: Robot) -> ContactForce | None:
         CONTACT,
         moved_mass(arm.stiffness, arm.response),
     )
-    return ContactForce(robot.file.limits, landing)
+    return ImpactForce(robot.file.limits, landing)
 
 
 def _floor(speed: float) -> float:
