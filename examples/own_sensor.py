@@ -32,8 +32,7 @@ class TextLines:
     title, baud = "text sensor", 115_200
 
     def begin(self, line, counts):
-        self.rest, self.counts, self.count = b"", counts, 0
-        self.clock = StreamClock()  # it sends no time: its readings are counted
+        self.rest, self.counts, self.count, self.clock = b"", counts, 0, StreamClock()
 
     def records(self, data, arrival):
         *lines, self.rest = (self.rest + data).split(b"\n")
@@ -45,7 +44,7 @@ class TextLines:
                 self.counts.refused += 1
                 continue
             wrench = (fx, fy, fz, 1e-3 * mx, 1e-3 * my, 1e-3 * mz)
-            self.count += 1
+            self.count += 1  # it sends no time
             readings.append(StreamReading(arrival, self.clock.stamp(self.count, arrival), wrench, 0))
         self.counts.records += len(readings)
         return readings
@@ -77,7 +76,6 @@ fingers:
 
 
 def stream(wire: int, line: bytes) -> None:
-    """Send a reading every 2 ms for three seconds."""
     for _ in range(1500):
         os.write(wire, line)
         sleep(2e-3)

@@ -68,7 +68,7 @@ def grasped(hand, shape, folder):
         backend,
         Touch(*[finger] * hand.fingers),
         GripAndLift(),
-        Supervisor(Limits().allowing(0.05)),
+        Supervisor(Limits().allowing(0.2)),
         duration=5.0,
         recorder=Recorder(log),
         observers=(memory.observe,),
