@@ -61,7 +61,9 @@ def test_honest_sensors_with_noise_and_an_offset_pass_at_any_orientation(seed, r
 @pytest.mark.parametrize("rate", [20.0, 100.0, 500.0])
 def test_a_dead_or_weak_sensor_is_found_within_the_stated_impulse(gain, rate):
     true, own = pressed(rate)
-    at, finding = found(own, gain * true)
+    noticed = found(own, gain * true)
+    assert noticed is not None
+    at, finding = noticed
     excess = np.maximum(0.0, (1.0 - gain - GAIN_ERROR) * true[:, 2] - ACCURACY)
     assert at <= np.flatnonzero(np.cumsum(excess) * PERIOD > LARGEST_IMPULSE)[0] + 1
     assert "arm itself measures" in finding.measure

@@ -1,6 +1,5 @@
 """A sensor or fingertip of somebody's own is named in a robot file and read as strictly as palpate's."""
 
-import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
@@ -8,6 +7,7 @@ from palpate.open_kinds import as_written, declared_in, kind_named
 from palpate.robots.robot_file import read_robot_file
 from palpate.robots.sensor_kind import SensorKind
 from palpate.robots.surface_entries import SurfaceKind
+from palpate.surfaces import Sphere
 from palpate.yaml_text import yaml_text
 
 MODULE = """
@@ -66,11 +66,11 @@ def own(tmp_path, monkeypatch):
 
 def test_classes_of_ones_own_are_read_with_their_settings_and_written_again():
     robot = read_robot_file(ROBOT)
-    finger = robot.fingers[0]
-    assert finger.sensor_device.port == 3
-    assert finger.surface.surface().radius == 0.01
-    assert np.array_equal(finger.surface.center, (0.0, 0.0, 0.02))
-    assert as_written(robot)["fingers"][0]["sensor_device"]["port"] == 3
+    surface, written = robot.fingers[0].surface, as_written(robot)["fingers"][0]
+    assert isinstance(surface.surface(), Sphere)
+    assert surface.center == (0.0, 0.0, 0.02)
+    assert written["sensor_device"]["port"] == 3
+    assert written["surface"]["radius_m"] == 0.01
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A sensor that is dead, whatever it still reports, is found by name, without a sensor file."""
 
 import itertools
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ def carried_out(plan, backend, watch=None):
 def test_a_dead_sensor_cannot_press_harder_than_the_limit_allows(robot, noise):
     plan = regulation(robot, noise)
     for since, fault in itertools.product((0.0, 0.5, 1.2), FAULTS):
-        backend, forces, speeds = plan.backend(), [], []
+        backend, forces, speeds = cast("Any", plan.backend()), [], []
 
         def watch(sample, now, command, backend=backend, forces=forces, speeds=speeds):
             forces.append(float(np.linalg.norm(backend.truth().force)))

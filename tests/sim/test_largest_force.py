@@ -3,6 +3,7 @@
 import math
 import random
 from functools import partial
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -83,7 +84,7 @@ def driven(name, control, limits=None, stiffness=20e3, duration=2.0):
     robot = load_robot(name)
     ready = over_a_plate(robot, stiffness)
     limits = limits or robot.file.limits
-    backend, seen = ready.backend, []
+    backend, seen = cast("Any", ready.backend), []
 
     def watch(sample, now, command):
         truth = backend.truth()

@@ -44,6 +44,7 @@ def error_behind(line: DelayedLine, stamp: Callable[[], float], rate: float) -> 
         return None
 
     error = until(look)
+    assert error is not None
     assert looks > 10
     return error
 

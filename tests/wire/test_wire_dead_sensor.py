@@ -1,6 +1,7 @@
 """A fingertip's sensor that dies on an emulated UR5e: the TCP force that ur_rtde reads shows it."""
 
 from dataclasses import replace
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -44,7 +45,7 @@ def attempted(fault, since):
     limits = msgspec.structs.replace(given.file.limits, force=LIMIT, sample_age=PATIENCE)
     robot = replace(given, file=msgspec.structs.replace(given.file, backend=entry, limits=limits))
     plan = Regulate().plan(RegulateConfig(robot="emulated-ur5e", duration=2.0), robot, {})
-    backend, forces, times, speeds = plan.backend(), [], [], []
+    backend, forces, times, speeds = cast("Any", plan.backend()), [], [], []
 
     def watch(sample, now, command):
         force = np.linalg.norm(backend.truth().force)

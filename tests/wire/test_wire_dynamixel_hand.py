@@ -22,6 +22,8 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
+from palpate.robots.entry import entry_of
+from palpate.robots.rig_entries import RigEntry
 from palpate.robots.rig_settings import hand_settings
 from palpate.robots.robot import load_robot
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
@@ -422,7 +424,8 @@ def test_a_position_that_no_finger_has_is_refused_by_name(emulated, hand, monkey
 
 
 def test_a_robot_file_must_not_wait_longer_than_late_replies_are_recognised():
-    entry = load_robot("ur5e-hand").file.backend.hand
+    entry = entry_of(load_robot("ur5e-hand"), RigEntry).hand
+    assert entry is not None
     for silent, accepted in ((0.048, True), (0.049, False)):
         changed = msgspec.structs.replace(entry, silent_after=silent)
         if accepted:

@@ -24,17 +24,14 @@ class SurfaceKind(OpenKind):
     """A fingertip, in the sensor frame.
 
     Attributes:
-        center: Of the surface [m], by which simulations and hands place it.
+        center: Of the surface [m], by which simulations and hands place it: the sensor's origin.
     """
 
     __slots__ = ()
     GROUP = "palpate.surfaces"
     METHODS = ("surface",)
 
-    @property
-    def center(self) -> Vector:
-        """At the sensor's origin."""
-        return ZERO
+    center: Vector = ZERO
 
     @property
     def rotation(self) -> FloatArray:

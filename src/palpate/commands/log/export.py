@@ -99,11 +99,11 @@ class ParquetWriter:
 
     def write(self, pieces: Iterable[Table], path: Path) -> int:
         """See `TableWriter`."""
-        count = 0
+        count, writer = 0, None
         with replacing(path) as file, ExitStack() as open_files:
-            for index, table in enumerate(pieces):
+            for table in pieces:
                 arrow = self._arrow.table({column.name: self._array(column) for column in table})
-                if index == 0:
+                if writer is None:
                     writer = open_files.enter_context(self._parquet.ParquetWriter(file, arrow.schema))
                 writer.write_table(arrow)
                 count += len(table[0].values)
