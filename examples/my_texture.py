@@ -58,7 +58,7 @@ class Texture(ExperimentDefaults):
 
     def plan(self, config, robot, texts):
         heights = config.ripple * np.sin(np.linspace(-0.02, 0.02, 161) / WAVELENGTH * 2.0 * np.pi)
-        how = {"force": config.force, "stiffness": STIFFNESS, "duration": 6.0, "beside": (-0.01, 0.0)}
+        how = {"force": config.force, "stiffness": STIFFNESS, "duration": 6.0, "speed": 5e-3, "beside": (-0.01, 0)}
         ripples = HeightField(np.tile(heights, (41, 1)), 0.04, 0.04)
         return OneFingerPlan.over(ripples, config, robot, new_stroke, title="Roughness of ripples", **how)
 

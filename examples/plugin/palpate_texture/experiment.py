@@ -118,6 +118,7 @@ class Texture:
             robot,
             lambda plan: Strokes(config, half, plan.gain.gain),
             force=max(config.forces),
+            speed=config.speed,
             stiffness=STIFFNESS,
             duration=1.0 + config.strokes * (0.5 + config.length / config.speed),
             title=f"Texture of ripples of {1e6 * config.ripple:g} µm",

@@ -35,6 +35,7 @@ class OneFingerPlan(PlanDefaults):
         landing: How hard it presses on this contact.
         gain: Of force control on this contact, with its stability margins.
         control: From this plan to a fresh controller.
+        limits: Of the robot, with room for the speed that is asked for.
         title: What is done, for people.
         expected_duration: About how long it takes [s].
         figures: Of a dry run, besides durations and limits.
@@ -47,6 +48,7 @@ class OneFingerPlan(PlanDefaults):
     landing: LandingModel
     gain: ForceGain
     control: Callable[[Any], Controller]
+    limits: Limits
     title: str
     expected_duration: float
     figures: tuple[KeyFigure, ...] = ()
@@ -61,6 +63,7 @@ class OneFingerPlan(PlanDefaults):
         control: Callable[[Any], Controller],
         *,
         force: float,
+        speed: float,
         stiffness: float,
         duration: float,
         title: str,
@@ -76,6 +79,8 @@ class OneFingerPlan(PlanDefaults):
             robot: What carries it out.
             control: From the plan to a fresh controller.
             force: Largest normal force that is asked for [N].
+            speed: With which the tip is moved along the object [m/s]; for force control the limits leave room
+                besides, up to an error as large as `force`.
             stiffness: Of the contact [N/m].
             duration: About how long it takes [s].
             title: What is done.
@@ -102,17 +107,13 @@ class OneFingerPlan(PlanDefaults):
         ready = build(robot, task)
         landing = ready.landing_model(stiffness)
         gain = force_gain(landing.stiffness, landing.delay)
-        return cls(config, robot, ready, landing, gain, control, title, duration, figures, files)
+        limits = robot.file.limits.allowing(speed + gain.gain * force)
+        return cls(config, robot, ready, landing, gain, control, limits, title, duration, figures, files)
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
         """See `Plan`."""
         return (self.ready.finger,)
-
-    @property
-    def limits(self) -> Limits:
-        """See `Plan`."""
-        return self.robot.file.limits
 
     @property
     def longest_duration(self) -> float:
