@@ -496,3 +496,17 @@ def test_backing_off_from_what_is_touched_may_be_fast_and_nothing_else():
         command = Command(away, Phase.SCAN)
         step(supervisor, observation(time=k * PERIOD, wrench=PUSH if k == 0 else (0.0,) * 6), command)
     assert supervisor.trip.time == pytest.approx(0.1, abs=2 * PERIOD)
+
+
+@pytest.mark.parametrize(("turn", "backs_off"), [(0.0, True), (80.0, True), (100.0, False), (180.0, False)])
+def test_a_reading_that_comes_from_another_side_than_the_contact_moves_nothing_inwards(turn, backs_off):
+    """A spike of a sensor: before, the tip followed it into the object, with 100 N at a limit of 20."""
+    supervisor = started()
+    for k in range(100):
+        assert supervisor.admits(observation(time=k * PERIOD, wrench=PUSH))
+        supervisor.check(observation(time=k * PERIOD, wrench=PUSH), Command())
+    angle = math.radians(turn)
+    spike = observation(time=0.1, wrench=(30.0 * math.sin(angle), 0.0, 30.0 * math.cos(angle), 0.0, 0.0, 0.0))
+    assert not supervisor.admits(spike)
+    moved = [supervisor.react(spike).velocity_base_tip != REST for _ in range(5)]
+    assert any(moved) is backs_off

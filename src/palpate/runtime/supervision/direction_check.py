@@ -11,7 +11,7 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.runtime.supervision.run_guards import CONTACT_FORCE
-from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Vector, add, dot, norm, rotate, scale, subtract
 
 LARGEST_COSINE = -0.35
 """Of the angle between approach and first contact force: 110 degrees. A smooth flank of 70 degrees shows it,
@@ -38,6 +38,10 @@ FIRST_STEP = 2e-3
 LEAST_RELIEF = 0.02
 """this share of the force at the trip, 0.4 N of 20 N: a contact of 200 N/m."""
 
+STEADY = 0.5
+"""Least ratio of the mean contact force before a trip to the mean of its size: noise and spikes have no direction.
+Of a contact it is 1 but for noise, of 50 random readings 0.14."""
+
 REMEDY = "check how sensor, tip and arm are mounted, and tcp, tip frame and sensor rotation in the robot file"
 
 
@@ -55,6 +59,7 @@ class DirectionCheck:
         self._period = period
         self._recent: deque[tuple[Observation, Vector]] = deque(maxlen=max(2, math.ceil(HISTORY / period) + 1))
         self._moved: Vector = ZERO
+        self._felt: Vector | None = None
         self._force, self._rate = 0.0, math.inf
 
     def first_contact(self, now: Observation, last: Command) -> Violation | None:
@@ -64,9 +69,9 @@ class DirectionCheck:
             now: What is sensed.
             last: The command that led here.
         """
+        self._recent.append((now, last.velocity_base_tip))
         if self.agreed:
             return None
-        self._recent.append((now, last.velocity_base_tip))
         if last.phase is not Phase.APPROACH or now.hand is not None:
             return None
         speed = norm(last.velocity_base_tip)
@@ -89,8 +94,9 @@ class DirectionCheck:
 
     def begin(self, aftermath: Aftermath) -> None:
         """Take the trip: how the tip was commanded to move and how the force rose before it."""
-        self._force = aftermath.force
+        self._force, self._felt = aftermath.force, None
         if self._recent:
+            self._felt = _steady_force([now for now, _ in self._recent])
             first = self._recent[0][0]
             x, y, z = map(sum, zip(*(velocity for _, velocity in self._recent), strict=True))
             self._moved, time = scale(self._period, (x, y, z)), aftermath.first.time - first.time
@@ -106,7 +112,11 @@ class DirectionCheck:
             aftermath: Of the reaction until now.
         """
         speed = norm(command.velocity_base_tip)
-        if self.agreed or speed == 0.0:
+        if speed == 0.0:
+            return ""
+        if self._felt is not None and dot(command.velocity_base_tip, self._felt) <= 0.0:
+            return "did not back off: the contact was felt from another side until then, or from everywhere"
+        if self.agreed:
             return ""
         away, moved = scale(1.0 / speed, command.velocity_base_tip), norm(self._moved)
         if moved >= SMALLEST_MOTION and dot(away, self._moved) > ALONG * moved:
@@ -118,3 +128,18 @@ class DirectionCheck:
         if gone > FIRST_STEP and added > -LEAST_RELIEF * self._force:
             return f"stopped because backing off {1e3 * gone:.0f} mm relieved nothing; {REMEDY}"
         return ""
+
+
+def _steady_force(recent: list[Observation]) -> Vector | None:
+    """Return the mean contact force of the only finger [N], base frame; zero if it has no direction.
+
+    None if nothing was touched, or there are several fingers.
+    """
+    total, size = ZERO, 0.0
+    for now in recent:
+        if len(now.fingers) == 1 and now.fingers[0].touching:
+            force = rotate(now.arm.rotation_base_tip, now.fingers[0].wrench[:3])
+            total, size = add(total, force), size + norm(force)
+    if size == 0.0:
+        return None
+    return total if norm(total) >= STEADY * size else ZERO
