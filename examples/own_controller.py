@@ -46,7 +46,7 @@ def main(force: float = 2.0, speed: float = 0.005, gain: float = 0.0015) -> None
     def watch(_: pp.Sample, now: pp.Observation, command: pp.Command) -> None:  # once per period
         felt.extend(finger.contact.normal_force for finger in now.fingers if finger.touching)
 
-    controller, guard = PressAndSlide(force, speed, gain), pp.Supervisor(pp.Limits(force=10.0))  # [N]
+    controller, guard = PressAndSlide(force, speed, gain), pp.Supervisor(pp.Limits(force=10.0, contact_speed=0.05))
     print(pp.run(backend, pp.Touch(tip.finger()), controller, guard, duration=10.0, observers=(watch,)))
     print(f"felt {np.mean(felt):.3f} +- {np.std(felt):.3f} N, over {len(felt)} periods")
 

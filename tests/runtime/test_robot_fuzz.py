@@ -16,6 +16,7 @@ from palpate.yaml_text import yaml_text
 TEXTS = [load_robot(name).texts[ROBOT_TEXT] for name in ("stage", "stage-nano17")]
 DEFAULTS = {
     "pace.kind": "simulated",
+    "limits.contact_speed_m_per_s": None,
     "pace.overrun": "skip",
     "pace.spin_s": 0.0,
     "pace.priority": None,

@@ -122,6 +122,7 @@ backend:
     finger: {kind: slide, pinion_m: 0.02}
     watchdog_s: 2.0
     silent_after_s: 1.0
+    reply_timeout_s: 0.125
 period_s: 0.004
 pace: {kind: real_time}
 fingers:

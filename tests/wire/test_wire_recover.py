@@ -103,7 +103,7 @@ def test_a_servo_that_has_shut_down_is_restarted_if_that_is_agreed_to(tmp_path, 
         path = str(robot_file(tmp_path, address, HAND.replace("TERMINAL", terminal)))
         emulator.control.fault(bus, "overload", 2.0)
         code, found = recover(path, capsys)
-        assert code == 1
+        assert code == 1, found
         assert "servo 2 shut down by overload" in found["devices"][-1]["state"]
         assert found["devices"][-1]["action"].startswith("restart servo 2,")
         code, found = recover(path, capsys, "--yes")
