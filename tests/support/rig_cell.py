@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from palpate.hw.dynamixel.registers import XL330
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
@@ -43,13 +45,34 @@ class Cell:
     def __call__(self) -> Host:
         """Return a host that listens."""
         plane = ElasticPlane(PLACE[2] - self.above, self.stiffness)
-        plant = SimplePlant(SimpleTip(Pose(PLACE), plane))
+        plant = NoisyPlant(SimpleTip(Pose(PLACE), plane))
         arm = UrServer(
             self.address,
             mounting=ArmMounting(pose_flange_tip=Pose(rotation=FLANGE_TIP)),
             unlock_delay=self.unlock_delay,
         )
         return Host(plant, [arm, NetFtServer(BoxSettings(self.address))], arm=arm)
+
+
+class NoisyPlant(SimplePlant):
+    """A plant whose sensors have the noise that the robot files below declare: one that has none stands still."""
+
+    def __init__(self, *parts, **named):
+        super().__init__(*parts, **named)
+        self._random = np.random.default_rng(0)
+
+    def start(self):
+        """See `Plant`."""
+        return self._noisy(super().start())
+
+    def step(self, velocity_base_tip, angular_velocity_base_tip, servos):
+        """See `Plant`."""
+        return self._noisy(super().step(velocity_base_tip, angular_velocity_base_tip, servos))
+
+    def _noisy(self, state):
+        noise = self._random.normal(size=6) * np.repeat([0.003, 1.6e-5], 3)
+        noisy = (replace(each, wrench=tuple((each.wrench + noise).tolist())) for each in state.wrenches)
+        return replace(state, wrenches=tuple(noisy))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +95,7 @@ class HandCell:
         return Host(TwoSensors(servos=(SimpleServo(), SimpleServo())), [bus, *boxes], hand=bus)
 
 
-class TwoSensors(SimplePlant):
+class TwoSensors(NoisyPlant):
     """A plant whose one wrench two sensors feel."""
 
     def start(self):

@@ -102,6 +102,7 @@ def _hand(robot: Robot, entry: EmulatedHandEntry) -> tuple[Robot, Making]:
             closing_speed=hand.closing_speed,
             watchdog=DEVICE_TIMEOUT,
             silent_after=0.8 * DEVICE_TIMEOUT,
+            reply_timeout=0.1 * DEVICE_TIMEOUT,
         ),
     )
     return (
