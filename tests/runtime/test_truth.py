@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.runtime import Command, MemoryLog, Recorder, run
+from palpate.runtime import Command, Limits, MemoryLog, Recorder, Supervisor, run
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.replay import ReplayWithTruth
 from palpate.runtime.truth import truth_source
@@ -32,7 +32,8 @@ def recorded(folder, backend, controller, fingers=1, duration=0.06):
     source, memory, reported = truth_source(backend), MemoryLog(), []
     recorder = Recorder(memory, LogWriter(folder / "a.mcap"))
     notes = () if source is None else (lambda *_: reported.append(source.truth_row()),)
-    run(backend, touch(fingers), controller, duration=duration, recorder=recorder, observers=notes)
+    fast = Supervisor(Limits().allowing(0.25))
+    run(backend, touch(fingers), controller, fast, duration=duration, recorder=recorder, observers=notes)
     return memory.truth(), read_log(folder / "a.mcap"), np.array(reported)
 
 
