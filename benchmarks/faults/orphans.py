@@ -1,7 +1,6 @@
 """Commands that start processes of their own: what is left when one of them is killed."""
 
 import signal
-import socket
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,14 +14,13 @@ from faults.cell import own_address
 from faults.command import ENDS_WITHIN, Command
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 from support.emulated_file import unhurried_file
+from support.free_ports import PORTS, free
 
 ROBOT = "ROBOT"
 """Stands in the words for a file of the emulated UR5e, at an address of its own."""
 
 SCALE = 0.25
 """Of its time: a busy computer's stalls are shorter then."""
-
-PORTS = (30004, 30003, 29999, 49151)
 
 Ready = Callable[[Command], bool]
 
@@ -88,7 +86,7 @@ class Killed:
                 problems.append("a traceback: " + command.shown.strip().splitlines()[-1][:120])
             problems += command.left()
             if self.sockets:
-                problems += [f"port {port} is not free" for port in PORTS if not _free(address, port)]
+                problems += [f"port {port} is not free" for port in PORTS if not free(address, port)]
         finally:
             command.close()
         return Verdict(f"exit code {code}", tuple(problems))
@@ -103,16 +101,6 @@ class Killed:
                 if self.whom in " ".join(process.cmdline()):
                     found.append(process)
         return found[moment.seed % len(found)] if found else None
-
-
-def _free(address: str, port: int) -> bool:
-    with socket.socket() as tried:
-        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            tried.bind((address, port))
-        except OSError:
-            return False
-    return True
 
 
 ON_EMULATED = ("regulate", "--robot", ROBOT, "--duration", "5")

@@ -98,16 +98,8 @@ class HandCell:
 class TwoSensors(NoisyPlant):
     """A plant whose one wrench two sensors feel."""
 
-    def start(self):
-        """See `Plant`."""
-        return self._doubled(super().start())
-
-    def step(self, velocity_base_tip, angular_velocity_base_tip, servos):
-        """See `Plant`."""
-        return self._doubled(super().step(velocity_base_tip, angular_velocity_base_tip, servos))
-
-    def _doubled(self, state):
-        return replace(state, wrenches=state.wrenches * 2)
+    def _noisy(self, state):
+        return super()._noisy(replace(state, wrenches=state.wrenches * 2))
 
 
 ROBOT = """

@@ -5,7 +5,6 @@ Time is scaled, for these share two cores with everything else. Every server lis
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 from dataclasses import replace
@@ -29,6 +28,7 @@ from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from support.emulated_file import unhurried_file
+from support.free_ports import PORTS, free
 from support.grasp_runs import found_after, plan_of
 from support.ur_library import needs_ur
 from support.waiting import WITHIN, first_error, until
@@ -59,18 +59,6 @@ def gone(pids):
     return not any(psutil.pid_exists(pid) and psutil.Process(pid).status() != "zombie" for pid in pids)
 
 
-def free(address):
-    """Return whether all its ports can be had."""
-    for port in (30004, 30003, 29999, 49151):
-        with socket.socket() as tried:
-            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                tried.bind((address, port))
-            except OSError:
-                return False
-    return True
-
-
 @pytest.mark.slow
 def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
@@ -93,7 +81,7 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
     touching = one.scanning & one.truth.touching
     felt = one.record.normal_force[touching] - one.true_normal_force[touching]
     assert float(np.nanstd(felt)) < 0.02
-    assert free("127.0.9.42")
+    assert free("127.0.9.42", *PORTS)
 
 
 @pytest.mark.slow
@@ -115,7 +103,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
     assert "UR arm at 127.0.9.43" in str(result.error)
     assert len(calls) >= 200
     assert not children()
-    assert free("127.0.9.43")
+    assert free("127.0.9.43", *PORTS)
 
 
 @pytest.mark.slow
@@ -150,13 +138,13 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
         try:
             started_by_it = [int(pid) for pid in started.stdout.readline().split()]
             assert len(started_by_it) >= 2, "emulators, and the client of the arm"
-            assert not free(address)
+            assert not free(address, *PORTS)
             os.kill(started.pid, how)
             started.wait(WITHIN)
         finally:
             started.kill()
     until(lambda: gone(started_by_it))
-    assert free(address)
+    assert free(address, *PORTS)
 
 
 @pytest.mark.slow
