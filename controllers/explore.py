@@ -144,7 +144,7 @@ class ExploreController:
         normal, lever, tip = before.normal, before.lever, arm.position_base_tip
         touching = finger.touching
         if touching and self.contact.phase in (Phase.LIFT, Phase.TRAVEL):
-            touching = norm(finger.wrench[:3]) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
+            touching = norm(finger.force) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
             normal = rotate(arm.rotation_base_tip, as_vector(finger.contact.normal))
             lever = rotate(arm.rotation_base_tip, as_vector(finger.contact.centroid))

@@ -39,11 +39,7 @@ class OpenKind:
 def declared_in(group: str) -> dict[str, EntryPoint]:
     """Return what installed packages declare in a group of entry points, by name, palpate's own first."""
     found = {each.name: each for each in entry_points(group=group)}
-    return dict(sorted(found.items(), key=lambda item: (_is_foreign(item[1]), _is_foreign(item[1]) and item[0])))
-
-
-def _is_foreign(entry: EntryPoint) -> bool:
-    return entry.module.partition(".")[0] != "palpate"
+    return dict(sorted(found.items(), key=lambda item: (item[1].module.partition(".")[0] != "palpate", item[0])))
 
 
 def kind_named(family: type[OpenKind], name: str) -> type[Settings]:

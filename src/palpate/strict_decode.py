@@ -139,7 +139,11 @@ def _converted(found: object, kind: object, path: tuple[Key, ...]) -> object:
     Raises:
         DecodeRefusal: Something is wrong.
     """
-    resolved = _with_kinds(found, kind, path)
+    return _made(_with_kinds(found, kind, path), found, kind, path)
+
+
+def _made(resolved: object, found: object, kind: object, path: tuple[Key, ...]) -> object:
+    """Return a value of a type from decoded YAML in which open kinds are resolved; `found` is as it was before."""
     try:
         return msgspec.convert(resolved, typing.cast("type", kind), strict=True, dec_hook=_custom)
     except msgspec.ValidationError as error:
@@ -159,14 +163,15 @@ def _with_kinds(found: typing.Any, kind: object, path: tuple[Key, ...]) -> typin
         return [_with_kinds(value, item_type(kind), (*path, i)) for i, value in enumerate(found)]
     if not isinstance(found, dict):
         return found
-    family = family_of(kind)
+    family, kinds = family_of(kind), records(kind)
+    tag: str | None
     if family is not None:
-        return _of_family(found, family, path)
-    kinds = records(kind)
-    if not kinds:
+        tag, record = "kind", _kind_in(found, family, path)
+    elif kinds:
+        tag, named = tags(kinds)
+        record = kinds[0] if tag is None else named[_checked_tag(found, tag, list(named), path)]
+    else:
         return found
-    tag, named = tags(kinds)
-    record = kinds[0] if tag is None else named[_checked_tag(found, tag, list(named), path)]
     known = known_keys(record)
     resolved = {}
     for key, value in found.items():
@@ -174,22 +179,21 @@ def _with_kinds(found: typing.Any, kind: object, path: tuple[Key, ...]) -> typin
             names = [*known, *([tag] if tag else [])]
             raise DecodeRefusal((*path, key), ": " + advice_on_key(key, names))
         resolved[key] = value if key == tag else _with_kinds(value, known[key], (*path, key))
-    return resolved
+    if family is None:
+        return resolved
+    del resolved["kind"]
+    return _made(resolved, found, record, path)
 
 
-def _of_family(found: dict[str, object], family: type[OpenKind], path: tuple[Key, ...]) -> object:
-    """Return the settings of a kind of a family that other packages may add to."""
+def _kind_in(found: dict[str, object], family: type[OpenKind], path: tuple[Key, ...]) -> type:
+    """Return the class that `kind:` names, of a family that other packages may add to."""
     given = found.get("kind")
     if not isinstance(given, str):
         given = _checked_tag(found, "kind", [*declared_in(family.GROUP), "module:Class"], path)
     try:
-        kind = kind_named(family, given)
+        return kind_named(family, given)
     except InvalidValueError as error:
         raise DecodeRefusal((*path, "kind"), str(error).removeprefix("kind")) from error
-    settings = {key: value for key, value in found.items() if key != "kind"}
-    if unknown := next((key for key in settings if key not in known_keys(kind)), None):
-        raise DecodeRefusal((*path, unknown), ": " + advice_on_key(unknown, [*known_keys(kind), "kind"]))
-    return _converted(settings, kind, path)
 
 
 def _checked_tag(found: dict[str, object], tag: str, known: list[str], path: tuple[Key, ...]) -> str:

@@ -108,6 +108,12 @@ class FingerObservation:
     health: SampleHealth = HEALTHY
 
     @property
+    def force(self) -> Vector:
+        """Of `wrench` [N]."""
+        x, y, z, _, _, _ = self.wrench
+        return (x, y, z)
+
+    @property
     def believed(self) -> bool:
         """Whether it touches, and what it feels can be believed."""
         return self.touching and self.health.ok and self.contact.status is ContactStatus.OK

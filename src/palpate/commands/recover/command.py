@@ -9,7 +9,7 @@ from rich.console import Console
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import doing
 from palpate.commands.recover.arm import RecoverableArm
-from palpate.commands.recover.condition import DeviceCondition, Recoverable, condition_of
+from palpate.commands.recover.condition import DeviceCondition, Recoverable, condition_of, failed
 from palpate.commands.recover.config import RecoverConfig
 from palpate.commands.recover.hand import RecoverableHand
 from palpate.commands.recover.sensor import RecoverableSensor
@@ -69,7 +69,7 @@ def _after(device: Recoverable, console: Console) -> DeviceCondition:
         with doing(console, "recovering"):
             device.recover()
     except DeviceError as error:
-        return DeviceCondition(device.name, error.problem, fit=False, remedy=error.remedy)
+        return failed(device, error)
     return condition_of(device)
 
 

@@ -64,4 +64,9 @@ def condition_of(device: Recoverable) -> DeviceCondition:
     try:
         return device.condition()
     except DeviceError as error:
-        return DeviceCondition(device.name, error.problem, fit=False, remedy=error.remedy)
+        return failed(device, error)
+
+
+def failed(device: Recoverable, error: DeviceError) -> DeviceCondition:
+    """Return the condition of a device that did not do what it was asked."""
+    return DeviceCondition(device.name, error.problem, fit=False, remedy=error.remedy)

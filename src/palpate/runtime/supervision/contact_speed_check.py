@@ -60,14 +60,9 @@ def _not_away(velocity: Vector, touched: Observation) -> Vector:
     size = _size(finger)
     if not 0.0 < size < math.inf:
         return velocity
-    away = rotate(touched.arm.rotation_base_tip, scale(1.0 / size, _force(finger)))
+    away = rotate(touched.arm.rotation_base_tip, scale(1.0 / size, finger.force))
     return subtract(velocity, scale(max(0.0, dot(velocity, away)), away))
 
 
-def _force(finger: FingerObservation) -> Vector:
-    x, y, z, _, _, _ = finger.wrench
-    return (x, y, z)
-
-
 def _size(finger: FingerObservation) -> float:
-    return norm(_force(finger)) if finger.touching else 0.0
+    return norm(finger.force) if finger.touching else 0.0

@@ -79,7 +79,7 @@ class DirectionCheck:
             return None
         for i, finger in enumerate(now.fingers):
             if finger.touching:
-                force = rotate(now.arm.rotation_base_tip, finger.wrench[:3])
+                force = rotate(now.arm.rotation_base_tip, finger.force)
                 cosine = dot(force, last.velocity_base_tip) / (norm(force) * speed)
                 if not cosine <= LARGEST_COSINE:
                     angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
@@ -138,7 +138,7 @@ def _steady_force(recent: list[Observation]) -> Vector | None:
     total, size = ZERO, 0.0
     for now in recent:
         if len(now.fingers) == 1 and now.fingers[0].touching:
-            force = rotate(now.arm.rotation_base_tip, now.fingers[0].wrench[:3])
+            force = rotate(now.arm.rotation_base_tip, now.fingers[0].force)
             total, size = add(total, force), size + norm(force)
     if size == 0.0:
         return None

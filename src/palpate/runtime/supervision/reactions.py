@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.runtime.data import Command, FingerObservation, Observation, Phase
+from palpate.runtime.data import Command, Observation, Phase
 from palpate.sensing.contact import ContactStatus
 from palpate.spatial import ZERO, Vector, as_vector, norm, rotate, scale, subtract
 
@@ -112,12 +112,12 @@ class Retract:
         """See `Reaction`."""
         if grip is not None or since.hand is not None or not since.fingers:
             return None
-        forces = [norm(_force(finger)) for finger in now.fingers]
+        forces = [norm(finger.force) for finger in now.fingers]
         if not all(map(math.isfinite, forces)):
             return None
         felt = max(forces)
         if self._pressed is None:
-            self._begin(since, max(norm(_force(finger)) for finger in since.fingers))
+            self._begin(since, max(norm(finger.force) for finger in since.fingers))
         if felt > self.relieved:
             return self._back_off(now, felt, grip)
         return self._get_clear(now, since, grip)
@@ -147,8 +147,8 @@ class Retract:
 
 def _way_out(since: Observation) -> Vector | None:
     """Unit vector out of the object, base frame; None if it cannot be determined."""
-    finger = max(since.fingers, key=lambda f: norm(_force(f)))
-    force = _force(finger)
+    finger = max(since.fingers, key=lambda f: norm(f.force))
+    force = finger.force
     if finger.contact.status is ContactStatus.OK:
         away = scale(-1.0, as_vector(finger.contact.normal))
     else:
@@ -157,8 +157,3 @@ def _way_out(since: Observation) -> Vector | None:
             return None
         away = scale(1.0 / size, force)
     return rotate(since.arm.rotation_base_tip, away)
-
-
-def _force(finger: FingerObservation) -> Vector:
-    x, y, z, _, _, _ = finger.wrench
-    return (x, y, z)
