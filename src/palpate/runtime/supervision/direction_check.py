@@ -82,12 +82,8 @@ class DirectionCheck:
                 force = rotate(now.arm.rotation_base_tip, finger.force)
                 cosine = dot(force, last.velocity_base_tip) / (norm(force) * speed)
                 if not cosine <= LARGEST_COSINE:
-                    angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
-                    return Violation(
-                        f"angle between approach and first contact force of finger {i + 1}",
-                        f"{angle:.0f} degrees",
-                        f"{math.degrees(math.acos(LARGEST_COSINE)):.0f} to 180 degrees: {REMEDY}",
-                        Cause.DEVICE,
+                    return disagreement(
+                        f"angle between approach and first contact force of finger {i + 1}", cosine
                     )
                 self.agreed = self.agreed or cosine <= CLEAR_COSINE
         return None
@@ -128,6 +124,12 @@ class DirectionCheck:
         if gone > FIRST_STEP and added > -LEAST_RELIEF * self._force:
             return f"stopped because backing off {1e3 * gone:.0f} mm relieved nothing; {REMEDY}"
         return ""
+
+
+def disagreement(angle: str, cosine: float) -> Violation:
+    """Return the finding that an angle, of this cosine, is not what the mounting promises."""
+    found, least = (math.degrees(math.acos(max(-1.0, min(1.0, each)))) for each in (cosine, LARGEST_COSINE))
+    return Violation(angle, f"{found:.0f} degrees", f"{least:.0f} to 180 degrees: {REMEDY}", Cause.DEVICE)
 
 
 def _steady_force(recent: list[Observation]) -> Vector | None:

@@ -7,8 +7,8 @@ slides and has no part across the motion. Without friction nothing shows it.
 import math
 
 from palpate.runtime.data import Observation
-from palpate.runtime.supervision.direction_check import REMEDY
-from palpate.runtime.supervision.finding import Cause, Violation
+from palpate.runtime.supervision.direction_check import LARGEST_COSINE, disagreement
+from palpate.runtime.supervision.finding import Violation
 from palpate.spatial import as_vector, cross, dot, norm, rotate
 
 PATH = 3e-3
@@ -23,9 +23,6 @@ SLOWEST_TURN = 1e-2
 LEAST_SHARE, LEAST_FORCE = 0.1, 0.3
 """Of the normal force, and [N]: a tangential force up to their sum may be error of the zero; 0.3 N is the drift
 from pose to pose of the largest sensor that palpate describes (preset `wrist`)."""
-
-LARGEST_COSINE = -0.35
-"""Of the angle between sliding and friction: 110 degrees. A sensor turned by a right angle shows 90 degrees."""
 
 
 class SlidingCheck:
@@ -66,9 +63,4 @@ class SlidingCheck:
         self._path = self._along = self._across = self._pressing = 0.0
         if self._agreed or not shows:
             return None
-        return Violation(
-            "angle between sliding and friction",
-            f"{math.degrees(math.acos(cosine)):.0f} degrees",
-            f"{math.degrees(math.acos(LARGEST_COSINE)):.0f} to 180 degrees: {REMEDY}",
-            Cause.DEVICE,
-        )
+        return disagreement("angle between sliding and friction", cosine)
