@@ -10,7 +10,10 @@ from palpate.hw.emulators.process import EmulatorProcess
 from palpate.robots.rig_built import parts_of
 from palpate.robots.robot import load_robot
 from support.rig_cell import HAND, Cell, HandCell, robot_file
+from support.ur_library import needs_ur
 from support.ur_wire_sessions import own_address
+
+pytestmark = needs_ur
 
 
 @pytest.fixture(scope="module")
