@@ -62,7 +62,7 @@ class Watch:
 
 def robots(scale: float) -> tuple[Robot, Robot]:
     """Return the emulated robot, and the same without wires."""
-    from palpate.robots.emulated.scene import simulated_twin
+    from palpate.robots.emulated.ur5e import simulated_twin
 
     robot = load_robot("emulated-ur5e")
     entry = msgspec.structs.replace(robot.file.backend, time_scale=scale, address="127.0.9.20")

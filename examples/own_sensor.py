@@ -20,8 +20,8 @@ import palpate as pp
 from palpate.hw.ft_stream.link import StreamReading
 from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.hw.serial_ft.serial_sensor import SerialSensor
-from palpate.robots.rig_built import parts_of
-from palpate.robots.rig_entries import DeviceSettings
+from palpate.robots.device_settings import DeviceSettings
+from palpate.robots.rig import parts_of
 from palpate.robots.robot import load_robot
 from palpate.robots.sensor_kind import SensorKind, SensorPlace
 

@@ -19,7 +19,7 @@ from studies.report import quantity, speed_error_report
 from studies.study import Row, Study
 
 from palpate.reporting.page import report_page
-from palpate.robots.backend_entries import StageEntry
+from palpate.robots.simulated_stage import StageEntry
 
 NASTY = "<script>alert(1)</script> & more"
 

@@ -23,7 +23,7 @@ from faults.on_the_loop import FORCE_EXCESS, contradiction
 from palpate.errors import PalpateError
 from palpate.hw.rig import FreshlyTared
 from palpate.interruption import SIGNALS
-from palpate.robots.rig_built import assembled
+from palpate.robots.rig import assembled
 from palpate.robots.robot import load_robot
 from palpate.runtime.data import Command as Motion
 from palpate.runtime.log import read_log

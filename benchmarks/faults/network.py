@@ -122,7 +122,7 @@ class AtTheStart:
     def __call__(self, moment: Moment, workshop: Workshop) -> Verdict:
         """See `Trial`."""
         from palpate.hw.rig import FreshlyTared
-        from palpate.robots.rig_built import assembled
+        from palpate.robots.rig import assembled
 
         cell, proxy = proxied(workshop)
         cell.well()

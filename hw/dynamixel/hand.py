@@ -8,17 +8,21 @@ it, with its time, and raises once several in a row have failed for `HandSetting
 import math
 import time
 from collections import Counter
+from collections.abc import Iterator
 
 from palpate.errors import InvalidValueError
+from palpate.hw.condition import DeviceCondition
 from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
 from palpate.hw.dynamixel.care import ServoCondition, ServoHealth, health, reboot, servo_condition
+from palpate.hw.dynamixel.examined import hand_condition, servo_findings
 from palpate.hw.dynamixel.finger_servo import FingerServo, ServoReading
 from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.preparation import hold_still, prepare, presses, shutdown_error, state_span
 from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
 from palpate.hw.dynamixel.settings import LENGTHS, HandSettings
+from palpate.hw.finding import DeviceFinding, DeviceUse, judged
 from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
 from palpate.runtime.watchdog import DeviceWatchdog
@@ -171,6 +175,28 @@ class DynamixelHand:
         finally:
             if self._bus is None:
                 bus.close()
+
+    def findings(self, use: DeviceUse) -> Iterator[DeviceFinding]:
+        """See `SelfExamining`."""
+        for its, servo in zip(self.settings.servos, self.health(), strict=True):
+            yield from servo_findings(self.name, servo, its.model)
+        share = 100.0 * self.missed / max(1, use.exchanges)
+        cable = "check cables, baud rate and the adapter's latency"
+        yield judged(self.name, "exchanges missed", share, "%", "at most 1", share <= 1.0, cable)
+
+    def condition(self) -> DeviceCondition:
+        """See `Recoverable`."""
+        return hand_condition(self.name, self.examine())
+
+    def recover(self) -> None:
+        """Restart the servos that have shut down, which let go of what they hold.
+
+        Raises:
+            DeviceError: One does not come back, or its hardware error does.
+        """
+        for servo in self.examine():
+            if servo.error:
+                self.reboot(servo.servo_id)
 
     def reboot(self, servo_id: int) -> None:
         """Restart one servo, which lets go of what it holds; then `start` the hand again.

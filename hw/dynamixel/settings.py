@@ -47,12 +47,14 @@ class ServoCalibration:
         servo_id: On the bus.
         zero: Where its shaft stands [rad] when the finger's joint is at 0, as `DynamixelHand.state` reports.
         direction: 1 if its position grows as the finger closes, -1 if it shrinks.
+        model: Name that its model must have in it; None: any.
         motor: Its figures, if they are known better than its maker's, as friction that was measured.
     """
 
     servo_id: int
     zero: float = 0.0
     direction: int = 1
+    model: str | None = None
     motor: ServoModel | None = None
 
     def __post_init__(self) -> None:

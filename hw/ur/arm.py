@@ -9,8 +9,11 @@ from contextlib import contextmanager
 from time import monotonic, sleep
 from typing import Self
 
+from palpate.hw.condition import DeviceCondition
 from palpate.hw.devices import DeviceError, WireError
+from palpate.hw.finding import DeviceFinding, DeviceUse
 from palpate.hw.ur.client import Client
+from palpate.hw.ur.examined import ur_condition, ur_findings
 from palpate.hw.ur.exchange import COMMAND_NUMBERS, ClientPhase, MotionCommand, Order, UrState
 from palpate.hw.ur.goals import ForceTask, checked_joints, checked_pose_goal, checked_velocity
 from palpate.hw.ur.hello import controller_version
@@ -131,6 +134,14 @@ class UrArm:
         if state is None or monotonic() - state.time > self.settings.stale_after + EXAMINED_WITHIN:
             raise device_error(self.name, Problem.SILENT)
         return state
+
+    def condition(self) -> DeviceCondition:
+        """See `Recoverable`."""
+        return ur_condition(self.name, self.examine())
+
+    def findings(self, use: DeviceUse) -> Iterator[DeviceFinding]:
+        """See `SelfExamining`."""
+        return ur_findings(self.name, self.version, self.state(), use)
 
     def recover(self) -> None:
         """Make it fit to go on after whatever has happened: the cause must be gone, and the path clear.

@@ -26,7 +26,7 @@ class OpenKind:
 
     Attributes:
         GROUP: Of entry points that declare kinds of this family: name = "module:Class".
-        METHODS: What each kind implements.
+        METHODS: What each kind implements; a base in between may name others.
     """
 
     __slots__ = ()
@@ -72,10 +72,11 @@ def kind_named(family: type[OpenKind], name: str) -> type[Settings]:
             f"kind = {name}: must be a class that inherits from {family.__module__}.{family.__name__} and "
             f"{Settings.__module__}.{Settings.__name__}"
         )
-    missing = [each for each in family.METHODS if getattr(found, each) is getattr(family, each)]
-    if missing:
-        lacks = f"{found.__name__} lacks {', '.join(missing)}"
-        raise InvalidValueError(f"kind = {name}: {lacks}; see {family.__module__}.{family.__name__}")
+    for base in found.__mro__:
+        missing = [each for each in vars(base).get("METHODS", ()) if getattr(found, each) is vars(base).get(each)]
+        if missing:
+            lacks = f"{found.__name__} lacks {', '.join(missing)}"
+            raise InvalidValueError(f"kind = {name}: {lacks}; see {base.__module__}.{base.__name__}")
     return found
 
 

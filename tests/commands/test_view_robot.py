@@ -10,7 +10,6 @@ from palpate.experiments.kit.registry import experiment_named
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture
 from palpate.robots.known_truth import known_scene, scene_of
-from palpate.robots.twin import stage_twin
 from palpate.robots.values import load_named_robot
 from palpate.sim.render.parts import carried_body
 from palpate.sim.render.place import ScenePlacement
@@ -25,7 +24,7 @@ def plan_of(kind, robot="ur5e-netft", twin=False, **options):
     """The plan of an experiment on a robot, or on the stage that stands for it."""
     experiment, loaded = experiment_named(kind), load_named_robot(robot)
     config = experiment.Config(robot=robot, **OPTIONS.get(kind, {}), **options)
-    return experiment.plan(config, stage_twin(loaded) if twin else loaded, {})
+    return experiment.plan(config, loaded.file.backend.shown(loaded) if twin else loaded, {})
 
 
 @pytest.mark.parametrize("kind", OPTIONS)

@@ -16,10 +16,10 @@ from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.kit.config_file import config_text, experiment_in, load_overlay, read_config
-from palpate.robots.backend_entries import StageEntry
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.robots.simulated_stage import StageEntry
 from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending
 from palpate.sim import Stage

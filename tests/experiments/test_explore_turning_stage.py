@@ -5,10 +5,10 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.open_kinds import as_written
-from palpate.robots.backend_entries import TurningStageEntry
 from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot
 from palpate.robots.robot_file import read_robot_file
+from palpate.robots.simulated_stage import TurningStageEntry
 from palpate.runtime import Ending
 from palpate.sim import TurningStage
 from palpate.yaml_text import yaml_text

@@ -30,8 +30,8 @@ from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, 
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
 from palpate.reporting.page import report_page
+from palpate.robots.hand_description import hand_backend
 from palpate.robots.hand_task import PERIOD
-from palpate.robots.hands import hand_backend
 from palpate.runtime import Ending, Phase, Supervisor, Touch, run
 from palpate.runtime.log import log_in, read_log
 from palpate.sensing.ft.health import HealthCheck, SampleHealth

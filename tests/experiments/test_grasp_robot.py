@@ -17,9 +17,9 @@ from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
 from palpate.open_kinds import as_written
 from palpate.reporting.page import report_page
-from palpate.robots.backend_entries import EmulatedHandEntry
 from palpate.robots.emulated.hand import HandOnTheWire
-from palpate.robots.hands import hand_wires, has_hand, robots_with_hand
+from palpate.robots.emulated.hand_kind import EmulatedHandEntry
+from palpate.robots.hand_description import has_hand, robots_with_hand
 from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot, shipped_robots
 from palpate.robots.robot_file import read_robot_file
@@ -67,7 +67,7 @@ def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path
     for wrong in ({"address": "10.0.0.1"}, {"sensors": ("127.0.0.3", "127.0.0.3")}, {"time_scale": 0.0}):
         with pytest.raises(InvalidValueError):
             msgspec.structs.replace(backend, **wrong).__post_init__()
-    assert hand_wires(EmulatedHandEntry()).bus != hand_wires(EmulatedHandEntry()).bus
+    assert EmulatedHandEntry().wires().bus != EmulatedHandEntry().wires().bus
 
 
 def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(tmp_path):

@@ -23,7 +23,7 @@ from palpate.experiments.grasp.words import outcome
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, LoadFinding, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
-from palpate.robots.hands import LIMITS, simulated_hand
+from palpate.robots.hand_description import LIMITS, simulated_hand
 from palpate.runtime import Ending
 from palpate.spatial import norm
 from support.grasp_runs import plan_of, planned_again, run_grasp

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
 from palpate.open_kinds import as_written
-from palpate.robots.backend_entries import StageEntry
 from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
 from palpate.robots.robot_file import FingerEntry, RobotFile, read_robot_file
+from palpate.robots.simulated_stage import StageEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
 from palpate.surfaces import Ellipsoid
@@ -185,7 +185,7 @@ MISTAKES = [
     # missing, twice, both
     ("period_s: 0.001", "", ["period_s: missing"]),
     ("      radius_m: 0.008", "", ["fingers[0].surface.radius_m: missing"]),
-    ("  kind: stage", "", ["backend.kind: missing", "write kind: and one of stage"]),
+    ("  kind: stage", "", ["backend.kind: missing", "write kind: and one of emulated_hand"]),
     ("time_step_s: 0.0005", "mass_kg: 4", ["'mass_kg' appears a second time", "line 13"]),
     ("    payload:", "    sensor: a.yaml\n    payload:", ["fingers[0]: both given of payload", "give one"]),
     # no YAML

@@ -19,9 +19,10 @@ from palpate.experiments.kit.scene_view import scene_view
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.report import Report, Section, TextTable
 from palpate.robots.finger_sensor import model_with_noise
+from palpate.robots.fingertip import tip_sizes
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
-from palpate.robots.simulated_stage import Task, tip_sizes
+from palpate.robots.task import Task
 from palpate.runtime import Phase
 from palpate.sim import SeededSensor, SphereObject
 from palpate.sim.presets import EXPLORE

@@ -22,9 +22,8 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
-from palpate.robots.entry import entry_of
-from palpate.robots.rig_entries import RigEntry
-from palpate.robots.rig_settings import hand_settings
+from palpate.robots.dynamixel_hand import DynamixelEntry
+from palpate.robots.rig import rig_entry
 from palpate.robots.robot import load_robot
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
 from support.emulated_bus import FINGER, EmulatedBus, connected, new_sample, read_until, settings, still
@@ -424,12 +423,12 @@ def test_a_position_that_no_finger_has_is_refused_by_name(emulated, hand, monkey
 
 
 def test_a_robot_file_must_not_wait_longer_than_late_replies_are_recognised():
-    entry = entry_of(load_robot("ur5e-hand"), RigEntry).hand
-    assert entry is not None
+    entry = rig_entry(load_robot("ur5e-hand")).hand
+    assert isinstance(entry, DynamixelEntry)
     for silent, accepted in ((0.048, True), (0.049, False)):
         changed = msgspec.structs.replace(entry, silent_after=silent)
         if accepted:
-            assert hand_settings(load_robot("ur5e-hand"), changed).silence == silent
+            assert changed.device(load_robot("ur5e-hand")).settings.silence == silent
         else:
             with pytest.raises(InvalidValueError, match=r"silent_after_s = 0\.049: must be at most 0\.048"):
-                hand_settings(load_robot("ur5e-hand"), changed)
+                changed.device(load_robot("ur5e-hand"))

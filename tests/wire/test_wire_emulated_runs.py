@@ -23,7 +23,7 @@ from palpate.experiments.kit.recording import log_writer
 from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
-from palpate.robots.emulated.scene import simulated_twin
+from palpate.robots.emulated.ur5e import simulated_twin
 from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.data import Command

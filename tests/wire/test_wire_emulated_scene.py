@@ -15,11 +15,10 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.hw.emulators.plant import Plant
 from palpate.kinematics.pose import Pose
-from palpate.robots.backend_entries import EmulatedUr5eEntry
 from palpate.robots.emulated.backend import EmulatedBackend
-from palpate.robots.emulated.scene import simulated_twin
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.robots.emulated.ur5e import EmulatedUr5eEntry, simulated_twin
 from palpate.robots.in_scene import build
 from palpate.robots.pace_entries import SimulatedPaceEntry
 from palpate.robots.robot import load_robot

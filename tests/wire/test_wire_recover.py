@@ -7,7 +7,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.recover.command import recovered
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.robots.rig_built import parts_of
+from palpate.robots.rig import parts_of
 from palpate.robots.robot import load_robot
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.ur_library import needs_ur

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.robots.rig_built import assembled
+from palpate.robots.rig import assembled
 from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, Command, Ending, Finger, RestState, Supervisor, Touch, run
 from palpate.runtime.data import Phase

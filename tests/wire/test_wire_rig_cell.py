@@ -21,7 +21,7 @@ from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.rig import FreshlyTared, PolledHand
 from palpate.robots.known_truth import NOT_KNOWN
-from palpate.robots.rig_built import assembled
+from palpate.robots.rig import assembled
 from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.data import Command

@@ -16,11 +16,11 @@ from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
-from palpate.hw.ur import UrToolSensor
+from palpate.hw.ur import UrArm, UrToolSensor
 from palpate.open_kinds import as_written
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import scene_of
-from palpate.robots.rig_built import assembled, parts_of
+from palpate.robots.rig import assembled, parts_of
 from palpate.robots.robot import load_robot
 from palpate.robots.robot_file import read_robot_file
 from palpate.robots.values import values_of
@@ -51,6 +51,7 @@ def test_the_devices_get_the_settings_of_the_file(tmp_path):
     text = (payload[0], payload[1].replace(", ", "\n    ", 1))
     robot = rig(tmp_path, text, ("speed_m_per_s: 0.1", "speed_m_per_s: 0.07"))
     arm = parts_of(robot).arm
+    assert isinstance(arm, UrArm)
     assert arm.name == "UR arm at 127.0.0.9"
     settings_read = arm.settings
     assert (settings_read.watchdog, settings_read.speed, settings_read.stale_after) == (0.2, 0.07, 1.0)
@@ -136,7 +137,7 @@ def test_a_simulated_robot_has_no_real_sensors():
     finger = "  - surface:"
     assert finger in text
     real = text.replace(finger, "  - sensor_device: {kind: netft, address: 127.0.0.1}\n    surface:")
-    with pytest.raises(InvalidValueError, match=r"sensor_device: is for backend\.kind: rig"):
+    with pytest.raises(InvalidValueError, match=r"sensor_device: is for real devices, backend\.kind: rig"):
         read_robot_file(real)
 
 

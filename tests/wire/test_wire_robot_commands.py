@@ -22,7 +22,6 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.friction.friction_file import How
 from palpate.open_kinds import as_written
-from palpate.robots.devices import with_devices
 from palpate.robots.robot import load_robot
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
@@ -169,7 +168,8 @@ def test_a_sensor_is_tared_on_its_robot(tmp_path):
 def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
     """As on a robot, in real time: a file of kind rig, and nobody who knows what is behind its wires."""
     for _ in range(4):  # see `finished`; each time with everything where it was
-        with with_devices(load_robot(hand_file(tmp_path, 86)), "emulated-hand") as rig:
+        robot = load_robot(hand_file(tmp_path, 86))
+        with robot.file.backend.devices(robot) as rig:
             limits = msgspec.structs.replace(rig.file.limits, sample_age=1.0)
             path = tmp_path / "cell.yaml"
             path.write_text(yaml_text(as_written(msgspec.structs.replace(rig.file, period=0.002, limits=limits))))

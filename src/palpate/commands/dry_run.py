@@ -11,11 +11,12 @@ from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.output_folder import check_folder
 from palpate.experiments.kit.recording import REPORT
 from palpate.experiments.kit.script import plan_for
+from palpate.extras import MissingLibraryError
+from palpate.open_kinds import name_of_kind
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.terminal import key_figures
-from palpate.robots.drivers import can_drive
-from palpate.robots.rig_entries import RigEntry
 from palpate.robots.robot import Robot
+from palpate.robots.robot_kind import RobotKind
 
 LOG = "<date>_<time>.mcap"
 """Name of the log; `latest.mcap` is a link to it."""
@@ -51,7 +52,14 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
 
 def _robot_text(name: str, robot: Robot) -> str:
     """Return the robot in words, and that no device was connected to."""
-    kind = robot.file.backend.__struct_config__.tag
-    real = "; its devices were not connected to" if isinstance(robot.file.backend, RigEntry) else ""
-    here = "" if can_drive(robot) else "; not to be run on this computer, which lacks ur_rtde"
-    return f"{name} ({kind}){real}{here}"
+    backend = robot.file.backend
+    real = "; its devices were not connected to" if backend.REAL else ""
+    return f"{name} ({name_of_kind(backend)}){real}{_lacking(backend)}"
+
+
+def _lacking(backend: RobotKind) -> str:
+    try:
+        backend.check_drivers()
+    except MissingLibraryError:
+        return "; not to be run on this computer, which lacks a client library of its devices"
+    return ""

@@ -20,7 +20,6 @@ from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
 from palpate.reporting.terminal import key_figures
-from palpate.robots.drivers import check_drivers
 from palpate.runtime import RunResult, result_until
 
 SECOND_STOPPED = (
@@ -50,7 +49,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     with doing(console, "planning"):
         plan = plan_for(experiment, config)
     if plan.robot is not None:
-        check_drivers(plan.robot)
+        plan.robot.file.backend.check_drivers()
     expected = plan.dry_run()
     make_folder(config.out)
     notes = (*print_earlier_run(console, config.out, experiment.name, expected.files), *expected.notes)

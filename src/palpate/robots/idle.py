@@ -1,10 +1,11 @@
 """A robot over, or a hand around, something that it could touch, for whoever only looks at its devices."""
 
 from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.fingertip import only_finger, tip_sizes
 from palpate.robots.hand_task import HandTask
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import Task, only_finger, tip_sizes
-from palpate.sim import SeededSensor, SphereObject
+from palpate.robots.task import Task
+from palpate.sim import Box, SceneObject, SeededSensor, SphereObject
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand import Hand
 from palpate.sim.hand.scene import HeldObject
@@ -16,8 +17,11 @@ from palpate.sim.sensor.stages import WhiteNoise, alike
 RADIUS = 0.04
 """Of the sphere below the tip [m]."""
 
+PLATE = Box((0.1, 0.1, 0.02))
+"""Edge lengths [m]."""
+
 CLEARANCE = 0.003
-"""From the tip to it [m]."""
+"""From the tip to what is below [m]."""
 
 LEAST_TOUCH_FORCE = 0.2
 """[N]"""
@@ -32,9 +36,20 @@ def idle_task(robot: Robot) -> Task:
     Raises:
         InvalidValueError: It has no fingertip that can be simulated.
     """
-    tip = tip_sizes(robot)
-    target = SphereObject(RADIUS)
-    x, y, z = only_finger(robot).surface.center
+    return _over(robot, SphereObject(RADIUS), LEAST_TOUCH_FORCE)
+
+
+def plate_task(robot: Robot) -> Task:
+    """Return a task in which a robot stands over a plate that is as stiff as experiments assume.
+
+    Raises:
+        InvalidValueError: It has no fingertip that can be simulated.
+    """
+    return _over(robot, PLATE, EXPLORE.law.smallest_force)
+
+
+def _over(robot: Robot, target: SceneObject, touch_force: float) -> Task:
+    tip, (x, y, z) = tip_sizes(robot), only_finger(robot).surface.center
     return Task(
         tip=tip,
         compression=0.0,
@@ -42,8 +57,8 @@ def idle_task(robot: Robot) -> Task:
         law=EXPLORE.law,
         start=(-x, -y, target.top + max(tip) + CLEARANCE - z),
         period=robot.file.period,
-        sensor=SeededSensor(model_of_finger(robot.file.fingers[0])),
-        touch_force=LEAST_TOUCH_FORCE,
+        sensor=SeededSensor(model_of_finger(only_finger(robot))),
+        touch_force=touch_force,
     )
 
 

@@ -2,11 +2,8 @@
 
 from dataclasses import dataclass
 
-from palpate.controllers import LandingModel, series_stiffness, tracking_delay
-from palpate.controllers.landing import moved_mass
+from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
-from palpate.robots.rig_entries import RigEntry
-from palpate.robots.robot import Robot
 from palpate.runtime import Limits
 from palpate.sim.presets import EXPLORE
 
@@ -58,21 +55,6 @@ class ImpactForce:
             f"{self.force:.3g} N, on a contact of {CONTACT:g} N/m that is met with "
             f"{self.limits.commanded_speed:.3g} m/s; {LARGEST_SHARE:g} times the limit is allowed"
         )
-
-
-def rig_impact_force(robot: Robot) -> ImpactForce | None:
-    """Return that of a rig; None if it has no arm."""
-    entry = robot.file.backend
-    if not isinstance(entry, RigEntry) or entry.arm is None:
-        return None
-    arm = entry.arm
-    landing = LandingModel(
-        series_stiffness(CONTACT, arm.stiffness),
-        tracking_delay(robot.file.period, arm.response),
-        CONTACT,
-        moved_mass(arm.stiffness, arm.response),
-    )
-    return ImpactForce(robot.file.limits, landing)
 
 
 def _floor(speed: float) -> float:

@@ -4,7 +4,7 @@ from palpate.errors import InvalidValueError
 from palpate.hw.devices import ArmDevice
 from palpate.hw.rig import FingerSensor
 from palpate.hw.rig.finger_sensor import NO_LOAD
-from palpate.robots.rig_settings import noise_of_finger, payload_of
+from palpate.robots.finger_load import noise_of_finger, payload_of
 from palpate.robots.robot import Robot
 from palpate.robots.sensor_kind import SensorPlace
 

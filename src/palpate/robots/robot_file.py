@@ -10,9 +10,8 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.open_kinds import declared_in
-from palpate.robots.backend_entries import BackendEntry
 from palpate.robots.pace_entries import PaceEntry, SimulatedPaceEntry
-from palpate.robots.rig_entries import RigEntry
+from palpate.robots.robot_kind import RobotKind
 from palpate.robots.sensor_kind import SensorKind
 from palpate.robots.simulated_sensor_entry import NoiseEntry, SimulatedSensorEntry
 from palpate.robots.surface_entries import SurfaceKind
@@ -77,7 +76,7 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     palpate_robot: int = VERSION
     name: str
-    backend: BackendEntry
+    backend: RobotKind
     period: float = msgspec.field(name="period_s")
     pace: PaceEntry = SimulatedPaceEntry()
     fingers: Annotated[tuple[FingerEntry, ...], msgspec.Meta(min_length=1, max_length=MOST_FINGERS)]
@@ -98,14 +97,18 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     def _check_sensors(self) -> None:
         """Refuse real sensors on simulated robots, simulated ones on real robots, and real time that is none."""
-        real = isinstance(self.backend, RigEntry)
+        real = self.backend.REAL
         for i, finger in enumerate(self.fingers):
             where = f"fingers[{i}]"
             if not real and finger.sensor_device is not None:
-                raise InvalidValueError(f"{where}.sensor_device: is for backend.kind: rig; leave it out")
+                raise InvalidValueError(
+                    f"{where}.sensor_device: is for real devices, backend.kind: rig; leave it out"
+                )
             if real and finger.sensor_device is None:
                 known = ", ".join(declared_in(SensorKind.GROUP))
-                raise InvalidValueError(f"{where}: no sensor_device, which a rig needs: {known}, or module:Class")
+                raise InvalidValueError(
+                    f"{where}: no sensor_device, which real devices need: {known}, or module:Class"
+                )
             if real and finger.simulated_sensor is not None:
                 raise InvalidValueError(f"{where}.simulated_sensor: a rig has real ones; leave it out")
             if real and finger.sensor is None and finger.noise is None:

@@ -9,9 +9,14 @@ from palpate.hw.serial_ft.bota import Bota
 from palpate.hw.serial_ft.resense import Resense
 from palpate.hw.serial_ft.serial_sensor import SerialSensor
 from palpate.hw.ur import UrArm, UrToolSensor
-from palpate.robots.rig_entries import DeviceSettings
+from palpate.robots.device_settings import DeviceSettings
 from palpate.robots.sensor_kind import SensorKind, SensorPlace
 from palpate.spatial import Vector
+
+SILENCE = ("silent_after_s", 1e-3, 5.0, "s")
+"""Range of the time without a record after which a sensor counts as lost."""
+
+PORTS = (1, 65535, "")
 
 RAW = Scales(1.0, 1.0)
 """For a sensor file that calibrates: counts as they are."""
@@ -26,6 +31,12 @@ class NetFtEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         port: UDP, fixed in every box.
         calibration_port: TCP, likewise.
     """
+
+    RANGES = (
+        SILENCE,
+        ("port", *PORTS),
+        ("calibration_port", *PORTS),
+    )
 
     address: str
     silent_after: float = msgspec.field(name="silent_after_s", default=0.04)
@@ -53,6 +64,11 @@ class OnRobotEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         port: UDP.
     """
 
+    RANGES = (
+        ("record_period_s", 0.001, 0.254, "s"),
+        ("port", *PORTS),
+    )
+
     address: str
     record_period: float = msgspec.field(name="record_period_s", default=0.002)
     cutoff: float | None = msgspec.field(name="cutoff_Hz", default=None)
@@ -75,6 +91,11 @@ class BotaEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         silent_after: Without a record it counts as lost after this [s].
     """
 
+    RANGES = (
+        SILENCE,
+        ("sinc_length", 51, 512, ""),
+    )
+
     path: str
     sinc_length: int = 51
     silent_after: float = msgspec.field(name="silent_after_s", default=0.04)
@@ -95,6 +116,11 @@ class ResenseEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         record_period: Between records [s].
         silent_after: Without a record it counts as lost after this [s].
     """
+
+    RANGES = (
+        SILENCE,
+        ("record_period_s", 0.001, 0.254, "s"),
+    )
 
     path: str
     force_range: Vector = msgspec.field(name="force_range_N")

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from palpate.errors import InvalidValueError
 from palpate.robots.finger_sensor import model_of_finger, noise_of
-from palpate.robots.rig_entries import RigEntry
+from palpate.robots.fingertip import tip_sizes
 from palpate.robots.robot import Robot, load_robot
-from palpate.robots.simulated_stage import tip_sizes
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -26,7 +25,7 @@ def values_of(robot: Robot) -> dict[str, object]:
     """
     force, moment = noise_of(model_of_finger(robot.file.fingers[0]))
     sensor = robot.sensors[0]
-    if isinstance(robot.file.backend, RigEntry) and sensor is not None:
+    if robot.file.backend.REAL and sensor is not None:
         force, moment = max(sensor.noise_force), max(sensor.noise_moment)
     return {"tip": tip_sizes(robot), "force_noise": force, "moment_noise": moment, "period": robot.file.period}
 

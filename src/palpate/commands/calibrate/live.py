@@ -106,11 +106,11 @@ def robot_backend(name: str) -> Iterator[Backend]:
         DeviceError: Emulators do not come up.
     """
     # imported here: clients of devices take a second that the other tasks need not wait for
-    from palpate.robots.devices import with_devices
-    from palpate.robots.rig_built import assembled
+    from palpate.robots.rig import assembled
     from palpate.robots.values import load_named_robot
 
-    with with_devices(load_named_robot(name), name) as robot:
+    named = load_named_robot(name)
+    with named.file.backend.devices(named) as robot:
         rig = assembled(robot, robot.file.period)
         if not rig.fingers[0].gives_wrenches:
             raise InvalidValueError(

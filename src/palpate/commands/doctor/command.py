@@ -10,7 +10,6 @@ from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.doctor.arm import arm_findings
 from palpate.commands.doctor.computer import COMPUTER, computer_findings
 from palpate.commands.doctor.config import DoctorConfig
-from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict
 from palpate.commands.doctor.hand import hand_findings
 from palpate.commands.doctor.sensor import sensor_findings
 from palpate.commands.doctor.watched import failure
@@ -18,13 +17,12 @@ from palpate.commands.progress import step_progress
 from palpate.commands.say import say
 from palpate.extras import MissingLibraryError
 from palpate.hw.devices import DeviceError
-from palpate.robots.devices import with_devices
-from palpate.robots.rig_built import RigParts, check_rig, parts_of
-from palpate.robots.rig_entries import RigEntry
+from palpate.hw.finding import DeviceFinding, FindingVerdict
+from palpate.robots.rig import RigParts, parts_of, rig_entry
 from palpate.robots.robot import Robot
 from palpate.robots.values import load_named_robot
 
-STYLES = {DoctorVerdict.GOOD: "green", DoctorVerdict.NOTE: "yellow", DoctorVerdict.BAD: "bold red"}
+STYLES = {FindingVerdict.GOOD: "green", FindingVerdict.NOTE: "yellow", FindingVerdict.BAD: "bold red"}
 
 FIT, UNFIT = "Fit to run.", "Not fit to run."
 
@@ -42,8 +40,8 @@ def run_doctor(config: DoctorConfig) -> CommandResult:
         DeviceError: Emulators do not come up.
     """
     robot = load_named_robot(config.robot)
-    with with_devices(robot, config.robot) as rig:
-        check_rig(rig)
+    with robot.file.backend.devices(robot) as rig:
+        rig.file.backend.check(rig)
         return _examine(config, rig)
 
 
@@ -52,7 +50,7 @@ def _examine(config: DoctorConfig, robot: Robot) -> CommandResult:
     parts = parts_of(robot)
     with step_progress(console, _steps(robot, parts)) as announce:
         found = tuple(examined(robot, parts, config.seconds, announce))
-    fit = all(finding.verdict is not DoctorVerdict.BAD for finding in found)
+    fit = all(finding.verdict is not FindingVerdict.BAD for finding in found)
     _print(console, robot, found, fit)
     return CommandResult(
         ExitCode.DONE if fit else ExitCode.UNFINISHED,
@@ -63,7 +61,7 @@ def _examine(config: DoctorConfig, robot: Robot) -> CommandResult:
 
 def examined(
     robot: Robot, parts: RigParts, seconds: float, announce: Announce = lambda step: None
-) -> Iterator[DoctorFinding]:
+) -> Iterator[DeviceFinding]:
     """Look at this computer, then at one device after the other: each is closed before the next one.
 
     Args:
@@ -78,13 +76,12 @@ def examined(
         if not finger.in_arm:
             announce(finger.device.name)
             yield from sensor_findings(robot, i, finger, seconds)
-    backend = robot.file.backend
-    assert isinstance(backend, RigEntry)  # parts were made of it
-    if parts.hand is not None and backend.hand is not None:
+    hand = rig_entry(robot).hand
+    if parts.hand is not None and hand is not None:
         announce(parts.hand.name)
         try:
             parts.hand.start()
-            yield from hand_findings(robot, backend.hand, parts.hand, seconds)
+            yield from hand_findings(robot, hand.poll, parts.hand, seconds)
         except DeviceError as error:
             yield failure(parts.hand.name, error)
         finally:
@@ -100,7 +97,9 @@ def examined(
         except DeviceError as error:
             yield failure(parts.arm.name, error)
         except MissingLibraryError as error:
-            yield DoctorFinding(parts.arm.name, "client library", "missing", "", "", DoctorVerdict.BAD, str(error))
+            yield DeviceFinding(
+                parts.arm.name, "client library", "missing", "", "", FindingVerdict.BAD, str(error)
+            )
         finally:
             parts.arm.close()
 
@@ -110,7 +109,7 @@ def _steps(robot: Robot, parts: RigParts) -> list[str]:
     return [COMPUTER, *names, *(device.name for device in (parts.hand, parts.arm) if device is not None)]
 
 
-def _print(console: Console, robot: Robot, found: tuple[DoctorFinding, ...], fit: bool) -> None:
+def _print(console: Console, robot: Robot, found: tuple[DeviceFinding, ...], fit: bool) -> None:
     table = Table(title=Text(robot.file.name), show_edge=False)
     for column in ("device", "what", "value", "unit", "should be", ""):
         table.add_column(column, justify="right" if column == "value" else "left")
@@ -123,7 +122,7 @@ def _print(console: Console, robot: Robot, found: tuple[DoctorFinding, ...], fit
         table.add_row(*(Text(cell) for cell in cells), Text(one.verdict, style=style))
     console.print(table)
     to_do = [one for one in found if one.fix]
-    for one in sorted(to_do, key=lambda each: each.verdict is not DoctorVerdict.BAD):
-        word = "Fix" if one.verdict is DoctorVerdict.BAD else "Note"
+    for one in sorted(to_do, key=lambda each: each.verdict is not FindingVerdict.BAD):
+        word = "Fix" if one.verdict is FindingVerdict.BAD else "Note"
         say(console, f"{word}: {one.device}, {one.what}: {one.fix}")
     say(console, FIT if fit else UNFIT)

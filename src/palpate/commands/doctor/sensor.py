@@ -5,11 +5,11 @@ from time import monotonic, sleep
 
 import numpy as np
 
-from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.commands.doctor.watched import GLANCE, SLOW_SHARE, Watched, failure, timing_findings
 from palpate.hw.devices import DeviceError, SensorDevice
+from palpate.hw.finding import DeviceFinding, FindingVerdict, judged
 from palpate.hw.rig import FingerSensor
-from palpate.robots.rig_settings import noise_of_finger
+from palpate.robots.finger_load import noise_of_finger
 from palpate.robots.robot import Robot
 from palpate.sensing.ft.arrays import AXES
 
@@ -19,7 +19,7 @@ NOISIER = 2.0
 UNITS = ("N",) * 3 + ("N m",) * 3
 
 
-def sensor_findings(robot: Robot, i: int, finger: FingerSensor, seconds: float) -> Iterator[DoctorFinding]:
+def sensor_findings(robot: Robot, i: int, finger: FingerSensor, seconds: float) -> Iterator[DeviceFinding]:
     """Start the sensor of finger i, and yield the findings on it.
 
     Args:
@@ -42,7 +42,7 @@ def sensor_findings(robot: Robot, i: int, finger: FingerSensor, seconds: float) 
     fix = f"its records repeat themselves: give device_rate_Hz: {watched.rate:.0f} in its sensor file"
     often = watched.rate * period >= SLOW_SHARE
     yield judged(
-        device.name, "rate", watched.rate, "Hz", f"{1.0 / period:g}, the loop's", often, fix, DoctorVerdict.NOTE
+        device.name, "rate", watched.rate, "Hz", f"{1.0 / period:g}, the loop's", often, fix, FindingVerdict.NOTE
     )
     if file is not None:
         right = abs(file.sample_rate * period - 1.0) < 1e-6
@@ -53,7 +53,7 @@ def sensor_findings(robot: Robot, i: int, finger: FingerSensor, seconds: float) 
     yield from _noise(robot, i, device, watched)
 
 
-def _noise(robot: Robot, i: int, device: SensorDevice, watched: Watched) -> Iterator[DoctorFinding]:
+def _noise(robot: Robot, i: int, device: SensorDevice, watched: Watched) -> Iterator[DeviceFinding]:
     expected = noise_of_finger(robot, i)
     raw = robot.sensors[i] is not None and robot.sensors[i].calibration is not None  # type: ignore[union-attr]
     sd = watched.values.std(axis=0, ddof=1)
@@ -71,10 +71,10 @@ def _noise(robot: Robot, i: int, device: SensorDevice, watched: Watched) -> Iter
             fix,
         )
     for k, axis in enumerate(AXES):
-        yield DoctorFinding(device.name, f"at rest {axis}", float(mean[k]), "" if raw else UNITS[k])
+        yield DeviceFinding(device.name, f"at rest {axis}", float(mean[k]), "" if raw else UNITS[k])
     if not (sd > 0.0).any():
         fix = "a reading that never changes is that of a dead sensor, unless it is an emulated one"
-        yield DoctorFinding(device.name, "readings", "never change", "", "noise", DoctorVerdict.NOTE, fix)
+        yield DeviceFinding(device.name, "readings", "never change", "", "noise", FindingVerdict.NOTE, fix)
 
 
 def _watched_sensor(device: SensorDevice, seconds: float) -> Watched:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.errors import FloatArray
 from palpate.hw.devices import DeviceError
+from palpate.hw.finding import DeviceFinding, FindingVerdict, judged
 from palpate.robots.robot import Robot
 
 GLANCE = 2e-4
@@ -43,18 +43,18 @@ class Watched:
         return np.diff(self.time)
 
 
-def timing_findings(robot: Robot, name: str, watched: Watched) -> Iterator[DoctorFinding]:
+def timing_findings(robot: Robot, name: str, watched: Watched) -> Iterator[DeviceFinding]:
     """Yield the findings on age and regularity of samples."""
     half, most = (1e3 * float(x) for x in np.percentile(watched.age, [50.0, 99.0]))
     oldest = 1e3 * robot.file.limits.sample_age
     fix = "check the network and what else runs here, or allow more (limits.sample_age_s)"
-    yield DoctorFinding(name, "age, median", half, "ms")
+    yield DeviceFinding(name, "age, median", half, "ms")
     yield judged(name, "age, 99 %", most, "ms", f"at most {oldest:g}", most <= oldest, fix)
     if len(watched.time) > 2:
-        yield DoctorFinding(name, "jitter of samples", 1e3 * float(watched.gaps.std()), "ms")
-        yield DoctorFinding(name, "largest gap between samples", 1e3 * float(watched.gaps.max()), "ms")
+        yield DeviceFinding(name, "jitter of samples", 1e3 * float(watched.gaps.std()), "ms")
+        yield DeviceFinding(name, "largest gap between samples", 1e3 * float(watched.gaps.max()), "ms")
 
 
-def failure(device: str, error: DeviceError) -> DoctorFinding:
+def failure(device: str, error: DeviceError) -> DeviceFinding:
     """Return the finding on a device that has failed."""
-    return DoctorFinding(device, "connection", error.problem, "", "", DoctorVerdict.BAD, error.remedy)
+    return DeviceFinding(device, "connection", error.problem, "", "", FindingVerdict.BAD, error.remedy)

@@ -8,15 +8,12 @@ from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import doing
-from palpate.commands.recover.arm import RecoverableArm
-from palpate.commands.recover.condition import DeviceCondition, Recoverable, condition_of, failed
+from palpate.commands.recover.condition import AnyDevice, condition_of, failed
 from palpate.commands.recover.config import RecoverConfig
-from palpate.commands.recover.hand import RecoverableHand
-from palpate.commands.recover.sensor import RecoverableSensor
 from palpate.commands.say import say
+from palpate.hw.condition import DeviceCondition, Recoverable
 from palpate.hw.devices import DeviceError
-from palpate.robots.devices import with_devices
-from palpate.robots.rig_built import RigParts, check_rig, parts_of
+from palpate.robots.rig import RigParts, parts_of
 from palpate.robots.values import load_named_robot
 
 Confirm = Callable[[str], bool]
@@ -35,15 +32,15 @@ def run_recover(config: RecoverConfig) -> CommandResult:
         DeviceError: Emulators do not come up.
     """
     robot = load_named_robot(config.robot)
-    with with_devices(robot, config.robot) as rig:
-        check_rig(rig)
+    with robot.file.backend.devices(robot) as rig:
+        rig.file.backend.check(rig)
         return recovered(parts_of(rig), _confirmation(config))
 
 
 def recovered(parts: RigParts, confirm: Confirm) -> CommandResult:
     """Recover the devices of a rig, one after the other; `confirm` is asked before each action."""
     console, changed, found = Console(), [], []
-    for device in _recoverables(parts):
+    for device in _devices(parts):
         with closing(device):
             condition = condition_of(device)
             say(console, str(condition))
@@ -63,24 +60,21 @@ def recovered(parts: RigParts, confirm: Confirm) -> CommandResult:
     )
 
 
-def _after(device: Recoverable, console: Console) -> DeviceCondition:
+def _after(device: AnyDevice, console: Console) -> DeviceCondition:
     """Recover a device and return its condition then."""
     try:
         with doing(console, "recovering"):
-            device.recover()
+            if isinstance(device, Recoverable):
+                device.recover()
     except DeviceError as error:
         return failed(device, error)
     return condition_of(device)
 
 
-def _recoverables(parts: RigParts) -> list[Recoverable]:
+def _devices(parts: RigParts) -> list[AnyDevice]:
     """Return the devices of a rig, what only reports first."""
-    found: list[Recoverable] = [RecoverableSensor(each.device) for each in parts.sensors if not each.in_arm]
-    if parts.hand is not None:
-        found.append(RecoverableHand(parts.hand))
-    if parts.arm is not None:
-        found.append(RecoverableArm(parts.arm))
-    return found
+    found: list[AnyDevice] = [each.device for each in parts.sensors if not each.in_arm]
+    return [*found, *(device for device in (parts.hand, parts.arm) if device is not None)]
 
 
 def _confirmation(config: RecoverConfig) -> Confirm:

@@ -1,72 +1,44 @@
-"""What a device reports of itself after a stop, and what brings it back."""
+"""The condition of any device of a rig: as it reports it itself, or as its samples show it."""
 
-from dataclasses import dataclass
-from typing import Protocol
+import math
 
-from palpate.hw.devices import DeviceError
+from palpate.hw.condition import DeviceCondition, Recoverable
+from palpate.hw.devices import ArmDevice, DeviceError, HandDevice, SensorDevice, SensorReading
+from palpate.runtime.data import ArmSample
+from palpate.runtime.standstill_check import REST_SPEED
+
+AnyDevice = ArmDevice | HandDevice | SensorDevice
 
 
-@dataclass(frozen=True, slots=True)
-class DeviceCondition:
-    """What a device reports.
+def condition_of(device: AnyDevice) -> DeviceCondition:
+    """Return the condition of a device; one that cannot be reached is not fit.
 
-    Attributes:
-        device: Its name.
-        state: In words.
-        fit: Whether it can run as it is.
-        action: What can be done from here to make it fit, a command to it and what may move then; "" for nothing.
-        remedy: What somebody has to do first; "" for nothing.
+    Raises:
+        MissingLibraryError: This computer lacks its client library.
     """
-
-    device: str
-    state: str
-    fit: bool
-    action: str = ""
-    remedy: str = ""
-
-    def __str__(self) -> str:
-        """One line for a person."""
-        todo = f"; {self.remedy}" if self.remedy else ""
-        return f"{self.device}: {self.state}{todo}"
-
-
-class Recoverable(Protocol):
-    """A device of a rig, as this command sees it."""
-
-    @property
-    def name(self) -> str:
-        """For messages."""
-        ...
-
-    def condition(self) -> DeviceCondition:
-        """Connect, ask it for its state, and change nothing.
-
-        Raises:
-            DeviceError: It cannot be reached.
-        """
-        ...
-
-    def recover(self) -> None:
-        """Do what its condition offers.
-
-        Raises:
-            DeviceError: It could not be done.
-        """
-        ...
-
-    def close(self) -> None:
-        """Disconnect; may be called at any time."""
-        ...
-
-
-def condition_of(device: Recoverable) -> DeviceCondition:
-    """Return the condition of a device; one that cannot be reached is not fit."""
     try:
-        return device.condition()
+        if isinstance(device, Recoverable):
+            return device.condition()
+        device.start()
+        return _shown_by(device, device.read())
     except DeviceError as error:
         return failed(device, error)
 
 
-def failed(device: Recoverable, error: DeviceError) -> DeviceCondition:
+def failed(device: AnyDevice, error: DeviceError) -> DeviceCondition:
     """Return the condition of a device that did not do what it was asked."""
     return DeviceCondition(device.name, error.problem, fit=False, remedy=error.remedy)
+
+
+def _shown_by(device: AnyDevice, sample: object) -> DeviceCondition:
+    """Return what a sample of a device shows of its condition."""
+    if isinstance(sample, SensorReading) and not sample.healthy:
+        why = getattr(device, "problem", "") or "its status says that the reading is no good"
+        return DeviceCondition(device.name, why, fit=False, remedy="take loads off, and see its manual")
+    if isinstance(sample, ArmSample):
+        speed = math.hypot(*sample.velocity_base_tip)
+        if speed >= REST_SPEED:
+            remedy = "another program or somebody's hand moves it: end that first"
+            return DeviceCondition(device.name, f"it moves at {1e3 * speed:.3g} mm/s", fit=False, remedy=remedy)
+        return DeviceCondition(device.name, "it stands still", fit=True)
+    return DeviceCondition(device.name, "sends good readings", fit=True)

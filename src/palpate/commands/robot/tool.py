@@ -9,7 +9,7 @@ from palpate.commands.command_result import CommandResult
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
-from palpate.open_kinds import as_written
+from palpate.open_kinds import as_written, name_of_kind
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.in_scene import check, impact_force
 from palpate.robots.known_sensor import described
@@ -28,7 +28,7 @@ def run_list(config: RobotListConfig) -> CommandResult:
     widest = max(map(len, robots))
     for name, file in robots.items():
         sys.stdout.write(f"{name:<{widest}}  {file.name}\n")
-    kinds = {name: file.backend.__struct_config__.tag for name, file in robots.items()}
+    kinds = {name: name_of_kind(file.backend) for name, file in robots.items()}
     return CommandResult(
         facts={"robots": [{"name": n, "about": robots[n].name, "kind": kinds[n]} for n in robots]}
     )

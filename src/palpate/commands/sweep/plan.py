@@ -214,15 +214,14 @@ def expected_durations(plan: SweepPlan) -> list[float]:
     Raises:
         InvalidValueError: One cannot be realised, or would move a real robot.
     """
-    from palpate.robots.backend_entries import SimulatedUr5eEntry, StageEntry, TurningStageEntry
     from palpate.robots.values import load_named_robot
 
-    simulated, durations = StageEntry | TurningStageEntry | SimulatedUr5eEntry, []
+    durations = []
     for combination in plan.combinations:
         config = combination.config
         try:
             robot = None if config.robot is None else load_named_robot(config.robot)
-            if robot is not None and not isinstance(robot.file.backend, simulated):
+            if robot is not None and not robot.file.backend.UNATTENDED:
                 raise InvalidValueError(
                     f"robot = {config.robot}: a sweep runs many at a time, unwatched: simulated robots only, none "
                     "that is real or behind a wire; `palpate robot list` names some"

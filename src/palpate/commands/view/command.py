@@ -30,7 +30,6 @@ from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
-from palpate.robots.drivers import check_drivers
 from palpate.runtime import result_until
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
@@ -88,7 +87,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
     asked = _asked(experiment, config)
     plan = plan_for(experiment, asked)
     if plan.robot is not None:
-        check_drivers(plan.robot)
+        plan.robot.file.backend.check_drivers()
     earlier_run(asked.out, experiment.name, ())  # a log among another command's files would be taken for theirs
     make_folder(asked.out)
     if plan.preparation:

@@ -5,8 +5,6 @@ from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import lasting
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.robots.rig_entries import RigEntry
-from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, Command, Pacer, Sample
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.pacing import SimulatedTime
@@ -56,7 +54,7 @@ def watched_backend(plan: Plan, time_scale: float) -> Backend:
 
 
 def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
-    """Return what there is to see of a run: on a rig without a hand, a stage that carries the tip.
+    """Return what there is to see of a run: of a robot that cannot be shown, what its kind shows instead.
 
     The object is the one that the run was given, where it was given; what it really was nobody knows.
 
@@ -64,9 +62,10 @@ def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
         InvalidValueError: It cannot be simulated.
     """
     robot = plan.robot
-    if robot is None or not isinstance(robot.file.backend, RigEntry) or robot.file.backend.hand is not None:
+    shown = None if robot is None else robot.file.backend.shown(robot)
+    if shown is robot:
         return plan.view()
-    return experiment.plan(lasting(plan.config), stage_twin(robot), plan.texts()).view()
+    return experiment.plan(lasting(plan.config), shown, plan.texts()).view()
 
 
 def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:

@@ -40,13 +40,12 @@ from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, p
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
-from palpate.robots.backend_entries import EmulatedHandEntry
 from palpate.robots.finger_sensor import sensor_for
+from palpate.robots.fingertip import only_finger
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
-from palpate.robots.rig_entries import RigEntry
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import Task, only_finger
+from palpate.robots.task import Task
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
@@ -319,9 +318,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     limits = limits.allowing(fastest + FASTEST_LANDING)
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
-    # the push of a real arm is bounded by its own controller
-    if not isinstance(robot.file.backend, RigEntry | EmulatedHandEntry):
-        check_push(config, ready.stiffness, robot.file.backend.following_error_limit)
+    check_push(config, ready.stiffness, ready.following_error_limit)
     check_speed("speed", config.speed, limits)
     scene = scene_of(ready.backend)
     if scene is not None:

@@ -9,11 +9,12 @@ from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.robots.finger_sensor import model_with_noise
+from palpate.robots.fingertip import only_finger, tip_sizes
 from palpate.robots.in_scene import build
 from palpate.robots.known_sensor import described
 from palpate.robots.known_truth import scene_of
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
+from palpate.robots.task import RobotInScene, Task
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sim import Box, ContactLaw, SceneObject, SeededSensor, SphereObject
 from palpate.sim.friction.law import FrictionLaw

@@ -20,10 +20,9 @@ from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.reporting.data import KeyFigure
-from palpate.robots.backend_entries import StageEntry
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.truth import TruthSource
 from palpate.sim.friction.law import FrictionLaw
@@ -193,7 +192,7 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
     fastest = max((config.speed, *config.speeds))
     check_speed("speed", fastest, limits)
     limits = limits.allowing(fastest + FASTEST_LANDING)
-    turns = not isinstance(robot.file.backend, StageEntry)
+    turns = robot.file.backend.TURNS
     if config.fit_exponents and not turns:
         raise InvalidValueError(
             f"robot = {config.robot}: it cannot turn its tip, which --fit-exponents asks for; take turning-stage"

@@ -5,8 +5,14 @@ from dataclasses import replace
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.strength import LARGEST_GRIP
-from palpate.robots.hands import HandDescription, described_hand, has_hand, robots_with_hand, simulated_hand
-from palpate.robots.rig_settings import noise_of_finger
+from palpate.robots.finger_load import noise_of_finger
+from palpate.robots.hand_description import (
+    HandDescription,
+    described_hand,
+    has_hand,
+    robots_with_hand,
+    simulated_hand,
+)
 from palpate.robots.robot import Robot
 
 

@@ -46,8 +46,8 @@ from palpate.friction.friction_file import (
 )
 from palpate.friction.limit_surface import LimitSurface
 from palpate.reporting.data import KeyFigure
+from palpate.robots.hand_description import HandDescription, hand_backend
 from palpate.robots.hand_task import HandTask
-from palpate.robots.hands import HandDescription, hand_backend
 from palpate.robots.robot import Robot
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
 from palpate.runtime.truth import TruthSource

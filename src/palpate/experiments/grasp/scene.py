@@ -7,8 +7,8 @@ import numpy as np
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface
 from palpate.kinematics.pose import Pose
+from palpate.robots.hand_description import HandDescription
 from palpate.robots.hand_task import HandTask
-from palpate.robots.hands import HandDescription
 from palpate.sim import Box, CylinderObject, Lift, SceneObject, SphereObject, TurningStage
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.contact import GraspContact

@@ -14,7 +14,7 @@ from palpate.errors import FloatArray
 from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.kinematics.pose import Pose
-from palpate.robots.hands import HandDescription
+from palpate.robots.hand_description import HandDescription
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.truth import TruthSource
 from palpate.sim.hand.truth import FingerTruth, HandTruth

@@ -4,7 +4,6 @@ import shlex
 from collections.abc import Mapping
 
 from palpate.experiments.kit.experiment import Plan
-from palpate.robots.rig_entries import RigEntry
 from palpate.runtime import Cause, Ending, RestState, RunResult
 
 ON_DEVICES: Mapping[Cause, str] = {
@@ -47,7 +46,7 @@ def advice_on_ending(experiment: str, plan: Plan, result: RunResult) -> tuple[st
         plan: Of the run.
         result: How it went.
     """
-    real = plan.robot is not None and isinstance(plan.robot.file.backend, RigEntry)
+    real = plan.robot is not None and plan.robot.file.backend.REAL
     robot = shlex.quote(str(plan.config.robot))
     advice = []
     if real and result.rest.state is RestState.NOT_KNOWN:

@@ -12,6 +12,7 @@ from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting, spec_of
 from palpate.experiments.kit.recorded_run import ProgressCallback, RecordedRun, no_progress
 from palpate.experiments.kit.registry import experiment_named
+from palpate.open_kinds import name_of_kind
 from palpate.robots.robot import ROBOT_TEXT, Robot, read_robot
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Backend, Ending, RunResult
@@ -115,7 +116,7 @@ class LoggedRun:
 
 def _check_kind(robot: Robot, recorded: Robot | None) -> None:
     """Refuse a robot with another kind of back end than the recorded one: the samples are of that one."""
-    kinds = [each.file.backend.__struct_config__.tag for each in (robot, recorded) if each is not None]
+    kinds = [name_of_kind(each.file.backend) for each in (robot, recorded) if each is not None]
     if len(set(kinds)) > 1:
         raise InvalidValueError(
             f"robot = {robot.file.name}: its back end is {kinds[0]}, and the samples are as recorded, of "

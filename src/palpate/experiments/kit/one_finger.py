@@ -11,10 +11,11 @@ from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force
 from palpate.reporting.data import KeyFigure
 from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.fingertip import only_finger, tip_sizes
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
+from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Backend, Controller, FingerDescription, Limits
 from palpate.sim import SceneObject, SeededSensor
 from palpate.sim.presets import EXPLORE

@@ -7,10 +7,10 @@ from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVI
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.parts import sensor_of, shape_of
+from palpate.robots.fingertip import only_finger, tip_sizes
 from palpate.robots.in_scene import build
-from palpate.robots.rig_entries import RigEntry
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
+from palpate.robots.task import RobotInScene, Task
 from palpate.sim import Target
 from palpate.sim.presets import EXPLORE
 
@@ -21,7 +21,7 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
     Raises:
         InvalidValueError: The fingertip is smaller than its compression, or a real surface is to move.
     """
-    if isinstance(robot.file.backend, RigEntry) and config.surface != "still":
+    if robot.file.backend.REAL and config.surface != "still":
         raise InvalidValueError(
             f"surface = {config.surface}: is for simulated objects; a real one does as it likes: leave it still"
         )

@@ -6,7 +6,7 @@ from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_checks import speed_hint
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.task import RobotInScene
 from palpate.runtime import Limits
 
 FASTEST_LANDING = 0.005

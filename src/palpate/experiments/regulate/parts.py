@@ -23,7 +23,7 @@ from palpate.experiments.regulate.motion import read_motion
 from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.known_truth import scene_of
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.task import RobotInScene
 from palpate.sim import (
     Box,
     DrivenJoint,

@@ -36,7 +36,7 @@ from palpate.experiments.regulate.parts import (
 from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
-from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.sim import MovingTarget, Target

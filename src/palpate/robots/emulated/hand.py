@@ -24,6 +24,7 @@ from palpate.hw.rig import FingerSensor, FramedArm, PolledHand, Rig, RigSettings
 from palpate.hw.ur import UrArm, UrSettings
 from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import Emulation, OnTheWire
+from palpate.robots.emulated.devices import DEVICE_TIMEOUT
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.hand_task import HandTask
@@ -43,9 +44,6 @@ ARM_BASE = Pose((-0.45, 0.0, 0.0))
 
 FLANGE_HAND = Pose((0.0, 0.0, 0.05), LOOKING_DOWN)
 """Where the hand is on its flange."""
-
-DEVICE_TIMEOUT = 0.5
-"""[s] Without a word after which a device counts as lost: see `palpate.robots.emulated.ur5e.DEVICE_TIMEOUT`."""
 
 OLDEST = 0.2
 """[s] Of a sample, in the hand's time, where one computer plays all of the devices."""

@@ -1,0 +1,46 @@
+"""What describes a real hand in a robot file: `backend.hand` of a rig."""
+
+from typing import TYPE_CHECKING
+
+from palpate.open_kinds import OpenKind
+
+if TYPE_CHECKING:  # a robot file is read without any driver
+    from palpate.hw.devices import HandDevice
+    from palpate.robots.robot import Robot
+    from palpate.sim.hand.hand import Hand
+
+
+class HandKind(OpenKind):
+    """Settings of a hand whose fingers press, and how it is made of them.
+
+    Attributes:
+        fingers: How many it has.
+        poll: From exchange to exchange with it [s].
+    """
+
+    __slots__ = ()
+    GROUP = "palpate.hands"
+    METHODS = ("device", "geometry", "fingers")
+
+    poll: float = 0.004
+
+    @property
+    def fingers(self) -> int:
+        """How many it has."""
+        raise NotImplementedError
+
+    def device(self, robot: "Robot") -> "HandDevice":
+        """Return the hand; nothing is opened.
+
+        Raises:
+            InvalidValueError: It cannot be as the file specifies.
+        """
+        raise NotImplementedError
+
+    def geometry(self, robot: "Robot") -> "Hand":
+        """Return where its sensors and tips are in the hand frame.
+
+        Raises:
+            InvalidValueError: It cannot be so.
+        """
+        raise NotImplementedError

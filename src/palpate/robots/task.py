@@ -1,0 +1,72 @@
+"""What a robot with one fingertip is to touch, and the robot that stands ready to do so."""
+
+import math
+from dataclasses import dataclass
+
+from palpate.controllers import LandingModel, series_stiffness, tracking_delay
+from palpate.controllers.landing import moved_mass
+from palpate.runtime import Backend, FingerDescription
+from palpate.sim import ContactLaw, SceneObject, SeededSensor, Target
+from palpate.sim.friction.law import FrictionLaw
+from palpate.spatial import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """What a robot is to touch, and how it is sensed.
+
+    Attributes:
+        tip: Half lengths of the fingertip: one (a sphere's radius) or three (semi-axes) [m].
+        compression: How far the tip yields at the set force [m]; sensing assumes a tip smaller by this.
+        target: What is touched.
+        law: Contact between the two.
+        start: Where the tip frame starts, base frame [m].
+        period: Control period [s].
+        sensor: Behind the tip.
+        touch_force: Force that counts as a touch on a sensor of which nothing is known [N].
+        rubbing: How the friction plant rubs; None: MuJoCo rubs.
+    """
+
+    tip: tuple[float, ...]
+    compression: float
+    target: SceneObject | Target
+    law: ContactLaw
+    start: Vector
+    period: float
+    sensor: SeededSensor
+    touch_force: float
+    rubbing: FrictionLaw | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotInScene:
+    """A robot that stands ready.
+
+    Attributes:
+        backend: The robot.
+        finger: For touch.
+        lag: How far it runs behind a ramp [s].
+        response: Delay that stands for its servos in force control [s].
+        stiffness: With which it holds its tip [N/m].
+        touch_force: Force that counts as a touch [N].
+        angular_acceleration: With which it can begin to turn [rad/s^2].
+        following_error_limit: By which its reference may lead the tip [m]; inf: its own controller bounds that.
+    """
+
+    backend: Backend
+    finger: FingerDescription
+    lag: float
+    response: float
+    stiffness: float
+    touch_force: float
+    angular_acceleration: float = math.inf
+    following_error_limit: float = math.inf
+
+    def landing_model(self, contact_stiffness: float) -> LandingModel:
+        """Return how hard it presses on a contact of this stiffness [N/m]."""
+        return LandingModel(
+            series_stiffness(contact_stiffness, self.stiffness),
+            tracking_delay(self.backend.period, self.response, self.finger.pipeline().delay),
+            contact_stiffness,
+            moved_mass(self.stiffness, self.response),
+        )
