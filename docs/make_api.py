@@ -140,7 +140,8 @@ PAGES = {
     "robots": Page(
         "Robots",
         "From a robot file to what moves: simulated, emulated, or a rig of devices.",
-        ("palpate.robots.robot", "palpate.open_kinds", "palpate.robots.robot_kind", "palpate.robots.simulated_kind",
+        ("palpate.robots.robot", "palpate.open_kinds", "palpate.robots.robot_kind",
+         "palpate.robots.simulated_kind",
          "palpate.robots.arm_kind", "palpate.robots.hand_kind", "palpate.robots.sensor_kind",
          "palpate.robots.surface_entries", "palpate.robots.device_settings", "palpate.robots.rig",
          "palpate.robots.values", "palpate.robots.in_scene", "palpate.robots.task",
