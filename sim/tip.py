@@ -1,17 +1,18 @@
 """A fingertip of any surface on a six-axis force/torque sensor."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, positive, vector
 from palpate.runtime.touch import Finger
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim.one_contact import one_contact
 from palpate.sim.tip_mesh import tip_mesh
+from palpate.spatial import Vector
 from palpate.surfaces import (
     Capsule,
     CenteredQuadric,
@@ -47,9 +48,10 @@ class Tip:
 
     Attributes:
         surface: Outer shape, in the sensor frame.
-        mass: Of everything on the tip side of the sensor [kg], spread evenly over the shape.
+        mass: Of everything on the tip side of the sensor [kg], turned as if it were spread evenly over the shape.
         reach: Where an unbounded surface ends [m]: from its centre along a cylinder's axis or a plane, from the
             apex of an open one.
+        balance: Centre of mass in the sensor frame [m]; None: that of the shape, filled evenly.
         sag: Largest depth of a mesh below the surface [m]; a facet's normals differ by up to about sqrt(2 sag / r)
             where the surface's radius is r.
     """
@@ -58,6 +60,7 @@ class Tip:
     mass: float = 0.03
     reach: float = REACH
     sag: float = SAG
+    balance: Vector | None = None
     _form: "_Form" = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -72,11 +75,21 @@ class Tip:
             )
         if not isinstance(surface, TipSurface):
             raise InvalidValueError(f"surface is a {type(surface).__name__}: must be one of palpate.surfaces")
-        object.__setattr__(self, "_form", _form(surface, self.reach, self.sag))
+        form = _form(surface, self.reach, self.sag)
+        if self.balance is not None:
+            form = replace(form, center_of_mass=vector("balance", self.balance, 3, "m"))
+        object.__setattr__(self, "_form", form)
 
     def finger(self) -> Finger:
         """Return what contact sensing knows of this tip on a perfect sensor: its surface and its weight."""
         return Finger(self.surface, SensorPayload(self.mass, self.center_of_mass))
+
+    @property
+    def approximation(self) -> str:
+        """What of it is not exact, in words; empty where MuJoCo has the very shape."""
+        if self._form.vertices is None:
+            return ""
+        return f"a mesh of {len(self._form.vertices)} points on its surface, up to {1e6 * self.sag:g} um inside"
 
     @property
     def center_of_mass(self) -> tuple[float, float, float]:

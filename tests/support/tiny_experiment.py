@@ -19,7 +19,7 @@ from palpate.experiments.kit.scene_view import scene_view
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.report import Report, Section, TextTable
 from palpate.robots.finger_sensor import model_with_noise
-from palpate.robots.fingertip import tip_sizes
+from palpate.robots.fingertip import fingertip, start_above
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.task import Task
@@ -83,8 +83,8 @@ class Tap:
     def plan(self, config, robot, texts):
         limits = robot.file.limits
         check_force(config.force, config.force, limits)
-        finger, stiffness, tip = robot.file.fingers[0], STIFFNESS[config.surface], tip_sizes(robot)
-        start = (*(-each for each in finger.surface.center[:2]), RADIUS + max(tip) + 0.001)
+        finger, stiffness, tip = robot.file.fingers[0], STIFFNESS[config.surface], fingertip(robot)
+        start = start_above(tip, RADIUS, 0.001)
         law, sensor = replace(EXPLORE.law, stiffness=stiffness), model_with_noise(finger, config.noise, None)
         period, sphere = robot.file.period, SphereObject(RADIUS)
         seeded, given_way = SeededSensor(sensor, config.seed), 0.5 * config.force / stiffness

@@ -1,50 +1,63 @@
-"""The one fingertip of a robot file, as experiments and simulations take it."""
+"""The one fingertip of a robot file, as experiments take it, and where it starts."""
 
-import numpy as np
+from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
-from palpate.open_kinds import name_of_kind
 from palpate.robots.robot import Robot
 from palpate.robots.robot_file import FingerEntry
-from palpate.robots.surface_entries import EllipsoidEntry, SphereEntry
-from palpate.surfaces import Ellipsoid, Sphere
+from palpate.robots.surface_entries import EllipsoidEntry, SphereEntry, SurfaceKind
+from palpate.spatial import Vector
 
 
 def only_finger(robot: Robot) -> FingerEntry:
-    """Return the finger of a robot with one, whose tip can be simulated.
+    """Return the finger of a robot with one.
 
     Raises:
-        InvalidValueError: It has several, or a tip of another shape.
+        InvalidValueError: It has several.
     """
     if len(robot.file.fingers) != 1:
         raise InvalidValueError(
             f"robot: it has {len(robot.file.fingers)} fingers, this takes one; for a hand there is palpate grasp"
         )
-    finger = robot.file.fingers[0]
-    if not isinstance(finger.surface, SphereEntry | EllipsoidEntry):
-        kind = name_of_kind(finger.surface)
-        raise InvalidValueError(
-            f"fingers[0].surface.kind = {kind}: a simulated fingertip is a sphere or an ellipsoid"
-        )
-    return finger
+    return robot.file.fingers[0]
 
 
 def tip_sizes(robot: Robot) -> tuple[float, ...]:
-    """Return the half lengths of a simulated robot's fingertip [m]: one of a sphere, three of an ellipsoid.
+    """Return the half lengths of a robot's fingertip [m]; see `SurfaceKind.half_lengths`.
 
     Raises:
         InvalidValueError: As in `only_finger`.
     """
-    surface = only_finger(robot).surface
-    if isinstance(surface, SphereEntry):
-        return (surface.radius,)
-    assert isinstance(surface, EllipsoidEntry)  # only_finger has made sure of it
-    return surface.semi_axes
+    return only_finger(robot).surface.half_lengths
 
 
-def surface_of_tip(finger: FingerEntry, lengths: tuple[float, ...]) -> Sphere | Ellipsoid:
-    """Return the fingertip of these half lengths [m], where the robot file puts it."""
-    center, rotation = np.array(finger.surface.center), finger.surface.rotation
+def fingertip(robot: Robot, lengths: tuple[float, ...] = ()) -> SurfaceKind:
+    """Return a robot's fingertip, or the sphere or ellipsoid of other half lengths [m] in its place.
+
+    Raises:
+        InvalidValueError: As in `only_finger`.
+    """
+    own = only_finger(robot).surface
+    if not lengths or lengths == own.half_lengths:
+        return own
+    x, y, z = Rotation.from_matrix(own.rotation).as_rotvec().tolist()
+    rotvec = (x, y, z)
     if len(lengths) == 1:
-        return Sphere(lengths[0], center=center, rotation=rotation)
-    return Ellipsoid((lengths[0], lengths[1], lengths[2]), center=center, rotation=rotation)
+        return SphereEntry(radius=lengths[0], center=own.center, rotvec=rotvec)
+    a, b, c = lengths
+    return EllipsoidEntry(semi_axes=(a, b, c), center=own.center, rotvec=rotvec)
+
+
+def start_above(
+    tip: SurfaceKind, top: float, clearance: float, beside: tuple[float, float] = (0.0, 0.0)
+) -> Vector:
+    """Return where the tip frame starts, base frame, for the tip to be above an object [m].
+
+    Args:
+        tip: The fingertip; its axes are those of the base.
+        top: Of the object.
+        clearance: From the tip to it.
+        beside: Where the tip's middle is, x and y.
+    """
+    x, y, z = tip.center
+    return (beside[0] - x, beside[1] - y, top + max(tip.half_lengths) + clearance - z)

@@ -1,7 +1,7 @@
 """A robot over, or a hand around, something that it could touch, for whoever only looks at its devices."""
 
 from palpate.robots.finger_sensor import model_of_finger
-from palpate.robots.fingertip import only_finger, tip_sizes
+from palpate.robots.fingertip import fingertip, only_finger, start_above
 from palpate.robots.hand_task import HandTask
 from palpate.robots.robot import Robot
 from palpate.robots.task import Task
@@ -49,13 +49,13 @@ def plate_task(robot: Robot) -> Task:
 
 
 def _over(robot: Robot, target: SceneObject, touch_force: float) -> Task:
-    tip, (x, y, z) = tip_sizes(robot), only_finger(robot).surface.center
+    tip = fingertip(robot)
     return Task(
         tip=tip,
         compression=0.0,
         target=target,
         law=EXPLORE.law,
-        start=(-x, -y, target.top + max(tip) + CLEARANCE - z),
+        start=start_above(tip, target.top, CLEARANCE),
         period=robot.file.period,
         sensor=SeededSensor(model_of_finger(only_finger(robot))),
         touch_force=touch_force,

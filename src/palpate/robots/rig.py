@@ -17,7 +17,6 @@ from palpate.kinematics.hand import HandKinematics
 from palpate.open_kinds import Settings
 from palpate.robots.arm_kind import ArmKind
 from palpate.robots.finger_load import noise_of_finger, payload_of
-from palpate.robots.fingertip import surface_of_tip
 from palpate.robots.hand_description import HandDescription
 from palpate.robots.hand_kind import HandKind
 from palpate.robots.hand_task import HandTask
@@ -115,11 +114,10 @@ class RigEntry(RobotKind, Settings, frozen=True, kw_only=True):
                 f"fingers: there are {len(robot.file.fingers)}; this experiment is done with one"
             )
         rig = self.rig(robot, task.period, task.start)
-        finger, sensor = robot.file.fingers[0], robot.sensors[0]
-        sensed = surface_of_tip(finger, tuple(length - task.compression for length in task.tip))
+        sensor = robot.sensors[0]
         return RobotInScene(
             self._tared(rig),
-            described_finger(robot, 0, sensed, task.touch_force),
+            described_finger(robot, 0, task.sensed, task.touch_force),
             arm.lag,
             arm.response,
             arm.stiffness,

@@ -62,6 +62,14 @@ class RobotKind(OpenKind):
         """
         raise NotImplementedError
 
+    def approximation(self, robot: "Robot") -> str:
+        """Return in words what of its fingertip is not as the robot file says; empty: nothing.
+
+        Raises:
+            InvalidValueError: It cannot be built as its file specifies.
+        """
+        return ""
+
     def landing_model(self, robot: "Robot") -> "LandingModel | None":
         """Return how hard it presses on what it runs into; None if nothing moves a finger into anything.
 

@@ -1,6 +1,5 @@
 """Robots that are simulated with one fingertip: a carrier in a scene, as `backend` of a robot file."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,25 +7,25 @@ import msgspec
 
 from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
+from palpate.open_kinds import name_of_kind
 from palpate.robots.device_settings import Range, RangedSettings
 from palpate.robots.finger_sensor import check_age, model_of_finger
-from palpate.robots.fingertip import only_finger, surface_of_tip
+from palpate.robots.fingertip import only_finger
 from palpate.robots.idle import plate_task
 from palpate.robots.known_sensor import known_sensor
 from palpate.robots.robot import Robot
 from palpate.robots.robot_file import FingerEntry
 from palpate.robots.robot_kind import RobotKind
+from palpate.robots.surface_entries import SurfaceKind
 from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Finger, FingerDescription, SensorFinger
 from palpate.sensing.compensation import SensorPayload
-from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sim import Carrier, Fidelity, MujocoBackend, SeededSensor, Tip, build_scene
-
-SAME_PLACE = 1e-9
-"""[m] tolerance of positions that are meant to be equal."""
+from palpate.surfaces import CompliantTip
 
 SAME_RATE = 1e-9
-"""Relative, likewise."""
+"""Relative tolerance of times that are meant to be equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +73,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
     def check(self, robot: Robot) -> None:
         """See `RobotKind`."""
         finger, sensor = only_finger(robot), robot.sensors[0]
-        _payload(finger, sensor)
+        _tip(finger, sensor, finger.surface)
         steps = robot.file.period / self.time_step
         if round(steps) < 1 or abs(round(steps) / steps - 1.0) > SAME_RATE:
             raise InvalidValueError(
@@ -89,21 +88,20 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
         """See `RobotKind`."""
         finger, file = only_finger(robot), robot.sensors[0]
         check_age(robot, task.sensor.model, task.period)
-        tip = Tip(surface_of_tip(finger, task.tip), _payload(finger, file).mass)
+        tip = _tip(finger, file, task.tip)
         moved = self.tip_carrier(tip, task)
         sensor = known_sensor(finger, file, task.sensor, task.period)
         scene = build_scene(
             tip, task.target, task.law, task.start, moved.carrier, moved.fidelity, friction=task.rubbing
         )
-        sensed = surface_of_tip(finger, tuple(length - task.compression for length in task.tip))
         described: FingerDescription
         if sensor is None:
             touch_force = task.touch_force
             payload, noise = SensorPayload(tip.mass, tip.center_of_mass), task.sensor.model.dithering
-            described = Finger(sensed, payload, touch_force, touch_force / 2.0, noise)
+            described = Finger(task.sensed, payload, touch_force, touch_force / 2.0, noise)
         else:
             touch_force = sensor.contact.touch_force
-            described = SensorFinger(sensed, sensor)
+            described = SensorFinger(task.sensed, sensor)
         return RobotInScene(
             MujocoBackend(scene, task.period, task.sensor, robot.file.pace.pacer(task.period)),
             described,
@@ -114,14 +112,23 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
             following_error_limit=moved.following_error_limit,
         )
 
+    def approximation(self, robot: Robot) -> str:
+        """See `RobotKind`."""
+        finger = only_finger(robot)
+        return _tip(finger, robot.sensors[0], finger.surface).approximation
+
     def landing_model(self, robot: Robot) -> LandingModel | None:
         """See `RobotKind`: as on a plate."""
         task = plate_task(robot)
         return self.build(robot, task).landing_model(task.law.stiffness)
 
 
-def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
-    """What the tip weighs, and where; the simulation has it at the centre of the surface."""
+def _tip(finger: FingerEntry, sensor: SensorFile | None, kind: SurfaceKind) -> Tip:
+    """Return the tip on its sensor, as heavy as the robot file or its sensor file says.
+
+    Raises:
+        InvalidValueError: It cannot be simulated.
+    """
     key = "payload" if sensor is None else f"payload in {finger.sensor}"
     payload = sensor.payload if sensor is not None else finger.payload
     assert payload is not None  # FingerEntry has made sure that one of the two is given
@@ -129,10 +136,10 @@ def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
         raise InvalidValueError(
             f"fingers[0], {key}: mass_kg = {payload.mass:g}: a simulated tip weighs something; 0.03 is usual"
         )
-    if math.dist(payload.center_of_mass, finger.surface.center) > SAME_PLACE:
-        raise InvalidValueError(
-            f"fingers[0], {key}: center_of_mass_m = {list(payload.center_of_mass)}: a simulated tip has it at the "
-            f"centre of its surface; write center_of_mass_m: {list(finger.surface.center)}, or move "
-            "surface.center_m there"
-        )
-    return payload
+    surface = kind.surface()
+    try:
+        shape = surface.surface if isinstance(surface, CompliantTip) else surface
+        return Tip(shape, payload.mass, balance=payload.center_of_mass)
+    except InvalidValueError as error:
+        word = name_of_kind(kind)
+        raise InvalidValueError(f"fingers[0].surface.kind = {word}: it cannot be simulated: {error}") from None

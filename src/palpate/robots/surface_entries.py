@@ -6,12 +6,25 @@ import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import FloatArray
-from palpate.open_kinds import OpenKind, Settings
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.open_kinds import OpenKind, Settings, name_of_kind
 from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.solver import Surface
 from palpate.spatial import ZERO, Vector
-from palpate.surfaces import Capsule, Cylinder, Ellipsoid, Paraboloid, Plane, RoundedBox, Sphere
+from palpate.surfaces import (
+    Capsule,
+    CenteredQuadric,
+    CompliantTip,
+    Cylinder,
+    Ellipsoid,
+    Paraboloid,
+    Plane,
+    RoundedBox,
+    Sphere,
+    Superellipsoid,
+)
+from palpate.surfaces.implicit import Implicit
+from palpate.surfaces.parallel import half_extents
 
 SMALLEST_TIP, LARGEST_TIP = 1e-6, 0.5
 """[m] of a fingertip's radius: beyond, it is a number in another unit."""
@@ -21,17 +34,16 @@ LARGEST_OFFSET = 2.0
 
 
 class SurfaceKind(OpenKind):
-    """A fingertip, in the sensor frame.
-
-    Attributes:
-        center: Of the surface [m], by which simulations and hands place it: the sensor's origin.
-    """
+    """A fingertip, in the sensor frame."""
 
     __slots__ = ()
     GROUP = "palpate.surfaces"
     METHODS = ("surface",)
 
-    center: Vector = ZERO
+    @property
+    def center(self) -> Vector:
+        """Of the surface [m], by which simulations and hands place it: the sensor's origin."""
+        return ZERO
 
     @property
     def rotation(self) -> FloatArray:
@@ -45,6 +57,15 @@ class SurfaceKind(OpenKind):
             InvalidValueError: It cannot be built.
         """
         raise NotImplementedError
+
+    @property
+    def half_lengths(self) -> tuple[float, ...]:
+        """Of the ellipsoid about `center` by which paths are planned, along the sensor's axes [m]; a sphere's one.
+
+        Contacts are sensed on the surface itself.
+        """
+        surface = self.surface()
+        return (surface.radius,) if isinstance(surface, Sphere) else half_extents(surface)
 
 
 class PlacedSurface(SurfaceKind, Settings, frozen=True, kw_only=True):
@@ -143,6 +164,60 @@ class CapsuleEntry(PlacedSurface, frozen=True, kw_only=True):
     def surface(self) -> Capsule:
         """See `SurfaceKind`."""
         return Capsule(self.radius, self.length, self.center, self.rotation)
+
+
+class SuperellipsoidEntry(PlacedSurface, frozen=True, kw_only=True):
+    """|x/a|^p + |y/b|^p + |z/c|^p = 1 with these semi-axes [m]: a box with round edges for large p."""
+
+    semi_axes: Vector = msgspec.field(name="semi_axes_m")
+    exponent: float
+    LENGTHS = (("semi_axes", "semi_axes_m"),)
+
+    def surface(self) -> Superellipsoid:
+        """See `SurfaceKind`."""
+        return Superellipsoid(self.semi_axes, self.exponent, center=np.array(self.center), rotation=self.rotation)
+
+
+class CompliantEntry(SurfaceKind, Settings, frozen=True, kw_only=True):
+    """A skin that yields, on a closed tip: see `palpate.surfaces.CompliantTip`.
+
+    Attributes:
+        tip: Undeformed, where it sits in the sensor frame.
+        stiffness: [N/m^(1/exponent)].
+        exponent: Of the law: 1 in proportion to the force, 2/3 of elastic bodies that touch in a point (Hertz).
+    """
+
+    tip: SurfaceKind
+    stiffness: float = msgspec.field(name="stiffness_N_per_m")
+    exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        self.surface()
+
+    @property
+    def center(self) -> Vector:
+        """Of the undeformed tip [m]."""
+        return self.tip.center
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Of the undeformed tip."""
+        return self.tip.rotation
+
+    def surface(self) -> CompliantTip:
+        """See `SurfaceKind`.
+
+        Raises:
+            InvalidValueError: The tip is not closed, or the law cannot be.
+        """
+        tip = self.tip.surface()
+        if not isinstance(tip, CenteredQuadric | Implicit):
+            raise InvalidValueError(
+                f"tip.kind = {name_of_kind(self.tip)}: a skin is on a closed tip: sphere, ellipsoid, "
+                "superellipsoid or an implicit surface"
+            )
+        return CompliantTip(tip, self.stiffness, self.exponent)
 
 
 class RoundedBoxEntry(PlacedSurface, frozen=True, kw_only=True):

@@ -5,10 +5,13 @@ from dataclasses import dataclass
 
 from palpate.controllers import LandingModel, series_stiffness, tracking_delay
 from palpate.controllers.landing import moved_mass
+from palpate.robots.surface_entries import SurfaceKind
 from palpate.runtime import Backend, FingerDescription
+from palpate.sensing.solver import Surface
 from palpate.sim import ContactLaw, SceneObject, SeededSensor, Target
 from palpate.sim.friction.law import FrictionLaw
 from palpate.spatial import Vector
+from palpate.surfaces.parallel import yielding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -16,8 +19,8 @@ class Task:
     """What a robot is to touch, and how it is sensed.
 
     Attributes:
-        tip: Half lengths of the fingertip: one (a sphere's radius) or three (semi-axes) [m].
-        compression: How far the tip yields at the set force [m]; sensing assumes a tip smaller by this.
+        tip: The fingertip, in the sensor frame.
+        compression: How far the tip yields at the set force [m].
         target: What is touched.
         law: Contact between the two.
         start: Where the tip frame starts, base frame [m].
@@ -27,7 +30,7 @@ class Task:
         rubbing: How the friction plant rubs; None: MuJoCo rubs.
     """
 
-    tip: tuple[float, ...]
+    tip: SurfaceKind
     compression: float
     target: SceneObject | Target
     law: ContactLaw
@@ -36,6 +39,11 @@ class Task:
     sensor: SeededSensor
     touch_force: float
     rubbing: FrictionLaw | None = None
+
+    @property
+    def sensed(self) -> Surface:
+        """The fingertip that contacts are sensed on: it takes half of the contact's compression."""
+        return yielding(self.tip.surface(), self.compression, 2.0 * self.law.stiffness)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

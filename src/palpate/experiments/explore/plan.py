@@ -41,7 +41,7 @@ from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_f
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
 from palpate.robots.finger_sensor import sensor_for
-from palpate.robots.fingertip import only_finger
+from palpate.robots.fingertip import fingertip, only_finger
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.robot import Robot
@@ -302,7 +302,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     # a scan speaks of the middle of the tip; what is moved is the tip frame, which never turns
     x, y, z = only_finger(robot).surface.center
     task = Task(
-        tip=config.tip,
+        tip=fingertip(robot, config.tip),
         compression=config.force * half_compliance,
         target=target,
         law=law,

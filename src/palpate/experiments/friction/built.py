@@ -9,7 +9,7 @@ from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.robots.finger_sensor import model_with_noise
-from palpate.robots.fingertip import only_finger, tip_sizes
+from palpate.robots.fingertip import fingertip, start_above
 from palpate.robots.in_scene import build
 from palpate.robots.known_sensor import described
 from palpate.robots.known_truth import scene_of
@@ -127,18 +127,18 @@ def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
     Raises:
         InvalidValueError: The fingertip is smaller than its compression, or the simulation cannot be so.
     """
-    shape, tip = object_of(config), config.tip or tip_sizes(robot)
+    shape, tip = object_of(config), fingertip(robot, config.tip)
     sensor = sensor_of(robot, config)
     loads = config.rubbed_loads
     # the mean: touch takes one size of the tip for all loads
     compression = 0.25 * (loads[0] + loads[-1]) / config.stiffness
-    if min(tip) <= 2.0 * compression:
+    smallest = min(tip.half_lengths)
+    if smallest <= 2.0 * compression:
         raise InvalidValueError(
-            f"tip = {min(tip):g} m: must be larger than twice its compression at {loads[-1]:g} N and "
+            f"tip = {smallest:g} m: must be larger than twice its compression at {loads[-1]:g} N and "
             f"{config.stiffness:g} N/m, {2.0 * compression:.2g} m"
         )
     noise = 0.0 if sensor.model.noise is None else max(sensor.model.noise.sd[:3])
-    x, y, z = only_finger(robot).surface.center
     task = Task(
         tip=tip,
         compression=compression,
@@ -150,7 +150,7 @@ def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
             impedance=IMPEDANCE,
             smallest_force=loads[0],
         ),
-        start=(-x, -y, shape.top + max(tip) + CLEARANCE - z),
+        start=start_above(tip, shape.top, CLEARANCE),
         period=config.period or robot.file.period,
         sensor=sensor,
         touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),

@@ -11,7 +11,7 @@ from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force
 from palpate.reporting.data import KeyFigure
 from palpate.robots.finger_sensor import model_of_finger
-from palpate.robots.fingertip import only_finger, tip_sizes
+from palpate.robots.fingertip import fingertip, only_finger, start_above
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
@@ -93,14 +93,13 @@ class OneFingerPlan(PlanDefaults):
             InvalidValueError: The robot cannot press so hard, or cannot be simulated so.
         """
         check_force(force, force, robot.file.limits)
-        finger, tip = only_finger(robot), tip_sizes(robot)
-        x, y, z = finger.surface.center
+        finger, tip = only_finger(robot), fingertip(robot)
         task = Task(
             tip=tip,
             compression=0.5 * force / stiffness,
             target=target,
             law=replace(EXPLORE.law, stiffness=stiffness),
-            start=(beside[0] - x, beside[1] - y, target.top + max(tip) + CLEARANCE - z),
+            start=start_above(tip, target.top, CLEARANCE, beside),
             period=robot.file.period,
             sensor=SeededSensor(model_of_finger(finger), config.seed),
             touch_force=LEAST_TOUCH_FORCE,

@@ -7,7 +7,7 @@ from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVI
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.parts import sensor_of, shape_of
-from palpate.robots.fingertip import only_finger, tip_sizes
+from palpate.robots.fingertip import fingertip, start_above
 from palpate.robots.in_scene import build
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene, Task
@@ -25,12 +25,11 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
         raise InvalidValueError(
             f"surface = {config.surface}: is for simulated objects; a real one does as it likes: leave it still"
         )
-    tip = config.tip or tip_sizes(robot)
+    tip = fingertip(robot, config.tip)
     sensor = sensor_of(robot, config)
     compression = 0.5 * config.force / config.true_stiffness
-    check_compression(tip, config.force, config.true_stiffness)
+    check_compression(tip.half_lengths, config.force, config.true_stiffness)
     noise = 0.0 if sensor.model.noise is None else max(sensor.model.noise.sd[:3])
-    x, y, z = only_finger(robot).surface.center
     law = replace(
         EXPLORE.law,
         stiffness=config.true_stiffness,
@@ -42,7 +41,7 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
         compression=compression,
         target=target,
         law=law,
-        start=(-x, -y, shape_of(config).top + max(tip) + CLEARANCE - z),
+        start=start_above(tip, shape_of(config).top, CLEARANCE),
         period=config.period or robot.file.period,
         sensor=sensor,
         touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
