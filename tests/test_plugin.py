@@ -3,15 +3,13 @@
 import ast
 import functools
 import json
-import shutil
-import subprocess
-import sys
-import tomllib
 from collections import Counter
 from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+
+from support.installed_plugin import installed
 
 ROOT = Path(__file__).parents[1]
 PLUGIN = ROOT / "examples" / "plugin"
@@ -22,32 +20,7 @@ SHORT = ("--strokes", "1", "--length", "0.008")
 @pytest.fixture(scope="module")
 def palpate(tmp_path_factory):
     """The command as whoever has installed the plug-in types it, in a folder of its own."""
-    folder, place = tmp_path_factory.mktemp("run"), tmp_path_factory.mktemp("installed")
-    project = tomllib.loads((PLUGIN / "pyproject.toml").read_text())["project"]
-    shutil.copytree(PLUGIN / "palpate_texture", place / "palpate_texture")
-    info = place / f"palpate_texture-{project['version']}.dist-info"  # what pip makes of a project file
-    info.mkdir()
-    (info / "METADATA").write_text(
-        f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-    )
-    points = ((group, *point) for group, its in project["entry-points"].items() for point in its.items())
-    (info / "entry_points.txt").write_text("".join(f"[{group}]\n{name} = {at}\n" for group, name, at in points))
-
-    def typed(*words, fails=False):
-        command = (sys.executable, "-m", "palpate", *map(str, words))
-        done = subprocess.run(
-            command,
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            timeout=300,
-            env={"PYTHONPATH": str(place), "PATH": "", "COLUMNS": "200", "HOME": str(folder)},
-        )
-        assert bool(done.returncode) is fails, done.stderr + done.stdout
-        return done.stderr if fails else done.stdout
-
-    setattr(typed, "folder", folder)  # noqa: B010
-    return typed
+    return installed(PLUGIN, tmp_path_factory)
 
 
 def test_its_name_and_its_options_are_shown(palpate):

@@ -1,17 +1,29 @@
 """The plant behind emulated devices unless an experiment hands in another: a tip, a plane, some servos."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.plant import PlantState, ServoGoal
 from palpate.hw.emulators.simple_servo import SimpleServo
 from palpate.hw.emulators.simple_tip import SimpleTip
-from palpate.spatial import Vector
+from palpate.spatial import Vector, Wrench
+
+SILENT: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Noise of a sensor that has none."""
 
 
 class SimplePlant:
     """A tip that may touch an elastic plane, and servos that know nothing of it."""
 
     def __init__(
-        self, tip: SimpleTip | None = None, servos: tuple[SimpleServo, ...] = (), period: float = 0.002
+        self,
+        tip: SimpleTip | None = None,
+        servos: tuple[SimpleServo, ...] = (),
+        period: float = 0.002,
+        noise: Sequence[Wrench] = (SILENT,),
     ) -> None:
         """Stand still at the start.
 
@@ -19,6 +31,7 @@ class SimplePlant:
             tip: What the arm carries; None: one with nothing in its reach.
             servos: Of the hand.
             period: Of a step [s]; 0.002 is the cycle of an e-Series controller.
+            noise: Of each force/torque sensor behind the tip: standard deviation of a reading [N, N m].
 
         Raises:
             InvalidValueError: The period is not above zero.
@@ -29,6 +42,7 @@ class SimplePlant:
         self._tip = SimpleTip() if tip is None else tip
         self._servos = servos
         self._steps = 0
+        self._noise, self._random = np.array(noise), np.random.default_rng(0)
 
     @property
     def period(self) -> float:
@@ -62,5 +76,7 @@ class SimplePlant:
 
     def _state(self) -> PlantState:
         time = self._steps * self._period
-        arm, wrench = self._tip.measured(time)
-        return PlantState(time, arm, (wrench,), tuple(servo.state for servo in self._servos))
+        arm, felt = self._tip.measured(time)
+        drawn = self._noise * self._random.standard_normal(self._noise.shape)
+        wrenches = tuple(replace(felt, wrench=tuple(row)) for row in (drawn + felt.wrench).tolist())
+        return PlantState(time, arm, wrenches, tuple(servo.state for servo in self._servos))

@@ -1,8 +1,6 @@
 """A cell on the wire: a UR arm over an elastic plane and an F/T box, in one emulator."""
 
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from palpate.hw.dynamixel.registers import XL330
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
@@ -26,6 +24,10 @@ ROTVEC = (2.221441469079183, -2.221441469079183, 0.0)
 """The same as axis times angle [rad]."""
 
 
+NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
+"""[N, N m] Of each sensor, as the robot files below declare it: one that has none stands still."""
+
+
 @dataclass(frozen=True, slots=True)
 class Cell:
     """What `EmulatorProcess` takes.
@@ -45,34 +47,13 @@ class Cell:
     def __call__(self) -> Host:
         """Return a host that listens."""
         plane = ElasticPlane(PLACE[2] - self.above, self.stiffness)
-        plant = NoisyPlant(SimpleTip(Pose(PLACE), plane))
+        plant = SimplePlant(SimpleTip(Pose(PLACE), plane), noise=(NOISE,))
         arm = UrServer(
             self.address,
             mounting=ArmMounting(pose_flange_tip=Pose(rotation=FLANGE_TIP)),
             unlock_delay=self.unlock_delay,
         )
         return Host(plant, [arm, NetFtServer(BoxSettings(self.address))], arm=arm)
-
-
-class NoisyPlant(SimplePlant):
-    """A plant whose sensors have the noise that the robot files below declare: one that has none stands still."""
-
-    def __init__(self, *parts, **named):
-        super().__init__(*parts, **named)
-        self._random = np.random.default_rng(0)
-
-    def start(self):
-        """See `Plant`."""
-        return self._noisy(super().start())
-
-    def step(self, velocity_base_tip, angular_velocity_base_tip, servos):
-        """See `Plant`."""
-        return self._noisy(super().step(velocity_base_tip, angular_velocity_base_tip, servos))
-
-    def _noisy(self, state):
-        noise = self._random.normal(size=6) * np.repeat([0.003, 1.6e-5], 3)
-        noisy = (replace(each, wrench=tuple((each.wrench + noise).tolist())) for each in state.wrenches)
-        return replace(state, wrenches=tuple(noisy))
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,14 +73,9 @@ class HandCell:
             NetFtServer(BoxSettings(self.address, rdt_port=49152 + 2 * i, calibration_port=49151 + 2 * i), i)
             for i in range(2)
         ]
-        return Host(TwoSensors(servos=(SimpleServo(), SimpleServo())), [bus, *boxes], hand=bus)
-
-
-class TwoSensors(NoisyPlant):
-    """A plant whose one wrench two sensors feel."""
-
-    def _noisy(self, state):
-        return super()._noisy(replace(state, wrenches=state.wrenches * 2))
+        return Host(
+            SimplePlant(servos=(SimpleServo(), SimpleServo()), noise=(NOISE, NOISE)), [bus, *boxes], hand=bus
+        )
 
 
 ROBOT = """

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, ClassVar
 
-from palpate.open_kinds import OpenKind
+from palpate.robots.device_kind import DeviceKind
 
 if TYPE_CHECKING:  # a robot file is read without any driver
     from palpate.hw.devices import ArmDevice
@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # a robot file is read without any driver
     from palpate.runtime import Limits
 
 
-class ArmKind(OpenKind):
+class ArmKind(DeviceKind):
     """Settings of an arm that follows velocities of its tip, and how it is made of them.
 
     Attributes:

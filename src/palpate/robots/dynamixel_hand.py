@@ -1,6 +1,7 @@
 """Hands of Dynamixel servos in robot files: `backend.hand` of a rig."""
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
@@ -8,7 +9,10 @@ import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.hand import DynamixelHand
+from palpate.hw.dynamixel.registers import KINDS
 from palpate.hw.dynamixel.settings import LENGTHS, HandSettings, ServoCalibration
+from palpate.hw.emulators.dynamixel.bus import DynamixelBus
+from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.robots.device_settings import DeviceSettings
 from palpate.robots.finger_load import payload_of
 from palpate.robots.hand_kind import HandKind
@@ -160,6 +164,15 @@ class DynamixelEntry(HandKind, DeviceSettings, frozen=True, kw_only=True):
             silence=self.silent_after,
         )
         return DynamixelHand(self.port, settings)
+
+    def emulator(self, number: int = 0) -> DynamixelBus:
+        """See `DeviceKind`; a servo of any model is an XL330."""
+        models = {kind.servo.name: kind for kind in KINDS.values()}
+        servos = [
+            EmulatedServo(models[its.model or ServoModelName.XL330], its.servo_id, self.baud_rate)
+            for its in self.servos
+        ]
+        return DynamixelBus(servos, link=Path(self.port))
 
     def geometry(self, robot: Robot) -> Hand:
         """See `HandKind`.

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from palpate.open_kinds import OpenKind
+from palpate.robots.device_kind import DeviceKind
 
 if TYPE_CHECKING:  # a robot file is read without any driver
     from palpate.hw.devices import HandDevice
@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # a robot file is read without any driver
     from palpate.sim.hand.hand import Hand
 
 
-class HandKind(OpenKind):
+class HandKind(DeviceKind):
     """Settings of a hand whose fingers press, and how it is made of them.
 
     Attributes:

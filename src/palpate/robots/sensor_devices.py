@@ -1,8 +1,15 @@
 """The force/torque sensors that come with palpate, in robot files: `fingers[].sensor_device`."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import msgspec
 
 from palpate.errors import InvalidValueError
+from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
+from palpate.hw.emulators.netft.onrobot import OnRobotServer, onrobot_box
+from palpate.hw.emulators.serial_ft.bota import BotaServer
+from palpate.hw.emulators.serial_ft.resense import ResenseServer
 from palpate.hw.ft_stream import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings, Scales, onrobot_settings
 from palpate.hw.serial_ft.bota import Bota
@@ -53,6 +60,11 @@ class NetFtEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         )
         return NetFt(self.address, settings)
 
+    def emulator(self, number: int = 0) -> NetFtServer:
+        """See `DeviceKind`."""
+        settings = BoxSettings(self.address, rdt_port=self.port, calibration_port=self.calibration_port)
+        return NetFtServer(settings, number)
+
 
 class OnRobotEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
     """An OnRobot HEX on its Ethernet box: see `palpate.hw.netft.onrobot_settings`.
@@ -81,6 +93,10 @@ class OnRobotEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         )
         return NetFt(self.address, settings)
 
+    def emulator(self, number: int = 0) -> OnRobotServer:
+        """See `DeviceKind`."""
+        return OnRobotServer(replace(onrobot_box(self.address), rdt_port=self.port), number)
+
 
 class BotaEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
     """A Bota sensor on a serial line: see `palpate.hw.serial_ft.Bota`.
@@ -104,6 +120,10 @@ class BotaEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         """See `SensorKind`."""
         stream = StreamSettings(finger.noise, silent_after=self.silent_after)
         return SerialSensor(self.path, Bota(self.sinc_length), stream)
+
+    def emulator(self, number: int = 0) -> BotaServer:
+        """See `DeviceKind`."""
+        return BotaServer(number, link=Path(self.path))
 
 
 class ResenseEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
@@ -133,6 +153,12 @@ class ResenseEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):
         stream = StreamSettings(finger.noise, silent_after=self.silent_after)
         make = Resense(self.force_range, self.moment_range, period=self.record_period)
         return SerialSensor(self.path, make, stream)
+
+    def emulator(self, number: int = 0) -> ResenseServer:
+        """See `DeviceKind`."""
+        (fx, fy, fz), (mx, my, mz) = self.force_range, self.moment_range
+        rate = 1.0 / self.record_period
+        return ResenseServer(number, rate=rate, ranges=(fx, fy, fz, mx, my, mz), link=Path(self.path))
 
 
 class UrToolEntry(SensorKind, DeviceSettings, frozen=True, kw_only=True):

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from palpate.open_kinds import OpenKind
+from palpate.robots.device_kind import DeviceKind
 from palpate.sensing.compensation import SensorPayload
 from palpate.spatial import Wrench
 
@@ -28,7 +28,7 @@ class SensorPlace:
     arm: "ArmDevice | None"
 
 
-class SensorKind(OpenKind):
+class SensorKind(DeviceKind):
     """Settings of a device on a wire, and how it is made of them."""
 
     __slots__ = ()

@@ -2,6 +2,8 @@
 
 import msgspec
 
+from palpate.hw.emulators.ur import UrServer
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.ur import FlangePayload, UrArm, UrSettings
 from palpate.hw.ur.support import refuse_unsupported
 from palpate.robots.arm_kind import ArmKind
@@ -74,3 +76,7 @@ class UrEntry(ArmKind, DeviceSettings, frozen=True, kw_only=True):
             speed_slider=self.speed_slider,
         )
         return UrArm(self.address, settings)
+
+    def emulator(self, number: int = 0) -> UrServer:
+        """See `DeviceKind`."""
+        return UrServer(self.address, mounting=ArmMounting(pose_flange_tip=self.tcp.pose))

@@ -1,8 +1,5 @@
 """`palpate emulate`: one emulated device in the foreground, until Ctrl-C."""
 
-import os
-from types import FrameType
-
 from rich.console import Console
 
 from palpate.commands.command_result import CommandResult
@@ -14,6 +11,7 @@ from palpate.commands.emulate.config import (
     EmulateUrConfig,
     version_numbers,
 )
+from palpate.commands.emulate.serving import chosen_token, how_to_switch, served
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.registers import BAUD_RATES, KINDS
@@ -34,13 +32,6 @@ from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
-from palpate.interruption import handling, note
-
-TOKEN_VARIABLE = "PALPATE_CONTROL_TOKEN"
-"""Of the environment: the token of a program that chooses it, as it chooses the port."""
-
-SHORTEST_TOKEN = 16
-"""Characters: 64 bits, if they are random hexadecimal digits."""
 
 PORTS = "RTDE 30004, script 30003, dashboard 29999"
 
@@ -64,25 +55,14 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
             hand=server if isinstance(server, DynamixelBus) else None,
             scale=scale,
             control_port=config.control_port,
-            control_token=_chosen_token(),
+            control_token=chosen_token(),
         )
     except BaseException:
         server.close()
         raise
     facts = {"device": server.name, "about": instructions, "control_port": host.control_port, "faults": faults}
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        note(number)
-        host.stop()
-
-    with handling(stop):
-        say(console, instructions)
-        say(console, f"Faults: palpate emulate fault '{host.control_address}' {server.name!r} NAME VALUE")
-        say(console, f"  NAME: {', '.join(faults)}")
-        say(console, "Runs until Ctrl-C.")
-        host.run()
-    say(console, "Ended.")
-    return CommandResult(outcome="Ended.", facts=facts)
+    how = f"'{host.control_address}' {server.name!r} NAME VALUE"
+    return served(console, host, (instructions, how_to_switch(how), f"  NAME: {', '.join(faults)}"), facts)
 
 
 def run_fault(config: EmulateFaultConfig) -> CommandResult:
@@ -93,7 +73,7 @@ def run_fault(config: EmulateFaultConfig) -> CommandResult:
     """
     port, mark, token = config.address.partition(TOKEN_FOLLOWS)
     try:
-        controls = EmulatorControl(f"{port}{TOKEN_FOLLOWS}{token if mark else _chosen_token() or ''}")
+        controls = EmulatorControl(f"{port}{TOKEN_FOLLOWS}{token if mark else chosen_token() or ''}")
     except OSError as error:
         raise InvalidValueError(
             f"port = {port}: no emulator is there ({error.strerror}); it prints its port when it begins"
@@ -106,20 +86,6 @@ def run_fault(config: EmulateFaultConfig) -> CommandResult:
     return CommandResult(
         outcome=done, facts={"device": config.device, "fault": config.fault, "value": config.value}
     )
-
-
-def _chosen_token() -> str | None:
-    """Return the token that whoever starts us has chosen; the environment, unlike options, is not for all to see.
-
-    Raises:
-        InvalidValueError: It is short enough to be guessed.
-    """
-    token = os.environ.get(TOKEN_VARIABLE)
-    if token is not None and len(token) < SHORTEST_TOKEN:
-        raise InvalidValueError(
-            f"{TOKEN_VARIABLE}: {len(token)} characters can be guessed; take {SHORTEST_TOKEN} or more, or unset it"
-        )
-    return token
 
 
 def _device(config: EmulateConfig) -> tuple[Server, str, tuple[str, ...]]:

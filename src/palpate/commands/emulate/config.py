@@ -137,6 +137,37 @@ class EmulateNetftConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class EmulateRobotConfig:
+    """Emulate the devices of a robot file of kind rig where the file says that they are. Runs until Ctrl-C.
+
+    The tip stands over an elastic plane that all sensors feel. The file works from another terminal as on the
+    real robot: `palpate doctor`, `palpate regulate --robot`, `palpate recover`. Devices that palpate does not know
+    need an emulator of theirs: `emulator` of their kind.
+
+    Example: palpate emulate robot mine.yaml
+    """
+
+    robot: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
+    """A robot file, or a robot that comes with palpate."""
+    above: float = option(0.003, "m")
+    """How far the tip is above the elastic plane at the beginning [m], which meets the middle of the tip. As far as
+    experiments begin above their object."""
+    stiffness: float = option(2000.0, "N/m")
+    """Of the plane [N/m]."""
+    scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
+    """Seconds of the robot per second of wall time."""
+    control_port: ControlPort = 0
+    """As of the other emulators."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        checked_control_port(self.control_port)
+        checked_scale(self.scale)
+        positive("above", self.above, "m")
+        positive("stiffness", self.stiffness, "N/m")
+
+
+@dataclass(frozen=True, slots=True)
 class EmulateFaultConfig:
     """Switch a fault of a device that is being emulated; a wrong name lists those that there are.
 
