@@ -150,7 +150,7 @@ class EmulateRobotConfig:
     robot: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
     """A robot file, or a robot that comes with palpate."""
     above: float = option(0.003, "m")
-    """How far the tip is above the elastic plane at the beginning [m], which meets the middle of the tip. As far as
+    """How far the elastic plane is below the middle of the tip at the beginning [m], which it pushes: as far as
     experiments begin above their object."""
     stiffness: float = option(2000.0, "N/m")
     """Of the plane [N/m]."""
