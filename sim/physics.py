@@ -50,7 +50,13 @@ def check_motion(velocity: Vector, angular_velocity: Vector) -> None:
     Raises:
         InvalidValueError: They are absurd, or not numbers.
     """
-    (x, y, z), (u, v, w) = velocity, angular_velocity
+    try:
+        (x, y, z), (u, v, w) = velocity, angular_velocity
+    except (TypeError, ValueError):
+        raise InvalidValueError(
+            f"velocity_base_tip = {velocity} m/s, angular_velocity_base_tip = {angular_velocity} rad/s: must be "
+            "three numbers each"
+        ) from None
     if not abs(x) + abs(y) + abs(z) + abs(u) + abs(v) + abs(w) < DIVERGED:
         raise InvalidValueError(
             f"velocity_base_tip = {velocity} m/s, angular_velocity_base_tip = {angular_velocity} rad/s: must be "

@@ -145,6 +145,7 @@ class HandBackend(Closing):
 
     def close(self) -> None:
         """Stop the carrier where it is. The grip stays as it is: nothing is dropped."""
+        self._data.qvel[:] = 0.0
         self._drive.start()
 
     def truth(self) -> HandTruth:

@@ -22,6 +22,9 @@ IndexArray = npt.NDArray[np.int64]
 CONVEX_TOLERANCE = 1e-3
 """How far a vertex may lie outside a facet's plane, relative to the size: more than a CAD export's rounding."""
 
+UNIT_TOLERANCE = 1e-3
+"""Of the length of a normal that is given: files keep four digits or more."""
+
 GRID = 24
 """Cells along each edge of the cube of directions in which facets are looked up."""
 
@@ -75,6 +78,9 @@ class MeshSurface(Implicit):
             normals = np.array(self.normals, dtype=np.float64)
         if normals.shape != vertices.shape:
             raise InvalidValueError(f"normals have shape {normals.shape}: must be {vertices.shape}")
+        lengths = np.linalg.norm(normals, axis=1)
+        if not (np.abs(lengths - 1.0) <= UNIT_TOLERANCE).all():
+            raise InvalidValueError(f"normals have lengths up to {lengths.max():g}: divide each by its length")
         for name, array in (("vertices", vertices), ("triangles", triangles), ("normals", normals)):
             array.setflags(write=False)
             object.__setattr__(self, name, array)

@@ -1,0 +1,77 @@
+"""Whether an arm's driver is what a rig takes it for."""
+
+import math
+import threading
+from collections.abc import Callable, Sequence
+from time import sleep
+
+from palpate.hw.devices import ArmDevice
+from palpate.runtime.data import ArmSample
+from palpate.spatial import ZERO, Vector
+from palpate.testing.arm_samples import examine_arm, examine_motion, examine_rest, examine_turn
+from palpate.testing.backend import NUMBERS_THAT_ARE_NONE, TURN, UPWARDS
+from palpate.testing.devices import examine_clock, examine_not_started, examine_threads, start_again
+from palpate.testing.nonconformity import Inspection
+
+STATES, BETWEEN = 150, 4e-3
+"""States in each part of the check, and the time between two [s]: 0.6 s, 3 mm at `UPWARDS`."""
+
+
+def check_arm(make: Callable[[], ArmDevice], velocity: Vector = UPWARDS, rate: Vector = TURN) -> None:
+    """Check an arm: time stamps, units and frames, motion, refusals, rest, close, and what it raises.
+
+    It moves by some millimetres and turns by some hundredths of a radian: nothing may be in its path; keep your
+    hand on the emergency stop.
+
+    Args:
+        make: Returns the device, not started. It is called once; the device is started twice.
+        velocity: In which it is free, base frame [m/s].
+        rate: Likewise, angular [rad/s]; zeros: it is not turned.
+
+    Raises:
+        ConformanceError: It breaks a rule.
+    """
+    threads = set(threading.enumerate())
+    device = make()
+    with Inspection(type(device).__name__) as inspection:
+        try:
+            examine_not_started(inspection, device, device.read, "before start")
+            with inspection.part("start"):
+                device.start()
+                _examine_states(inspection, device, velocity, rate)
+        finally:
+            device.close()
+        examine_not_started(inspection, device, device.read, "after close")
+        examine_threads(inspection, threads)
+        begun = start_again(inspection, device, device.read)
+        if begun is not None:
+            examine_rest(inspection, [begun], "after close")
+
+
+def _examine_states(inspection: Inspection, device: ArmDevice, velocity: Vector, rate: Vector) -> None:
+    if not examine_arm(inspection, standing := _taken(device)):
+        return
+    examine_clock(inspection, device.read)
+    examine_rest(inspection, standing, "after start")
+    device.move(velocity, ZERO)
+    moved = _taken(device)
+    for bad in NUMBERS_THAT_ARE_NONE:
+        inspection.refuses(f"the velocity {bad}", device.move, bad, ZERO)
+    device.move(ZERO, ZERO)
+    _taken(device)
+    if examine_arm(inspection, moved):
+        examine_motion(inspection, moved, velocity)
+    examine_rest(inspection, _taken(device), "after a zero command")
+    if math.hypot(*rate) > 0.0:
+        device.move(ZERO, rate)
+        examine_turn(inspection, _taken(device), rate)
+    device.move(velocity, ZERO)  # close has to stop it
+    _taken(device)
+
+
+def _taken(device: ArmDevice) -> Sequence[ArmSample]:
+    samples = []
+    for _ in range(STATES):
+        samples.append(device.read())
+        sleep(BETWEEN)
+    return samples

@@ -1,0 +1,235 @@
+"""Whether a controller is a pure step function with memory."""
+
+import math
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from palpate.errors import PalpateError, shown
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.protocols import Backend, Controller
+from palpate.runtime.touch import Finger, Touch
+from palpate.sensing.ft.health import HealthCheck, SampleHealth
+from palpate.sensing.solver import contact_from_wrench
+from palpate.spatial import norm
+from palpate.surfaces.shapes import Sphere
+from palpate.testing.nonconformity import Inspection
+from palpate.testing.shared_state import fingerprint, mutable_parts
+from palpate.testing.spring_plane import RADIUS, SpringPlane
+from palpate.testing.watched_step import watched
+
+FASTEST, FASTEST_TURN = 2.0, 2.0 * math.pi
+"""[m/s, rad/s]: twice what the tool and the joints of a UR5e are made for (data sheet: 1 m/s, 180 deg/s)."""
+
+PERIODS = 3000
+"""Of a run: at 1 kHz enough to land, press, and slide."""
+
+
+def on_plane() -> tuple[Backend, Touch]:
+    """Return a ball over a plane that yields like a spring, and the fingertip that it is."""
+    return SpringPlane(), Touch(Finger(Sphere(RADIUS)))
+
+
+def check_controller(
+    make: Callable[[], Controller],
+    world: Callable[[], tuple[Backend, Touch]] = on_plane,
+    periods: int = PERIODS,
+) -> None:
+    """Check a controller: it is run once, then fed the recorded observations again, as a replay does.
+
+    Args:
+        make: Returns a fresh controller.
+        world: Returns a simulated back end and the touch that belongs to it, in which the controller finds what it
+            is made for; by default `on_plane`.
+        periods: Longest run.
+
+    Raises:
+        ConformanceError: It breaks a rule.
+    """
+    controller = make()
+    with Inspection(type(controller).__name__) as inspection:
+        observations: list[Observation] = []
+        commands: list[str] = []
+        with inspection.part("a run"):
+            _run(inspection, controller, world, periods, observations, commands)
+        if not commands:
+            return
+        with inspection.part("a replay"):
+            _examine_replay(inspection, make, observations, commands)
+        with inspection.part("beside another instance"):
+            _examine_neighbours(inspection, make, observations, commands)
+        with inspection.part("a finger whose readings are no numbers"):
+            _examine_broken_sensor(inspection, make, observations)
+
+
+def _run(
+    inspection: Inspection,
+    controller: Controller,
+    world: Callable[[], tuple[Backend, Touch]],
+    periods: int,
+    observations: list[Observation],
+    commands: list[str],
+) -> None:
+    backend, touch = world()
+    with backend:
+        now = touch.sense(backend.start())
+        observations.append(now)
+        controller.start(now)
+        for _ in range(periods):
+            command = controller.step(now)
+            commands.append(repr(command))
+            if not _examine_command(inspection, command, now) or command.phase.is_final:
+                break
+            now = touch.sense(backend.step(command))
+            observations.append(now)
+    del observations[len(commands) :]
+
+
+def _examine_command(inspection: Inspection, command: Command, now: Observation) -> bool:
+    """Examine types, numbers and units; return whether it can be carried out."""
+    kind = isinstance(command, Command) and isinstance(getattr(command, "phase", None), Phase)
+    if not inspection.require(
+        kind,
+        "command",
+        f"step returned {shown(command)}",
+        "a Command with a Phase",
+        "return Command(velocity, phase)",
+    ):
+        return False
+    vectors = (command.velocity_base_tip, command.angular_velocity_base_tip)
+    numbers = (*vectors[0], *vectors[1], *(command.grip_force or ()), *(command.finger_velocity or ()))
+    if not inspection.require(
+        all(isinstance(vector, tuple) and len(vector) == 3 for vector in vectors)
+        and all(map(math.isfinite, numbers)),
+        "numbers",
+        f"{shown(command, 200)} at t = {now.time:.3f} s",
+        "finite numbers",
+        "look for a division by zero, and for the NaN normal of no contact: ask `finger.believed` first",
+    ):
+        return False
+    speed, rate = norm(command.velocity_base_tip), norm(command.angular_velocity_base_tip)
+    return inspection.require(
+        speed <= FASTEST and rate <= FASTEST_TURN,
+        "units",
+        f"commanded {speed:.3g} m/s and {rate:.3g} rad/s at t = {now.time:.3f} s",
+        f"at most {FASTEST:g} m/s and {FASTEST_TURN:.2f} rad/s",
+        "velocities are in m/s and rad/s, not in mm/s and degrees/s; gains are in m/s per newton",
+    )
+
+
+def _fed(controller: Controller, observations: Sequence[Observation]) -> list[str]:
+    controller.start(observations[0])
+    return [repr(controller.step(now)) for now in observations]
+
+
+def _examine_replay(
+    inspection: Inspection,
+    make: Callable[[], Controller],
+    observations: Sequence[Observation],
+    commands: list[str],
+) -> None:
+    """The same observations, under a wrong clock: the same commands, and nothing else."""
+    kept = [pickle.dumps(now) for now in observations]
+    calls: dict[str, str] = {}
+    controller = make()
+    with watched(calls):
+        again = _fed(controller, observations)
+    for what, where in calls.items():
+        inspection.require(
+            False,
+            "clock" if what.startswith("time.") else "input and output",
+            f"step asks {what} ({where})",
+            "no clock, no input or output",
+            "take the time from the observation (now.time), and leave files and printing to observers of the run",
+        )
+    changed = next((k for k, (now, before) in enumerate(zip(observations, kept, strict=True))
+                    if pickle.dumps(now) != before), None)  # fmt: skip
+    inspection.require(
+        changed is None,
+        "inputs",
+        f"observation {changed} has changed",
+        "observations as they were",
+        "copy what is to be changed: others read the same observation",
+    )
+    differs = _first_difference(commands, again)
+    inspection.require(
+        differs is None or calls,
+        "purity",
+        f"fed the same observations twice, it commands {_pair(commands, again, differs)}",
+        "the same commands bit for bit",
+        "chance without a seed, or state that is kept outside of the instance, as in a class or a module",
+    )
+
+
+def _examine_neighbours(
+    inspection: Inspection,
+    make: Callable[[], Controller],
+    observations: Sequence[Observation],
+    commands: list[str],
+) -> None:
+    """Two at once, one half a run behind: none notices the other, and they share nothing that changes."""
+    one, other = make(), make()
+    if not inspection.require(
+        one is not other,
+        "shared state",
+        "make returns one object twice",
+        "a new controller",
+        "construct it in make, not outside",
+    ):
+        return
+    others = {id(part) for part in mutable_parts(other).values()}
+    shared = {path: part for path, part in mutable_parts(one).items() if id(part) in others}
+    before = {path: fingerprint(part) for path, part in shared.items()}
+    behind = len(observations) // 2
+    one.start(observations[0])
+    found = []
+    for k, now in enumerate(observations):
+        found.append(repr(one.step(now)))
+        if k == behind:
+            other.start(observations[0])
+        if k >= behind:
+            other.step(observations[k - behind])
+    changed = [path for path, part in shared.items() if fingerprint(part) != before[path]]
+    differs = _first_difference(commands, found)
+    inspection.require(
+        not changed and differs is None,
+        "shared state",
+        f"{', '.join(f'`{path}`' for path in changed)} is one object in two controllers, and changes"
+        if changed
+        else f"beside another one it commands {_pair(commands, found, differs)}",
+        "controllers that do not disturb one another",
+        "make what changes in start, for each instance: no default argument, attribute of the class or global",
+    )
+
+
+def _examine_broken_sensor(
+    inspection: Inspection, make: Callable[[], Controller], observations: Sequence[Observation]
+) -> None:
+    """In the middle of a run a finger gives no numbers any more: no NaN is commanded."""
+    middle = (
+        max((k for k, now in enumerate(observations) if now.fingers and now.fingers[0].touching), default=0) // 2
+    )
+    now = observations[middle]
+    if not now.fingers:
+        return
+    controller = make()
+    _fed(controller, observations[:middle] or observations[:1])
+    wrench, finger = (math.nan,) * 6, now.fingers[0]
+    contact, health = (
+        contact_from_wrench(Sphere(RADIUS), wrench),
+        SampleHealth(HealthCheck.NON_FINITE, "Fx", math.nan),
+    )
+    broken = replace(finger, wrench=wrench, contact=contact, touching=False, health=health)
+    try:
+        command = controller.step(replace(now, fingers=(broken, *now.fingers[1:])))
+    except PalpateError:
+        return
+    _examine_command(inspection, command, now)
+
+
+def _first_difference(one: Sequence[str], other: Sequence[str]) -> int | None:
+    return next((k for k, pair in enumerate(zip(one, other, strict=True)) if pair[0] != pair[1]), None)
+
+
+def _pair(one: Sequence[str], other: Sequence[str], k: int | None) -> str:
+    return "" if k is None else f"{shown(one[k], 90)}, then {shown(other[k], 90)} in period {k}"

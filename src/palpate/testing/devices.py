@@ -1,0 +1,117 @@
+"""What every device on a wire must do: refuse before its start, stamp by this computer's monotonic clock."""
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from time import monotonic, sleep
+from typing import Protocol, TypeVar
+
+from palpate.hw.devices import Device
+from palpate.testing.arm_samples import OLDEST
+from palpate.testing.nonconformity import Inspection
+
+PAIRS = 200
+"""Readings that are taken twice, one at once after the other."""
+
+UNREAD = 0.3
+"""Time during which nobody reads [s]: whatever waits in a queue meanwhile is old."""
+
+TRIES = 20
+"""Readings of which the youngest counts: a busy computer delays single ones."""
+
+
+class Stamped(Protocol):
+    """A reading with the time when it was sampled."""
+
+    @property
+    def time(self) -> float:
+        """On `time.monotonic` [s]."""
+        ...
+
+
+Reading = TypeVar("Reading", bound=Stamped)
+
+
+def examine_not_started(inspection: Inspection, device: Device, read: Callable[[], object], when: str) -> None:
+    """Reading a device that is closed must raise `OSError`, as `DeviceError` is, and closing it again nothing."""
+    try:
+        read()
+    except OSError:
+        pass
+    except Exception as error:
+        inspection.require(
+            False, f"read {when}", f"it raised {type(error).__name__}", "DeviceError", "say that it is not started"
+        )
+    else:
+        inspection.require(
+            False,
+            f"read {when}",
+            "it returned a reading",
+            "DeviceError",
+            "forget the newest reading in close, and refuse until start has brought a new one",
+        )
+    with inspection.part(f"close {when}"):
+        device.close()
+    inspection.require(
+        isinstance(device.name, str) and device.name,
+        "name",
+        repr(device.name),
+        "a name for messages",
+        "return one",
+    )
+
+
+def examine_clock(inspection: Inspection, read: Callable[[], Reading]) -> None:
+    """Stamps are of `time.monotonic`, of the moment of sampling, and no reading waits in a queue."""
+    before = monotonic()
+    readings = [read() for _ in range(TRIES)]
+    after = monotonic()
+    ages = [after - reading.time for reading in readings]
+    if not inspection.require(
+        min(ages) >= 0.0 and max(ages) <= OLDEST + (after - before),
+        "time stamps",
+        f"a reading is {max(ages, key=abs):.4g} s old by time.monotonic()",
+        f"between 0 and {OLDEST:g} s",
+        "stamp by time.monotonic() [s], neither time.time() nor the device's own clock, when it was sampled",
+    ):
+        return
+    again = [(read(), read()) for _ in range(PAIRS)]
+    new = sum(b.time > a.time for a, b in again)
+    inspection.require(
+        new <= 0.5 * PAIRS,
+        "time stamps",
+        f"of {PAIRS} readings that were taken twice at once, {new} had two stamps",
+        "one stamp per record, whenever it is read",
+        "stamp a record where it arrives from the wire, not where it is read or logged",
+    )
+    sleep(UNREAD)
+    youngest = min(monotonic() - read().time for _ in range(TRIES))
+    inspection.require(
+        youngest <= OLDEST,
+        "age",
+        f"after {UNREAD:g} s without a call the reading is {youngest:.3g} s old",
+        f"at most {OLDEST:g} s",
+        "return the newest record, not the next one of a queue: let a thread read the wire",
+    )
+
+
+def examine_threads(inspection: Inspection, before: set[threading.Thread]) -> None:
+    """A closed device leaves no thread behind."""
+    left = [thread for thread in threading.enumerate() if thread not in before]
+    for thread in left:
+        thread.join(OLDEST)
+    names = [thread.name for thread in left if thread.is_alive()]
+    inspection.require(
+        not names, "threads", f"{', '.join(names)} still run after close", "none", "end and join them in close"
+    )
+
+
+def start_again(inspection: Inspection, device: Device, read: Callable[[], Reading]) -> Reading | None:
+    """Start a closed device again, and return a reading."""
+    reading = None
+    with inspection.part("start after close"):
+        device.start()
+        reading = read()
+    with suppress(OSError):
+        device.close()
+    return reading

@@ -1,0 +1,99 @@
+"""What a piece does not hold to: collected by a check, raised all together."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+from palpate.errors import InvalidValueError, PalpateError, shown
+
+
+@dataclass(frozen=True, slots=True)
+class Nonconformity:
+    """One rule of a protocol that a piece breaks.
+
+    Attributes:
+        rule: Its name.
+        seen: What the piece did.
+        expected: What it should have done.
+        remedy: What to mend.
+    """
+
+    rule: str
+    seen: str
+    expected: str
+    remedy: str
+
+    def __str__(self) -> str:
+        """One line for people."""
+        return f"{self.rule}: {self.seen}; expected {self.expected}; mend: {self.remedy}"
+
+
+class ConformanceError(PalpateError, AssertionError):
+    """A piece breaks rules of its protocol. The message lists all of them.
+
+    Attributes:
+        nonconformities: What it breaks.
+    """
+
+    def __init__(self, piece: str, nonconformities: Sequence[Nonconformity]) -> None:
+        """Take the piece's name and what it breaks."""
+        self.nonconformities = tuple(nonconformities)
+        count = f"{len(self.nonconformities)} rule{'s' if len(self.nonconformities) > 1 else ''}"
+        super().__init__("\n- ".join([f"{piece} breaks {count}:", *map(str, self.nonconformities)]))
+
+
+class Inspection:
+    """Collects nonconformities, the first of each rule; leaving its `with` block raises them.
+
+    An exception of the piece's own is a broken rule, too; the others are still examined.
+    """
+
+    def __init__(self, piece: str) -> None:
+        """Take the piece's name."""
+        self._piece = piece
+        self._found: dict[str, Nonconformity] = {}
+
+    def require(self, holds: object, rule: str, seen: str, expected: str, remedy: str) -> bool:
+        """Note a broken rule unless it holds; return whether it does."""
+        if not holds:
+            self._found.setdefault(rule, Nonconformity(rule, seen, expected, remedy))
+        return bool(holds)
+
+    @contextmanager
+    def part(self, doing: str) -> Iterator[None]:
+        """Take an exception in the block for a broken rule, and go on after the block."""
+        try:
+            yield
+        except Exception as error:
+            seen = f"{doing}: {type(error).__name__}: {shown(str(error), 200)}"
+            remedy = "raise only for what the protocol names, and only then"
+            self.require(False, f"exceptions ({doing})", seen, "no exception", remedy)
+
+    def refuses(self, what: str, call: Callable[..., object], *given: object, **named: object) -> None:
+        """Require that a call with a bad value raises `InvalidValueError`."""
+        try:
+            call(*given, **named)
+        except InvalidValueError:
+            return
+        except Exception as error:
+            seen = f"{what} raised {type(error).__name__}: {shown(str(error), 120)}"
+        else:
+            seen = f"{what} was taken without a word"
+        remedy = "check values where they come in, and name value, limit and remedy (`palpate.errors`)"
+        self.require(False, "refusals", seen, "InvalidValueError, never a silent NaN", remedy)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Raise what was found.
+
+        Raises:
+            ConformanceError: Rules are broken.
+        """
+        if error is None and self._found:
+            raise ConformanceError(self._piece, tuple(self._found.values()))
