@@ -49,7 +49,7 @@ def check_backend(make: Callable[[], Backend], motion: Vector | None = UPWARDS) 
     Args:
         make: Returns a fresh back end. It is called again when the one before is closed; of simulations two are
             open at a time.
-        motion: Velocity of the tip in which it is free, base frame [m/s]. None: it follows no command, as a replay.
+        motion: Velocity of the tip in which it is free, base frame [m/s]. None: it follows none, as a replay.
 
     Raises:
         ConformanceError: It breaks a rule.
@@ -154,6 +154,8 @@ def _examine_after_close(inspection: Inspection, backend: Backend) -> None:
 
 
 def _examine_samples(inspection: Inspection, samples: Sequence[Sample], period: float, *, simulated: bool) -> None:
+    if not examine_arm(inspection, [sample.arm for sample in samples]):
+        return
     times = [sample.time for sample in samples]
     gaps = sorted(b - a for a, b in pairwise(times))
     inspection.require(

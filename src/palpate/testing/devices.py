@@ -72,7 +72,8 @@ def examine_clock(inspection: Inspection, read: Callable[[], Reading]) -> None:
         "time stamps",
         f"a reading is {max(ages, key=abs):.4g} s old by time.monotonic()",
         f"between 0 and {OLDEST:g} s",
-        "stamp by time.monotonic() [s], neither time.time() nor the device's own clock, when it was sampled",
+        "stamp by time.monotonic() [s], neither time.time() nor the device's own clock, when it was sampled; "
+        "return the newest record, not the next one of a queue",
     ):
         return
     again = [(read(), read()) for _ in range(PAIRS)]
@@ -91,7 +92,7 @@ def examine_clock(inspection: Inspection, read: Callable[[], Reading]) -> None:
         "age",
         f"after {UNREAD:g} s without a call the reading is {youngest:.3g} s old",
         f"at most {OLDEST:g} s",
-        "return the newest record, not the next one of a queue: let a thread read the wire",
+        "return the newest record, not the next one of a queue",
     )
 
 

@@ -61,6 +61,10 @@ class Inspection:
             self._found.setdefault(rule, Nonconformity(rule, seen, expected, remedy))
         return bool(holds)
 
+    def found(self, rule: str) -> bool:
+        """Return whether a rule is broken."""
+        return rule in self._found
+
     @contextmanager
     def part(self, doing: str) -> Iterator[None]:
         """Take an exception in the block for a broken rule, and go on after the block."""

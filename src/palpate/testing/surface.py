@@ -54,6 +54,8 @@ def check_surface(surface: Surface, normal_tolerance: float = 1e-3) -> None:
         if isinstance(surface, Implicit):
             with inspection.part("evaluating it about its centre"):
                 _examine_level(inspection, surface, max(normal_tolerance, 10.0 * GRADIENT_TOLERANCE))
+            if inspection.found("gradient"):
+                return  # contacts would say the same, late
         with inspection.part("solving contacts"):
             touched = _touched(inspection, surface)
             if touched is not None:
@@ -354,5 +356,5 @@ def _examine_level(inspection: Inspection, surface: Implicit, tolerance: float) 
             "gradient",
             f"gradient at {point.tolist()} m is {gradient.tolist()}, differences of value give {numeric.tolist()}",
             "the gradient of value",
-            "the formula of the gradient, or its frame: both are functions of the surface's own frame",
+            "the formula of the gradient, its sign (value grows outwards), or its frame, the surface's own",
         )
