@@ -380,6 +380,7 @@ SENSORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "words"), SENSORS.values(), ids=SENSORS)
 def test_sensors(make, words):
     with pytest.raises(ConformanceError) as raised:
