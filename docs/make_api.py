@@ -62,6 +62,11 @@ PAGES = {
         "Poses, Jacobians and joint velocities of serial arms.",
         ("palpate.kinematics",),
     ),
+    "testing": Page(
+        "Checks for pieces of your own",
+        "Whether a back end, a sensor, an arm, a controller or a fingertip is what palpate takes it for.",
+        ("palpate.testing",),
+    ),
     "runtime": Page(
         "Running",
         "The seam between controllers and robots, the loop that runs over it, and values that change as it runs.",
