@@ -199,11 +199,6 @@ def test_strokes_straight_into_the_surface_go_along_it_there_and_back_all_the_sa
     assert felt(controller)[0].friction == pytest.approx(felt(plain)[0].friction, rel=0.02)
 
 
-def test_the_same_samples_give_the_same_commands():
-    runs = [rubbed(RubbedPlane(tilt=0.1), SLIDE, TURN)[1].command for _ in range(2)]
-    assert runs[0] == runs[1]
-
-
 # --- the survey ---
 
 SURVEY = SurveyWanted((1.0, 4.0), 0.01, (0.005, 0.02), most_travel=0.025)

@@ -199,13 +199,3 @@ def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
     done = replay(original.samples, PERIOD, Touch(original.finger), original.controller(), Supervisor(limits))
     assert len(done.commands) > 1000
     assert list(done.commands) == original.commands
-
-
-def test_the_same_seed_gives_the_same_run_and_another_seed_another():
-    a, b, c = (
-        Exploration(SphereObject(), Raster(0.004, 0.002, 0.002), noise=white_noise(0.01, 1e-4, seed))
-        for seed in (2, 2, 3)
-    )
-    assert a.samples == b.samples
-    assert a.samples != c.samples
-    assert c.result.ending is Ending.DONE

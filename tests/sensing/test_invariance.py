@@ -8,8 +8,6 @@ import pytest
 from hypothesis import strategies as st
 
 from palpate import (
-    Contact,
-    Contacts,
     ContactStatus,
     Cylinder,
     Ellipsoid,
@@ -367,24 +365,6 @@ def same_bits(a, b):
 
 
 @pytest.mark.parametrize("surface", SURFACES, ids=lambda s: type(s).__name__)
-@pytest.mark.parametrize("model", MODELS)
-def test_single_is_batch_to_the_bit(surface, model):
-    """The same wrench gives the same bits, alone or among others."""
-    w = mixed_wrenches()
-    many = contacts_from_wrenches(surface, w, model=model)
-    assert isinstance(many, Contacts)
-    assert len(many) == len(w)
-    seen = set()
-    for i in range(len(w)):
-        one = contact_from_wrench(surface, w[i], model=model)
-        assert isinstance(one, Contact)
-        seen.add(ContactStatus(one.status).name)
-        for field in VECTORS + SCALARS:
-            same_bits(getattr(one, field), getattr(many, field)[i])
-    assert {"OK", "NO_FORCE", "INVALID"} <= seen
-
-
-@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: type(s).__name__)
 def test_order_and_size_of_a_batch_do_not_matter(surface):
     """Permuting, splitting and repeating rows permutes, splits and repeats the results."""
     w = mixed_wrenches(101)
@@ -482,31 +462,6 @@ def test_results_are_frozen():
 # ---- statuses ----
 
 
-@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: type(s).__name__)
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize(
-    ("wrench", "status"),
-    [
-        ((0, 0, 0, 0, 0, 0), "NO_FORCE"),
-        ((0, -0.0, 0, 1, 2, 3), "NO_FORCE"),
-        ((0, 0, 0, 0, 0, 1e308), "NO_FORCE"),
-        ((np.nan, 0, 0, 0, 0, 0), "INVALID"),
-        ((0, 0, 0, 0, np.inf, 0), "INVALID"),
-        ((0, 0, -1, 0, 0, -np.inf), "INVALID"),
-        ((np.inf, np.inf, np.inf, np.inf, np.inf, np.inf), "INVALID"),
-        ((0, 0, np.nan, np.inf, 0, 0), "INVALID"),
-    ],
-)
-def test_statuses_that_need_no_geometry(surface, model, wrench, status):
-    """No force, not finite: said so, and every number is NaN but the force."""
-    got = contact_from_wrench(surface, wrench, model=model)
-    assert got.status is ContactStatus[status]
-    np.testing.assert_array_equal(got.force, wrench[:3])
-    for field in ("centroid", "normal", "tangential_force", "normal_force", "spin_torque"):
-        assert np.isnan(getattr(got, field)).all()
-    assert got.condition == np.inf
-
-
 @given(rotations(), st.tuples(*[st.floats(-10, 10)] * 3), st.floats(1.5, 100))
 def test_axis_misses_without_spin_on_a_moved_sphere(R, o, far):
     """f.m is exactly 0 as given and the axis passes far from the sphere, however that is placed."""
@@ -562,13 +517,6 @@ def _random_contact(rng, surface):
 
 
 # ---- what can never be right ----
-
-
-@pytest.mark.parametrize("bad", [[1, 2, 3], [1] * 5, [1] * 7, [[1] * 6], [[1] * 6] * 2, 1.0, [], np.ones((6, 1))])
-def test_wrong_shape_of_a_single_wrench(bad):
-    """One wrench has shape (6,): the message says what was given and what would be right."""
-    with pytest.raises(InvalidValueError, match=r"wrench.*\(6,\)"):
-        contact_from_wrench(Sphere(1.0), bad)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.kinematics.servo_model import PULSE
 from palpate.runtime.data import Command
-from palpate.runtime.protocols import Backend
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, Lift, SphereObject
@@ -37,15 +36,6 @@ def command(i, fingers):
 def run(backend, periods=2200, first=0):
     fingers = backend.scene.hand.fingers
     return [backend.step(command(i, fingers)) for i in range(first, first + periods)]
-
-
-def test_it_is_a_back_end():
-    backend: Backend = HandBackend(TWO)
-    with backend as entered:
-        assert entered is backend
-        sample = backend.start()
-    assert (len(sample.wrenches), len(sample.hand.joint_position)) == (2, 2)
-    assert sample.arm.position_base_tip == pytest.approx(TWO.palm, abs=1e-6)
 
 
 @pytest.mark.slow
@@ -97,20 +87,6 @@ def test_a_snapshot_of_another_scene_is_refused():
     three.start()
     with pytest.raises(InvalidValueError, match="same scene"):
         three.restore(two.snapshot())
-
-
-def test_two_runs_side_by_side_do_not_disturb_one_another():
-    alone = HandBackend(TWO, sensor=NOISY)
-    alone.start()
-    wanted = run(alone, 1700)
-    one, other = HandBackend(TWO, sensor=NOISY), HandBackend(TWO, sensor=NOISY)
-    one.start()
-    other.start()
-    together = []
-    for i in range(1700):
-        other.step(Command((0.0, 0.0, 0.003), grip_force=(4.0, 1.0)))
-        together.append(one.step(command(i, 2)))
-    assert together == wanted
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])

@@ -6,7 +6,7 @@ from itertools import zip_longest
 import pytest
 
 from palpate.runtime.batch import quiet, results_of, run_batch
-from runtime.simulated_backends import BACKENDS, NOISELESS, Run, digest, said_in, steps
+from runtime.simulated_backends import BACKENDS, NOISELESS, Run, digest, steps
 
 SEEDS = (3, 4)
 PERIODS = {kind: 1200 if "hand" in kind else 500 for kind in BACKENDS}
@@ -42,17 +42,6 @@ def interleaved(runs):
             if period is not None:
                 told.append(repr(period))
     return said
-
-
-@pytest.mark.slow
-def test_stages_and_a_hand_stepped_in_turns_do_not_disturb_one_another():
-    # of different lengths: the longer one goes on where the other has been closed
-    runs = [
-        Run("stage, noise", 3, 900),
-        Run("stage, noise", 4, 1200),
-        Run("hand, noise", 3, 1100),
-    ]
-    assert interleaved(runs) == [said_in(run) for run in runs]
 
 
 @pytest.mark.slow

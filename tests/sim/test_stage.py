@@ -79,30 +79,11 @@ def test_the_leash_bounds_the_push_against_an_obstacle(following_error_limit):
     assert not backend.truth().touching
 
 
-@pytest.mark.parametrize("noise", [None, white_noise(0.05, 1e-3, seed=3)])
-def test_the_same_seed_gives_the_same_samples_bit_for_bit(noise):
-    runs = [drive(MujocoBackend(scene(start=(0.0, 0.0, 0.0485)), sensor=noise)) for _ in range(2)]
-    assert runs[0] == runs[1]
-
-
 def test_another_seed_gives_other_wrenches_and_the_same_motion():
     start = (0.0, 0.0, 0.0485)
     a, b = (drive(MujocoBackend(scene(start=start), sensor=white_noise(0.05, 1e-3, s))) for s in (1, 2))
     assert [s.arm for s in a] == [s.arm for s in b]
     assert all(s.wrenches[0].wrench != t.wrenches[0].wrench for s, t in zip(a, b, strict=True))
-
-
-def test_back_ends_do_not_disturb_one_another_even_on_one_scene():
-    shared = scene(start=(0.0, 0.0, 0.0485))
-    noise = white_noise(0.05, 1e-3, seed=3)
-    alone = drive(MujocoBackend(shared, sensor=noise))
-    one, other = MujocoBackend(shared, sensor=noise), MujocoBackend(shared, sensor=noise)
-    other.start()
-    together = [one.start()]
-    for i in range(300):
-        other.step(Command((0.0, 0.02, 0.01)))
-        together.append(one.step(Command((0.01 * math.sin(0.05 * i), 0.005, -0.01))))
-    assert together == alone
 
 
 def test_starting_again_starts_from_the_same_state_with_the_same_noise():
@@ -158,20 +139,6 @@ def test_a_simulation_that_diverges_says_so(blow, tmp_path, monkeypatch):
     backend._data.qvel[0] = blow
     with pytest.raises(FloatingPointError, match="diverged"):
         backend.step(Command())
-
-
-def test_closing_stops_the_stage_and_may_be_repeated():
-    with MujocoBackend(scene()) as backend:
-        backend.close()
-        backend.start()
-        for _ in range(100):
-            backend.step(Command((0.05, 0.0, 0.0)))
-    backend.close()
-    at_close = backend.step(Command()).arm
-    for _ in range(100):
-        later = backend.step(Command()).arm
-    assert math.dist(at_close.position_base_tip, later.position_base_tip) < 1e-6
-    assert later.velocity_base_tip == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
 def test_a_tip_weighs_something():

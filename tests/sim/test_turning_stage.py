@@ -212,13 +212,3 @@ def test_a_load_too_bulky_for_the_head_is_refused_with_one_that_would_do():
 def test_a_turning_stage_has_positive_quantities(name, bad):
     with pytest.raises(InvalidValueError, match=name):
         TurningStage(**{name: bad})
-
-
-def test_closing_stops_it_where_it_is():
-    backend = backend_of()
-    turn(backend, (0.0, 1.0, 0.0), 300, (0.02, 0.0, 0.0))
-    backend.close()
-    at_close = backend.step(Command()).arm
-    later = turn(backend, ZERO, 100).arm
-    assert angle_between(at_close.rotation_base_tip, later.rotation_base_tip) < 1e-6
-    assert later.angular_velocity_base_tip == pytest.approx(ZERO, abs=1e-9)

@@ -390,15 +390,6 @@ def test_the_end_of_a_joint_s_range_is_not_passed():
     assert 2.0 * math.pi - 0.05 < run.data.qpos[0] <= 2.0 * math.pi
 
 
-def test_the_same_commands_give_the_same_run():
-    model = model_of()
-    runs = [Run(model) for _ in range(2)]
-    for i in range(300):
-        for run in runs:
-            run.period((0.05 * math.sin(0.02 * i), 0.02, -0.01), (0.1, 0.0, 0.0))
-    assert np.array_equal(runs[0].data.qpos, runs[1].data.qpos)
-
-
 def test_what_cannot_be_is_refused():
     with pytest.raises(InvalidValueError, match="bandwidth"):
         Ur5e(bandwidth=0.0)

@@ -187,42 +187,11 @@ def test_a_mirror_mirrors_the_contact(name, wrench, axis):
     agree(found, mirror * own.centroid, mirror * own.normal, own.normal_force, -own.spin_torque, R, R)
 
 
-@every_tip
-def test_one_is_as_many(name):
-    """Bit for bit, whatever its neighbours are; also across the solver's blocks."""
-    rng = np.random.default_rng(1)
-    n = 8 if name == "functions" else 300
-    rows = np.hstack([rng.normal(size=(n, 3)), 0.5 * R * rng.normal(size=(n, 3))])
-    rows[3] = math.nan
-    rows[5, :3] = 0.0
-    tip = TIPS[name](1.0, 1.0)
-    many = contacts_from_wrenches(tip, rows)
-    for i, row in enumerate(rows):
-        one = contact_from_wrench(tip, row)
-        for field in FIELDS:
-            np.testing.assert_array_equal(getattr(one, field), getattr(many, field)[i])
-
-
 def nothing_but_the_status(found, status):
     assert found.status == status
     for field in UNSOLVED:
         assert np.isnan(getattr(found, field)).all(), field
     assert found.condition == math.inf
-
-
-@every(TIPS)
-@pytest.mark.parametrize("model", ["soft", "hard"])
-def test_wrenches_that_are_none(name, model):
-    """Each entry not finite: INVALID; no force: NO_FORCE, with or without a moment."""
-    tip = TIPS[name](1.0, 1.0)
-    for i in range(6):
-        for bad in (math.nan, math.inf, -math.inf):
-            wrench = np.array([0.1, 0.2, -1.0, 0.001, 0.002, 0.003])
-            wrench[i] = bad
-            nothing_but_the_status(contact_from_wrench(tip, wrench, model=model), ContactStatus.INVALID)
-    for moment in ((0, 0, 0), (0, 0.001, 0)):
-        found = contact_from_wrench(tip, (0, 0, 0, *moment), model=model)
-        nothing_but_the_status(found, ContactStatus.NO_FORCE)
 
 
 @every_tip

@@ -55,13 +55,6 @@ def test_readings_are_si_whatever_the_units_of_the_box(units: tuple[int, int]) -
         assert ft.read().healthy
 
 
-def test_readings_advance_and_their_stamps_too() -> None:
-    with started(emulated()) as ft:
-        times: list[float] = []
-        until(lambda: times.append(ft.read().time) or len(set(times)) > 50)
-        assert times == sorted(times)
-
-
 def test_raw_counts_pass_for_a_sensor_file_that_calibrates() -> None:
     box = emulated()
     box.take(state(LOAD))

@@ -9,8 +9,14 @@ import numpy as np
 from palpate.errors import shown
 from palpate.testing.nonconformity import Inspection
 
-NO_ROTATIONS = (2.0 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.eye(2))
-"""Not orthonormal, a reflection, another shape."""
+NO_ROTATIONS = (
+    2.0 * np.eye(3),
+    np.round([[0.6 * 2**0.5, -(0.28**0.5), 0.0], [0.28**0.5, 0.6 * 2**0.5, 0.0], [0.0, 0.0, 1.0]], 4),
+    np.diag([1.0, 1.0, -1.0]),
+    np.eye(2),
+    np.eye(4),
+)
+"""Not orthonormal, typed with four decimals, a reflection, other shapes."""
 
 
 def examine_construction(inspection: Inspection, piece: object) -> None:
@@ -24,8 +30,8 @@ def examine_construction(inspection: Inspection, piece: object) -> None:
     given = {name: getattr(piece, name) for name in names}
     for name, value in given.items():
         for bad in _bad(name, value):
-            what = f"{type(piece).__name__}({name}={shown(np.asarray(bad).tolist())})"
-            inspection.refuses(what, type(piece), **{**given, name: bad})
+            what = f"{type(piece).__name__}({name}={shown(bad)})"
+            inspection.refuses(what, type(piece), names=name, **{**given, name: bad})
 
 
 def _bad(name: str, value: object) -> Iterator[object]:
@@ -38,6 +44,6 @@ def _bad(name: str, value: object) -> Iterator[object]:
             array.flat[0] = math.nan
             yield array.astype(float)
             if array.shape == (3,):
-                yield np.ones(2)
+                yield from (np.ones(2), np.ones((3, 1)), np.full(3, math.nan), ("a", "b", "c"), None)
             if name == "rotation":
                 yield from NO_ROTATIONS

@@ -75,12 +75,16 @@ class Inspection:
             remedy = "raise only for what the protocol names, and only then"
             self.require(False, f"exceptions ({doing})", seen, "no exception", remedy)
 
-    def refuses(self, what: str, call: Callable[..., object], *given: object, **named: object) -> None:
-        """Require that a call with a bad value raises `InvalidValueError`."""
+    def refuses(
+        self, what: str, call: Callable[..., object], *given: object, names: str = "", **named: object
+    ) -> None:
+        """Require that a call with a bad value raises `InvalidValueError`, whose message holds `names`."""
         try:
             call(*given, **named)
-        except InvalidValueError:
-            return
+        except InvalidValueError as error:
+            if names in str(error):
+                return
+            seen = f"{what} was refused with {shown(str(error), 120)}, which does not name it"
         except Exception as error:
             seen = f"{what} raised {type(error).__name__}: {shown(str(error), 120)}"
         else:

@@ -1,13 +1,13 @@
 """Whether a fingertip's surface is what contact sensing takes it for."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.sensing.contact import ContactModel, Contacts, ContactStatus
+from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
 from palpate.sensing.solver import Surface, contact_from_wrench, contacts_from_wrenches
 from palpate.surfaces.compliant import CompliantTip
 from palpate.surfaces.composite import Composite
@@ -147,9 +147,9 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
     """Of force and moment: m = c x f + q n, f = f_t - f_n n, and the surface is pushed."""
     at, rows = touched.contacts, touched.wrenches
     f, m = rows[:, :3], rows[:, 3:]
-    fields = (at.centroid, at.normal, at.tangential_force, at.normal_force, at.spin_torque)
+    numbers = (at.centroid, at.normal, at.tangential_force, at.normal_force, at.spin_torque)
     if not inspection.require(
-        all(np.isfinite(field).all() for field in fields),
+        all(np.isfinite(each).all() for each in numbers),
         "silent NaN",
         "status OK with numbers that are none",
         "a status other than OK where there is no contact",
@@ -180,10 +180,16 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
         "f_n above 0 and f = f_t - f_n n",
         "the normal points out of the fingertip and the wrench is what the object exerts on the finger: -f.n > 0",
     )
-    again = contacts_from_wrenches(touched.surface, rows.copy())
-    one = contact_from_wrench(touched.surface, rows[0])
+    mixed = np.insert(rows, (1, len(rows)), ((math.nan,) * 6, (0.0,) * 6), axis=0)
+    many, alone = (
+        contacts_from_wrenches(touched.surface, mixed),
+        [contact_from_wrench(touched.surface, row) for row in mixed],
+    )
     inspection.require(
-        np.array_equal(again.centroid, at.centroid) and np.array_equal(one.centroid, at.centroid[0]),
+        all(
+            np.array_equal(getattr(many, field.name), [getattr(one, field.name) for one in alone], equal_nan=True)
+            for field in fields(Contact)
+        ),
         "purity",
         "other contacts for the same wrenches, or for one alone",
         "the same bit for bit",
@@ -305,9 +311,11 @@ def _examine_refusals(inspection: Inspection, surface: Surface) -> None:
             _examine_status(inspection, surface, wrench, ContactStatus.INVALID)
     _examine_status(inspection, surface, np.array([0.0, 0.0, 0.0, 0.0, 1e-3, 0.0]), ContactStatus.NO_FORCE)
     for shape in ((), (3,), (5,), (7,), (1, 6), (6, 1)):
-        inspection.refuses(f"a wrench of shape {shape}", contact_from_wrench, surface, np.ones(shape))
-    inspection.refuses("a wrench that is None", contact_from_wrench, surface, None)
-    inspection.refuses('model = "sof"', contact_from_wrench, surface, good, "sof")
+        inspection.refuses(
+            f"a wrench of shape {shape}", contact_from_wrench, surface, np.ones(shape), names="wrench"
+        )
+    inspection.refuses("a wrench that is None", contact_from_wrench, surface, None, names="wrench")
+    inspection.refuses('model = "sof"', contact_from_wrench, surface, good, "sof", names="model")
     contact_from_wrench(surface, good)
     inspection.require(
         np.array_equal(good, kept),
