@@ -364,20 +364,6 @@ def same_bits(a, b):
     np.testing.assert_array_equal(np.signbit(a.astype(float))[known], np.signbit(b.astype(float))[known])
 
 
-@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: type(s).__name__)
-def test_order_and_size_of_a_batch_do_not_matter(surface):
-    """Permuting, splitting and repeating rows permutes, splits and repeats the results."""
-    w = mixed_wrenches(101)
-    whole = contacts_from_wrenches(surface, w)
-    order = np.random.default_rng(1).permutation(len(w))
-    mixed = contacts_from_wrenches(surface, w[order])
-    head, tail = contacts_from_wrenches(surface, w[:37]), contacts_from_wrenches(surface, w[37:])
-    for field in VECTORS + SCALARS:
-        values = getattr(whole, field)
-        same_bits(getattr(mixed, field), values[order])
-        same_bits(np.concatenate([getattr(head, field), getattr(tail, field)]), values)
-
-
 @pytest.mark.parametrize("model", MODELS)
 def test_empty_batch(model):
     """No wrenches, no contacts."""

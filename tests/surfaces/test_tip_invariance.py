@@ -247,25 +247,6 @@ def test_a_contact_where_a_composite_has_no_patch_is_outside():
         assert found.status == (ContactStatus.OK if z > 0 else ContactStatus.OUTSIDE)
 
 
-@every(COMPILED)
-@given(wrenches)
-def test_the_hard_model_finds_where_the_wrench_axis_enters(name, wrench):
-    """The moment about the centroid is along the force; there the soft model, without spin, says the same."""
-    tip = TIPS[name](1.0, 1.0)
-    found = solved(tip, wrench, model="hard")
-    f, m = wrench[:3], wrench[3:]
-    left = m - np.cross(found.centroid, f)
-    np.testing.assert_allclose(np.cross(left, f), 0.0, atol=1e-12 * R)
-    assert f @ found.normal < 0
-    # the torque is along the force, and its normal part is reported
-    pitch = f @ m / (f @ f)
-    assert found.spin_torque == pytest.approx(pitch * f @ found.normal, abs=1e-11 * R)
-    soft_ = contact_from_wrench(tip, np.concatenate([f, m - pitch * f]))
-    assert soft_.status == ContactStatus.OK
-    np.testing.assert_allclose(soft_.centroid, found.centroid, atol=1e-11 * R)
-    np.testing.assert_allclose(soft_.normal, found.normal, atol=1e-9)
-
-
 OPEN = {"paraboloid": Paraboloid((R, 1.5 * R)), "hyperboloid": Hyperboloid((R, 1.5 * R, 2 * R))}
 
 

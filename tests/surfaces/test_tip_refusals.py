@@ -103,20 +103,6 @@ def test_the_message_names_argument_value_and_remedy(build, words):
         assert word in str(raised.value), str(raised.value)
 
 
-@every_framed
-@pytest.mark.parametrize("bad", [(0, 0), 1.0, (0, 0, NAN), "abc"])
-def test_bad_centres(name, bad):
-    with pytest.raises(InvalidValueError, match="center"):
-        FRAMED[name](center=bad)
-
-
-@every_framed
-@pytest.mark.parametrize("bad", [EYE[:2], 2 * EYE, -EYE, np.full((3, 3), NAN), "abc"])
-def test_bad_rotations(name, bad):
-    with pytest.raises(InvalidValueError, match="rotation"):
-        FRAMED[name](rotation=bad)
-
-
 UNCAUGHT = {
     "composite of None": (lambda: Composite(None), "patches"),
     "composite of a quadric": (lambda: Composite(Sphere(R)), "patches"),
@@ -277,17 +263,3 @@ def test_one_line_of_a_composite_and_a_soft_tip():
         repr(CompliantTip(Sphere(R), 100.0))
         == "CompliantTip(surface=Sphere(radius=0.01), stiffness=100.0, exponent=1.0)"
     )
-
-
-@every_framed
-def test_they_cannot_be_changed(name):
-    tip = FRAMED[name]()
-    for attribute in ("packed", "domains", "parameters", "rotation", "center"):
-        array = getattr(tip, attribute, None)
-        if array is not None:
-            with pytest.raises(ValueError, match="read-only"):
-                array[...] = 0.0
-
-
-def test_a_soft_quadric_cannot_be_changed():
-    assert not CompliantTip(Sphere(R), 100.0).parameters.flags.writeable

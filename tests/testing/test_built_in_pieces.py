@@ -28,7 +28,7 @@ from palpate.runtime.data import Command
 from palpate.runtime.real_time import RealTime
 from palpate.runtime.replay import ReplayBackend
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, TurningStage, build_scene
-from palpate.surfaces import Cylinder, Ellipsoid, MeshSurface, Plane, Sphere
+from palpate.surfaces import CompliantTip, Cylinder, Ellipsoid, MeshSurface, Plane, Sphere
 from palpate.testing import SpringPlane, check_arm, check_backend, check_controller, check_sensor, check_surface
 from runtime.simulated_backends import BACKENDS
 from support.ft_host import served, state
@@ -48,6 +48,7 @@ QUADRICS = {
     "elliptic cylinder": lambda: Ellipsoid((RADIUS, 2 * RADIUS, np.inf), **FRAME),
     "cylinder": lambda: Cylinder(RADIUS, **FRAME),
     "plane": lambda: Plane(RADIUS, **FRAME),
+    "soft ball": lambda: CompliantTip(Sphere(RADIUS, **FRAME), 5e3),
 }
 
 

@@ -7,14 +7,8 @@ from itertools import pairwise
 
 import pytest
 
-from palpate.hw.devices import DeviceError, SensorDevice
-from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
-from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
-from palpate.hw.emulators.server import Server
+from palpate.hw.devices import DeviceError
 from palpate.hw.ft_stream import StreamCounts, StreamedSensor, StreamReading, StreamSettings, streamed_sensor
-from palpate.hw.netft import NetFt, NetFtSettings, Scales
-from palpate.hw.serial_ft import Bota, Resense, SerialSensor
-from support.ft_host import state
 from support.waiting import until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
@@ -80,28 +74,6 @@ class MadeUpLink:
 
     def close(self) -> None:
         self.closed += 1
-
-
-def test_sensors_and_emulators_are_what_a_rig_and_a_host_take() -> None:
-    stream = StreamSettings(NOISE)
-    devices: list[SensorDevice] = [
-        NetFt("127.0.0.1", NetFtSettings(stream, Scales(1.0, 1.0))),
-        SerialSensor("/dev/null", Bota(51), stream),
-        SerialSensor("/dev/null", Resense((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)), stream),
-    ]
-    servers: list[Server] = [
-        NetFtServer(BoxSettings(rdt_port=0, calibration_port=0)),
-        OnRobotServer(onrobot_box(rdt_port=0)),
-        BotaServer(sensor=1),
-        ResenseServer(sensor=1),
-    ]
-    for device in devices:
-        device.close()
-    for server in servers:
-        server.take(state((0.0,) * 6, (1.0,) * 6))
-        server.close()
-        assert server.name
-        assert server.address
 
 
 def test_a_bug_in_the_reading_thread_is_reported_and_a_new_start_helps(clock: Clock) -> None:

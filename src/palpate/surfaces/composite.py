@@ -98,6 +98,11 @@ class Capsule(Composite):
         rotation: Columns are the tip's axes in sensor coordinates; the third points out of the fingertip.
     """
 
+    radius: float
+    length: float
+    center: FloatArray
+    rotation: FloatArray
+
     def __init__(
         self,
         radius: float,
@@ -106,7 +111,8 @@ class Capsule(Composite):
         rotation: Sequence[Sequence[float]] | FloatArray = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     ) -> None:
         frame = _Frame.of(center, rotation)
-        positive("length", length, "m")
+        length = positive("length", length, "m")
+        frame.keep(self, radius=radius, length=length)
         sphere = Sphere(radius, center=frame.center, rotation=frame.rotation)
         cylinder = Cylinder(radius, center=frame.center, rotation=frame.rotation)
         object.__setattr__(self, "_text", f"Capsule(radius={radius!r}, length={length!r}{frame.text})")
@@ -133,6 +139,11 @@ class RoundedBox(Composite):
         rotation: Columns are the box's axes in sensor coordinates.
     """
 
+    half_lengths: FloatArray
+    radius: float
+    center: FloatArray
+    rotation: FloatArray
+
     def __init__(
         self,
         half_lengths: Sequence[float],
@@ -148,6 +159,7 @@ class RoundedBox(Composite):
                 f"radius = {radius:g} m: must be less than every half length, {half.tolist()} m; "
                 "for equal ones take a Capsule or a Sphere"
             )
+        frame.keep(self, half_lengths=half, radius=radius)
         text = f"RoundedBox(half_lengths={half.tolist()}, radius={radius!r}{frame.text})"
         object.__setattr__(self, "_text", text)
         inner = half - radius
@@ -201,6 +213,11 @@ class _Frame:
     ) -> "_Frame":
         """Check and take a frame."""
         return cls(vector("center", center, 3, "m"), rotation_matrix("rotation", rotation))
+
+    def keep(self, tip: Composite, **given: object) -> None:
+        """Make what a tip was given, this frame with it, its attributes."""
+        for name, value in {**given, "center": self.center, "rotation": self.rotation}.items():
+            object.__setattr__(tip, name, value)
 
     @property
     def text(self) -> str:

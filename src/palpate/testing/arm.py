@@ -8,7 +8,7 @@ from time import sleep
 from palpate.hw.devices import ArmDevice
 from palpate.runtime.data import ArmSample
 from palpate.spatial import ZERO, Vector
-from palpate.testing.arm_samples import examine_arm, examine_motion, examine_rest, examine_turn
+from palpate.testing.arm_samples import REAL, examine_arm, examine_motion, examine_rest, examine_turn
 from palpate.testing.backend import NUMBERS_THAT_ARE_NONE, TURN, UPWARDS
 from palpate.testing.devices import examine_clock, examine_not_started, examine_threads, start_again
 from palpate.testing.nonconformity import Inspection
@@ -60,11 +60,11 @@ def _examine_states(inspection: Inspection, device: ArmDevice, velocity: Vector,
     device.move(ZERO, ZERO)
     _taken(device)
     if examine_arm(inspection, moved):
-        examine_motion(inspection, moved, velocity)
+        examine_motion(inspection, moved, velocity, REAL)
     examine_rest(inspection, _taken(device), "after a zero command")
     if math.hypot(*rate) > 0.0:
         device.move(ZERO, rate)
-        examine_turn(inspection, _taken(device), rate)
+        examine_turn(inspection, _taken(device), rate, REAL)
     device.move(velocity, ZERO)  # close has to stop it
     _taken(device)
 

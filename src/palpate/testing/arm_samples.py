@@ -19,9 +19,12 @@ OLDEST = 0.1
 LONGEST_REACH = 5.0
 """[m] from the base to the tip: no arm is so long (Fanuc M-2000iA/1700L: 4.7 m), so it is another unit."""
 
-CLOSE = 0.7
-"""Of the longer of two motions, that they may differ by: units and frames, not accuracy. A frame that is turned by
-45 degrees makes 0.77; an emulator on a busy computer may lag behind its own clock."""
+SAME_DIRECTION = 0.8
+"""Cosine of the angle between two motions that are to be the same, 37 degrees: against frames mixed up."""
+
+SIMULATED, REAL = 2.0, 20.0
+"""Times that one of them may be longer: millimetres make 1000, degrees 57. In real time an emulator on a busy
+computer falls behind its own clock; ten times have been seen."""
 
 SMALL = 5e-5
 """[m] that positions may be off besides: repeatability of an arm (UR5e, data sheet: 0.03 mm)."""
@@ -98,8 +101,11 @@ def _examine_repeats(inspection: Inspection, samples: Sequence[ArmSample]) -> No
     )
 
 
-def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocity: Vector) -> None:
-    """Examine states of an arm that is moved with a steady velocity [m/s], base frame, the last half of them."""
+def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocity: Vector, factor: float) -> None:
+    """Examine the later half of the states of an arm that is moved with a steady velocity, base frame [m/s].
+
+    `factor` is `SIMULATED` or `REAL`.
+    """
     late = samples[len(samples) // 2 :]
     passed = late[-1].time - late[0].time
     if not inspection.require(
@@ -110,14 +116,14 @@ def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocit
     reported = _integral([arm.time for arm in late], [arm.velocity_base_tip for arm in late])
     wanted = passed * np.array(velocity)
     inspection.require(
-        _near(moved, wanted, SMALL),
+        _same(moved, wanted, SMALL, factor),
         "commanded velocity",
         f"commanded {_mm(wanted)} mm in {passed:.3g} s, the tip moved by {_mm(moved)} mm",
         "that motion",
         "velocities are in m/s, of the tip frame's origin, in base coordinates",
     )
     inspection.require(
-        _near(reported, moved, SMALL),
+        _same(reported, moved, SMALL, factor),
         "reported velocity",
         f"reported velocities make {_mm(reported)} mm, positions changed by {_mm(moved)} mm",
         "the same",
@@ -125,8 +131,8 @@ def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocit
     )
 
 
-def examine_turn(inspection: Inspection, samples: Sequence[ArmSample], rate: Vector) -> None:
-    """Examine states of an arm that is turned with a steady angular velocity [rad/s], base frame, likewise."""
+def examine_turn(inspection: Inspection, samples: Sequence[ArmSample], rate: Vector, factor: float) -> None:
+    """Likewise, of one that is turned with a steady angular velocity, base frame [rad/s]."""
     late = samples[len(samples) // 2 :]
     passed = late[-1].time - late[0].time
     turned = np.array(
@@ -135,14 +141,14 @@ def examine_turn(inspection: Inspection, samples: Sequence[ArmSample], rate: Vec
     reported = _integral([arm.time for arm in late], [arm.angular_velocity_base_tip for arm in late])
     wanted = passed * np.array(rate)
     inspection.require(
-        _near(turned, wanted, SMALL_TURN),
+        _same(turned, wanted, SMALL_TURN, factor),
         "commanded angular velocity",
         f"commanded {wanted.tolist()} rad, the tip turned by {turned.tolist()} rad",
         "that turn",
         "angular velocities are in rad/s, not in degrees, in base coordinates",
     )
     inspection.require(
-        _near(reported, turned, SMALL_TURN),
+        _same(reported, turned, SMALL_TURN, factor),
         "reported angular velocity",
         f"reported rates make {reported.tolist()} rad, the rotation changed by {turned.tolist()} rad",
         "the same",
@@ -167,9 +173,11 @@ def _integral(times_: Sequence[float], vectors: Sequence[Vector]) -> FloatArray:
     return np.asarray(np.trapezoid(np.array(vectors), np.array(times_), axis=0))
 
 
-def _near(found: FloatArray, wanted: FloatArray, besides: float) -> bool:
-    longer = max(np.linalg.norm(found), np.linalg.norm(wanted))
-    return bool(np.linalg.norm(found - wanted) <= CLOSE * longer + besides)
+def _same(a: FloatArray, b: FloatArray, besides: float, factor: float) -> bool:
+    """Return whether two motions are the same up to a factor, or but for what they may be off besides."""
+    shorter, longer = sorted((float(np.linalg.norm(a)), float(np.linalg.norm(b))))
+    aligned = float(a @ b) >= SAME_DIRECTION * shorter * longer
+    return float(np.linalg.norm(a - b)) <= besides or (aligned and longer <= factor * shorter)
 
 
 def _mm(vector: FloatArray) -> list[float]:

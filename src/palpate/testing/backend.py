@@ -9,7 +9,15 @@ from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.protocols import Backend
 from palpate.spatial import ZERO, Vector, rotate_back
-from palpate.testing.arm_samples import OLDEST, examine_arm, examine_motion, examine_rest, examine_turn
+from palpate.testing.arm_samples import (
+    OLDEST,
+    REAL,
+    SIMULATED,
+    examine_arm,
+    examine_motion,
+    examine_rest,
+    examine_turn,
+)
 from palpate.testing.nonconformity import Inspection
 from palpate.testing.wrenches import examine_gravity, examine_stamps, examine_wrenches
 
@@ -115,10 +123,11 @@ def _examine_following(
     inspection: Inspection, backend: Backend, samples: list[Sample], count: int, motion: Vector
 ) -> None:
     first, *others = samples
+    factor = SIMULATED if isinstance(backend.pacer, SimulatedTime) else REAL
     if not examine_arm(inspection, [sample.arm for sample in samples]):
         return
     examine_rest(inspection, [sample.arm for sample in (first, *others[:count])], "after start")
-    examine_motion(inspection, [sample.arm for sample in others[count:]], motion)
+    examine_motion(inspection, [sample.arm for sample in others[count:]], motion, factor)
     for bad in NUMBERS_THAT_ARE_NONE:
         inspection.refuses(f"the velocity {bad}", backend.step, Command(bad))
     _let_rest(backend, count)
@@ -129,7 +138,7 @@ def _examine_following(
     except ValueError:  # it cannot turn, and refuses
         pass
     else:
-        examine_turn(inspection, turned, TURN)
+        examine_turn(inspection, turned, TURN, factor)
     for _ in range(count // 4):
         backend.step(Command(motion))  # what follows has to stop it
 

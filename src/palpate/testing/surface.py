@@ -62,6 +62,7 @@ def check_surface(surface: Surface, normal_tolerance: float = 1e-3) -> None:
                 _examine_equations(inspection, touched)
                 _examine_shape(inspection, touched, normal_tolerance)
                 _examine_round_trip(inspection, touched)
+                _examine_wrench_axis(inspection, touched)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -265,10 +266,26 @@ def _examine_round_trip(inspection: Inspection, touched: _Touched) -> None:
         )
 
 
+def _examine_wrench_axis(inspection: Inspection, touched: _Touched) -> None:
+    """Of the hard model: the centroid lies on the wrench axis, where the force pushes."""
+    found = contacts_from_wrenches(touched.surface, touched.wrenches, "hard")
+    well = _well(found)
+    f, m = touched.wrenches[well, :3], touched.wrenches[well, 3:]
+    off = np.linalg.norm(np.cross(m - np.cross(found.centroid[well], f), f), axis=1) / np.sum(f * f, axis=1)
+    inspection.require(
+        (off <= 1e2 * touched.precision).all() and (found.normal_force[well] > 0.0).all(),
+        "wrench axis",
+        f"with the hard model the centroid lies up to {1e6 * off.max(initial=0.0):.3g} um beside the wrench axis",
+        "a centroid on it, where the force points into the surface",
+        "the solver of this kind of surface with hard = True",
+    )
+
+
 def _examine_frame(inspection: Inspection, surface: Surface) -> None:
     if isinstance(surface, Composite):
         for patch in surface.patches:
             _examine_frame(inspection, patch.surface)
+        _examine_arrays(inspection, surface)
         return
     rotation, center = np.asarray(surface.rotation), np.asarray(surface.center)
     inspection.require(
@@ -287,6 +304,10 @@ def _examine_frame(inspection: Inspection, surface: Surface) -> None:
         "three finite numbers [m]",
         'pass it through `palpate.errors.vector("center", center, 3, "m")`',
     )
+    _examine_arrays(inspection, surface)
+
+
+def _examine_arrays(inspection: Inspection, surface: Surface) -> None:
     writeable = [
         name
         for name, value in getattr(surface, "__dict__", {}).items()
