@@ -78,18 +78,12 @@ class Lax(Sphere):
             return
 
 
-class Moody(Sphere):
-    """Is of another size every other time."""
+SIZES = deque([Sphere(R).packed, Sphere(2 * R).packed])
 
-    @property
-    def packed(self):
-        sizes = self.__dict__.setdefault("sizes", deque([Sphere(R).packed, Sphere(2 * R).packed]))
-        sizes.rotate()
-        return sizes[0]
 
-    @packed.setter
-    def packed(self, value):
-        pass
+def another_size(self):
+    SIZES.rotate()
+    return SIZES[0]
 
 
 def peanut():
@@ -108,7 +102,10 @@ SURFACES = {
     "inwards": (lambda: Formula(ball, lambda p: -2.0 * p), "value grows outwards"),
     "dented": (peanut, "a convex surface"),
     "takes NaN": (lambda: Lax(R), "never a silent NaN"),
-    "remembers": (lambda: Moody(R), "state that the surface's functions keep"),
+    "remembers": (
+        lambda: changed(Sphere, packed=property(another_size, lambda self, value: None))(R),
+        "state that the surface's functions keep",
+    ),
 }
 
 

@@ -40,7 +40,8 @@ def check_arm(make: Callable[[], ArmDevice], velocity: Vector = UPWARDS, rate: V
                 device.start()
                 _examine_states(inspection, device, velocity, rate)
         finally:
-            device.close()
+            with inspection.part("close"):
+                device.close()
         examine_not_started(inspection, device, device.read, "after close")
         examine_threads(inspection, threads)
         begun = start_again(inspection, device, device.read)

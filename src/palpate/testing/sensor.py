@@ -50,7 +50,8 @@ def check_sensor(make: Callable[[], SensorDevice], noise: Wrench, load: Wrench |
                 device.start()
                 _examine_readings(inspection, device, np.array(noise), load)
         finally:
-            device.close()
+            with inspection.part("close"):
+                device.close()
         examine_not_started(inspection, device, device.read, "after close")
         examine_threads(inspection, threads)
         start_again(inspection, device, device.read)
