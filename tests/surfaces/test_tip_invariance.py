@@ -27,7 +27,6 @@ from palpate.surfaces import HERTZ, LINEAR
 
 R = 0.01
 assume = hypothesis.assume
-FIELDS = ("centroid", "normal", "force", "tangential_force", "normal_force", "spin_torque", "condition", "status")
 UNSOLVED = ("centroid", "normal", "tangential_force", "normal_force", "spin_torque")
 
 

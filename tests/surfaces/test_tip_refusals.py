@@ -48,7 +48,6 @@ FRAMED = {
     "Superellipsoid": lambda **frame: Superellipsoid((R, R, 2 * R), 4.0, **frame),
     "ImplicitSurface": ball,
 }
-every_framed = pytest.mark.parametrize("name", FRAMED)
 
 # (what, builds it, words that the message must hold: argument, value, what would be right)
 REFUSED = [

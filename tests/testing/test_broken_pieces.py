@@ -58,10 +58,6 @@ def ball(p):
     return p @ p - 1.0
 
 
-def slope(p):
-    return 2.0 * p
-
-
 def bent(rotation):
     tip = Sphere(R)
     object.__setattr__(tip, "rotation", rotation)
@@ -133,7 +129,7 @@ def steps(step):
 
 def remembering(self, now, memory=[]):  # noqa: B006 on purpose
     memory.append(now.time)
-    return Press.step(self, now)
+    return Command((0.0, 0.0, -1e-6 * len(memory)))
 
 
 def changing(self, now):
@@ -169,6 +165,7 @@ CONTROLLERS = {
     ),
     "chance": (steps(lambda self, now: Command((random.random() * 1e-3, 0.0, 0.0))), "chance without a seed"),
     "a list of the class": (Crowd, "`.times` is one object in two controllers"),
+    "a default argument": (steps(remembering), "kept outside of the instance"),
     "one for all": (lambda: ONE, "construct it in make"),
     "changes what it sees": (steps(changing), "observations as they were"),
     "opens a file": (
