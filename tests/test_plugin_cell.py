@@ -1,17 +1,23 @@
 """An arm, a sensor and a fingertip of a stranger's package, in one robot file, through the commands."""
 
+import importlib
 import json
 import signal
 from pathlib import Path
 
 import pytest
 
+from palpate.hw.ft_stream import StreamSettings
+from palpate.hw.serial_ft import SerialSensor
+from palpate.testing import check_arm, check_sensor
 from support.installed_plugin import installed
 from support.ur_wire_sessions import own_address
 
 CELL = Path(__file__).parents[1] / "examples" / "plugin_cell"
 PATIENT = (("sample_age_s: 0.3", "sample_age_s: 1.0"), ("silent_after_s: 0.3", "silent_after_s: 3.0"),
            ("watchdog_s: 0.3", "watchdog_s: 1.0"))  # fmt: skip
+
+NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 
 pytestmark = pytest.mark.xdist_group("wire")
 
@@ -39,6 +45,22 @@ def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpat
         (palpate.folder / "wrong.yaml").write_text(text.replace(before, after))
         refused = palpate("robot", "check", "wrong.yaml", fails=True)
         assert all(word in refused for word in words), refused
+
+
+@pytest.mark.slow
+def test_its_arm_and_its_sensor_conform(palpate, monkeypatch):
+    monkeypatch.syspath_prepend(str(CELL))
+    arm, box = (importlib.import_module(f"palpate_bench.{name}") for name in ("arm", "box"))
+    emulator = palpate("emulate", "robot", "bench.yaml", begun=True)
+    try:
+        while "Runs until" not in (line := emulator.stdout.readline()):
+            assert line, "it ended"
+        check_arm(lambda: arm.BenchArm(own_address(90), 40_000, watchdog=1.0, silent_after=3.0))
+        stream = StreamSettings(NOISE, silent_after=3.0)
+        check_sensor(lambda: SerialSensor(str(palpate.folder / "box"), box.BenchLines(), stream), NOISE)
+    finally:
+        emulator.send_signal(signal.SIGINT)
+        emulator.communicate(timeout=20)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import threading
 from collections import deque
 from time import monotonic, sleep
 
+from palpate.errors import vector
 from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.round_trip_clock import RoundTrip, RoundTripClock
 from palpate.runtime.data import ArmSample
@@ -91,7 +92,10 @@ class BenchArm:
 
         Raises:
             DeviceError: It cannot be reached any more.
+            InvalidValueError: Not three finite numbers each.
         """
+        vector("velocity_base_tip", velocity_base_tip, 3, "m/s")
+        vector("angular_velocity_base_tip", angular_velocity_base_tip, 3, "rad/s")
         numbers = " ".join(f"{x:.12g}" for x in (*velocity_base_tip, *angular_velocity_base_tip))
         self._send("v", numbers)
 

@@ -50,29 +50,27 @@ def check_arm(make: Callable[[], ArmDevice], velocity: Vector = UPWARDS, rate: V
 
 
 def _examine_states(inspection: Inspection, device: ArmDevice, velocity: Vector, rate: Vector) -> None:
-    if not examine_arm(inspection, standing := _taken(device)):
+    if not examine_arm(inspection, standing := _moved(device)):
         return
     examine_clock(inspection, device.read)
     examine_rest(inspection, standing, "after start")
-    device.move(velocity, ZERO)
-    moved = _taken(device)
+    moved = _moved(device, velocity)
     for bad in NUMBERS_THAT_ARE_NONE:
         inspection.refuses(f"the velocity {bad}", device.move, bad, ZERO)
-    device.move(ZERO, ZERO)
-    _taken(device)
+    _moved(device)
     if examine_arm(inspection, moved):
         examine_motion(inspection, moved, velocity, REAL)
-    examine_rest(inspection, _taken(device), "after a zero command")
+    examine_rest(inspection, _moved(device), "after a zero command")
     if math.hypot(*rate) > 0.0:
-        device.move(ZERO, rate)
-        examine_turn(inspection, _taken(device), rate, REAL)
-    device.move(velocity, ZERO)  # close has to stop it
-    _taken(device)
+        examine_turn(inspection, _moved(device, ZERO, rate), rate, REAL)
+    _moved(device, velocity)  # close has to stop it
 
 
-def _taken(device: ArmDevice) -> Sequence[ArmSample]:
+def _moved(device: ArmDevice, velocity: Vector = ZERO, rate: Vector = ZERO) -> Sequence[ArmSample]:
+    """Command a motion again and again, as a rig does, and return the states meanwhile."""
     samples = []
     for _ in range(STATES):
+        device.move(velocity, rate)
         samples.append(device.read())
         sleep(BETWEEN)
     return samples
