@@ -167,8 +167,8 @@ class RegulateController:
             return scale(wanted.landing_speed, wanted.axis or self._tracker.normal)
         if phase is Phase.LIFT:
             # away from a surface that comes after it, too
-            back = min(self._surface_velocity, 0.0) - wanted.lift_speed
-            return scale(back, wanted.axis or self._tracker.normal)
+            back = wanted.lift_speed - min(self._surface_velocity, 0.0)
+            return scale(-min(back, wanted.fastest_push), wanted.axis or self._tracker.normal)
         if phase in (Phase.DONE, Phase.LOST):
             return ZERO
         direction = wanted.axis or self._tracker.predicted
@@ -220,4 +220,4 @@ class RegulateController:
         most = max(wanted.landing_speed, FASTEST_SETTLING_PUSH) if settling else wanted.fastest_push
         gain = share * self.live.value("force_gain")
         push = self._force.step(force, felt, gain, wanted.retreat_speed, rate) + followed
-        return min(push, most + max(followed, 0.0) + abs(rate) / wanted.gain.stiffness)
+        return min(push, most + max(followed, 0.0) + abs(rate) / wanted.gain.stiffness, wanted.fastest_push)

@@ -37,7 +37,7 @@ class RegulateParameters:
         lift_distance: How far the tip is lifted at the end [m].
         lift_speed: Of lifting [m/s].
         retreat_speed: Largest speed away from the surface when the force is too large [m/s].
-        fastest_push: How fast a force error alone can make it press, once it has settled [m/s].
+        fastest_push: Largest speed into the surface once it has settled, and of lifting [m/s].
         tangential_acceleration: Bound on the change of what moves it along the surface [m/s^2].
         normal_smoothing: Time constant of the normal's filter [s].
         slew: Bound on the change of commanded velocity [m/s^2].

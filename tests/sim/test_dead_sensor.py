@@ -6,10 +6,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from faults.dead_sensor import FAULTS, NOISE, RATIO, DeadSensor
 from palpate.runtime import Supervisor, Touch, run
 from palpate.runtime.replay import ReplayBackend
 from palpate.runtime.result import Ending
-from support.dead_sensor import FAULTS, NOISE, RATIO, DeadSensor
 from support.regulate_runs import planned
 
 LIMIT, STIFFNESS = 20.0, 20e3

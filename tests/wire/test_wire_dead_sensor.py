@@ -7,12 +7,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from faults.dead_sensor import DeadSensor
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.robot import load_robot
 from palpate.runtime import Supervisor, Touch, run
 from palpate.runtime.result import Ending
-from support.dead_sensor import DeadSensor
 from support.ur_library import needs_ur
 
 pytestmark = needs_ur

@@ -98,8 +98,9 @@ class GuardedRobot(Closing):
             command = supervisor.react(self.now)
         self._velocity = command.velocity_base_tip
         try:
-            self.now = self._touch.sense(self.backend.step(command))
-            self._following.take(command, self.now.arm)
+            before, sample = self.now, self.backend.step(command)
+            self.now = self._touch.sense(sample)
+            self._following.take(command, before, sample)
         except Exception as error:  # as in the loop: it stops the robot, and is reported
             supervisor.fail(self.now.time, "back end", error)
         else:

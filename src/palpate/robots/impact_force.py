@@ -10,9 +10,6 @@ from palpate.sim.presets import EXPLORE
 CONTACT = EXPLORE.law.stiffness
 """[N/m] Of what it runs into, fingertip and object in series: what experiments assume where nothing is known."""
 
-LARGEST_SHARE = 1.5
-"""Of the force limit, that may be pressed with after all delays."""
-
 
 @dataclass(frozen=True, slots=True)
 class ImpactForce:
@@ -33,11 +30,11 @@ class ImpactForce:
 
     @property
     def speed(self) -> float:
-        """Largest near a contact that keeps it to `LARGEST_SHARE` of the force limit [m/s]."""
-        return self.landing.fastest(self.limits.force, LARGEST_SHARE * self.limits.force)
+        """Largest near a contact that keeps it to `Limits.largest_impact` [m/s]."""
+        return self.landing.fastest(self.limits.force, self.limits.largest_impact)
 
     def check(self) -> None:
-        """Refuse limits that break their own force limit.
+        """Refuse limits that break their own limit of impacts.
 
         Raises:
             InvalidValueError: They do.
@@ -45,15 +42,15 @@ class ImpactForce:
         if self.limits.commanded_speed > self.speed:
             raise InvalidValueError(
                 f"limits.contact_speed_m_per_s = {self.limits.commanded_speed:.3g}: what is met so fast may be "
-                f"pressed with {self.force:.3g} N (a contact of {CONTACT:g} N/m), more than {LARGEST_SHARE:g} "
-                f"times limits.force_N = {self.limits.force:g}; write at most {_floor(self.speed):g}"
+                f"pressed with {self.force:.3g} N (a contact of {CONTACT:g} N/m), more than "
+                f"limits.impact_force_N, {self.limits.largest_impact:g} N; write at most {_floor(self.speed):g}"
             )
 
     def __str__(self) -> str:
         """One line for a person."""
         return (
             f"{self.force:.3g} N, on a contact of {CONTACT:g} N/m that is met with "
-            f"{self.limits.commanded_speed:.3g} m/s; {LARGEST_SHARE:g} times the limit is allowed"
+            f"{self.limits.commanded_speed:.3g} m/s; {self.limits.largest_impact:g} N is allowed"
         )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from palpate.errors import PalpateError
-from palpate.runtime.data import ArmSample, Command
+from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.spatial import ZERO, Vector, dot, norm
 
 MEMORY = 2.0
@@ -37,8 +37,8 @@ class FollowingError(PalpateError, RuntimeError):
 class Following(Protocol):
     """Compares commands with motion."""
 
-    def take(self, command: Command, arm: ArmSample) -> None:
-        """Take a command, and the state of the arm after it.
+    def take(self, command: Command, before: Observation, after: Sample) -> None:
+        """Take a command, what was observed when it was given, and the sample that the robot gave after it.
 
         Raises:
             FollowingError: The tip does not follow.
@@ -52,7 +52,7 @@ class AnyMotion:
     def __init__(self, period: float, first: ArmSample) -> None:
         """As of `CommandedMotion`."""
 
-    def take(self, command: Command, arm: ArmSample) -> None:
+    def take(self, command: Command, before: Observation, after: Sample) -> None:
         """See `Following`."""
 
 
@@ -75,14 +75,14 @@ class CommandedMotion:
         self._commanded: deque[Vector] = deque([ZERO], maxlen=max(1, round(LONGEST_DELAY / period)) + 1)
         self._moved: Vector = ZERO
 
-    def take(self, command: Command, arm: ArmSample) -> None:
+    def take(self, command: Command, before: Observation, after: Sample) -> None:
         """See `Following`."""
         keep, period, recent = self._keep, self._period, self._commanded
         u, v, w = command.velocity_base_tip
         a, b, c = recent[-1]
         recent.append((keep * a + period * u, keep * b + period * v, keep * c + period * w))
         x, y, z = self._position
-        self._position = p, q, r = arm.position_base_tip
+        self._position = p, q, r = after.arm.position_base_tip
         d, e, f = self._moved
         self._moved = (keep * d + p - x, keep * e + q - y, keep * f + r - z)
         a, b, c = recent[0]

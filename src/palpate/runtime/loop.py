@@ -233,7 +233,7 @@ class _Run:
         """Let the back end do a period; return whether it could."""
         try:
             self._take(self._backend.step(command))
-            self._following.take(command, self._sample.arm)
+            self._following.take(command, self._now, self._sample)
         except Exception as error:
             if self._trip_recorded:  # and now this: it ends the reaction
                 self._tell(self._time, Level.ERROR, "back end", type(error).__name__)

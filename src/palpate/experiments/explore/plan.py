@@ -32,6 +32,7 @@ from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
+from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE, MOST_FORCE, check_compression
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
@@ -48,7 +49,9 @@ from palpate.robots.robot import Robot
 from palpate.robots.task import Task
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
+from palpate.runtime.servo_following import ServoModel
 from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.truth import TruthSource
 from palpate.sim import Scene, SceneObject
@@ -98,6 +101,7 @@ class ExplorationPlan(PlanDefaults):
         task: What the robot is built for.
         touch_force: Force that counts as a touch [N].
         landing: How hard it presses.
+        servo: How the arm follows commands and gives way.
         wall: Bound on the force of hitting a wall during the sweep.
         identified: Result of pressing; None: the gain is made for the assumed stiffness.
     """
@@ -116,6 +120,7 @@ class ExplorationPlan(PlanDefaults):
     task: Task
     touch_force: float
     landing: LandingModel
+    servo: ServoModel
     wall: WallBound
     identified: IdentifiedForce | None = None
 
@@ -138,6 +143,11 @@ class ExplorationPlan(PlanDefaults):
     def longest_duration(self) -> float:
         """See `Plan`."""
         return self.scan.longest(self.effort) + SPARE_TIME
+
+    @property
+    def following(self) -> FollowingMaker:
+        """See `Plan`."""
+        return self.servo.following(self.limits.force)
 
     @property
     def profile(self) -> ForceProfile | None:
@@ -315,18 +325,19 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     plane = PathPlane((-x, -y, -z))
     limits, room = _limits(robot.file.limits, scan, plane, top, descent, _stopping(config, scan))
     fastest = max(_fastest(config), limits.commanded_speed - FASTEST_LANDING)
-    limits = limits.allowing(fastest + FASTEST_LANDING)
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
     check_push(config, ready.stiffness, ready.following_error_limit)
     check_speed("speed", config.speed, limits)
+    landing = ready.landing_model(config.stiffness)
+    most = _fastest(config) + FASTEST_LANDING
+    limits = limits_allowing(limits, f"speed = {_fastest(config):g} m/s", most, landing)
     scene = scene_of(ready.backend)
     if scene is not None:
         check_sliding(config, scene.pair)
     least = LEAST_FORCE * ready.touch_force
     check_least_force(config, least)
     sensing_delay = ready.finger.pipeline().delay
-    landing = ready.landing_model(config.stiffness)
     acceleration = _acceleration(config, scan)
     parameters = ExploreParameters(
         force=config.force,
@@ -361,6 +372,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
         task,
         ready.touch_force,
         landing,
+        ready.servo,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
     )
 

@@ -13,6 +13,7 @@ from palpate.experiments.friction.config import EXPONENT_SLIPS, LIBRARY_TEXT, Fr
 from palpate.experiments.friction.library import library_text
 from palpate.experiments.friction.strokes import RubRecorder
 from palpate.experiments.kit import DryRun, PlanDefaults
+from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
@@ -24,6 +25,7 @@ from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime.following import FollowingMaker
 from palpate.runtime.truth import TruthSource
 from palpate.sim.friction.law import FrictionLaw
 from palpate.viewing import ViewScene
@@ -91,6 +93,11 @@ class FrictionPlan(PlanDefaults):
     def fingers(self) -> tuple[FingerDescription, ...]:
         """For touch: one."""
         return (self.ready.finger,)
+
+    @property
+    def following(self) -> FollowingMaker:
+        """See `Plan`."""
+        return self.ready.servo.following(self.limits.force)
 
     @property
     def longest_duration(self) -> float:
@@ -191,7 +198,6 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
     check_force(loads[-1], loads[-1], limits)
     fastest = max((config.speed, *config.speeds))
     check_speed("speed", fastest, limits)
-    limits = limits.allowing(fastest + FASTEST_LANDING)
     turns = robot.file.backend.TURNS
     if config.fit_exponents and not turns:
         raise InvalidValueError(
@@ -208,6 +214,7 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
         )
     sensing_delay, period = ready.finger.pipeline().delay, ready.backend.period
     landing = ready.landing_model(config.stiffness)
+    limits = limits_allowing(limits, f"speed = {fastest:g} m/s", fastest + FASTEST_LANDING, landing)
     parameters = RubbingParameters(
         force_gain(landing.stiffness, landing.delay),
         tracking_delay(period, ready.lag, sensing_delay),

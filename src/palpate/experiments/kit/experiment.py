@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
+    from palpate.runtime.following import FollowingMaker
     from palpate.runtime.live import Change
     from palpate.runtime.shown_plan import PlanSource
     from palpate.runtime.truth import TruthSource
@@ -120,6 +121,11 @@ class Plan(Protocol):
         """Return the changes of live parameters that were asked for beforehand."""
         ...
 
+    @property
+    def following(self) -> "FollowingMaker":
+        """What compares the motion of the robot with its commands."""
+        ...
+
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
         """Return what keeps, every period, what `Experiment.found` needs besides record and truth.
 
@@ -159,6 +165,13 @@ class PlanDefaults:
     def changes(self) -> "Sequence[Change]":
         """Return none."""
         return ()
+
+    @property
+    def following(self) -> "FollowingMaker":
+        """Of any robot: nothing is known of its servos."""
+        from palpate.runtime.following import CommandedMotion
+
+        return CommandedMotion
 
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
         """Return none: record and truth suffice."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from palpate.controllers import ForceGain, LandingModel, force_gain
+from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
@@ -17,6 +18,7 @@ from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Backend, Controller, FingerDescription, Limits
+from palpate.runtime.following import FollowingMaker
 from palpate.sim import SceneObject, SeededSensor
 from palpate.sim.presets import EXPLORE
 from palpate.viewing import ViewScene
@@ -107,13 +109,18 @@ class OneFingerPlan(PlanDefaults):
         ready = build(robot, task)
         landing = ready.landing_model(stiffness)
         gain = force_gain(landing.stiffness, landing.delay)
-        limits = robot.file.limits.allowing(speed + gain.gain * force)
+        limits = limits_allowing(robot.file.limits, f"speed = {speed:g} m/s", speed + gain.gain * force, landing)
         return cls(config, robot, ready, landing, gain, control, limits, title, duration, figures, files)
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
         """See `Plan`."""
         return (self.ready.finger,)
+
+    @property
+    def following(self) -> FollowingMaker:
+        """See `Plan`."""
+        return self.ready.servo.following(self.limits.force)
 
     @property
     def longest_duration(self) -> float:

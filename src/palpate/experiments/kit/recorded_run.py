@@ -171,6 +171,7 @@ class RecordedRun:
             recorder=Recorder(self._memory, *sinks),
             live=live,
             observers=(*own, *observers),
+            following=plan.following,
         )
 
     def recorded(

@@ -2,17 +2,22 @@
 
 import math
 
+from palpate.controllers.landing import LandingModel
 from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.contact_checks import MOST_FORCE
 from palpate.experiments.kit.run_checks import LANDING_SHARE, check_force, check_speed
 from palpate.experiments.regulate.config import LARGEST_MOTION, RegulateConfig
-from palpate.experiments.regulate.landing import LIFT_SPEED
+from palpate.experiments.regulate.landing import FASTEST_LANDING
 from palpate.runtime import Limits
 
 FARTHEST_MOTION = 1.8 * LARGEST_MOTION
 """How far from its beginning a motion from a file may lead along x or y [m]: the plate ends after 0.1 m."""
+
+PUSH_SHARE = 1.25
+"""Of the force limit, that a push may reach by the model of a landing. A sensor that is dead is noticed later than
+one that shows the limit: with it all dead sensors kept to 1.5 (`benchmarks/dead_sensors.py`)."""
 
 
 def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) -> None:
@@ -40,16 +45,22 @@ def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) 
         )
 
 
-def fastest_commanded(config: RegulateConfig, motion: TangentMotion) -> float:
-    """Return the largest speed of the tip that the plan commands, where it may touch something [m/s]."""
-    still = config.motion == "still"
-    along = (
-        motion.fastest if isinstance(motion, PathTable | VelocityTable) else 0.0 if still else config.motion_speed
-    )
-    into = FASTEST_SURFACE  # as a force error or a surface that moves asks for
-    if config.surface == "sine":  # it is lifted away from, too
-        into += LIFT_SPEED + config.surface_speed
-    return math.hypot(along, into)
+def fastest_along(config: RegulateConfig, motion: TangentMotion) -> float:
+    """Return the largest speed of the motion along the surface [m/s]."""
+    if isinstance(motion, PathTable | VelocityTable):
+        return motion.fastest
+    return 0.0 if config.motion == "still" else config.motion_speed
+
+
+def fastest_push(config: RegulateConfig, along: float, limits: Limits, landing: LandingModel) -> float:
+    """Return with which speed a force error or a surface that moves may have the tip pushed at most [m/s].
+
+    Onto what stands still no faster than the force limit is kept with, were the sensor dead.
+    """
+    if config.surface == "sine":
+        return FASTEST_SURFACE
+    harmless = landing.fastest(limits.force, PUSH_SHARE * limits.force)
+    return min(FASTEST_SURFACE, math.sqrt(max(harmless**2 - along**2, FASTEST_LANDING**2)))
 
 
 def most_force(limits: Limits) -> float:

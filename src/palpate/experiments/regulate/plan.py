@@ -1,5 +1,6 @@
 """From a configuration to a regulation that can be carried out: everything is checked and built here."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
@@ -10,9 +11,9 @@ from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
-from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
@@ -20,7 +21,7 @@ from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.built import built
-from palpate.experiments.regulate.checks import check_limits, fastest_commanded, most_force
+from palpate.experiments.regulate.checks import check_limits, fastest_along, fastest_push, most_force
 from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
 from palpate.experiments.regulate.identified import Identified
 from palpate.experiments.regulate.landing import LIFT_SPEED, check_meeting, landing_model, landing_speed
@@ -38,6 +39,7 @@ from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
 from palpate.sim import MovingTarget, Target
 from palpate.sim.scene import OBJECT_GEOM
@@ -107,6 +109,11 @@ class RegulationPlan(PlanDefaults):
     def fingers(self) -> tuple[FingerDescription]:
         """For touch."""
         return (self.ready.finger,)
+
+    @property
+    def following(self) -> FollowingMaker:
+        """See `Plan`."""
+        return self.ready.servo.following(self.limits.force)
 
     @property
     def longest_duration(self) -> float:
@@ -238,9 +245,12 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
     duration = duration_of(config, profile)
     limits = robot.file.limits
     check_limits(config, motion, limits)
-    limits, lift = limits.allowing(fastest_commanded(config, motion)), min(LIFT_SPEED, limits.commanded_speed)
-    lift += config.surface_speed if config.surface == "sine" else 0.0
     ready = built(config, robot, target)
+    met = ready.landing_model(config.true_stiffness)
+    along = fastest_along(config, motion)
+    push, lift = fastest_push(config, along, limits, met), min(LIFT_SPEED, limits.commanded_speed)
+    limits = limits_allowing(limits, "motion_speed, surface", math.hypot(along, push), met)
+    lift += config.surface_speed if config.surface == "sine" else 0.0
     least = LEAST_FORCE * ready.touch_force
     if config.least < least * (1.0 - 1e-12):
         raise InvalidValueError(
@@ -274,7 +284,7 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
         # out of reach of what comes after it
         lift_distance=LIFT + travel_of(config),
         lift_speed=lift,
-        fastest_push=min(FASTEST_SURFACE, limits.commanded_speed),
+        fastest_push=min(push, limits.commanded_speed),
     )
     check_changes(config.change, live_regulation(parameters))
     before = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time

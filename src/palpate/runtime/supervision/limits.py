@@ -23,11 +23,15 @@ CONTACT_SPEED_PER_FORCE = 1e-3
 """[m/s per N of the force limit]: with it a tip on 8 kg and servos of 80 kN/m, a UR5e's, presses a contact of
 20 kN/m with 1.35 times the limit at most; `palpate robot check` says what another robot does."""
 
+LARGEST_SHARE = 1.5
+"""Of the force limit, with which something unexpected may be hit where nothing else is stated."""
+
 OLDEST_SAMPLE = 0.02
 """[s]: two and a half periods of the slowest arm in use (UR CB3, 125 Hz)."""
 
 _LARGEST = {
     "force": 1e4,
+    "impact_force": 1e4,
     "moment": 1e3,
     "spin_torque": 1e3,
     "grip_force": 1e4,
@@ -50,6 +54,9 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
     Attributes:
         force: Length of any finger's contact force [N].
+        impact_force: Largest force with which something unexpected may be hit after all delays, by the model
+            `palpate.controllers.LandingModel.largest_force` [N]: what sensor, tip and object bear. Plans and
+            limits that would exceed it are refused. None: `LARGEST_SHARE` times `force`.
         moment: Length of any finger's contact moment about the origin of its sensor frame [N m].
         spin_torque: Size of any finger's spin torque [N m].
         grip_force: Normal force of any finger of a hand, commanded and felt [N].
@@ -68,6 +75,7 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     """
 
     force: float = msgspec.field(name="force_N", default=20.0)
+    impact_force: float | None = msgspec.field(name="impact_force_N", default=None)
     moment: float = msgspec.field(name="moment_Nm", default=2.0)
     spin_torque: float = msgspec.field(name="spin_torque_Nm", default=1.0)
     grip_force: float = msgspec.field(name="grip_force_N", default=20.0)
@@ -98,6 +106,11 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
             raise InvalidValueError(
                 f"contact_speed_m_per_s = {self.contact_speed:g}: must be at most speed_m_per_s = {self.speed:g}"
             )
+        if self.impact_force is not None and self.impact_force < self.force:
+            raise InvalidValueError(
+                f"impact_force_N = {self.impact_force:g}: must be at least force_N = {self.force:g}, at which the "
+                "robot is only just stopped"
+            )
         for axis, lower, upper in zip("xyz", self.workspace_lower, self.workspace_upper, strict=True):
             if not lower < upper:
                 raise InvalidValueError(
@@ -115,6 +128,11 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
                     f"joint_lower_rad, joint {i + 1}, is {lower:g} and joint_upper_rad {upper:g}: must be the "
                     "smaller one"
                 )
+
+    @property
+    def largest_impact(self) -> float:
+        """Largest force with which something unexpected may be hit [N]."""
+        return LARGEST_SHARE * self.force if self.impact_force is None else self.impact_force
 
     @property
     def commanded_speed(self) -> float:
