@@ -77,6 +77,7 @@ class ServoFollowing:
         self._lead = max(0.0, servo.response - servo.lag)
         self._reference = self._position = first.position_base_tip
         self._velocity: Vector = ZERO
+        self._felt: Vector = ZERO
         self._late = max(TIMING * servo.response, CYCLES * period)
         self._speed = self._path = 0.0
 
@@ -87,13 +88,13 @@ class ServoFollowing:
             return
         felt = rotate(before.arm.rotation_base_tip, before.fingers[0].force)
         off = self._off(command.velocity_base_tip, felt, after.arm.position_base_tip, after.time - before.time)
-        stiffness, feels = self._servo.stiffness, norm(felt)
+        stiffness = self._servo.stiffness
         allowed = SHARE * self._limit + stiffness * (self._late * self._speed + SPEED_ERROR * self._path)
         push = stiffness * norm(off)
-        if push > allowed and _unexplained(stiffness, off, felt, feels) > allowed:
+        if push > allowed and _unexplained(stiffness, off, self._felt) > allowed:
             raise FollowingError(
                 f"the tip stands {1e3 * norm(off):.2g} mm beside where commands and felt force lead it, as if "
-                f"pushed with {push:.3g} N that its sensor does not feel (it shows {feels:.3g} N); the limit is "
+                f"pushed with {push:.3g} N that its sensor does not feel (it shows {norm(felt):.3g} N); the limit is "
                 f"{allowed:.3g} N; check the fingertip's sensor, and stiffness_N_per_m, response_s and lag_s of the "
                 "arm in the robot file"
             )
@@ -102,6 +103,8 @@ class ServoFollowing:
         """Move the model on by a time [s]; return where the tip is from it [m]."""
         rate, lead, stiffness = self._rate, self._lead, self._servo.stiffness
         decay, forget = math.exp(-rate * time), min(1.0, time / MEMORY)
+        faded = scale(1.0 - forget, self._felt)  # by which the model was drawn aside, too
+        self._felt = felt if dot(felt, felt) >= dot(faded, faded) else faded
         speed = norm(commanded)
         self._speed = max(speed, self._speed * (1.0 - min(1.0, time / SETTLED)))
         self._path += speed * time - forget * self._path
@@ -115,8 +118,9 @@ class ServoFollowing:
         return off
 
 
-def _unexplained(stiffness: float, off: Vector, felt: Vector, feels: float) -> float:
+def _unexplained(stiffness: float, off: Vector, felt: Vector) -> float:
     """What an arm gives way by that differences of its stiffness do not explain, as a force [N]."""
+    feels = norm(felt)
     along = abs(dot(off, felt)) / feels if feels > 0.0 else 0.0
     across = math.sqrt(max(0.0, dot(off, off) - along * along))
     return math.hypot(max(0.0, stiffness * along - ALONG * feels), max(0.0, stiffness * across - ACROSS * feels))
