@@ -2,10 +2,10 @@
 
     python benchmarks/dead_sensors.py [--quick] [--robot stage]
 
-A regulation of 2 N on a plate of 20 kN/m, with force limits of 10 and 20 N. The fingertip's sensor dies before or
-during the approach, or in contact, and reports a constant, zeros, noise alone, or a tenth of the force; or one axis
-is dead. Asked: the largest true force is at most 1.5 times the limit, and what one period at the measured speed adds.
-Ends with 1 if one is larger.
+A regulation of 2 N on a plate of 20 kN/m, with force limits of 10 and 20 N. The fingertip's sensor dies before
+or during the approach, or in contact, and reports a constant, zeros, noise alone, or a tenth of the force; or one
+axis is dead. Asked: the largest true force is at most 1.5 times the limit, and what one period at the measured
+speed adds. Ends with 1 if one is larger.
 """
 
 import argparse

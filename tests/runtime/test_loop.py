@@ -358,6 +358,9 @@ def test_an_arm_that_follows_no_command_is_stopped_by_name_within_the_stated_tim
     assert stated <= result.trip.time <= forgotten + 2 * PERIOD
 
 
+NOW = touch().sense(sample())
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.02, 0.1])
 @pytest.mark.parametrize("share", [0.2, 1.0, 1.5])
 def test_an_arm_that_follows_late_or_slowed_down_goes_on(delay, share):
@@ -367,12 +370,12 @@ def test_an_arm_that_follows_late_or_slowed_down_goes_on(delay, share):
         velocity = 0.1 * math.sin(2.0 * PERIOD * k)
         late.append(velocity)
         position += share * PERIOD * late.popleft()
-        arm.take(Command((velocity, 0.0, 0.0)), sample(position=(position, 0.0, 0.0)).arm)
+        arm.take(Command((velocity, 0.0, 0.0)), NOW, sample(position=(position, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("turned", [(0.0, 1.0), (-1.0, 0.0)])
 def test_an_arm_that_goes_elsewhere_than_commanded_is_found(turned):
     arm = CommandedMotion(PERIOD, sample().arm)
-    states = [sample(position=(2e-5 * k * turned[0], 2e-5 * k * turned[1], 0.0)).arm for k in range(1, 1000)]
+    states = [sample(position=(2e-5 * k * turned[0], 2e-5 * k * turned[1], 0.0)) for k in range(1, 1000)]
     with pytest.raises(FollowingError, match="another frame"):
-        all(arm.take(Command((0.02, 0.0, 0.0)), state) is None for state in states)
+        all(arm.take(Command((0.02, 0.0, 0.0)), NOW, state) is None for state in states)

@@ -13,12 +13,13 @@ from hypothesis import strategies as st
 
 from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
-from palpate.robots.impact_force import LARGEST_SHARE, ImpactForce
+from palpate.robots.impact_force import ImpactForce
 from palpate.robots.in_scene import impact_force, over_a_plate
 from palpate.robots.robot import load_robot, shipped_robots
 from palpate.runtime import Limits, Supervisor, Touch, run
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.result import Ending
+from palpate.runtime.supervision.limits import LARGEST_SHARE
 from palpate.spatial import ZERO, norm, toward
 from support.emulated_file import unhurried_file
 

@@ -15,14 +15,14 @@ from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, sc
 
 SHARE = 0.35
 """Of the force limit, that may push an arm and is not felt. The true force may be twice as large: a tip that
-friction holds sideways gives way less than by its stiffness, and a servo gives way later than a contact presses."""
+friction holds sideways gives way less than by its stiffness, and servos give way later than a contact presses."""
 
 ALONG, ACROSS = 0.5, 1.5
 """Of the felt force, by which an arm may give way otherwise along it and across it: its stiffness differs by
 direction. A sensor that shows two thirds or more is not found."""
 
 TIMING, CYCLES = 0.2, 3.0
-"""Share of its response, or control periods if they are more, by which an arm may be late or early: wires, clocks."""
+"""Share of its response, or control periods if they are more, by which an arm may be late or early."""
 
 SPEED_ERROR = 0.01
 """Of the path, which an arm may go too far or not."""
@@ -94,9 +94,9 @@ class ServoFollowing:
         if push > allowed and _unexplained(stiffness, off, self._felt) > allowed:
             raise FollowingError(
                 f"the tip stands {1e3 * norm(off):.2g} mm beside where commands and felt force lead it, as if "
-                f"pushed with {push:.3g} N that its sensor does not feel (it shows {norm(felt):.3g} N); the limit is "
-                f"{allowed:.3g} N; check the fingertip's sensor, and stiffness_N_per_m, response_s and lag_s of the "
-                "arm in the robot file"
+                f"pushed with {push:.3g} N that its sensor does not feel (it shows {norm(felt):.3g} N); the limit "
+                f"is {allowed:.3g} N; check the fingertip's sensor, and stiffness_N_per_m, response_s and lag_s "
+                "of the arm in the robot file"
             )
 
     def _off(self, commanded: Vector, felt: Vector, position: Vector, time: float) -> Vector:
