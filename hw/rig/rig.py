@@ -300,10 +300,14 @@ class Rig(Closing):
         )
         return Sample(
             now - begin,
-            replace(arm, time=min(arm.time, now) - begin),
+            replace(arm, time=min(arm.time, now) - begin, tip_force_base=self._second_channel(arm)),
             wrenches,
             None if hand is None else replace(hand, time=min(hand.time, now) - begin),
         )
+
+    def _second_channel(self, arm: ArmSample) -> Vector | None:
+        """The arm's own force, where it is not the fingertip's sensor by another name."""
+        return None if any(finger.in_arm for finger in self.fingers) else arm.tip_force_base
 
     def _standing(self) -> ArmSample:
         pose = self.settings.pose_base_tip

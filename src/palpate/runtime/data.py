@@ -28,7 +28,7 @@ class ArmSample:
         angular_velocity_base_tip: Of the tip frame, in base coordinates [rad/s].
         tip_force_base: What the surroundings exert on all that the flange carries, in base coordinates, weight
             taken off [N], as the arm itself measures it with a sensor in its flange or its motors: a second
-            channel beside the fingertip's sensor. None if the arm does not report it.
+            channel beside the fingertip's sensor. None if the arm does not report it, or has no other sensor.
     """
 
     time: float

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from palpate.errors import not_negative, positive
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.following import CommandedMotion, Following, FollowingError, FollowingMaker
-from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Vector, dot, norm
 
 SHARE = 0.35
 """Of the force limit, that may push an arm and is not felt. The true force may be twice as large: a tip that
@@ -72,11 +72,8 @@ class ServoFollowing:
 
     def __init__(self, servo: ServoModel, limit: float, period: float, plain: Following, first: ArmSample) -> None:
         """Begin at rest, with the force limit [N], the control period [s], and what judges motion alone."""
-        self._servo, self._limit, self._plain = servo, limit, plain
-        self._rate = 2.0 / servo.response
-        self._lead = max(0.0, servo.response - servo.lag)
-        self._reference = self._position = first.position_base_tip
-        self._velocity: Vector = ZERO
+        self._servo, self._allowed, self._plain = servo, SHARE * limit / servo.stiffness, plain
+        self._axes = tuple(_Axis(servo, x) for x in first.position_base_tip)
         self._felt: Vector = ZERO
         self._late = max(TIMING * servo.response, CYCLES * period)
         self._speed = self._path = 0.0
@@ -86,35 +83,66 @@ class ServoFollowing:
         self._plain.take(command, before, after)
         if len(before.fingers) != 1 or before.hand is not None:
             return
-        felt = rotate(before.arm.rotation_base_tip, before.fingers[0].force)
-        off = self._off(command.velocity_base_tip, felt, after.arm.position_base_tip, after.time - before.time)
+        (a, b, c), (d, e, f), (g, h, i) = before.arm.rotation_base_tip
+        x, y, z, _, _, _ = before.fingers[0].wrench
+        felt = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        u, v, w = command.velocity_base_tip
+        p, q, r = after.arm.position_base_tip
+        time, (first, second, third) = after.time - before.time, self._axes
+        forget, decay = min(1.0, time / MEMORY), first.decay(time)
+        off = (
+            first.off(time, decay, forget, u, felt[0], p),
+            second.off(time, decay, forget, v, felt[1], q),
+            third.off(time, decay, forget, w, felt[2], r),
+        )
+        k, m, n = self._felt  # by it the model was drawn aside, too
+        k, m, n = k - forget * k, m - forget * m, n - forget * n
+        self._felt = felt if math.hypot(*felt) >= math.hypot(k, m, n) else (k, m, n)
+        speed, kept = math.hypot(u, v, w), self._speed * (1.0 - min(1.0, time / SETTLED))
+        self._speed = kept if kept > speed else speed
+        self._path += speed * time - forget * self._path
+        allowed = self._allowed + self._late * self._speed + SPEED_ERROR * self._path
+        if math.hypot(*off) > allowed:
+            self._judge(off, felt, allowed)
+
+    def _judge(self, off: Vector, felt: Vector, allowed: float) -> None:
         stiffness = self._servo.stiffness
-        allowed = SHARE * self._limit + stiffness * (self._late * self._speed + SPEED_ERROR * self._path)
-        push = stiffness * norm(off)
-        if push > allowed and _unexplained(stiffness, off, self._felt) > allowed:
+        if _unexplained(stiffness, off, self._felt) > stiffness * allowed:
             raise FollowingError(
                 f"the tip stands {1e3 * norm(off):.2g} mm beside where commands and felt force lead it, as if "
-                f"pushed with {push:.3g} N that its sensor does not feel (it shows {norm(felt):.3g} N); the limit "
-                f"is {allowed:.3g} N; check the fingertip's sensor, and stiffness_N_per_m, response_s and lag_s "
-                "of the arm in the robot file"
+                f"pushed with {stiffness * norm(off):.3g} N that its sensor does not feel (it shows "
+                f"{norm(felt):.3g} N); the limit is {stiffness * allowed:.3g} N; check the fingertip's sensor, "
+                "and stiffness_N_per_m, response_s and lag_s of the arm in the robot file"
             )
 
-    def _off(self, commanded: Vector, felt: Vector, position: Vector, time: float) -> Vector:
+
+class _Axis:
+    """A servo's model along one axis of the base frame."""
+
+    def __init__(self, servo: ServoModel, position: float) -> None:
+        self._rate, self._compliance = 2.0 / servo.response, 1.0 / servo.stiffness
+        self._lead = max(0.0, servo.response - servo.lag)
+        self._reference = self._position = position
+        self._velocity = 0.0
+
+    def decay(self, time: float) -> float:
+        """Return by how much a deviation shrinks in a time [s]."""
+        return math.exp(-self._rate * time)
+
+    def off(
+        self, time: float, decay: float, forget: float, commanded: float, felt: float, position: float
+    ) -> float:
         """Move the model on by a time [s]; return where the tip is from it [m]."""
-        rate, lead, stiffness = self._rate, self._lead, self._servo.stiffness
-        decay, forget = math.exp(-rate * time), min(1.0, time / MEMORY)
-        faded = scale(1.0 - forget, self._felt)  # by which the model was drawn aside, too
-        self._felt = felt if dot(felt, felt) >= dot(faded, faded) else faded
-        speed = norm(commanded)
-        self._speed = max(speed, self._speed * (1.0 - min(1.0, time / SETTLED)))
-        self._path += speed * time - forget * self._path
-        goal = add(add_scaled(self._reference, 0.5 * time + lead, commanded), scale(1.0 / stiffness, felt))
-        y, v = subtract(self._position, goal), self._velocity  # goal: the mean of this period
-        modelled = add(goal, scale(decay, add_scaled(scale(1.0 + rate * time, y), time, v)))
-        self._velocity = scale(decay, add_scaled(scale(1.0 - rate * time, v), -rate * rate * time, y))
-        off = subtract(position, modelled)
-        self._position = add_scaled(modelled, forget, off)
-        self._reference = add_scaled(add_scaled(self._reference, time, commanded), forget, off)
+        v, turned = self._velocity, self._rate * time
+        goal = (
+            self._reference + (0.5 * time + self._lead) * commanded + self._compliance * felt
+        )  # the period's mean
+        y = self._position - goal
+        self._velocity = decay * (v - turned * (v + self._rate * y))
+        modelled = goal + decay * (y + turned * y + time * v)
+        off = position - modelled
+        self._position = modelled + forget * off
+        self._reference += time * commanded + forget * off
         return off
 
 
