@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow  # they look at runs that take seconds
 
 @functools.cache
 def exploration(name):
-    return explore(ExploreConfig(object=name, speed=0.08, width=0.03, depth=0.03, spacing=0.006))
+    return explore(ExploreConfig(object=name, speed=0.05, width=0.03, depth=0.03, spacing=0.006))
 
 
 def figures(report):

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from palpate.runtime.data import Command
 from palpate.runtime.following import AnyMotion, FollowingError
-from palpate.runtime.servo_following import CYCLES, SHARE, TIMING, ServoFollowing, ServoModel
+from palpate.runtime.servo_following import CYCLES, SHARE, TIMING, PositionServo, ServoFollowing
 from runtime.puppets import PERIOD, sample, touch
 
 LIMIT, STEPS = 20.0, 20
 NOW = touch().sense(sample())
-SERVO = ServoModel(5e4, 0.02, 0.02)
+SERVO = PositionServo(5e4, 0.02, 0.02)
 
 
 def felt(time, force):
@@ -55,7 +55,7 @@ def driven(servo, velocities, push, gain, late=0):
 @settings(max_examples=15)
 def test_an_arm_as_described_passes_whatever_is_commanded_and_felt(seed, stiffness, response, fed_forward):
     rng = random.Random(seed)
-    servo = ServoModel(stiffness, response, 0.0 if fed_forward else response)
+    servo = PositionServo(stiffness, response, 0.0 if fed_forward else response)
     late = rng.randint(0, int(max(TIMING * response, CYCLES * PERIOD) / PERIOD) - 1)
     velocities = [v for _ in range(6) for v in [rng.uniform(-0.05, 0.05)] * 150]
     level = rng.uniform(0.0, LIMIT)

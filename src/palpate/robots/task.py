@@ -7,7 +7,7 @@ from palpate.controllers import LandingModel, series_stiffness, tracking_delay
 from palpate.controllers.landing import moved_mass
 from palpate.robots.surface_entries import SurfaceKind
 from palpate.runtime import Backend, FingerDescription
-from palpate.runtime.servo_following import ServoModel
+from palpate.runtime.servo_following import PositionServo
 from palpate.sensing.solver import Surface
 from palpate.sim import ContactLaw, SceneObject, SeededSensor, Target
 from palpate.sim.friction.law import FrictionLaw
@@ -81,6 +81,6 @@ class RobotInScene:
         )
 
     @property
-    def servo(self) -> ServoModel:
+    def servo(self) -> PositionServo:
         """How it follows commands and gives way."""
-        return ServoModel(self.stiffness, self.response, self.lag)
+        return PositionServo(self.stiffness, self.response, self.lag)

@@ -36,7 +36,7 @@ push that grows by less than `SHARE` of the limit in this time is not found."""
 
 
 @dataclass(frozen=True, slots=True)
-class ServoModel:
+class PositionServo:
     """A critically damped position servo, alike in all directions.
 
     Attributes:
@@ -68,9 +68,11 @@ class ServoModel:
 
 
 class ServoFollowing:
-    """Compares where one finger's tip is with where commands and felt force should have led it: a `Following`."""
+    """Compares where a finger's tip is with where commands and felt force should have led it: a `Following`."""
 
-    def __init__(self, servo: ServoModel, limit: float, period: float, plain: Following, first: ArmSample) -> None:
+    def __init__(
+        self, servo: PositionServo, limit: float, period: float, plain: Following, first: ArmSample
+    ) -> None:
         """Begin at rest, with the force limit [N], the control period [s], and what judges motion alone."""
         self._servo, self._allowed, self._plain = servo, SHARE * limit / servo.stiffness, plain
         self._axes = tuple(_Axis(servo, x) for x in first.position_base_tip)
@@ -119,7 +121,7 @@ class ServoFollowing:
 class _Axis:
     """A servo's model along one axis of the base frame."""
 
-    def __init__(self, servo: ServoModel, position: float) -> None:
+    def __init__(self, servo: PositionServo, position: float) -> None:
         self._rate, self._compliance = 2.0 / servo.response, 1.0 / servo.stiffness
         self._lead = max(0.0, servo.response - servo.lag)
         self._reference = self._position = position

@@ -51,7 +51,7 @@ from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
-from palpate.runtime.servo_following import ServoModel
+from palpate.runtime.servo_following import PositionServo
 from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.truth import TruthSource
 from palpate.sim import Scene, SceneObject
@@ -120,7 +120,7 @@ class ExplorationPlan(PlanDefaults):
     task: Task
     touch_force: float
     landing: LandingModel
-    servo: ServoModel
+    servo: PositionServo
     wall: WallBound
     identified: IdentifiedForce | None = None
 
