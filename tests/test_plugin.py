@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from support.installed_plugin import installed
+from support.installed_plugin import InstalledPlugin
 
 ROOT = Path(__file__).parents[1]
 PLUGIN = ROOT / "examples" / "plugin"
@@ -21,7 +21,7 @@ SHORT = ("--strokes", "1", "--length", "0.008")
 @pytest.fixture(scope="module")
 def palpate(tmp_path_factory):
     """The command as whoever has installed the plug-in types it, in a folder of its own."""
-    return installed(PLUGIN, tmp_path_factory)
+    return InstalledPlugin(PLUGIN, tmp_path_factory)
 
 
 def test_its_name_and_its_options_are_shown(palpate):

@@ -10,7 +10,7 @@ import pytest
 from palpate.hw.ft_stream import StreamSettings
 from palpate.hw.serial_ft import SerialSensor
 from palpate.testing import check_arm, check_sensor
-from support.installed_plugin import installed
+from support.installed_plugin import InstalledPlugin
 from support.ur_wire_sessions import own_address
 
 CELL = Path(__file__).parents[1] / "examples" / "plugin_cell"
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.xdist_group("wire")
 
 @pytest.fixture(scope="module")
 def palpate(tmp_path_factory):
-    typed = installed(CELL, tmp_path_factory)
+    typed = InstalledPlugin(CELL, tmp_path_factory)
     text = (CELL / "bench.yaml").read_text().replace("127.0.0.40", own_address(90))
     for before, after in (*PATIENT, ("/tmp/bench-box", str(typed.folder / "box"))):
         assert before in text
@@ -51,7 +51,7 @@ def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpat
 def test_its_arm_and_its_sensor_conform(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(CELL))
     arm, box = (importlib.import_module(f"palpate_bench.{name}") for name in ("arm", "box"))
-    emulator = palpate("emulate", "robot", "bench.yaml", begun=True)
+    emulator = palpate.begun("emulate", "robot", "bench.yaml")
     try:
         while "Runs until" not in (line := emulator.stdout.readline()):
             assert line, "it ended"
@@ -65,7 +65,7 @@ def test_its_arm_and_its_sensor_conform(palpate, monkeypatch):
 
 @pytest.mark.slow
 def test_its_devices_are_emulated_examined_recovered_and_used(palpate):
-    emulator = palpate("emulate", "robot", "bench.yaml", begun=True)
+    emulator = palpate.begun("emulate", "robot", "bench.yaml")
     try:
         while "Runs until" not in (line := emulator.stdout.readline()):
             assert line, "it ended"
