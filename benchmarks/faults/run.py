@@ -48,7 +48,7 @@ def main(explanation: str | None = None) -> int:
         if asked.search:
             from faults.search import searched
 
-            return searched(asked.search, asked.seed, workshop)
+            return searched(asked.search, asked.seed)
         task = bar.add_task("faults", total=len(kinds) * asked.moments)
         until = time.monotonic() + asked.seconds
         try:

@@ -18,6 +18,7 @@ from palpate.kinematics.pose import Pose, times
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
+from palpate.runtime.stopping import Stopping, stopping_of
 from palpate.runtime.urgency import urgent_threads
 from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add, rotate_back
@@ -149,6 +150,10 @@ class Rig(Closing):
         """Return what stops arm and hand; none if one of them states nothing."""
         each = [watchdogs_of(device) for device in (self.arm, self.hand) if device is not None]
         return tuple(watchdog for found in each for watchdog in found) if all(each) else ()
+
+    def stopping(self) -> Stopping:
+        """See `StoppingSource`."""
+        return stopping_of(self.arm)
 
     def arm_alone(self) -> Sample:
         """See `ArmSource`.

@@ -24,6 +24,7 @@ from palpate.hw.ur.support import refuse_unsupported
 from palpate.hw.ur.version import Version, has_flange_sensor
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
 from palpate.runtime.data import ArmSample
+from palpate.runtime.stopping import Stopping
 from palpate.runtime.watchdog import DeviceWatchdog
 from palpate.spatial import Vector
 
@@ -105,6 +106,10 @@ class UrArm:
         settings = self.settings
         within = STAGES * settings.watchdog + settings.speed / settings.deceleration
         return (DeviceWatchdog(self.name, "is stopped by its controller", within, CHECK),)
+
+    def stopping(self) -> Stopping:
+        """See `StoppingSource`: it follows a velocity of zero as any other."""
+        return Stopping(deceleration=self.settings.acceleration)
 
     # To begin and to end
 

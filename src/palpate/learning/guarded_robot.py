@@ -8,6 +8,7 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.standstill_check import LONGEST_STOP, REST_SPEED
+from palpate.runtime.stopping import stopping_of
 from palpate.runtime.supervision import Trip
 from palpate.spatial import ZERO, Vector, norm, toward
 
@@ -73,7 +74,7 @@ class GuardedRobot(Closing):
         """
         self._episode.close()
         self._supervisor.reset()
-        self._supervisor.start(self.backend.period)
+        self._supervisor.start(self.backend.period, stopping_of(self.backend))
         sample = self.backend.start()
         self._touch.start()
         self._velocity = ZERO

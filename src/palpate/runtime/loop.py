@@ -17,6 +17,7 @@ from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.rest import REST, WATCHDOG, ArmSource, RestState, RobotRest
 from palpate.runtime.result import Ending, RunResult
 from palpate.runtime.standstill_check import LONGEST_STOP, StandstillCheck
+from palpate.runtime.stopping import stopping_of
 from palpate.runtime.supervision import Supervisor
 from palpate.runtime.times import Times
 from palpate.runtime.timing import RunTiming, oldest_age
@@ -77,7 +78,7 @@ def run(
     """
     positive("duration", duration, "s")
     supervisor = supervisor or Supervisor()
-    supervisor.start(backend.period)
+    supervisor.start(backend.period, stopping_of(backend))
     with stop_requests() as stop:
         one = _Run(backend, touch, controller, supervisor, recorder, live, observers, following, stop)
         try:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from palpate.errors import LatchedError, OverrunError, positive
 from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.stopping import Stopping
 from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.command_conditions import (
     CommandCondition,
@@ -27,6 +28,7 @@ from palpate.runtime.supervision.motion_check import MotionCheck
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
 from palpate.runtime.supervision.run_guards import guards_of
 from palpate.runtime.supervision.sliding_check import SlidingCheck
+from palpate.runtime.supervision.workspace_check import WorkspaceCheck
 from palpate.spatial import ZERO, Vector, norm, scale, toward
 
 LONGEST_REACTION = 10.0
@@ -62,7 +64,7 @@ class Supervisor:
         self.limits = limits or Limits()
         self.guards = (*guards_of(self.limits), *guards)
         self._command_conditions: tuple[CommandCondition, ...] = (WellFormed(),)
-        self._period = math.inf
+        self._period, self._stopping = math.inf, Stopping()
         self.reset()
 
     def reset(self) -> None:
@@ -73,8 +75,12 @@ class Supervisor:
         self._grip: Grip = None
         self._forget()
 
-    def start(self, period: float) -> None:
-        """Begin a run with a control period [s].
+    def start(self, period: float, stopping: Stopping | None = None) -> None:
+        """Begin a run.
+
+        Args:
+            period: Of control [s].
+            stopping: How the tip comes to rest; None: the default.
 
         Raises:
             LatchedError: It tripped before and was not reset.
@@ -82,6 +88,7 @@ class Supervisor:
         if self.trip is not None:
             raise LatchedError(f"the supervisor has tripped ({self.trip}): see to it, then call its reset()")
         limits, self._period = self.limits, positive("period", period, "s")
+        self._stopping = stopping or Stopping()
         self._command_conditions = (
             WellFormed(),
             CommandedSpeed(limits.speed),
@@ -103,6 +110,7 @@ class Supervisor:
         self._aftermath: Aftermath | None = None
         self._directions, self._motion, self._sliding = DirectionCheck(self._period), MotionCheck(), SlidingCheck()
         self._contact_speed = ContactSpeedCheck(self.limits)
+        self._workspace = WorkspaceCheck(self.limits, self._stopping)
         self._forces = ForceComparison(self.limits.force)
         self._commanded: Vector = ZERO
 
@@ -140,7 +148,9 @@ class Supervisor:
         if self.trip is None:
             finding = self._objection(now, command)
             if finding is not None:
-                self._trip(now.time, finding._replace(cause=Cause.CONTROLLER), (Stop(),))
+                if finding.cause is Cause.OTHER:
+                    finding = finding._replace(cause=Cause.CONTROLLER)
+                self._trip(now.time, finding, (Stop(),))
                 return self.react(now)
             velocity = command.velocity_base_tip
             if type(velocity) is not tuple:  # an array that its owner may fill again
@@ -165,7 +175,7 @@ class Supervisor:
             finding = condition.broken(command, self._last)
             if finding is not None:
                 return finding
-        return self._contact_speed.broken(now, command)
+        return self._contact_speed.broken(now, command) or self._workspace.broken(now, command.velocity_base_tip)
 
     def react(self, now: Observation) -> Command:
         """Return what is done after a trip."""
@@ -181,6 +191,9 @@ class Supervisor:
             command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
                 objection = self._directions.objection(command, now, self._aftermath)
+                outside = self._workspace.broken(now, command.velocity_base_tip)
+                if outside is not None:
+                    objection = _ended_because(outside)
                 if not objection:
                     self._commanded = command.velocity_base_tip
                     return command
@@ -203,7 +216,7 @@ class Supervisor:
                     continue
                 finding = guard.condition.broken(now, self._before)
                 if finding is not None:
-                    self._finish(aftermath, f"ended because {finding.measure} was {finding.value}")
+                    self._finish(aftermath, _ended_because(finding))
                     return
 
     def _finish(self, aftermath: Aftermath, why: str = "") -> None:
@@ -248,6 +261,11 @@ class Supervisor:
 
     def _broken(self, now: Observation, before: Observation | None) -> frozenset[int]:
         return frozenset(i for i, guard in enumerate(self.guards) if guard.condition.broken(now, before))
+
+
+def _ended_because(finding: Violation) -> str:
+    """Return why a reaction was over before its end."""
+    return f"ended because {finding.measure} was {finding.value}"
 
 
 def _cause_of(source: str, error: Exception) -> Cause:
