@@ -1,4 +1,4 @@
-"""A simulated hand that is commanded any grip within its limit, opens, closes and shakes: how hard it truly grips."""
+"""A simulated hand that is commanded any grip within its limit, and shaken: how hard it truly grips."""
 
 import math
 from collections.abc import Mapping

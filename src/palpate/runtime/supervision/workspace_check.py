@@ -13,8 +13,8 @@ from palpate.spatial import Vector, add_scaled, norm
 class WorkspaceCheck:
     """Compares where the tip would come to rest, if it were stopped now, with the workspace.
 
-    On each axis it goes on with the commanded velocity or the measured one, whichever leads farther out: a tip that
-    was turned off its path still goes on along it.
+    On each axis it goes on with the commanded velocity or the measured one, whichever leads farther out: a tip
+    that was turned off its path still goes on along it.
     """
 
     def __init__(self, limits: Limits, stopping: Stopping) -> None:
