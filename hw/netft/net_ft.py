@@ -145,26 +145,27 @@ class RdtLink:
             return None
         sequence, sample, status, fx, fy, fz, tx, ty, tz = RECORD.unpack_from(data)
         begun = self._begun
-        asked, passed = self._asked, (sample - self._sample) % MODULUS
-        echo = asked is not None and sequence < self._sequence and 0 < passed < MODULUS // 2
-        if echo:  # counted from the last record on, and from those that a pause of the box left out
+        passed = (sample - self._sample) % MODULUS
+        again = sequence <= self._sequence and 0 < passed < MODULUS // 2  # each request makes it count anew
+        if again:  # counted from the last record on, and from those that a pause of the box left out
             paused = max(int(passed / self._per_record) - 1 - sequence, 0)
             begun = (begun + self._sequence + paused) % MODULUS
         step, advance = self._succession.judge(((begun + sequence) % MODULUS, sample), arrival)
         if step is Step.NEXT:
-            if not echo:  # how many were lost as the box began to count anew nobody knows
+            if not again:  # how many were lost as the box began to count anew nobody knows
                 self._counts.lost += advance - 1
                 self._per_record = passed / advance
         elif step is Step.ANEW:
             # whatever comes first to a new socket was sampled after the first request
-            echo, passed = not self._counts.restarts, 0
+            again, passed = not self._counts.restarts, 0
             self._clock.restart()
             self._requested = -math.inf
         else:
             return None
         self._begun, self._sequence, self._sample = begun, sequence, sample
         self._samples += passed
-        if echo and asked is not None:
+        asked = self._asked
+        if again and asked is not None:
             self._asked = None
             self._clock.prove((RoundTrip(self._samples, asked, arrival),))
         force, moment = self._scales.force, self._scales.moment

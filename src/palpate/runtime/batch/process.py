@@ -1,6 +1,7 @@
 """The parent's hold on one worker process."""
 
 import os
+import pickle
 import signal
 import time
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from joblib.externals.loky.backend import get_context
 
 from palpate.interruption import SIGNALS
 from palpate.one_thread import ONE_THREAD
+from palpate.parent_death import serve_until_orphaned
 from palpate.runtime.batch.worker import STOP, Message, serve
 
 JOIN_TIMEOUT = 5.0
@@ -62,7 +64,10 @@ class WorkerProcess:
         self._speaks = False
         # sets of strings are then iterated alike in every worker
         seed = {} if os.environ.get("PYTHONHASHSEED", "").isdecimal() else {"PYTHONHASHSEED": "0"}
-        self._process = get_context("loky").Process(target=serve, args=(self._theirs, work), env=ONE_THREAD | seed)
+        arguments = (os.getpid(), pickle.dumps(serve), self._theirs, work)
+        self._process = get_context("loky").Process(
+            target=serve_until_orphaned, args=arguments, env=ONE_THREAD | seed
+        )
 
     def start(self) -> None:
         """Start it.
