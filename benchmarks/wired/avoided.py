@@ -13,6 +13,7 @@ from time import monotonic, sleep
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.ur import FlangePayload, ForceTask
+from palpate.hw.ur.echo import REGISTER
 from palpate.kinematics.pose import Pose
 from palpate.runtime.real_time import RealTime
 from palpate.spatial import ZERO
@@ -71,10 +72,11 @@ def never_sent(*ids: int) -> Callable[[Cell], str]:
 
 
 def upper_registers_unused(cell: Cell) -> str:
-    """No register from 24 on is written, and commands are followed (row 8)."""
+    """No register from 24 on is written, but for the echoed one, and commands are followed (row 8)."""
     commands_sent(cell)
     lines = " ".join(cell.emulator.control.log(ARM))
-    used = {int(i) for i in re.findall(r"input_(?:int|double)_register_(\d+)=", lines)}
+    written = re.findall(r"(input_(?:int|double)_register_(\d+))=", lines)
+    used = {int(i) for name, i in written if name != REGISTER}
     upper = sorted(i for i in used if i >= 24)
     return f"registers {upper} were written" if upper or not used else ""
 

@@ -1,6 +1,7 @@
 """The client process, with a made-up library in it: whatever becomes of it, the arm's process lives on."""
 
 import contextlib
+import math
 import os
 import signal
 import subprocess
@@ -220,6 +221,15 @@ def test_who_stands_still_is_blamed(tmp_path, monkeypatch, beat, message):
         monkeypatch.setattr(arm._client, "status", lambda: late)
         with pytest.raises(DeviceError, match=message):
             arm.read()
+
+
+def test_a_state_that_comes_just_as_it_is_found_to_be_late_is_believed(tmp_path, monkeypatch):
+    """It was refused, as "11 ms old; the limit is 800 ms"."""
+    with arm_on(tmp_path) as arm:
+        whole = arm._client.exchange.status()
+        late = replace(whole, sampled=whole.sampled - 2.0 * arm.settings.stale_after, beat=math.inf)
+        monkeypatch.setattr(arm._client, "status", lambda: late)
+        assert arm.read().time > late.sampled
 
 
 @pytest.mark.slow
