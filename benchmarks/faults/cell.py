@@ -83,7 +83,7 @@ class EmulatedCell:
             arm.stop()
 
     def well(self) -> None:
-        """End all faults and stops, and what the last run pressed on: a rig that is tared then feels too little."""
+        """End all faults, stops and contacts: what is tared while it presses feels too little later."""
         control = self.emulator.control
         for fault in ("protective_stop", "e_stop", "stall_stream", "late_start", "short_data"):
             control.fault("ur", fault, 0.0)

@@ -35,9 +35,9 @@ WATCHDOG = 1.0
 REST_WITHIN = WATCHDOG + 0.5
 """[s] for the arm to rest after a command is gone."""
 
-GONE_WITHIN = 25.0
-"""[s] for processes to end after their parent: a client process stops the arm and ends the script first, and a
-sweep's worker that is still importing looks only then, on a busy computer for 20 s."""
+GONE_WITHIN = 15.0
+"""[s] for processes to end after their parent: a client process stops the arm and ends the script first, and what
+still starts looks once it has, on a busy computer after seconds."""
 
 ENDS_WITHIN = 60.0
 """[s] for a command to end that was asked to, and for a stage to come."""
@@ -54,6 +54,9 @@ CONNECTING = 1.0
 RUNS = 2.0
 """[s] that a run lasts, about."""
 
+OUT = "OUT"
+"""Stands in the words for the folder of a command's output."""
+
 
 class Command:
     """One that runs."""
@@ -68,7 +71,7 @@ class Command:
         """Start it.
 
         Args:
-            words: As typed, but for --out.
+            words: As typed, but for `OUT`.
             folder: Empty; for its output and temporary files.
             prepare: Called in its process before palpate begins: limits.
             watch: Called again and again while its end is waited for.
@@ -80,7 +83,7 @@ class Command:
         self._printed = (folder / "printed").open("wb+")
         self.master, slave = os.openpty()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "palpate", *words, "--out", str(self.out)],
+            [sys.executable, "-m", "palpate", *(word.replace(OUT, str(self.out)) for word in words)],
             stdin=slave,
             stdout=self._printed,
             stderr=self._shown,
@@ -208,8 +211,9 @@ class OnACommand:
         cell = workshop.shared(EmulatedCell(workshop.folder), "cell")
         cell.well()
         folder = Path(tempfile.mkdtemp(dir=workshop.folder))
-        before = _shared_memory()
+        before = shared_memory()
         words = ["regulate", "--robot", str(cell.path), "--duration", "1", "--assumed-stiffness", "2000", "--json"]
+        words += ["--out", OUT]
         forces = [0.0]
         command = Command(words, folder, self.prepare, lambda: forces.append(cell.state()[1]))
         try:
@@ -222,7 +226,7 @@ class OnACommand:
                 problems.append(f"true force {max(forces):.1f} N at a limit of {FORCE_LIMIT:g} N")
         finally:
             command.close()
-        if _shared_memory() > before:
+        if shared_memory() > before:
             problems.append("shared memory is left")
         problems += next_run(cell)
         return Verdict(f"exit code {code}", tuple(problems))
@@ -272,7 +276,8 @@ def _log_problems(folder: Path, killed: float | None) -> list[str]:
     return [f"the last {lost:.2f} s are not in the log"] if lost > MOST_LOST else []
 
 
-def _shared_memory() -> int:
+def shared_memory() -> int:
+    """Return how many pieces of ours there are."""
     return len([path for path in Path("/dev/shm").iterdir() if "palpate" in path.name])
 
 

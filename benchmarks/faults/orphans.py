@@ -11,7 +11,7 @@ from time import monotonic, sleep
 import psutil
 
 from faults.cell import own_address
-from faults.command import ENDS_WITHIN, Command
+from faults.command import ENDS_WITHIN, OUT, Command, shared_memory
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 from support.emulated_file import unhurried_file
 from support.free_ports import PORTS, free
@@ -65,8 +65,8 @@ class Killed:
         folder = Path(tempfile.mkdtemp(dir=workshop.folder))
         address = own_address()
         robot = unhurried_file(folder, address, SCALE)
-        command = Command([robot if word == ROBOT else word for word in self.words], folder)
-        problems = []
+        command = Command([word.replace(ROBOT, robot) for word in self.words], folder)
+        problems, before = [], shared_memory()
         try:
             deadline = monotonic() + ENDS_WITHIN
             while not self.ready(command):
@@ -85,6 +85,8 @@ class Killed:
             if "Traceback" in command.shown:
                 problems.append("a traceback: " + command.shown.strip().splitlines()[-1][:120])
             problems += command.left()
+            if shared_memory() > before:
+                problems.append("shared memory is left")
             if self.sockets:
                 problems += [f"port {port} is not free" for port in PORTS if not free(address, port)]
         finally:
@@ -103,8 +105,13 @@ class Killed:
         return found[moment.seed % len(found)] if found else None
 
 
-ON_EMULATED = ("regulate", "--robot", ROBOT, "--duration", "5")
-SWEEP = ("sweep", "regulate", "--vary", "force=1,2,3,4", "--set", "duration=1", "--jobs", "2")
+ON_EMULATED = ("regulate", "--robot", ROBOT, "--duration", "5", "--out", OUT)
+SWEEP = ("sweep", "regulate", "--vary", "force=1,2,3,4", "--set", "duration=1", "--jobs", "2", "--out", OUT)
+WORKER = "popen_loky"
+"""In the command line of a sweep's worker, but not of the process that counts what they share."""
+
+VIEW = ("view", "explore", "--port", "0", "--set", f"out={OUT}")
+VIEW_ON_EMULATED = ("view", "regulate", "--port", "0", "--set", f"out={OUT}", f"robot={ROBOT}", "duration=5")
 ENDS_WELL = (0, 1)
 
 
@@ -125,7 +132,10 @@ KINDS = (
     ),
     _kind("kill -9 of a sweep", Killed(SWEEP, has_children(2))),
     _kind("kill of a sweep", Killed(SWEEP, has_children(2), number=signal.SIGTERM, codes=(143,))),
-    _kind("kill -9 of a sweep's worker", Killed(SWEEP, has_children(2), "loky", codes=ENDS_WELL)),
-    _kind("a sweep's worker is stopped", Killed(SWEEP, has_children(2), "loky", signal.SIGSTOP, ENDS_WELL)),
+    _kind("kill -9 of a sweep's worker", Killed(SWEEP, has_children(2), WORKER, codes=ENDS_WELL)),
+    _kind("a sweep's worker is stopped", Killed(SWEEP, has_children(2), WORKER, signal.SIGSTOP, ENDS_WELL)),
+    _kind("kill -9 of a viewer", Killed(VIEW, moving)),
+    _kind("kill -9 of a viewer while it starts", Killed(VIEW, has_children(1))),
+    _kind("kill -9 of a viewer on emulated-ur5e", Killed(VIEW_ON_EMULATED, moving, sockets=True)),
 )
 """All of them."""

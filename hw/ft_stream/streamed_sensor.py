@@ -65,6 +65,7 @@ class StreamedSensor:
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
         self._newest: StreamReading | None = None
+        self._undated = -math.inf  # arrival of the newest record that nothing dates
         self._offset: tuple[float, ...] = (0.0,) * 6
         self._at_rest: list[StreamReading] | None = None
         self._trouble = ""
@@ -94,7 +95,7 @@ class StreamedSensor:
         """
         self.close()
         ending = self._ending = threading.Event()
-        self._newest, self._trouble, self._died = None, "", False
+        self._newest, self._undated, self._trouble, self._died = None, -math.inf, "", False
         self._offset = (0.0,) * 6
         try:
             self._link.open()
@@ -154,18 +155,18 @@ class StreamedSensor:
         self._link.close()
 
     def _fresh(self) -> StreamReading:
-        """Return the newest record, if it came a short while ago."""
+        """Return the newest record that is dated, if it came a short while ago."""
         silence = math.inf
         for glance in range(_STALE_RETRIES + 1):
             newest = self._newest
             if newest is None:
                 raise self._silence("not a record so far")
             silence = monotonic() - newest.arrival
-            if silence <= self._settings.silent_after and newest.time > -math.inf:
+            if silence <= self._settings.silent_after:
                 return newest
             if glance < _STALE_RETRIES and not self._died:
                 sleep(1e-3)
-        if silence <= self._settings.silent_after:
+        if monotonic() - self._undated <= self._settings.silent_after:
             raise DeviceError(
                 self.name,
                 "it has begun anew; nothing proves yet how old its records are",
@@ -234,6 +235,9 @@ class StreamedSensor:
             self._trouble, self._died = f"{type(error).__name__}: {error}", True
 
     def _take(self, record: StreamReading) -> None:
+        if record.time == -math.inf:  # what was dated goes on growing old
+            self._undated = record.arrival
+            return
         self._newest = record
         rows = self._at_rest
         if rows is not None:
