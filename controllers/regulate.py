@@ -31,6 +31,9 @@ GUARD_RATE_ALLOWANCE = 5.0
 """Raises the guard's threshold, a fifth of the force, as if the force were larger by this multiple of its change
 in one delay. The tracking error of a changing force then stays within half of the threshold."""
 
+LATE = 1.5
+"""Periods between two steps, above which the time that passed counts, and not the period."""
+
 GUARD_ALLOWANCE_DECAY = 10.0
 """Time constant with which that allowance decays, in delays."""
 
@@ -108,6 +111,7 @@ class RegulateController:
         """Start force control afresh."""
         self._transfer.reset()
         self._last_set_point: float | None = None  # of the transfer
+        self._set_at = 0.0  # [s]
         self._force.lift()
         self._spring = 0.0  # elastic part of the felt force, without the contact's damping
         if self._surface is not None:
@@ -199,8 +203,10 @@ class RegulateController:
         if settling:
             set_force.hold(force)
             force = self._transfer.force(now.time, felt, force)
-            rate = 0.0 if self._last_set_point is None else (force - self._last_set_point) / self._period
-            self._last_set_point = force
+            passed = now.time - self._set_at
+            passed = passed if passed > LATE * self._period else self._period
+            rate = 0.0 if self._last_set_point is None else (force - self._last_set_point) / passed
+            self._last_set_point, self._set_at = force, now.time
         else:
             set_force.step(force, rate)
             force, rate = set_force.force, set_force.rate

@@ -18,6 +18,10 @@ from palpate.controllers import (
 )
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate.response import frequency_response, step_response
+from palpate.runtime.data import Phase
+from palpate.runtime.touch import Touch
+from runtime.puppets import sample
+from support.regulate_runs import planned
 
 sizes, rates = st.floats(1e-3, 0.05), st.floats(0.05, 5.0)
 
@@ -178,3 +182,21 @@ def test_sines_that_were_not_finished_are_no_response():
     found = frequency_response(time, wanted, wanted, tones.begins, tones.frequencies)
     assert found.frequency.tolist() == [1.0]
     assert found.bandwidth is None
+
+
+@pytest.mark.parametrize("stall", [0.01, 0.1])
+def test_a_stall_while_the_force_settles_does_not_make_it_press_faster(stall):
+    """The set point goes on by time meanwhile: taken for a jump within a period, it commanded four times as much."""
+
+    def fastest(pause):
+        plan, time = planned(duration=1.0, assumed_stiffness=2000.0), 0.0
+        controller, touch, speeds = plan.controller(), Touch(*plan.fingers), []
+        controller.start(touch.sense(sample(time)))
+        for i in range(300):
+            time += pause if i == 100 else 1e-3
+            command = controller.step(touch.sense(sample(time, wrench=(0.0, 0.0, 0.5, 0.0, 0.0, 0.0))))
+            assert command.phase is Phase.SETTLE
+            speeds.append(-command.velocity_base_tip[2])
+        return max(speeds)
+
+    assert fastest(stall) < 1.3 * fastest(1e-3)

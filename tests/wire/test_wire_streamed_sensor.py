@@ -1,5 +1,6 @@
 """What every streaming sensor does, on a link and a clock that are made up."""
 
+import math
 import threading
 import time
 from collections.abc import Sequence
@@ -89,20 +90,23 @@ def test_a_bug_in_the_reading_thread_is_reported_and_a_new_start_helps(clock: Cl
     ft.close()
 
 
-def test_silence_is_reported_after_its_time_limit_and_not_before(clock: Clock) -> None:
+@pytest.mark.parametrize(("undated", "words"), [(0, "silent for 41 ms"), (1, "nothing proves yet how old")])
+def test_silence_is_reported_after_its_time_limit_and_not_before(clock: Clock, undated: int, words: str) -> None:
+    """Records that nothing dates are no better than none."""
+
     class Stopped(MadeUpLink):
         def receive(self) -> Sequence[StreamReading]:
             if self.counts.records:
                 time.sleep(0.002)
-                return ()
+                return (StreamReading(self.clock.now, -math.inf, (9.0,) * 6, 0),) * undated
             return super().receive()
 
     ft = StreamedSensor(Stopped(clock), StreamSettings(NOISE))
     ft.start()
     clock.now += 0.0399
-    assert ft.read().healthy
+    assert ft.read().wrench == (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)
     clock.now += 0.001
-    assert "silent for 41 ms" in refused(ft)
+    assert words in refused(ft)
     ft.close()
 
 

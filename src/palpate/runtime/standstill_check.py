@@ -19,6 +19,9 @@ REST_STEP = 5e-5
 LEAST_PATH = 0.5
 """Of the length that the reported speed makes, which positions must show for the arm to be called moving."""
 
+OLDEST_MOTION = 0.1
+"""Age of a state [s] from which on it says no more of an arm that moved then: it may have stopped since."""
+
 LONGEST_STOP = 0.5
 """How long the robot is given to come to rest [s]."""
 
@@ -44,6 +47,7 @@ class StandstillCheck:
         self.at_rest = False
         self._since, self._oldest, self._slow = first, oldest, 0
         self._speed, self._last, self._reported, self._path = math.nan, first, 0.0, 0.0
+        self._age = math.inf
 
     def add(self, time: float, arm: ArmSample) -> None:
         """Take a period's state at `time` [s]. One that is too old, or makes no sense, says nothing."""
@@ -64,7 +68,7 @@ class StandstillCheck:
         if self.at_rest:
             return RobotRest.at_rest()
         moves = self._path > 0.0 and self._path >= LEAST_PATH * self._reported  # a repeated state shows nothing
-        if moves and self._speed >= REST_SPEED:
+        if moves and self._speed >= REST_SPEED and self._age <= OLDEST_MOTION:
             return RobotRest.moving(self._speed)
         return RobotRest.not_known(watchdogs)
 
@@ -72,7 +76,8 @@ class StandstillCheck:
         """Return the speed that the arm reports [m/s], or that its positions show if they do not bear that out."""
         last, self._last = self._last, arm
         try:
-            if not time - arm.time <= self._oldest:
+            self._age = time - arm.time
+            if not self._age <= self._oldest:
                 return math.nan
             reported, passed = norm(arm.velocity_base_tip), arm.time - self._since.time
             step = norm(subtract(arm.position_base_tip, last.position_base_tip))
