@@ -186,7 +186,7 @@ def test_sines_that_were_not_finished_are_no_response():
 
 @pytest.mark.parametrize("stall", [0.01, 0.1])
 def test_a_stall_while_the_force_settles_does_not_make_it_press_faster(stall):
-    """The set point goes on by time meanwhile: taken for a jump within a period, it commanded four times as much."""
+    """The set point goes on by time meanwhile: taken for a jump in a period, it commanded four times as much."""
 
     def fastest(pause):
         plan, time = planned(duration=1.0, assumed_stiffness=2000.0), 0.0
