@@ -75,17 +75,20 @@ class EmulatedCell:
             sleep(5e-3)
         return RestState.AT_REST
 
-    def lift(self) -> None:
-        """Draw the tip back from what it presses on; nobody else commands the arm."""
-        with suppress(OSError), UrArm(self._seen_at, UrSettings(watchdog=1.0)) as arm:
-            arm.move((0.0, 0.0, LIFTING), ZERO)
-            sleep(LIFTED / LIFTING)
-            arm.stop()
+    def free(self) -> None:
+        """Draw the tip back if it presses on anything; nobody else commands the arm.
+
+        What is tared while it presses feels too little later, and a box that is saturated cannot be tared.
+        """
+        if self.state()[1] > TOUCHED:
+            with suppress(OSError), UrArm(self._seen_at, UrSettings(watchdog=1.0)) as arm:
+                arm.move((0.0, 0.0, LIFTING), ZERO)
+                sleep(LIFTED / LIFTING)
+                arm.stop()
 
     def well(self) -> None:
-        """End all faults, stops and contacts: what is tared while it presses feels too little later."""
+        """End all faults, stops and contacts."""
         control = self.emulator.control
         for fault in ("protective_stop", "e_stop", "stall_stream", "late_start", "short_data"):
             control.fault("ur", fault, 0.0)
-        if self.state()[1] > TOUCHED:
-            self.lift()
+        self.free()

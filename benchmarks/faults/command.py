@@ -282,7 +282,8 @@ def shared_memory() -> int:
 
 
 def next_run(cell: EmulatedCell) -> list[str]:
-    """Return why a rig cannot be started and moved right away; nothing if it can."""
+    """Return why a rig cannot be started and moved once it is free of what it touched; nothing if it can."""
+    cell.free()
     robot = load_robot(str(cell.path))
     try:
         with FreshlyTared(assembled(robot, robot.file.period)) as rig:
@@ -294,7 +295,6 @@ def next_run(cell: EmulatedCell) -> list[str]:
             finally:
                 rig.pacer.stop()
     except OSError as error:
-        cell.lift()  # for the one after it
         return [f"the next run does not work: {error}"]
     return []
 

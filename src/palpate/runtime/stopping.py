@@ -12,7 +12,7 @@ class Stopping:
 
     Attributes:
         delay: From the command to stand still to the deceleration [s]. Default: the lag of the simulated stage's
-            servos, 20 ms, and the age of a state and a period of 125 Hz besides.
+            servos, 20 ms, and a period of 125 Hz besides.
         deceleration: [m/s^2]. Default: the acceleration with which a UR arm follows velocities.
     """
 

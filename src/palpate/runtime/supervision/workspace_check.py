@@ -21,7 +21,7 @@ class WorkspaceCheck:
         """Take the workspace, and how the tip comes to rest."""
         self._lower, self._upper, self._stopping = limits.workspace_lower, limits.workspace_upper, stopping
         fastest = OVERSHOOT * limits.speed
-        self._longest = stopping.equivalent_time(fastest) * fastest
+        self._longest = (limits.sample_age + stopping.equivalent_time(fastest)) * fastest
 
     def broken(self, now: Observation, velocity: Vector) -> Violation | None:
         """Return what is wrong with commanding a velocity of the tip [m/s, base frame], if anything."""
@@ -31,6 +31,7 @@ class WorkspaceCheck:
             return None
         axes = tuple(zip(velocity, now.arm.velocity_base_tip, strict=True))
         time = self._stopping.equivalent_time(math.hypot(*(max(abs(v), abs(u)) for v, u in axes)))
+        time += now.time - now.arm.time  # it has gone on since it was seen there
         for at, (v, u), low, high in zip(position, axes, self._lower, self._upper, strict=True):
             up, down = max(v, u), min(v, u)
             if (up > 0.0 and at + time * up > high) or (down < 0.0 and at + time * down < low):
