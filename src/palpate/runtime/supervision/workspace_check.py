@@ -6,7 +6,6 @@ from palpate.runtime.data import Observation
 from palpate.runtime.stopping import Stopping
 from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.run_guards import OVERSHOOT
 from palpate.spatial import Vector, add_scaled, norm
 
 
@@ -20,25 +19,26 @@ class WorkspaceCheck:
     def __init__(self, limits: Limits, stopping: Stopping) -> None:
         """Take the workspace, and how the tip comes to rest."""
         self._lower, self._upper, self._stopping = limits.workspace_lower, limits.workspace_upper, stopping
-        fastest = OVERSHOOT * limits.speed
-        self._longest = (limits.sample_age + stopping.equivalent_time(fastest)) * fastest
 
     def broken(self, now: Observation, velocity: Vector) -> Violation | None:
         """Return what is wrong with commanding a velocity of the tip [m/s, base frame], if anything."""
-        x, y, z = position = now.arm.position_base_tip
-        (a, b, c), (d, e, f), room = self._lower, self._upper, self._longest
+        arm = now.arm
+        x, y, z = position = arm.position_base_tip
+        (a, b, c), (d, e, f), age = self._lower, self._upper, now.time - arm.time
+        fastest = math.hypot(*velocity, *arm.velocity_base_tip)  # or slower is all that is looked at below
+        room = fastest * (age + self._stopping.equivalent_time(fastest))
         if a + room <= x <= d - room and b + room <= y <= e - room and c + room <= z <= f - room:
             return None
-        axes = tuple(zip(velocity, now.arm.velocity_base_tip, strict=True))
-        time = self._stopping.equivalent_time(math.hypot(*(max(abs(v), abs(u)) for v, u in axes)))
-        time += now.time - now.arm.time  # it has gone on since it was seen there
+        axes = tuple(zip(velocity, arm.velocity_base_tip, strict=True))
+        # it has gone on since it was seen there
+        time = age + self._stopping.equivalent_time(math.hypot(*(max(abs(v), abs(u)) for v, u in axes)))
         for at, (v, u), low, high in zip(position, axes, self._lower, self._upper, strict=True):
             up, down = max(v, u), min(v, u)
             if (up > 0.0 and at + time * up > high) or (down < 0.0 and at + time * down < low):
                 break
         else:
             return None
-        x, y, z = add_scaled(position, time, max(velocity, now.arm.velocity_base_tip, key=norm))
+        x, y, z = add_scaled(position, time, max(velocity, arm.velocity_base_tip, key=norm))
         return Violation(
             "tip position after a stop from its velocity",
             f"({x:.4f}, {y:.4f}, {z:.4f}) m",
