@@ -382,14 +382,14 @@ class UrArm:
                 "the process that talks to it is held up by a lost connection, hangs, or is starved",
                 "see that controller and network are up, and what else runs here, then `palpate recover`",
             )
-        state = client.exchange.state()
-        if state is None or monotonic() - state.seen > oldest:
-            raise device_error(self.name, Problem.SILENT)
-        age = monotonic() - state.time
-        if age <= oldest:  # it has come meanwhile
+        now, state = monotonic(), client.exchange.state()
+        if state is not None and now - state.time <= oldest:  # it has come meanwhile
             return client
+        if state is None or now - state.seen > state.seen - state.time:
+            raise device_error(self.name, Problem.SILENT)
         raise WireError(
             self.name,
-            f"its newest state is {1e3 * age:.0f} ms old, as round trips prove; the limit is {1e3 * oldest:g} ms",
+            f"its newest state is {1e3 * (now - state.time):.0f} ms old, as round trips prove; the limit is "
+            f"{1e3 * oldest:g} ms",
             "see what else uses network and computer, or allow more (limits.sample_age_s), then `palpate recover`",
         )
