@@ -11,8 +11,8 @@ from palpate.spatial import Vector
 class Room:
     """A box along the axes of the base.
 
-    A controller that keeps to it reports what lies outside as out of reach; the supervisor, within whose workspace
-    it should lie, would end the run.
+    A controller that keeps to it reports what lies outside as out of reach. The supervisor would end the run: its
+    workspace should reach farther, by what a tip needs to stop.
 
     Attributes:
         lower: Smallest position of the tip frame [m].

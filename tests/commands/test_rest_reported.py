@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from palpate.cli import main
+from palpate.commands import run
 from palpate.commands.command_result import ExitCode
 from palpate.runtime import RestState
 from palpate.runtime.log import Event, Level, log_in, read_log
@@ -75,3 +76,16 @@ def test_of_a_log_that_breaks_off_it_is_not_known():
     stated = Event(0.0, Level.INFO, WATCHDOG, "the arm is stopped by its drives")
     assert rest_in((stated,)).words == f"{CLAUSES[RestState.NOT_KNOWN]}: {stated.text}"
     assert rest_in(()).words.endswith(LOOK)
+
+
+@pytest.mark.parametrize("error", [MemoryError(), ImportError("failed to map segment from shared object")])
+def test_without_memory_for_a_report_the_outcome_and_the_log_are_there(error, tmp_path, capsys, monkeypatch):
+    def no_memory(*given):
+        raise error
+
+    monkeypatch.setattr(run, "write_result", no_memory)
+    assert main(["regulate", "--duration", "0.3", "--out", str(tmp_path), "--json"]) == ExitCode.UNFINISHED
+    found = json.loads(capsys.readouterr().out)
+    assert found["rest"]["state"] == RestState.AT_REST
+    assert (str(error) or "out of memory") in found["error"]
+    assert read_log(log_in(tmp_path)).complete

@@ -242,7 +242,7 @@ def test_what_the_robot_cannot_reach_is_marked_and_the_rest_swept():
     raster = Raster(0.012, 0.004, 0.004)
     start = (*raster.corners()[0], target.top + ABOVE)
     room = Room((-0.02, -0.02, -1.0), (0.003, 0.02, 1.0))
-    tight = Limits(workspace_lower=(-0.02, -0.02, -1.0), workspace_upper=(0.003, 0.02, 1.0))
+    tight = Limits(workspace_lower=(-0.021, -0.021, -1.0), workspace_upper=(0.004, 0.021, 1.0))  # to stop in
     e = explored(target, Follow(raster), start, seconds=30.0, room=room, limits=tight)
     assert e.result.ending is Ending.DONE
     check_on_surface(e, target)

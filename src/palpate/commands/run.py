@@ -27,6 +27,10 @@ SECOND_STOPPED = (
 )
 """Printed immediately after Ctrl-C in the second run."""
 
+UNUSABLE = (InvalidValueError, MemoryError, ImportError)
+"""After a run: its measurements cannot be evaluated, although the arguments were right; or no memory is left, not
+even to load what draws. Its log is there."""
+
 
 def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     """Prepare, run, record, write the files and print the summary, also after a Ctrl-C.
@@ -64,14 +68,14 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         companion = None
         if not interrupted:
             companion, interrupted = _companion(console, plan)
-        with doing(console, "working out what was found"):
-            try:
+        try:
+            with doing(console, "working out what was found"):
                 found = experiment.found(plan, run.recorded(result, companion, lambda step: say(console, step)))
-            except InvalidValueError as error:  # the measurements are unusable, the arguments were right
-                return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-        report = run_report(experiment, plan, found)
-        with doing(console, "drawing the report"):
-            files = write_result(experiment, found, report, config.out)
+            report = run_report(experiment, plan, found)
+            with doing(console, "drawing the report"):
+                files = write_result(experiment, found, report, config.out)
+        except UNUSABLE as error:
+            return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
     console.print(key_figures(report.title, report.outcome, report.all_figures))
     print_outcome(console, result, files)
     code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
@@ -103,9 +107,7 @@ def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
         return None, True
 
 
-def _unusable_result(
-    console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool
-) -> CommandResult:
+def _unusable_result(console: Console, result: RunResult, error: Exception, *, interrupted: bool) -> CommandResult:
     """Print how a run ended that cannot be evaluated, and where its log is."""
     files = written(result, ())
     say(console, str(result))
@@ -116,5 +118,5 @@ def _unusable_result(
         outcome=str(result),
         facts={"ending": result.ending.value, "rest": result.rest},
         files=files,
-        error=f"the measurements cannot be evaluated: {error}; {kept}",
+        error=f"the measurements cannot be evaluated: {str(error) or 'out of memory'}; {kept}",
     )

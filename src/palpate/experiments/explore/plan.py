@@ -53,6 +53,7 @@ from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
 from palpate.runtime.servo_following import PositionServo
 from palpate.runtime.shown_plan import PlanDiary
+from palpate.runtime.stopping import Stopping
 from palpate.runtime.truth import TruthSource
 from palpate.sim import Scene, SceneObject
 from palpate.sim.presets import EXPLORE
@@ -323,7 +324,8 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     )
     descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
     plane = PathPlane((-x, -y, -z))
-    limits, room = _limits(robot.file.limits, scan, plane, top, descent, _stopping(config, scan))
+    braking = _fastest(config) * (robot.file.limits.sample_age + Stopping().delay)
+    limits, room = _limits(robot.file.limits, scan, plane, top, descent, _stopping(config, scan), braking)
     fastest = max(_fastest(config), limits.commanded_speed - FASTEST_LANDING)
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
@@ -395,9 +397,12 @@ def _fastest(config: ExploreConfig) -> float:
 
 
 def _limits(
-    robot: Limits, scan: Scan, plane: PathPlane, top: float, descent: float, stopping: float
+    robot: Limits, scan: Scan, plane: PathPlane, top: float, descent: float, stopping: float, braking: float
 ) -> tuple[Limits, Room]:
-    """The robot's limits, with as much of its workspace as the path needs, and the controller's room within."""
+    """The robot's limits, with as much of its workspace as the path needs, and the controller's room within.
+
+    The room ends `braking` [m] before the robot's workspace: nearer to that, the supervisor stops what moves on.
+    """
     (x0, y0), (x1, y1) = scan.box
     lower, upper = plane.base((x0, y0), top - descent), plane.base((x1, y1), top)
     for axis, low, high, least, most in zip(
@@ -410,14 +415,14 @@ def _limits(
                 "smaller region or object, or a robot with more room"
             )
 
-    def around(room: float) -> tuple[Vector, Vector]:
-        low = (max(a - room, least) for a, least in zip(lower, robot.workspace_lower, strict=True))
-        high = (min(a + room, most) for a, most in zip(upper, robot.workspace_upper, strict=True))
+    def around(room: float, inset: float = 0.0) -> tuple[Vector, Vector]:
+        low = (max(a - room, least + inset) for a, least in zip(lower, robot.workspace_lower, strict=True))
+        high = (min(a + room, most - inset) for a, most in zip(upper, robot.workspace_upper, strict=True))
         return (next(low), next(low), next(low)), (next(high), next(high), next(high))
 
     workspace_lower, workspace_upper = around(ROOM + stopping)
     limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
-    return limits, Room(*around(0.5 * ROOM + stopping))
+    return limits, Room(*around(0.5 * ROOM + stopping, braking))
 
 
 def _force_range(config: ExploreConfig, least: float, limits: Limits) -> tuple[float, float]:
