@@ -22,6 +22,9 @@ from wired.cell import ARM, Cell
 LONGEST_STALL = 0.25
 """[s] of our own threads while the library connects and lets go; by itself it stops them for 0.5 s."""
 
+TRIED = 0.2
+"""[s] of each motion: on a busy computer the client process may not run for 50 ms."""
+
 SLOW = 300.0
 """Commands per second that the library's own waiting turns into 333 [1/s]."""
 
@@ -36,13 +39,13 @@ def commands_sent(cell: Cell) -> set[int]:
 
     _lift(cell)
     state = arm.state()
-    _repeat(0.05, lambda: arm.servo_joints(state.joint_position))
+    _repeat(TRIED, lambda: arm.servo_joints(state.joint_position))
     heard()
     pose = arm.read()
-    _repeat(0.05, lambda: arm.servo_pose(Pose(pose.position_base_tip, pose.rotation_base_tip)))
+    _repeat(TRIED, lambda: arm.servo_pose(Pose(pose.position_base_tip, pose.rotation_base_tip)))
     heard()
     down = ForceTask((False, False, True, False, False, False), (0.0, 0.0, -1.0, 0.0, 0.0, 0.0), speed=0.005)
-    _repeat(0.05, lambda: arm.push(down))
+    _repeat(TRIED, lambda: arm.push(down))
     arm.stop()
     heard()
     arm.tare()
