@@ -77,8 +77,8 @@ value, as a multiple of its limit:
   supervisor began to brake before the bound.
 - The true speed is the overshoot of the simulated servos after a commanded 25 m/s^2; with 5 m/s^2, as a UR arm
   follows velocities, it is 1.04. The supervisor stops an arm above 1.1.
-- The true grip is a swing of a finger's mass, mostly its rotor's behind the gear, after a commanded jump or wave. The
-  supervisor stops then, grip kept. A hand whose grip must not be exceeded needs a limit a fifth below that.
+- The true grip is a swing of a finger's mass, mostly its rotor's behind the gear, after a commanded jump or wave.
+  The supervisor stops then, grip kept. A hand whose grip must not be exceeded needs a limit a fifth below that.
 """
 
 ABOUT = {
