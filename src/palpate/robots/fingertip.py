@@ -23,12 +23,12 @@ def only_finger(robot: Robot) -> FingerEntry:
 
 
 def tip_sizes(robot: Robot) -> tuple[float, ...]:
-    """Return the half lengths of a robot's fingertip [m]; see `SurfaceKind.half_lengths`.
+    """Return the half lengths of a robot's fingertip [m]; see `SurfaceKind.half_extents`.
 
     Raises:
         InvalidValueError: As in `only_finger`.
     """
-    return only_finger(robot).surface.half_lengths
+    return only_finger(robot).surface.half_extents
 
 
 def fingertip(robot: Robot, lengths: tuple[float, ...] = ()) -> SurfaceKind:
@@ -38,7 +38,7 @@ def fingertip(robot: Robot, lengths: tuple[float, ...] = ()) -> SurfaceKind:
         InvalidValueError: As in `only_finger`.
     """
     own = only_finger(robot).surface
-    if not lengths or lengths == own.half_lengths:
+    if not lengths or lengths == own.half_extents:
         return own
     x, y, z = Rotation.from_matrix(own.rotation).as_rotvec().tolist()
     rotvec = (x, y, z)
@@ -60,4 +60,4 @@ def start_above(
         beside: Where the tip's middle is, x and y.
     """
     x, y, z = tip.center
-    return (beside[0] - x, beside[1] - y, top + max(tip.half_lengths) + clearance - z)
+    return (beside[0] - x, beside[1] - y, top + max(tip.half_extents) + clearance - z)

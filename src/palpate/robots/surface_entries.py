@@ -34,16 +34,17 @@ LARGEST_OFFSET = 2.0
 
 
 class SurfaceKind(OpenKind):
-    """A fingertip, in the sensor frame."""
+    """A fingertip, in the sensor frame.
+
+    Attributes:
+        center: Of the surface [m], by which simulations and hands place it: the sensor's origin.
+    """
 
     __slots__ = ()
     GROUP = "palpate.surfaces"
     METHODS = ("surface",)
 
-    @property
-    def center(self) -> Vector:
-        """Of the surface [m], by which simulations and hands place it: the sensor's origin."""
-        return ZERO
+    center: Vector = ZERO
 
     @property
     def rotation(self) -> FloatArray:
@@ -59,8 +60,8 @@ class SurfaceKind(OpenKind):
         raise NotImplementedError
 
     @property
-    def half_lengths(self) -> tuple[float, ...]:
-        """Of the ellipsoid about `center` by which paths are planned, along the sensor's axes [m]; a sphere's one.
+    def half_extents(self) -> tuple[float, ...]:
+        """Half lengths [m] of the ellipsoid about `center` by which paths are planned; one of a sphere.
 
         Contacts are sensed on the surface itself.
         """
@@ -196,7 +197,7 @@ class CompliantEntry(SurfaceKind, Settings, frozen=True, kw_only=True):
         self.surface()
 
     @property
-    def center(self) -> Vector:
+    def center(self) -> Vector:  # type: ignore[override]  # read from the tip; nobody writes a frozen one
         """Of the undeformed tip [m]."""
         return self.tip.center
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.surfaces.compliant import CompliantTip
-from palpate.surfaces.composite import Composite, Patch
+from palpate.surfaces.composite import Composite, Patch, RoundedBox
 from palpate.surfaces.implicit import Implicit
 from palpate.surfaces.open_quadric import OpenQuadric, Paraboloid
 from palpate.surfaces.quadric import CenteredQuadric
@@ -59,7 +59,7 @@ def half_extents(surface: Surface) -> tuple[float, float, float]:
     What is unbounded is as long there as it is thick; of a composite the first patch counts, of a paraboloid its
     radii of curvature.
     """
-    if isinstance(surface, Composite):
+    if isinstance(surface, Composite) and not isinstance(surface, RoundedBox):
         return half_extents(surface.patches[0].surface)
     if isinstance(surface, OpenQuadric):
         a, b, _, eta = surface.coefficients

@@ -132,7 +132,7 @@ def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
     loads = config.rubbed_loads
     # the mean: touch takes one size of the tip for all loads
     compression = 0.25 * (loads[0] + loads[-1]) / config.stiffness
-    smallest = min(tip.half_lengths)
+    smallest = min(tip.half_extents)
     if smallest <= 2.0 * compression:
         raise InvalidValueError(
             f"tip = {smallest:g} m: must be larger than twice its compression at {loads[-1]:g} N and "

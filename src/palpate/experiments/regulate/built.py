@@ -28,7 +28,7 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
     tip = fingertip(robot, config.tip)
     sensor = sensor_of(robot, config)
     compression = 0.5 * config.force / config.true_stiffness
-    check_compression(tip.half_lengths, config.force, config.true_stiffness)
+    check_compression(tip.half_extents, config.force, config.true_stiffness)
     noise = 0.0 if sensor.model.noise is None else max(sensor.model.noise.sd[:3])
     law = replace(
         EXPLORE.law,
