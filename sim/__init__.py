@@ -4,12 +4,15 @@ from palpate.sim import headless as headless
 from palpate.sim import mujoco_version as mujoco_version
 from palpate.sim.backend import MujocoBackend
 from palpate.sim.carriers.arm_carrier import ArmCarrier
+from palpate.sim.carriers.arm_file import ArmFile
+from palpate.sim.carriers.arm_model import ArmModel
 from palpate.sim.carriers.carrier import CarriedMass, Carrier, Drive
 from palpate.sim.carriers.fixed import Fixed
 from palpate.sim.carriers.lift import Lift
+from palpate.sim.carriers.servoed_arm import ServoedArm
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.carriers.turning_stage import TurningStage
-from palpate.sim.carriers.ur5e import Ur5e
+from palpate.sim.carriers.ur5e import ur5e
 from palpate.sim.contact_law import ContactLaw, PairParameters
 from palpate.sim.contact_truth import Truth
 from palpate.sim.fidelity import Cone, Fidelity, Integrator
@@ -36,6 +39,8 @@ from palpate.sim.tip import Tip
 
 __all__ = [
     "ArmCarrier",
+    "ArmFile",
+    "ArmModel",
     "Box",
     "CarriedMass",
     "Carrier",
@@ -63,6 +68,7 @@ __all__ = [
     "SceneObject",
     "SeededSensor",
     "SensorModel",
+    "ServoedArm",
     "Sine",
     "SphereObject",
     "SprungTarget",
@@ -76,11 +82,11 @@ __all__ = [
     "Triangles",
     "Truth",
     "TurningStage",
-    "Ur5e",
     "build_scene",
     "bumps",
     "height_field",
     "read_triangles",
     "sensor_preset",
+    "ur5e",
     "white_noise",
 ]

@@ -1,28 +1,21 @@
-"""A UR5e that carries a fingertip or a hand."""
+"""An arm that carries a fingertip or a hand."""
 
 from dataclasses import dataclass, field
 
 import mujoco
-import numpy as np
 
-from palpate.kinematics import Pose, nearest_joint_position
+from palpate.errors import InvalidValueError
+from palpate.kinematics import InverseVelocity, Pose, nearest_joint_position
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.carriage import TURNING_SENSORS, add_turning_sensors, lift_load, read_turning
 from palpate.sim.carriers.carrier import CarriedMass
-from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
-from palpate.spatial import Vector
-
-ELBOW_UP = tuple(np.radians((180.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
-"""[rad] Upper arm raised, forearm forward (along x, away from the robot base), flange down: the solution
-nearest to this is taken."""
+from palpate.sim.carriers.servoed_arm import FLANGE, ServoedArm
+from palpate.sim.carriers.ur5e import ur5e
+from palpate.spatial import ZERO, Vector
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""
-
-OWN = TURNING_SENSORS + len(JOINTS)
-"""How many readings are the carrier's own."""
-
 
 BASE_X = -0.45
 """[m] Where the arm's robot base is, behind the origin: by half its reach."""
@@ -31,30 +24,38 @@ TOOL = 0.1
 """[m] From the arm's flange to the tip frame."""
 
 
-def arm_above_the_origin() -> Ur5e:
+def arm_above_the_origin() -> ServoedArm:
     """Return a UR5e that reaches what lies about the origin of the base frame."""
-    return Ur5e(Pose((BASE_X, 0.0, 0.0)), Pose((0.0, 0.0, TOOL), LOOKING_DOWN))
+    return ur5e(Pose((BASE_X, 0.0, 0.0)), Pose((0.0, 0.0, TOOL), LOOKING_DOWN))
 
 
 @dataclass(frozen=True, slots=True)
 class ArmCarrier:
-    """A UR5e that carries a fingertip or a hand. A `Carrier`.
+    """An arm that carries a fingertip or a hand. A `Carrier`.
 
     Attributes:
-        arm: Where it stands, and what is on its flange.
-        seed: Of the joint angles that reach the start, the nearest to these are taken [rad].
+        arm: Where it stands, and what is on its flange; a UR5e if not given.
     """
 
-    arm: Ur5e = field(default_factory=arm_above_the_origin)
-    seed: tuple[float, ...] = ELBOW_UP
+    arm: ServoedArm = field(default_factory=arm_above_the_origin)
 
     def joint_start(self, start: Vector) -> tuple[float, ...]:
-        """Return the joint angles that hold the tip upright, its frame's origin at `start` [m].
+        """Return joint positions near its home that hold the tip upright, its frame's origin at `start` [m].
 
         Raises:
-            InvalidValueError: It is out of reach.
+            InvalidValueError: It is out of reach, or the arm could not move from there as it is asked to.
         """
-        return nearest_joint_position(self.arm.kinematics, Pose(start), self.seed)
+        kinematics = self.arm.kinematics
+        found = nearest_joint_position(kinematics, Pose(start), self.arm.model.home)
+        inverse = InverseVelocity(kinematics)
+        smallest = inverse.solve(found, ZERO, ZERO).smallest_singular_value
+        if smallest < inverse.threshold:
+            raise InvalidValueError(
+                f"{kinematics.arm.name} would start at a singularity: the smallest singular value of its Jacobian "
+                f"is {smallest:.3g}, must be at least {inverse.threshold:g}; place arm or object elsewhere, or "
+                "give another home posture"
+            )
+        return found
 
     def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`; the robot knows its load: gravity is taken off the joints, not off the sensor."""
@@ -63,9 +64,9 @@ class ArmCarrier:
         return flange
 
     def add_sensors(self, spec: mujoco.MjSpec) -> None:
-        """Add the tip frame's axes, its turning and the joints' angles, as `ArmCarrierDrive` reads them."""
+        """Add the tip frame's axes, its turning and the joints' positions, as `ArmCarrierDrive` reads them."""
         add_turning_sensors(spec, FLANGE)
-        for name in JOINTS:
+        for name in self.arm.joints:
             spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
 
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> "ArmCarrierDrive":
@@ -95,8 +96,9 @@ class ArmCarrierDrive:
     def sample(self, time: float, readings: list[float]) -> ArmSample:
         """See `Drive`."""
         s = readings
-        rotation, angular_velocity = read_turning(s[-OWN : -len(JOINTS)])
-        joints = tuple(s[-len(JOINTS) :])
+        n = len(self._drive.reference.joint_reference)
+        rotation, angular_velocity = read_turning(s[-TURNING_SENSORS - n : -n])
+        joints = tuple(s[-n:])
         return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), joints, angular_velocity)
 
     def snapshot(self) -> tuple[float, ...]:

@@ -3,8 +3,9 @@
 import mujoco
 import numpy as np
 
-from palpate.kinematics import UR5E, InverseVelocity, JointMotion, Pose, TipReference
-from palpate.sim.carriers.ur5e import JOINTS, Ur5e
+from palpate.kinematics import InverseVelocity, JointMotion, Pose, TipReference
+from palpate.sim.carriers.carrier import refuse_to_turn
+from palpate.sim.carriers.servoed_arm import ServoedArm
 from palpate.sim.physics import whole_steps
 from palpate.spatial import Vector
 
@@ -14,7 +15,7 @@ another when all of them are wrenched about (2 % were seen)."""
 
 
 class ArmDrive:
-    """Drives a `Ur5e` in a compiled scene. Once per control period `begin`, then `advance` before each time step.
+    """Drives a `ServoedArm` in a scene: once per control period `begin`, and before each time step `advance`.
 
     As in a real servo's cascade, the speed that the position error asks for ends at `SERVO_SPEED` of the joint's
     limit.
@@ -23,7 +24,7 @@ class ArmDrive:
         reference: Where tip and joints shall be.
     """
 
-    def __init__(self, arm: Ur5e, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> None:
+    def __init__(self, arm: ServoedArm, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> None:
         """Take an arm in a scene; `start` comes before the first period.
 
         Args:
@@ -37,16 +38,19 @@ class ArmDrive:
         """
         self._dt = float(model.opt.timestep)
         self._steps = whole_steps("period", period, self._dt)
-        self.reference = TipReference(InverseVelocity(arm.kinematics), period, arm.following_error_limit)
-        self._lead = arm.lead
+        n = len(arm.joints)
+        first = int(model.joint(arm.joints[0]).qposadr[0])
+        # joints that the tip leaves free stay near where they start
+        inverse = InverseVelocity(arm.kinematics, home=tuple(model.qpos0[first : first + n].tolist()))
+        self.reference = TipReference(inverse, period, arm.following_error_limit)
+        self._lead, self._turns = arm.lead, inverse.turns
         # the servo k (u - q) - k lead q' drives a joint to the speed (u - q) / lead, with a first-order lag
-        self._reach = tuple(SERVO_SPEED * arm.lead * limits.speed for limits in UR5E.limits)
+        self._reach = tuple(SERVO_SPEED * arm.lead * limits.speed for limits in arm.model.arm.limits)
         # views that live as long as the data
-        first = int(model.joint(JOINTS[0]).qposadr[0])
-        self._position = data.qpos[first : first + len(JOINTS)]
-        first = int(model.actuator(JOINTS[0]).id)
-        self._control = data.ctrl[first : first + len(JOINTS)]
-        self._ramp = np.zeros(len(JOINTS))
+        self._position = data.qpos[first : first + n]
+        first = int(model.actuator(arm.joints[0]).id)
+        self._control = data.ctrl[first : first + n]
+        self._ramp = np.zeros(n)
 
     @property
     def steps(self) -> int:
@@ -65,7 +69,12 @@ class ArmDrive:
         Args:
             velocity: Wanted, of the tip frame's origin in base coordinates [m/s].
             angular_velocity: Likewise, of the tip frame [rad/s].
+
+        Raises:
+            InvalidValueError: It is to turn its tip, and has too few joints for that.
         """
+        if not self._turns:
+            refuse_to_turn(angular_velocity, f"arm of {len(self._ramp)} joints")
         reference, lead, steps = self.reference, self._lead, self._steps
         actual, before = self._position.tolist(), reference.joint_reference
         motion = reference.step(actual, velocity, angular_velocity)
@@ -104,7 +113,7 @@ class ArmDrive:
 
     def restore(self, state: tuple[float, ...]) -> None:
         """Go on from what `snapshot` returned."""
-        n, reference = len(JOINTS), self.reference
+        n, reference = len(self._ramp), self.reference
         reference.joint_reference, reference.joint_feed_forward = state[:n], state[n : 2 * n]
         x, y, z, *entries = state[2 * n : 2 * n + 12]
         a, b, c, d, e, f, g, h, i = entries

@@ -9,13 +9,13 @@ what the others do, wherever their axes point.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Protocol
 
 import mujoco
 import numpy as np
 
 from palpate.errors import InvalidValueError, positive, vector
+from palpate.kinematics import JointKind as JointKind
 from palpate.sim.contact_law import ContactLaw
 from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.target import Mount
@@ -82,13 +82,6 @@ class Sine:
         rate = 2.0 * math.pi * self.frequency
         s, c = math.sin(rate * time + self.phase), math.cos(rate * time + self.phase)
         return self.amplitude * s, self.amplitude * rate * c, -self.amplitude * rate**2 * s
-
-
-class JointKind(Enum):
-    """How a joint moves."""
-
-    SLIDE = "slide"
-    HINGE = "hinge"
 
 
 _MUJOCO_KIND = {

@@ -4,7 +4,6 @@ import mujoco
 import pytest
 
 from palpate.sim import ArmCarrier, ContactLaw, SphereObject, Tip, build_scene
-from palpate.sim.carriers.ur5e import LINKS
 from palpate.surfaces import Sphere
 
 
@@ -13,6 +12,7 @@ def test_no_link_is_below_the_floor(start):
     scene = build_scene(Tip(Sphere(0.008)), SphereObject(0.04), ContactLaw(), start, ArmCarrier())
     data = mujoco.MjData(scene.model)
     mujoco.mj_kinematics(scene.model, data)
-    heights = {name: float(data.xpos[scene.model.body(name).id, 2]) for name in LINKS}
+    links = [scene.model.body(scene.model.jnt_bodyid[joint]).name for joint in range(6)]
+    heights = {name: float(data.xpos[scene.model.body(name).id, 2]) for name in links}
     assert min(heights.values()) > 0.0, heights
-    assert heights["upper_arm"] > 0.3  # its frame is at its far end: the elbow
+    assert heights["arm/upper_arm"] > 0.3  # its frame is at its far end: the elbow

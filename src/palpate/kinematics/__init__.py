@@ -1,9 +1,10 @@
 """Kinematics of serial arms, for simulated and real ones alike: pure, fast, and free of any robot's library."""
 
-from palpate.kinematics.arm import DHRow, JointLimits, LinkInertia, SerialArm
+from palpate.kinematics.arm import Joint, JointKind, JointLimits, SerialArm
+from palpate.kinematics.denavit_hartenberg import DHRow, arm_of_rows
 from palpate.kinematics.forward import ArmKinematics
 from palpate.kinematics.pose import Pose
-from palpate.kinematics.position import all_joint_positions, nearest_joint_position
+from palpate.kinematics.position import nearest_joint_position
 from palpate.kinematics.reference import FollowingErrorLimit, TipReference
 from palpate.kinematics.ur5e import UR5E
 from palpate.kinematics.velocity import InverseVelocity, JointMotion, Limit
@@ -14,13 +15,14 @@ __all__ = [
     "DHRow",
     "FollowingErrorLimit",
     "InverseVelocity",
+    "Joint",
+    "JointKind",
     "JointLimits",
     "JointMotion",
     "Limit",
-    "LinkInertia",
     "Pose",
     "SerialArm",
     "TipReference",
-    "all_joint_positions",
+    "arm_of_rows",
     "nearest_joint_position",
 ]

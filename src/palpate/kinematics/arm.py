@@ -1,32 +1,19 @@
-"""What a serial arm is: its geometry, its limits, its masses. Data only."""
+"""What a serial arm is: its geometry and its limits. Data only."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
-from palpate.spatial import Vector
+from palpate.errors import FloatArray, InvalidValueError, positive, vector
+from palpate.kinematics.pose import Pose
 
 
-@dataclass(frozen=True, slots=True)
-class DHRow:
-    """One joint and link in standard (distal) Denavit-Hartenberg form.
+class JointKind(Enum):
+    """How a joint moves."""
 
-    Frame i - 1 to frame i: Rz(q + offset) Tz(d) Tx(a) Rx(alpha); the joint turns about z of frame i - 1.
-
-    Attributes:
-        a: Link length [m].
-        d: Link offset [m].
-        alpha: Link twist [rad].
-        offset: Of the joint angle [rad].
-    """
-
-    a: float
-    d: float
-    alpha: float
-    offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        vector("DH row (a, d, alpha, offset)", (self.a, self.d, self.alpha, self.offset), 4, "m, m, rad, rad")
+    SLIDE = "slide"
+    HINGE = "hinge"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +21,10 @@ class JointLimits:
     """What a joint may do.
 
     Attributes:
-        lower: Least angle [rad].
-        upper: Largest angle [rad].
-        speed: Largest speed [rad/s].
-        torque: Largest torque of its drive [N m].
+        lower: Least position [rad or m].
+        upper: Largest position [rad or m].
+        speed: Largest speed [rad/s or m/s].
+        torque: Largest torque or force of its drive [N m or N].
     """
 
     lower: float
@@ -46,74 +33,70 @@ class JointLimits:
     torque: float
 
     def __post_init__(self) -> None:
-        vector("joint range (lower, upper)", (self.lower, self.upper), 2, "rad")
+        vector("joint range (lower, upper)", (self.lower, self.upper), 2, "rad or m")
         if not self.lower < self.upper:
             raise InvalidValueError(
-                f"joint range: lower = {self.lower:g} rad must be below upper = {self.upper:g} rad"
+                f"joint range: lower = {self.lower:g} must be below upper = {self.upper:g} (rad or m)"
             )
-        positive("joint speed", self.speed, "rad/s")
-        positive("joint torque", self.torque, "N m")
+        positive("joint speed", self.speed, "rad/s or m/s")
+        positive("joint torque", self.torque, "N m or N")
 
 
 @dataclass(frozen=True, slots=True)
-class LinkInertia:
-    """Mass of a link, in its own DH frame (the one after its joint).
+class Joint:
+    """One joint of a chain: a hinge turns about z of its frame, a slide moves along it.
 
     Attributes:
-        mass: [kg].
-        center_of_mass: [m].
-        inertia: About the centre of mass: xx, xy, xz, yy, yz, zz [kg m^2].
+        pose_before_joint: Of its frame at 0, in the frame of the joint before it, moved; of the first one, in the
+            frame of the robot base.
+        limits: What it may do.
+        kind: Hinge or slide.
     """
 
-    mass: float
-    center_of_mass: Vector
-    inertia: tuple[float, float, float, float, float, float]
-
-    def __post_init__(self) -> None:
-        not_negative("link mass", self.mass, "kg")
-        vector("link center_of_mass", self.center_of_mass, 3, "m")
-        vector("link inertia", self.inertia, 6, "kg m^2")
+    pose_before_joint: Pose
+    limits: JointLimits
+    kind: JointKind = JointKind.HINGE
 
 
 @dataclass(frozen=True, slots=True)
 class SerialArm:
-    """A chain of turning joints from its robot base (frame 0) to its flange (last frame).
+    """A chain of joints from a robot base to a flange.
 
     Attributes:
         name: For messages.
-        rows: Geometry, from the robot base on.
-        limits: One per joint.
-        links: One per joint.
+        joints: From the robot base on.
+        pose_joint_flange: Of the flange, in the frame of the last joint, moved.
     """
 
     name: str
-    rows: tuple[DHRow, ...]
-    limits: tuple[JointLimits, ...]
-    links: tuple[LinkInertia, ...]
+    joints: tuple[Joint, ...]
+    pose_joint_flange: Pose = field(default_factory=Pose)
 
     def __post_init__(self) -> None:
-        counts = (len(self.rows), len(self.limits), len(self.links))
-        if min(counts) < 1 or len(set(counts)) > 1:
-            raise InvalidValueError(
-                f"{self.name}: {counts[0]} rows, {counts[1]} limits, {counts[2]} links: give one of each per joint"
-            )
+        if not self.joints:
+            raise InvalidValueError(f"{self.name}: it has no joints: must have one or more")
 
     @property
-    def joints(self) -> int:
-        """How many joints it has."""
-        return len(self.rows)
+    def limits(self) -> tuple[JointLimits, ...]:
+        """Of each joint."""
+        return tuple(joint.limits for joint in self.joints)
 
-    def joint_position(self, name: str, value: tuple[float, ...] | FloatArray) -> tuple[float, ...]:
-        """Return joint angles as floats if there is one per joint, each within its range [rad].
+    def joint_position(self, name: str, value: Sequence[float] | FloatArray) -> tuple[float, ...]:
+        """Return joint positions as floats if there is one per joint, each within its range [rad or m].
 
         Raises:
             InvalidValueError: Otherwise.
         """
-        angles: list[float] = vector(name, value, self.joints, "rad").tolist()
-        for i, (angle, limits) in enumerate(zip(angles, self.limits, strict=True)):
-            if not limits.lower <= angle <= limits.upper:
+        positions: list[float] = vector(name, value, len(self.joints), "rad or m").tolist()
+        for i, (position, joint) in enumerate(zip(positions, self.joints, strict=True)):
+            limits = joint.limits
+            if not limits.lower <= position <= limits.upper:
+                shown = f"{position:.4f} rad ({math.degrees(position):.1f} deg)"
+                unit = "rad"
+                if joint.kind is JointKind.SLIDE:
+                    shown, unit = f"{position:.4f} m", "m"
                 raise InvalidValueError(
-                    f"{name}, joint {i + 1}, is {angle:.4f} rad ({math.degrees(angle):.1f} deg): its range is "
-                    f"{limits.lower:.4f} to {limits.upper:.4f} rad"
+                    f"{name}, joint {i + 1}, is {shown}: its range is {limits.lower:.4f} to "
+                    f"{limits.upper:.4f} {unit}"
                 )
-        return tuple(angles)
+        return tuple(positions)

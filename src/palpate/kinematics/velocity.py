@@ -19,6 +19,13 @@ for a while would be paid for by as long a wait on the return. So a component th
 singular value shrinks along it, by the curvature u . (dJ/dt) v) fades out between 0.2 and 0.1 of the threshold.
 Where an arm stands exactly in a singularity it must be led out of it by the joints.
 
+Slides count in units of `length`, so that 1 rad weighs what one length does. An arm of three to five joints cannot
+hold its tip's orientation: there v alone counts, and w is what comes of it.
+
+Joints beyond those that the tip needs go to a home posture meanwhile, at `POSTURE_RATE`, by what of that does not
+move the tip (Liegeois 1977), and no faster than `POSTURE_SHARE` of the motion of the tip: an arm whose tip stands
+still stands still.
+
 The whole motion is then scaled down until each joint keeps to its speed, and comes to its range's end no faster
 than `braking_rate` times what is left: the tip keeps to its path, and takes longer. At the end of its range a
 joint stops the arm, unless it moves back. The joint velocities are continuous in the wanted twist and in the joint
@@ -49,12 +56,23 @@ straight elbow."""
 BRAKING_RATE = 10.0
 """[1/s]: from full speed, pi rad/s, a joint brakes over the last 18 degrees with at most 31 rad/s^2."""
 
+FEWEST_JOINTS, SIX = 3, 6
+"""Joints with which a tip can be moved along any direction; and turned about any axis, too."""
+
 _FLOOR = 0.1
 """Of the threshold: no nearer to a singularity does a motion lead that heads for it."""
 
 _BEND = 0.05
 """Of the curvature that tells where a direction leads: 0.3 at a UR5e's straight elbow and over its shoulder, below
 1e-3 at its straight wrist, which has no outside. Below this value the fading sets in gradually."""
+
+
+POSTURE_RATE = 1.0
+"""[1/s] at which joints that the tip leaves free go home: slower than strokes of a scan, faster than its drift."""
+
+POSTURE_SHARE = 0.5
+"""Of the joint velocities that the tip needs, as a norm: less than those themselves, so that what moves the tip
+stays the larger part."""
 
 
 class Limit(Enum):
@@ -75,8 +93,8 @@ class JointMotion:
     """Joint velocities for a wanted twist, and what became of it.
 
     Attributes:
-        joint_velocity: [rad/s].
-        pose_base_tip: Of the tip at the joint angles they were asked for.
+        joint_velocity: [rad/s or m/s].
+        pose_base_tip: Of the tip at the joint positions they were asked for.
         velocity: What the tip will have, base coordinates [m/s].
         angular_velocity: Likewise [rad/s].
         scale: By which the whole motion was slowed down, 0 to 1.
@@ -108,42 +126,53 @@ class InverseVelocity:
         threshold: Singular value below which damping sets in.
         braking_rate: Largest speed towards the end of a joint's range per angle left [1/s]. Who integrates the
             velocities in steps of at most 1 / braking_rate never passes it.
+        home: Joint positions that joints which the tip leaves free go to [rad or m]; without: mid-range.
     """
 
     kinematics: ArmKinematics
     length: float = LENGTH
     threshold: float = THRESHOLD
     braking_rate: float = BRAKING_RATE
+    home: tuple[float, ...] = ()
     _bounds: FloatArray = field(init=False, repr=False)
+    _home: FloatArray = field(init=False, repr=False)
     _settings: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         positive("length", self.length, "m")
         positive("threshold", self.threshold, "")
         positive("braking_rate", self.braking_rate, "1/s")
-        limits = self.kinematics.arm.limits
-        if len(limits) < 6:
+        arm, limits = self.kinematics.arm, self.kinematics.arm.limits
+        if len(limits) < FEWEST_JOINTS:
             raise InvalidValueError(
-                f"{self.kinematics.arm.name} has {len(limits)} joints: a tip's position and orientation ask for 6"
+                f"{arm.name} has {len(limits)} joints: a tip's position alone asks for {FEWEST_JOINTS}"
             )
         bounds = np.array([(each.lower, each.upper, each.speed) for each in limits]).T.copy()
-        settings = [self.length, self.threshold, _FLOOR, _BEND, self.braking_rate]
+        home = arm.joint_position("home", self.home) if self.home else bounds[:2].mean(axis=0)
+        settings = [self.length, self.threshold, _FLOOR, _BEND, self.braking_rate, POSTURE_RATE, POSTURE_SHARE]
         object.__setattr__(self, "_bounds", bounds)
+        object.__setattr__(self, "_home", np.array(home))
         object.__setattr__(self, "_settings", np.array(settings))
         self.solve((0.0,) * len(limits), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
+    @property
+    def turns(self) -> bool:
+        """Whether the arm can turn its tip as it is asked to, and not only move it."""
+        return len(self.kinematics.arm.joints) >= SIX
+
     def solve(self, joint_position: Sequence[float], velocity: Vector, angular_velocity: Vector) -> JointMotion:
-        """Return joint velocities at these joint angles [rad].
+        """Return joint velocities at these joint positions.
 
         Args:
-            joint_position: [rad], one per joint.
+            joint_position: [rad or m], one per joint.
             velocity: Wanted, of the tip frame's origin in base coordinates [m/s].
             angular_velocity: Likewise, of the tip frame [rad/s].
         """
-        n = len(self.kinematics.arm.rows)
+        n = len(self.kinematics.arm.joints)
         found = kernel.joint_motion(
             self.kinematics.chain,
             self._bounds,
+            self._home,
             self._settings,
             np.array(joint_position),
             np.array(velocity + angular_velocity),

@@ -9,7 +9,7 @@ from palpate.kinematics import FollowingErrorLimit, Pose
 from palpate.robots.device_settings import Range
 from palpate.robots.simulated_kind import SimulatedKind, TipCarrier
 from palpate.robots.task import Task
-from palpate.sim import ArmCarrier, Tip, Ur5e
+from palpate.sim import ArmCarrier, Tip, ur5e
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.presets import ARM
 
@@ -54,7 +54,7 @@ class SimulatedUr5eEntry(SimulatedKind, frozen=True, kw_only=True):
     def tip_carrier(self, tip: Tip, task: Task) -> TipCarrier:
         """See `SimulatedKind`."""
         limit = FollowingErrorLimit(self.following_error_limit)
-        arm = Ur5e(self.pose_base_robot, self.pose_flange_tip, self.bandwidth, limit)
+        arm = ur5e(self.pose_base_robot, self.pose_flange_tip, self.bandwidth, limit)
         carrier = ArmCarrier(arm)
         stiffness = arm.push(carrier.joint_start(task.start), DOWN) / limit.distance
         # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster

@@ -1,0 +1,154 @@
+"""Serial arms from MJCF and URDF files."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from palpate.bounded_file import PathLike
+from palpate.errors import vector
+from palpate.kinematics import JointKind, JointLimits, Pose
+from palpate.nearest_name import nearest
+from palpate.sim.carriers.arm_checks import check_open, check_size, joints_to, limits_of
+from palpate.sim.carriers.arm_model import ASSUMED_ARMATURE, ArmModel, chain_of, largest_inertias, pose_of_frame
+from palpate.sim.carriers.arm_source import ArmSource
+
+ARMS = Path(__file__).resolve().parent.parent / "arms"
+"""Where the files of arms lie that palpate has."""
+
+HOME, JOINT_SPEED = "home", "joint_speed"
+"""Names in an MJCF file: of the keyframe that is the home posture, and of the custom numbers that are the joints'
+largest speeds [rad/s or m/s], for which MuJoCo has no word."""
+
+_SPEED_REMEDY = (
+    f'give joint_speed, or write <custom><numeric name="{JOINT_SPEED}" data="..."/></custom> into an MJCF'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmFile:
+    """An arm in a file.
+
+    Attributes:
+        path: MJCF or URDF.
+        flange: Name of a site, body or link: what is mounted sits there.
+        home: A posture to work from [rad or m]; without: the keyframe `home`, or as the file is written.
+        joint_speed: Largest speed of each joint [rad/s or m/s], where the file has none.
+    """
+
+    path: PathLike
+    flange: str
+    home: tuple[float, ...] = ()
+    joint_speed: tuple[float, ...] = ()
+
+    def read(self) -> ArmModel:
+        """Return the arm.
+
+        Raises:
+            InvalidValueError: It cannot be read, or is no serial arm; the message names file, line where it is
+                known, value and remedy.
+        """
+        source = ArmSource(Path(self.path))
+        spec = source.spec()
+        whole = source.compiled(spec)
+        body, pose_body_flange = self._flange(source, whole)
+        carrying = whole.body(body).name
+        joints = joints_to(source, whole, body)
+        check_open(source, whole, joints)
+        names = tuple(whole.joint(joint).name for joint in joints)
+        speeds = self._speeds(source, whole, names)
+        limits = [limits_of(source, whole, *each) for each in zip(joints, speeds, strict=True)]
+        armature = tuple(_armature(whole, joint) for joint in joints)
+
+        spec = source.spec()
+        _keep_the_arm_only(spec, names)
+        without_armature = source.compiled(spec)
+        check_size(source, without_armature)
+        bounds = np.array([(each.lower, each.upper) for each in limits]).T
+        link_inertia = largest_inertias(without_armature, np.clip(bounds, -math.pi, math.pi))
+        for name, inertia, limit in zip(names, armature, limits, strict=True):
+            _leave_to_a_servo(spec.joint(name), inertia, limit)
+        alone = source.compiled(spec)
+        ids = [int(alone.joint(name).id) for name in names]
+        title = str(spec.modelname) or source.path.stem
+        arm = chain_of(title, alone, ids, limits, (int(alone.body(carrying).id), pose_body_flange))
+        home = arm.joint_position("home", self.home or _home(whole, joints))
+        return ArmModel(arm, names, carrying, pose_body_flange, armature, link_inertia, home, spec)
+
+    def _flange(self, source: ArmSource, model: mujoco.MjModel) -> tuple[int, Pose]:
+        """The body that carries the flange, and where on it."""
+        sites = [model.site(i).name for i in range(model.nsite)]
+        bodies = [model.body(i).name for i in range(1, model.nbody)]
+        if self.flange in sites:
+            site, rotation = model.site(self.flange), np.zeros(9)
+            mujoco.mju_quat2Mat(rotation, site.quat)
+            return int(site.bodyid[0]), pose_of_frame(site.pos, rotation)
+        if self.flange in bodies:
+            return int(model.body(self.flange).id), Pose()
+        known = [name for name in sites + bodies if name]
+        near = nearest(self.flange, known)
+        remedy = f"did you mean {near}? " if near else ""
+        problem = f"flange = {self.flange!r}: no site, body or link is called so"
+        raise source.refusal("", problem, f"{remedy}there are {', '.join(known)}")
+
+    def _speeds(self, source: ArmSource, model: mujoco.MjModel, joints: Sequence[str]) -> list[float]:
+        if self.joint_speed:
+            given: list[float] = vector("joint_speed", self.joint_speed, len(joints), "rad/s or m/s").tolist()
+            return given
+        numbers = {model.numeric(i).name: model.numeric(i).data.tolist() for i in range(model.nnumeric)}
+        if JOINT_SPEED in numbers:
+            found: list[float] = numbers[JOINT_SPEED]
+            if len(found) != len(joints):
+                problem = f"{JOINT_SPEED} has {len(found)} numbers"
+                raise source.refusal(JOINT_SPEED, problem, f"must have {len(joints)}, one per joint")
+            return found
+        in_urdf = source.urdf_speeds()
+        for name in joints:
+            if not in_urdf.get(name):
+                raise source.refusal(name, f"joint {name} has no largest speed", _SPEED_REMEDY)
+        return [in_urdf[name] for name in joints]
+
+
+def _armature(model: mujoco.MjModel, joint: int) -> float:
+    given = float(model.dof_armature[model.jnt_dofadr[joint]])
+    slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+    return given or ASSUMED_ARMATURE[JointKind.SLIDE if slides else JointKind.HINGE]
+
+
+def _keep_the_arm_only(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
+    """Take out all but bodies, shapes and the arm's joints; what is left touches nothing and is lifted.
+
+    Joints that do not move the flange, as those of a gripper, stay where the file has them.
+    """
+    others = (spec.keys, spec.actuators, spec.sensors, spec.tendons, spec.equalities, spec.pairs, spec.excludes)
+    for each in (*(each for kind in others for each in kind), *spec.lights, *spec.cameras, *spec.numerics):
+        spec.delete(each)
+    for joint in list(spec.joints):
+        if joint.name in joints:
+            joint.armature = 0.0  # the links alone, first
+        else:
+            spec.delete(joint)
+    for body in spec.bodies:
+        if body != spec.worldbody:
+            body.gravcomp = 1.0
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 0
+
+
+def _leave_to_a_servo(joint: mujoco.MjsJoint, armature: float, limits: JointLimits) -> None:
+    """Let its motor carry gravity and end at its torque, both together; its controller makes up for friction."""
+    joint.armature = armature
+    joint.damping, joint.stiffness, joint.frictionloss = np.zeros(3), np.zeros(3), 0.0
+    joint.actgravcomp = True
+    joint.actfrcrange = [-limits.torque, limits.torque]
+    joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
+
+
+def _home(model: mujoco.MjModel, joints: Sequence[int]) -> list[float]:
+    """The posture of the keyframe `home`, or the file's own, each within its joint's range."""
+    keys = [model.key(i) for i in range(model.nkey)]
+    q = next((key.qpos for key in keys if key.name == HOME), model.qpos0)
+    return [float(np.clip(q[model.jnt_qposadr[joint]], *model.jnt_range[joint])) for joint in joints]

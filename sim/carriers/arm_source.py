@@ -1,0 +1,99 @@
+"""The file of an arm: what MuJoCo makes of it, what it leaves out, and one line about what is wrong with it."""
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import mujoco
+
+from palpate.bounded_file import Bounds, read_text
+from palpate.errors import InvalidValueError
+
+BOUNDS = Bounds(size=1 << 24, lines=200_000)
+"""Of an arm's file; the largest that is published has some thousand lines."""
+
+_LINE = re.compile(r"(?:\bline |Line number=)(\d+)")
+_NAME = re.compile(r"Element name '([^']*)'")
+_QUOTED = re.compile(r"file '([^']*)'")
+_WRONG = (
+    (
+        "mjMINVAL",
+        "a moving body has no mass or no inertia",
+        "give it an <inertial>, or a shape with a density",
+    ),
+    (
+        "multiple parents",
+        "a link with two parents makes a closed kinematic chain",
+        "must be serial: take one of the joints out",
+    ),
+    ("opening file", "a mesh or picture cannot be opened", "put it there, or take it out of the arm's file"),
+    ("parse error", "this is no well-formed XML", "mend it there"),
+    ("empty file", "the file is empty", "give an MJCF or a URDF"),
+)
+"""What MuJoCo says, what that means for an arm, and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmSource:
+    """An MJCF or URDF file.
+
+    Attributes:
+        path: Of the file.
+        text: In it.
+
+    Raises:
+        InvalidValueError: It cannot be read.
+    """
+
+    path: Path
+    text: str = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", read_text(self.path, BOUNDS, "an arm"))
+
+    def spec(self) -> mujoco.MjSpec:
+        """Return what the file says, taken apart anew.
+
+        Raises:
+            InvalidValueError: It is no MJCF or URDF.
+        """
+        try:
+            spec = mujoco.MjSpec.from_file(str(self.path))
+        except ValueError as error:
+            raise self._of_mujoco(str(error)) from error
+        spec.compiler.fusestatic = False  # a URDF's flange is a link without mass
+        return spec
+
+    def compiled(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
+        """Return the model of a spec that comes from this file.
+
+        Raises:
+            InvalidValueError: There is none.
+        """
+        try:
+            return spec.compile()
+        except ValueError as error:
+            raise self._of_mujoco(str(error)) from error
+
+    def urdf_speeds(self) -> dict[str, float]:
+        """Return what a URDF says of its joints' speeds, which MuJoCo leaves out; empty for an MJCF."""
+        limits = ((joint.get("name", ""), joint.find("limit")) for joint in ET.fromstring(self.text).iter("joint"))
+        return {name: float(limit.get("velocity", "0")) for name, limit in limits if limit is not None}
+
+    def refusal(self, name: str, problem: str, remedy: str) -> InvalidValueError:
+        """Return an error of one line, with the line in the file where an element of this name is, if one is."""
+        named = [i for i, line in enumerate(self.text.splitlines(), 1) if name and f'{name}"' in line]
+        where = f", line {named[0]}" if named else ""
+        return InvalidValueError(f"{self.path}{where}: {problem}; {remedy}")
+
+    def _of_mujoco(self, said: str) -> InvalidValueError:
+        first = re.sub(r"^(XML )?Error: ", "", said.strip().splitlines()[0]).strip(" :.")
+        problem, remedy = next((words for sign, *words in _WRONG if sign in said), (first, "mend it there"))
+        line, name, quoted = _LINE.search(said), _NAME.search(said), _QUOTED.search(said)
+        concerned = name or quoted
+        if concerned:
+            problem += f" ({concerned[1]})"
+        if line is None:
+            return self.refusal(Path(quoted[1]).name if quoted else "", problem, remedy)
+        return InvalidValueError(f"{self.path}, line {line[1]}: {problem}; {remedy}")
