@@ -1,9 +1,9 @@
 """Joint positions at which a serial arm holds its tip in a given pose, by damped least squares from a seed.
 
 Levenberg-Marquardt with the squared error as damping (Sugihara 2011, "Solvability-unconcerned inverse kinematics
-by the Levenberg-Marquardt method"), joints at the end of their ranges taken out of a step that leads beyond. What it
-finds lies near the seed. If it finds nothing, seeds drawn over the joints' ranges are tried, and of what they lead
-to the nearest to the given seed is taken. For setting up, not for a control period.
+by the Levenberg-Marquardt method"), joints at the end of their ranges taken out of a step that leads beyond. So it
+finds what lies near the seed. If that is nothing, seeds drawn over the joints' ranges are tried, and of what they
+lead to the nearest to the given seed is taken. For setting up, not for a control period.
 """
 
 import math

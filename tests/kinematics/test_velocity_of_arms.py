@@ -1,0 +1,127 @@
+"""Inverse velocity of arms from files, of hinges and slides, against MuJoCo's own forward kinematics."""
+
+import mujoco
+import numpy as np
+import pytest
+from support.file_arms import GANTRY, OWN, SCARA, own_arm, written
+
+from palpate.errors import InvalidValueError
+from palpate.kinematics import ArmKinematics, InverseVelocity, Limit, Pose
+
+TIP = Pose((0.01, 0.02, 0.1))
+PERIOD, SPEED = 1e-3, 0.05
+
+
+@pytest.fixture(params=[*OWN, "scara", "gantry"])
+def model(request, tmp_path):
+    own = {"scara": SCARA, "gantry": GANTRY}
+    return written(tmp_path, own[request.param]).read() if request.param in own else own_arm(request.param)
+
+
+class Mujoco:
+    """Where MuJoCo has the tip of an arm alone."""
+
+    def __init__(self, model):
+        self.model = model.spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self.body, self.flange = model.flange, model.pose_body_flange
+
+    def tip(self, q):
+        self.data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, self.data)
+        body = self.data.body(self.body)
+        rows = body.xmat.reshape(3, 3)
+        pose = Pose(tuple(body.xpos), tuple(map(tuple, rows))) @ self.flange @ TIP
+        return np.array(pose.position), np.array(pose.rotation)
+
+
+def postures(model, count):
+    """Anywhere; with one joint at an end of its range; with one where arms are straight."""
+    rng = np.random.default_rng(0)
+    lower, upper = np.array([(each.lower, each.upper) for each in model.arm.limits]).T
+    for i in range(count):
+        q, k = rng.uniform(lower, upper), rng.integers(len(lower))
+        if i % 4 == 1:
+            q[k] = rng.choice([lower[k], upper[k]])
+        if i % 4 == 2:
+            q[k] = np.clip(rng.choice([0.0, 1e-9, 1e-4]), lower[k], upper[k])
+        direction = rng.normal(size=3)
+        yield q, SPEED * direction / np.linalg.norm(direction)
+
+
+def moved_exactly(model, count):
+    """How many of the motions away from singularities are seen; all are checked."""
+    truth, kinematics = Mujoco(model), ArmKinematics(model.arm, pose_flange_tip=TIP)
+    inverse = InverseVelocity(kinematics, home=model.home)
+    lower, upper, speed = np.array([(each.lower, each.upper, each.speed) for each in model.arm.limits]).T
+    exact = 0
+    for q, v in postures(model, count):
+        motion = inverse.solve(q.tolist(), tuple(v.tolist()), (0.0, 0.0, 0.0))
+        there = q + PERIOD * np.array(motion.joint_velocity)
+        assert np.all(np.abs(motion.joint_velocity) <= speed)
+        assert np.all((lower <= there) & (there <= upper))
+        before, after = truth.tip(q), truth.tip(there)
+        assert motion.pose_base_tip.position == pytest.approx(before[0], abs=1e-13)
+        reported = before[0] + PERIOD * np.array(motion.velocity)
+        assert after[0] == pytest.approx(
+            reported, abs=3e-5
+        )  # also where it is not as wanted, that is what it reports
+        assert (motion.limit is Limit.NONE) == (motion.scale == 1.0)
+        if motion.smallest_singular_value >= inverse.threshold:
+            exact += 1
+            assert after[0] == pytest.approx(before[0] + PERIOD * motion.scale * v, abs=1e-6)
+    return exact
+
+
+def test_the_tip_moves_as_wanted_and_no_joint_beyond_its_limits(model):
+    assert moved_exactly(model, 200) > 100
+
+
+@pytest.mark.slow
+def test_nor_at_ten_thousand_postures(model):
+    assert moved_exactly(model, 10_000) > 5_000
+
+
+def test_the_jacobian_is_the_derivative_of_mujoco_s_pose(model):
+    truth, kinematics = Mujoco(model), ArmKinematics(model.arm, pose_flange_tip=TIP)
+    h = 1e-6
+    for q, _ in postures(model, 20):
+        J = kinematics.jacobian(q.tolist())
+        for k in range(len(q)):
+            step = h * np.eye(len(q))[k]
+            (ahead, turned), (behind, back) = truth.tip(q + step), truth.tip(q - step)
+            assert (ahead - behind) / (2.0 * h) == pytest.approx(J[:3, k], abs=1e-8)
+            spin = (turned - back) @ truth.tip(q)[1].T / (2.0 * h)
+            assert (spin[2, 1], spin[0, 2], spin[1, 0]) == pytest.approx(J[3:, k], abs=1e-8)
+
+
+def test_joints_that_the_tip_leaves_free_go_home_while_it_moves_and_rest_while_it_rests():
+    model = own_arm("panda.xml")
+    kinematics = ArmKinematics(model.arm, pose_flange_tip=TIP)
+    inverse = InverseVelocity(kinematics, home=model.home)
+    J = kinematics.jacobian(model.home)
+    null = np.linalg.svd(J)[2][-1]
+    away = np.array(model.home) + 0.3 * null
+    assert inverse.solve(away.tolist(), (0.0,) * 3, (0.0,) * 3).joint_velocity == (0.0,) * 7
+    q, start = away, kinematics.pose(away.tolist()).position
+    for i in range(4000):
+        motion = inverse.solve(q.tolist(), (0.05 if i % 2 else -0.05, 0.0, 0.0), (0.0,) * 3)
+        q = q + 1e-3 * np.array(motion.joint_velocity)
+    assert np.linalg.norm(q - model.home) < 0.8 * 0.3
+    assert kinematics.pose(q.tolist()).position == pytest.approx(start, abs=2e-4)
+
+
+def test_an_arm_of_few_joints_moves_its_tip_and_does_not_pretend_to_turn_it(tmp_path):
+    model = written(tmp_path, GANTRY).read()
+    inverse = InverseVelocity(ArmKinematics(model.arm))
+    assert not inverse.turns
+    motion = inverse.solve((0.0,) * 3, (0.01, -0.02, 0.03), (1.0, 0.0, 0.0))
+    assert motion.joint_velocity == pytest.approx((0.01, -0.02, 0.03))
+    assert motion.angular_velocity == (0.0, 0.0, 0.0)
+    assert motion.smallest_singular_value == pytest.approx(1.0)
+
+
+def test_a_home_beyond_a_range_is_refused():
+    model = own_arm("panda.xml")
+    with pytest.raises(InvalidValueError, match="home, joint 4"):
+        InverseVelocity(ArmKinematics(model.arm), home=(0.0,) * 7)
