@@ -50,7 +50,13 @@ class ArmSource:
     text: str = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "text", read_text(self.path, BOUNDS, "an arm"))
+        try:
+            text = read_text(self.path, BOUNDS, "an arm")
+        except OSError as error:
+            raise InvalidValueError(
+                f"{self.path}: cannot be opened: {error.strerror}; give an MJCF or URDF"
+            ) from error
+        object.__setattr__(self, "text", text)
 
     def spec(self) -> mujoco.MjSpec:
         """Return what the file says, taken apart anew.
@@ -82,8 +88,9 @@ class ArmSource:
         return {name: float(limit.get("velocity", "0")) for name, limit in limits if limit is not None}
 
     def refusal(self, name: str, problem: str, remedy: str) -> InvalidValueError:
-        """Return an error of one line, with the line in the file where an element of this name is, if one is."""
-        named = [i for i, line in enumerate(self.text.splitlines(), 1) if name and f'{name}"' in line]
+        """Return an error of one line, with the line in the file where a name, or a `<tag`, stands, if one does."""
+        sign = name if name.startswith("<") else f'"{name}"'
+        named = [i for i, line in enumerate(self.text.splitlines(), 1) if name and sign in line]
         where = f", line {named[0]}" if named else ""
         return InvalidValueError(f"{self.path}{where}: {problem}; {remedy}")
 
@@ -95,5 +102,5 @@ class ArmSource:
         if concerned:
             problem += f" ({concerned[1]})"
         if line is None:
-            return self.refusal(Path(quoted[1]).name if quoted else "", problem, remedy)
+            return self.refusal(quoted[1] if quoted else "", problem, remedy)
         return InvalidValueError(f"{self.path}, line {line[1]}: {problem}; {remedy}")

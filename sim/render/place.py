@@ -51,8 +51,10 @@ class ScenePlacement:
         kinds = [_Joint(int(kind)) for kind in model.jnt_type]
         on = model.jnt_bodyid.tolist()
         arm = [j for j in range(model.njnt) if on[j] in chain]
-        self._slides = [j for j in arm if kinds[j] == _Joint.mjJNT_SLIDE]
-        self._hinges = [j for j in arm if kinds[j] == _Joint.mjJNT_HINGE]
+        slides = [j for j in arm if kinds[j] == _Joint.mjJNT_SLIDE]
+        hinges = [j for j in arm if kinds[j] == _Joint.mjJNT_HINGE]
+        # slides alone are a stage, or move as one
+        self._slides, self._arm = ([], sorted(slides + hinges)) if hinges else (slides, [])
         self._balls = [j for j in arm if kinds[j] == _Joint.mjJNT_BALL]
         below = set() if self._palm is None else set(descendants(model, self._palm))
         self._hand = [j for j in range(model.njnt) if on[j] in below]
@@ -64,7 +66,7 @@ class ScenePlacement:
         self._start = self._data.xpos[self._tip].copy()
         self._start_rotation = self._data.xmat[self._tip].reshape(3, 3).copy()
         self.start = Posture(
-            self._pose(self._tip), self._angles(self._hinges), self._angles(self._hand), self._free_poses()
+            self._pose(self._tip), self._angles(self._arm), self._angles(self._hand), self._free_poses()
         )
 
     def __reduce__(self) -> tuple[type, tuple[mujoco.MjModel, dict[str, Motion]]]:
@@ -83,7 +85,7 @@ class ScenePlacement:
         """
         data, model = self._data, self.model
         # a slide or a stage in the place of an arm that the log is of
-        self._set("arm", self._hinges, posture.arm if self._hinges or not self._slides else ())
+        self._set("arm", self._arm, posture.arm if self._arm or not self._slides else ())
         self._set("hand", self._hand, posture.hand)
         if self._slides:
             axes = np.array([model.jnt_axis[j] for j in self._slides])

@@ -3,10 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
-from support.file_arms import GANTRY, OWN, SCARA, own_arm, written
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics import ArmKinematics, InverseVelocity, Limit, Pose
+from support.file_arms import GANTRY, OWN, SCARA, own_arm, written
 
 TIP = Pose((0.01, 0.02, 0.1))
 PERIOD, SPEED = 1e-3, 0.05

@@ -51,7 +51,7 @@ GANTRY = f"""<mujoco model="gantry">
   <worldbody>
     <body name="x"><joint name="x" axis="1 0 0"/>{LINK}
       <body name="y"><joint name="y" axis="0 1 0"/>{LINK}
-        <body name="z" pos="0 0 0.5"><joint name="z" axis="0 0 1"/>{LINK}<site name="flange" pos="0 0 -0.2"/></body>
+        <body name="z" pos="0 0 0.5"><joint name="z" axis="0 0 1"/>{LINK}<site name="flange"/></body>
       </body>
     </body>
   </worldbody>

@@ -1,0 +1,278 @@
+"""Arms from files: makers' kinematics, the same in MJCF and URDF and in a scene; what is no arm is refused."""
+
+import math
+
+import mpmath
+import mujoco
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.kinematics import ArmKinematics, InverseVelocity, JointKind, Pose, TipReference
+from palpate.sim import ArmFile, ServoedArm
+from palpate.sim.carriers.arm_drive import ArmDrive
+from palpate.sim.carriers.arm_file import ARMS
+from palpate.sim.carriers.servoed_arm import FLANGE, PREFIX
+from support.file_arms import GANTRY, OWN, SCARA, own_arm, written
+
+PANDA = [
+    ("0", "0.333", 0),
+    ("0", "0", -1),
+    ("0", "0.316", 1),
+    ("0.0825", "0", 1),
+    ("-0.0825", "0.384", -1),
+    ("0", "0", 1),
+    ("0.088", "0", 1),
+]
+"""a [m], d [m] and alpha in quarter turns, modified: straight from Franka's table, not from our file."""
+
+
+def xarm6():
+    """UFACTORY's table, with offsets of the joint angles [rad]."""
+    a2, offset = mpmath.sqrt(mpmath.mpf("284.5") ** 2 + mpmath.mpf("53.5") ** 2) / 1000, mpmath.atan2(284.5, 53.5)
+    return [
+        ("0", "0.267", 0, 0),
+        ("0", "0", -1, -offset),
+        (a2, "0", 0, offset),
+        ("0.0775", "0.3425", -1, 0),
+        ("0", "0", 1, 0),
+        ("0.076", "0.097", -1, 0),
+    ]
+
+
+def modified_dh_product(rows, q, last):
+    """Rx(alpha) Tx(a) Rz(q) Tz(d), joint after joint, then the flange, in 40 digits."""
+    T = mpmath.eye(4)
+    for angle, (a, d, quarters, *offset) in zip(q, rows, strict=True):
+        turn = mpmath.mpf(angle) + (offset[0] if offset else 0)
+        c, s, ca, sa = mpmath.cos(turn), mpmath.sin(turn), int(quarters == 0), quarters
+        a, d = mpmath.mpf(a), mpmath.mpf(d)
+        T *= mpmath.matrix(
+            [[c, -s, 0, a], [s * ca, c * ca, -sa, -d * sa], [s * sa, c * sa, ca, d * ca], [0, 0, 0, 1]]
+        )
+    flange = mpmath.eye(4)
+    flange[2, 3] = mpmath.mpf(last)
+    return np.array((T * flange).tolist(), dtype=np.float64)
+
+
+@pytest.mark.parametrize(("name", "flange"), [("panda.xml", "0.107"), ("xarm6.xml", "0")])
+def test_the_flange_is_where_its_maker_s_table_has_it(name, flange):
+    arm = own_arm(name).arm
+    rng = np.random.default_rng(3)
+    with mpmath.workdps(40):
+        rows = PANDA if name == "panda.xml" else xarm6()
+        for _ in range(100):
+            q = [float(rng.uniform(each.lower, each.upper)) for each in arm.limits]
+            found, expected = ArmKinematics(arm).pose(q), modified_dh_product(rows, q, flange)
+            assert found.position == pytest.approx(expected[:3, 3], abs=1e-14)
+            assert np.array(found.rotation) == pytest.approx(expected[:3, :3], abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["panda", "xarm6"])
+def test_a_urdf_gives_the_joint_path_of_the_mjcf(name):
+    """Through a turn and a stroke, 600 periods at 50 mm/s and 0.2 rad/s, from the same home."""
+    home = own_arm(f"{name}.xml").home
+    paths = []
+    for ending in ("xml", "urdf"):
+        model = ArmFile(ARMS / f"{name}.{ending}", "flange", home).read()
+        reference = TipReference(InverseVelocity(ArmKinematics(model.arm), home=home), 1e-3)
+        reference.start(np.add(home, 0.05).tolist())
+        path = []
+        for i in range(600):
+            angle = 0.01 * i
+            v = (0.05 * math.cos(angle), 0.05 * math.sin(angle), -0.01)
+            reference.step(reference.joint_reference, v, (0.0, 0.2 * math.sin(angle), 0.1))
+            path.append(reference.joint_reference)
+        paths.append(path)
+        assert model.link_inertia == own_arm(f"{name}.xml").link_inertia
+        assert model.arm.limits == own_arm(f"{name}.xml").arm.limits
+    assert np.abs(np.subtract(*paths)).max() < 1e-9
+    assert np.abs(np.subtract(paths[0][-1], paths[0][0])).max() > 0.05
+
+
+def in_scene(model, q):
+    """The arm on a tilted stand in a scene of other units, at a joint position; and its state."""
+    spec = mujoco.MjSpec()
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.timestep = 0.5e-3
+    spec.option.gravity = [0.0, 0.0, -9.81]
+    arm = ServoedArm(model, Pose((0.3, -0.2, 0.1), ((0.0, -0.6, -0.8), (0.0, 0.8, -0.6), (1.0, 0.0, 0.0))))
+    arm.add_to(spec, q)
+    compiled = spec.compile()
+    return arm, compiled, mujoco.MjData(compiled)
+
+
+def model_named(name, folder):
+    return written(folder, SCARA).read() if name == "scara" else own_arm(name)
+
+
+@pytest.mark.parametrize("name", [*OWN, "scara"])
+def test_in_a_scene_it_is_the_arm_that_it_is_alone(name, tmp_path):
+    """Its kinematics, and all that its joints feel; wherever it starts."""
+    model = model_named(name, tmp_path)
+    arm, compiled, data = in_scene(model, model.home)
+    alone = model.spec.compile()
+    other, n = mujoco.MjData(alone), len(model.joints)
+    assert data.qpos == pytest.approx(model.home)
+    assert [compiled.joint(i).name for i in range(compiled.njnt)] == list(arm.joints)
+    assert not compiled.geom_contype.any()
+    M, expected = np.zeros((n, n)), np.zeros((n, n))
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        data.qpos[:] = other.qpos[:] = [rng.uniform(each.lower, each.upper) for each in model.arm.limits]
+        for m, d, full in ((compiled, data, M), (alone, other, expected)):
+            mujoco.mj_forward(m, d)
+            mujoco.mj_fullM(m, d, full)
+        pose = arm.kinematics.pose(data.qpos.tolist())
+        assert data.body(FLANGE).xpos == pytest.approx(pose.position, abs=1e-13)
+        assert data.body(FLANGE).xmat.reshape(3, 3) == pytest.approx(np.array(pose.rotation), abs=1e-13)
+        assert pytest.approx(expected, abs=1e-12) == M
+        assert np.all(np.diag(M) <= np.add(model.armature, model.link_inertia) * (1.0 + 1e-9))
+
+
+@pytest.mark.parametrize("name", [*OWN, "scara"])
+def test_it_does_not_sag_follows_without_lag_and_keeps_to_its_speeds(name, tmp_path):
+    model = model_named(name, tmp_path)
+    arm, compiled, data = in_scene(model, model.home)
+    drive = ArmDrive(arm, compiled, data, 1e-3)
+    drive.start()
+    first = np.array(arm.kinematics.pose(data.qpos.tolist()).position)
+    speeds = [each.speed for each in model.arm.limits]
+
+    def go(periods, v):
+        for _ in range(periods):
+            drive.begin(v, (0.0, 0.0, 0.0))
+            for _ in range(drive.steps):
+                drive.advance()
+                mujoco.mj_step(compiled, data)
+                assert np.all(np.abs(data.qvel) <= speeds)
+        return np.array(arm.kinematics.pose(data.qpos.tolist()).position) - first
+
+    assert go(200, (0.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-6)
+    stroke = np.array((0.02, -0.01, 0.005))
+    assert go(1000, tuple(stroke)) == pytest.approx(stroke, abs=0.05e-3)
+    go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
+
+
+def test_what_people_write_is_read(tmp_path):
+    model = written(tmp_path, SCARA).read()
+    assert model.joints == ("a", "b", "c", "d")
+    assert [joint.kind for joint in model.arm.joints].count(JointKind.SLIDE) == 1
+    assert model.home == pytest.approx((0.3, 0.8, 0.12, 0.1))
+    assert model.armature == (0.2,) * 4
+    assert [each.torque for each in model.arm.limits] == [100.0, 50.0, 200.0, 20.0]
+    assert model.arm.limits[0].upper == pytest.approx(math.radians(150.0))
+    _, compiled, _ = in_scene(model, model.home)
+    assert compiled.njnt == 4  # the gripper's stays where it is
+    assert compiled.body(PREFIX + "jaw").mass > 0.0
+
+
+MESH = '<asset><mesh name="m" file="nope.stl"/></asset><worldbody>'
+WELD = "<equality>\n<weld body1='x' body2='z'/></equality></mujoco>"
+BAD = {
+    "missing site": (GANTRY, "tool", r"flange = 'tool': no site, body or link is called so; .*there are flange"),
+    "nearly": (GANTRY, "flang", "did you mean flange"),
+    "closed": (
+        GANTRY.replace("</mujoco>", WELD),
+        "flange",
+        r"line 12: equality 1 \(weld\) makes a closed .*; must",
+    ),
+    "coupled": (
+        GANTRY.replace("</mujoco>", '<equality><joint name="e" joint1="x" joint2="y"/></equality></mujoco>'),
+        "flange",
+        r"equality e \(joint\) makes a closed kinematic chain",
+    ),
+    "mesh": (
+        GANTRY.replace("<worldbody>", MESH),
+        "flange",
+        r"line 3: a mesh .* cannot be opened \(nope.stl\); put",
+    ),
+    "zero inertia": (
+        GANTRY.replace('mass="1"', 'mass="0"'),
+        "flange",
+        r"line \d: a moving body has no mass or no inertia \(x\); give it",
+    ),
+    "no range": (GANTRY.replace('range="-0.3 0.3"', ""), "flange", r"line 4: joint x has no range; give it one"),
+    "no torque": (
+        GANTRY.replace('actuatorfrcrange="-300 300"', ""),
+        "flange",
+        r"line 4: joint x has no largest torque or force; give it one",
+    ),
+    "no speed": (
+        GANTRY.replace("joint_speed", "speed"),
+        "flange",
+        "joint x has no largest speed; give joint_speed",
+    ),
+    "few speeds": (GANTRY.replace("0.5 0.5 0.5", "0.5 0.5"), "flange", "has 2 numbers; must have 3"),
+    "speed of zero": (GANTRY.replace("0.5 0.5 0.5", "0.5 0 1"), "flange", "joint y has the largest speed 0; must"),
+    "millimetres": (
+        GANTRY.replace("0 0 0.5", "0 0 500"),
+        "flange",
+        r"line 6: body z: its distance from .* is 500 m; must be at most 10 m: write metres",
+    ),
+    "one joint": (
+        GANTRY.replace('<joint name="y" axis="0 1 0"/>', ""),
+        "flange",
+        "2 joints between .*; must be 3",
+    ),
+    "two in one": (
+        GANTRY.replace('<joint name="y" axis="0 1 0"/>', '<joint name="y"/><joint name="yy" axis="0 1 0"/>'),
+        "flange",
+        "body y has 2 joints; must have one",
+    ),
+    "ball": (
+        GANTRY.replace('name="y" axis="0 1 0"', 'name="y" type="ball" range="0 1"'),
+        "flange",
+        "line 5: joint y is a ball joint; must be",
+    ),
+    "floating": (
+        GANTRY.replace('<joint name="x" axis="1 0 0"/>', '<freejoint name="x"/>'),
+        "flange",
+        "is a free joint",
+    ),
+    "misspelt": (GANTRY.replace("axis=", "axs="), "flange", r"line \d: .*unrecognized attribute.*; mend it there"),
+    "no XML": ("<mujoco", "flange", "line 1: this is no well-formed XML"),
+    "empty": ("", "flange", "the file is empty"),
+}
+"""What is wrong: text, flange, message."""
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_what_is_no_arm_is_refused_in_one_line(what, tmp_path):
+    text, flange, message = BAD[what]
+    with pytest.raises(InvalidValueError, match=message) as refused:
+        written(tmp_path, text, flange=flange).read()
+    said = str(refused.value)
+    assert said.startswith(str(tmp_path / "arm.xml"))
+    assert "\n" not in said
+    assert ";" in said
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"arm\.xml: cannot be opened: .*; give"):
+        ArmFile(tmp_path / "arm.xml", "flange").read()
+
+
+def test_a_urdf_with_a_loop_or_without_limits_is_refused(tmp_path):
+    text = (ARMS / "xarm6.urdf").read_text()
+    loop = text.replace(
+        "</robot>", text[text.index('  <joint name="joint2"') : text.index('  <link name="link3"')]
+    )
+    loop = loop.replace('name="joint2"', 'name="again"', 1) + "</robot>"
+    for bad, message in (
+        (loop, r"line \d+: a link with two parents makes a closed kinematic chain; must be serial"),
+        (text.replace('type="revolute"', 'type="continuous"'), "joint joint1 has no range; give it one"),
+        (text.replace('velocity="3.14"', ""), "joint joint1 has no largest speed"),
+        (text.replace('effort="50"', ""), "joint joint1 has no largest torque"),
+    ):
+        with pytest.raises(InvalidValueError, match=message):
+            written(tmp_path, bad, "arm.urdf").read()
+
+
+def test_what_cannot_be_mounted_is_refused():
+    with pytest.raises(InvalidValueError, match="bandwidth"):
+        ServoedArm(own_arm("panda.xml"), bandwidth=0.0)
+    with pytest.raises(InvalidValueError, match="joint_start, joint 4"):
+        ServoedArm(own_arm("panda.xml")).add_to(mujoco.MjSpec(), (0.0,) * 7)
+    with pytest.raises(InvalidValueError, match="home, joint 2"):
+        ArmFile(ARMS / "panda.xml", "flange", home=(0.0, 9.0, 0.0, -1.0, 0.0, 0.0, 0.0)).read()
