@@ -88,7 +88,7 @@ class ArmSource:
         return {name: float(limit.get("velocity", "0")) for name, limit in limits if limit is not None}
 
     def refusal(self, name: str, problem: str, remedy: str) -> InvalidValueError:
-        """Return an error of one line, with the line in the file where a name, or a `<tag`, stands, if one does."""
+        """Return an error of one line, with the line in the file where a name or a `<tag` stands, if one does."""
         sign = name if name.startswith("<") else f'"{name}"'
         named = [i for i, line in enumerate(self.text.splitlines(), 1) if name and sign in line]
         where = f", line {named[0]}" if named else ""
