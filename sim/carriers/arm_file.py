@@ -37,12 +37,14 @@ class ArmFile:
         flange: Name of a site, body or link: what is mounted sits there.
         home: A posture to work from [rad or m]; without: the keyframe `home`, or as the file is written.
         joint_speed: Largest speed of each joint [rad/s or m/s], where the file has none.
+        text: What stood in it, if it may not be there any more.
     """
 
     path: PathLike
     flange: str
     home: tuple[float, ...] = ()
     joint_speed: tuple[float, ...] = ()
+    text: str | None = None
 
     def read(self) -> ArmModel:
         """Return the arm.
@@ -51,7 +53,7 @@ class ArmFile:
             InvalidValueError: It cannot be read, or is no serial arm; the message names file, line where it is
                 known, value and remedy.
         """
-        source = ArmSource(Path(self.path))
+        source = ArmSource.of(Path(self.path), self.text)
         spec = source.spec()
         whole = source.compiled(spec)
         body, pose_body_flange = self._flange(source, whole)

@@ -41,22 +41,28 @@ class ArmSource:
     Attributes:
         path: Of the file.
         text: In it.
-
-    Raises:
-        InvalidValueError: It cannot be read.
+        is_there: Whether the file still is what it was.
     """
 
     path: Path
-    text: str = field(init=False, repr=False)
+    text: str = field(repr=False)
+    is_there: bool
 
-    def __post_init__(self) -> None:
+    @classmethod
+    def of(cls, path: Path, text: str | None) -> "ArmSource":
+        """Return a file, or what stood in it.
+
+        Raises:
+            InvalidValueError: It cannot be read.
+        """
         try:
-            text = read_text(self.path, BOUNDS, "an arm")
+            found = read_text(path, BOUNDS, "an arm")
         except OSError as error:
-            raise InvalidValueError(
-                f"{self.path}: cannot be opened: {error.strerror}; give an MJCF or URDF"
-            ) from error
-        object.__setattr__(self, "text", text)
+            if text is not None:
+                return cls(path, text, False)
+            problem = f"cannot be opened: {error.strerror}; give an MJCF or URDF"
+            raise InvalidValueError(f"{path}: {problem}") from error
+        return cls(path, found if text is None else text, text in (None, found))
 
     def spec(self) -> mujoco.MjSpec:
         """Return what the file says, taken apart anew.
@@ -65,7 +71,11 @@ class ArmSource:
             InvalidValueError: It is no MJCF or URDF.
         """
         try:
-            spec = mujoco.MjSpec.from_file(str(self.path))
+            if self.is_there:
+                spec = mujoco.MjSpec.from_file(str(self.path))
+            else:  # meshes may still lie beside it
+                spec = mujoco.MjSpec.from_string(self.text)
+                spec.modelfiledir = str(self.path.parent)
         except ValueError as error:
             raise self._of_mujoco(str(error)) from error
         spec.compiler.fusestatic = False  # a URDF's flange is a link without mass

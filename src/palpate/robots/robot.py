@@ -28,7 +28,8 @@ class Robot:
     Attributes:
         file: What the robot file says.
         sensors: One per finger; None for a sensor without flaws.
-        texts: Of all its files, by `ROBOT_TEXT` and `SENSOR_TEXT`: enough to read the very same robot again.
+        texts: Of all its files, by `ROBOT_TEXT`, `SENSOR_TEXT` and what `RobotKind.files` says: enough to read the
+            very same robot again.
     """
 
     file: RobotFile
@@ -52,7 +53,7 @@ def read_robot(texts: Mapping[str, str]) -> Robot:
             raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
         return texts[name]
 
-    return _assembled(text_of(ROBOT_TEXT), lambda i, _: text_of(SENSOR_TEXT.format(i)))
+    return _assembled(text_of(ROBOT_TEXT), lambda name, _: text_of(name), lambda name, _: text_of(name))
 
 
 def load_robot(name: str) -> Robot:
@@ -67,17 +68,17 @@ def load_robot(name: str) -> Robot:
     """
     path = robot_path(name)
 
-    def sensor_text(_: int, sensor: str) -> str:
+    def text_of(_: str, named: str) -> str:
         try:
-            return load_text(path.parent / sensor, "a sensor file")
+            return load_text(path.parent / named, "a file that a robot file names")
         except OSError as error:
             raise InvalidValueError(
-                f"cannot read {path.parent / sensor}: {error.strerror}; the path is relative to the robot file"
+                f"cannot read {path.parent / named}: {error.strerror}; the path is relative to the robot file"
             ) from None
 
     text = load_text(path, "a robot file")
     try:
-        return _assembled(text, sensor_text)
+        return _assembled(text, text_of, lambda _, named: str((path.parent / named).resolve()))
     except InvalidValueError as error:
         raise InvalidValueError(f"{path}: {error}") from None
 
@@ -124,17 +125,21 @@ def _without_suffix(name: str) -> str:
     return name
 
 
-def _assembled(text: str, sensor_text: Callable[[int, str], str]) -> Robot:
-    """Read a robot file, and the sensor files that it names, by finger and path."""
+def _assembled(text: str, text_of: Callable[[str, str], str], place_of: Callable[[str, str], str]) -> Robot:
+    """Read a robot file, and the files that it names: their texts and places, by name in a log and path."""
     file = read_robot_file(text)
     texts = {ROBOT_TEXT: text}
+    for name, path in file.backend.files.items():
+        texts[name] = text_of(name, path)
+        texts[f"{name}.path"] = place_of(f"{name}.path", path)
     sensors: list[SensorFile | None] = []
     for i, finger in enumerate(file.fingers):
         if finger.sensor is None:
             sensors.append(None)
             continue
         try:
-            texts[SENSOR_TEXT.format(i)] = found = sensor_text(i, finger.sensor)
+            name = SENSOR_TEXT.format(i)
+            texts[name] = found = text_of(name, finger.sensor)
             sensors.append(read_sensor(found))
         except InvalidValueError as error:
             raise InvalidValueError(f"fingers[{i}].sensor, {finger.sensor}: {error}") from None

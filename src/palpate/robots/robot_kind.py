@@ -1,5 +1,6 @@
 """What carries the fingers, in robot files: `backend`."""
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, ClassVar
 
@@ -38,6 +39,14 @@ class RobotKind(OpenKind):
     def measures_force(self) -> bool:
         """Whether the force at the tip is measured without the fingertip's sensor, too."""
         return True
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        """Paths of text files that it names, relative to the robot file, by their names in a log.
+
+        `Robot.texts` has them; under such a name with `.path` behind it, where they were.
+        """
+        return {}
 
     def check_drivers(self) -> None:
         """Check that this computer has the client libraries of its devices.

@@ -62,7 +62,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
-    def tip_carrier(self, tip: Tip, task: Task) -> TipCarrier:
+    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
         """Return what carries a tip to where a task starts.
 
         Raises:
@@ -89,7 +89,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
         finger, file = only_finger(robot), robot.sensors[0]
         check_age(robot, task.sensor.model, task.period)
         tip = _tip(finger, file, task.tip)
-        moved = self.tip_carrier(tip, task)
+        moved = self.tip_carrier(robot, tip, task)
         sensor = known_sensor(finger, file, task.sensor, task.period)
         scene = build_scene(
             tip, task.target, task.law, task.start, moved.carrier, moved.fidelity, friction=task.rubbing

@@ -5,6 +5,7 @@ from dataclasses import replace
 import msgspec
 
 from palpate.kinematics import FollowingErrorLimit
+from palpate.robots.robot import Robot
 from palpate.robots.simulated_kind import SimulatedKind, TipCarrier
 from palpate.robots.task import Task
 from palpate.sim import Fidelity, Stage, Tip, TurningStage
@@ -36,7 +37,7 @@ class StageEntry(SimulatedKind, frozen=True, kw_only=True):
     following_error_limit: float = msgspec.field(name="following_error_m")
     time_step: float = msgspec.field(name="time_step_s")
 
-    def tip_carrier(self, tip: Tip, task: Task) -> TipCarrier:
+    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
         """See `SimulatedKind`."""
         stage = Stage(self.mass, self.bandwidth, self.following_error_limit)
         fidelity = replace(EXPLORE.fidelity, time_step=self.time_step)
@@ -68,7 +69,7 @@ class TurningStageEntry(SimulatedKind, frozen=True, kw_only=True):
     following_error_limit: float = msgspec.field(name="following_error_m", default=0.0025)
     angular_following_error: float = msgspec.field(name="angular_following_error_rad", default=0.06)
 
-    def tip_carrier(self, tip: Tip, task: Task) -> TipCarrier:
+    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
         """See `SimulatedKind`."""
         following = FollowingErrorLimit(self.following_error_limit, self.angular_following_error)
         stage = TurningStage(self.mass, self.bandwidth, following, self.inertia)

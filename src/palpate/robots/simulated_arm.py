@@ -1,0 +1,71 @@
+"""Simulated arms with one fingertip, in robot files: what is the same for all of them."""
+
+from abc import abstractmethod
+from dataclasses import replace
+from typing import ClassVar
+
+import msgspec
+
+from palpate.kinematics import FollowingErrorLimit, Pose
+from palpate.robots.device_settings import Range
+from palpate.robots.robot import Robot
+from palpate.robots.simulated_kind import SimulatedKind, TipCarrier
+from palpate.robots.task import Task
+from palpate.sim import ArmCarrier, ArmModel, Fidelity, ServoedArm, Tip
+from palpate.sim.presets import ARM
+
+DOWN = (0.0, 0.0, -1.0)
+"""Direction in which it presses."""
+
+
+class SimulatedArm(SimulatedKind, frozen=True, kw_only=True):
+    """A simulated arm that starts with its tip upright: see `palpate.sim.ArmCarrier`.
+
+    Attributes:
+        bandwidth: Natural frequency of its servos [rad/s].
+        following_error_limit: Largest distance of the reference from the actual position of the tip [m].
+    """
+
+    METHODS = ("arm_model",)
+    RANGES: ClassVar[tuple[Range, ...]] = (
+        *SimulatedKind.RANGES,
+        ("bandwidth_rad_per_s", 0.1, 1e4, "rad/s"),
+        ("following_error_m", 1e-6, 0.1, "m"),
+    )
+
+    bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
+    following_error_limit: float = msgspec.field(name="following_error_m", default=0.001)
+
+    @property
+    @abstractmethod
+    def pose_base_robot(self) -> Pose:
+        """Where the arm's own base frame is in that of the scene."""
+
+    @property
+    @abstractmethod
+    def pose_flange_tip(self) -> Pose:
+        """Where the tip frame is on the flange."""
+
+    @property
+    def fidelity(self) -> Fidelity:
+        """How it is computed, but for the time step."""
+        return ARM.fidelity
+
+    def arm_model(self, robot: Robot) -> ArmModel:
+        """Return the arm alone.
+
+        Raises:
+            InvalidValueError: Its file is missing, or describes none.
+        """
+        raise NotImplementedError
+
+    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
+        """See `SimulatedKind`."""
+        limit = FollowingErrorLimit(self.following_error_limit)
+        arm = ServoedArm(self.arm_model(robot), self.pose_base_robot, self.pose_flange_tip, self.bandwidth, limit)
+        carrier = ArmCarrier(arm)
+        stiffness = arm.push(carrier.joint_start(task.start), DOWN) / limit.distance
+        # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster
+        # for that: to force control they are the delay that they are on a stage of the same bandwidth
+        fidelity = replace(self.fidelity, time_step=self.time_step)
+        return TipCarrier(carrier, fidelity, 0.0, arm.lead, stiffness, limit.distance)
