@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from commands.test_view_robot import plan_of
-from support.file_arms import own_arm
 
+from commands.test_view_robot import plan_of
 from palpate.errors import InvalidValueError
 from palpate.kinematics.posture import Posture
 from palpate.robots.arm_from_file import ARM_TEXT
 from palpate.robots.in_scene import check, over_a_plate
 from palpate.robots.robot import load_robot, read_robot, robot_path
 from palpate.sim.carriers.arm_file import ARMS
+from support.file_arms import own_arm
 
 
 def beside(folder, ending="xml", arm=None, **changes):
