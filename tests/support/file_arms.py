@@ -13,7 +13,9 @@ LINK = '<geom type="capsule" size="0.03" fromto="0 0 0 0 0 0.1" mass="1"/>'
 SCARA = f"""<mujoco model="scara">
   <compiler angle="degree"/>
   <default><joint damping="2" armature="0.2"/></default>
+  <asset><mesh name="wedge" vertex="0 0 0  0.1 0 0  0 0.1 0  0 0 0.1"/></asset>
   <worldbody>
+    <light pos="0 0 2"/>
     <frame pos="0 0 0.4" euler="0 0 90">
       <body name="one" euler="0 0 10">
         <joint name="a" axis="0 0 1" range="-150 150" ref="5"/>{LINK}
@@ -25,7 +27,8 @@ SCARA = f"""<mujoco model="scara">
               <body name="four">
                 <joint name="d" axis="0 0 1" range="-170 170"/>{LINK}
                 <site name="flange" pos="0 0 0.05" euler="10 20 30"/>
-                <body name="jaw"><joint name="grip" type="slide" axis="1 0 0" range="0 0.02"/>{LINK}</body>
+                <body name="jaw"><joint name="grip" type="slide" axis="1 0 0" range="0 0.02"/>
+                  <geom type="mesh" mesh="wedge" mass="0.1"/></body>
               </body>
             </body>
           </frame>
@@ -38,13 +41,17 @@ SCARA = f"""<mujoco model="scara">
     <motor joint="b" gear="50" forcerange="-1 1"/>
     <motor joint="c" forcerange="-200 200"/>
     <motor joint="d" gear="20" forcerange="-1 1"/>
-    <motor joint="grip"/>
+    <general tendon="split"/>
   </actuator>
+  <contact><exclude body1="three" body2="four"/></contact>
+  <tendon><fixed name="split"><joint joint="grip" coef="0.5"/></fixed></tendon>
+  <equality><joint joint1="grip"/></equality>
+  <sensor><jointpos joint="a"/><framepos objtype="site" objname="flange"/></sensor>
   <custom><numeric name="joint_speed" data="3 3 0.5 6"/></custom>
   <keyframe><key name="home" qpos="0.3 0.8 0.12 0.1 0.01"/></keyframe>
 </mujoco>
 """
-"""Three hinges and a slide, written as people write: degrees, frames, defaults, motors, a gripper's joint."""
+"""Three hinges and a slide, written as people write: degrees, frames, defaults, meshes, motors, and a gripper."""
 
 GANTRY = f"""<mujoco model="gantry">
   <default><joint type="slide" range="-0.3 0.3" actuatorfrcrange="-300 300"/></default>
