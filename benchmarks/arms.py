@@ -6,9 +6,9 @@
 Costs are those of the fastest of some runs of calls: the others count what else the machine does. "MuJoCo" is what
 its own kinematics and Jacobian cost from Python (mj_kinematics, mj_comPos, mj_jacSite), without the inverse.
 
-Errors are those of MuJoCo's forward kinematics after one period of 1 ms at 50 mm/s, over random postures, a quarter
-of them with a joint at the end of its range and a quarter with a joint straight; away from singularities means a
-smallest singular value of at least the threshold.
+Errors are those of MuJoCo's forward kinematics after one period of 1 ms at 50 mm/s, over random postures, a
+quarter of them with a joint at the end of its range and a quarter with a joint straight; away from singularities
+means a smallest singular value of at least the threshold.
 """
 
 import argparse
