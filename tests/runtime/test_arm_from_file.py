@@ -82,7 +82,7 @@ def test_what_is_not_there_is_refused(tmp_path):
         load_robot(str(path))
     path.write_text(path.read_text().replace("mine.xml", "pandda"))
     with pytest.raises(
-        InvalidValueError, match=r"backend.file = 'pandda': must be a file .* arms panda, ur5e, xarm6"
+        InvalidValueError, match=r"backend.file = 'pandda': must be a file .* arms panda, ur10e, ur16e, .* xarm6"
     ):
         load_robot(str(path))
 

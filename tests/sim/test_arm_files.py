@@ -90,6 +90,30 @@ def test_a_urdf_gives_the_joint_path_of_the_mjcf(name):
     assert np.abs(np.subtract(paths[0][-1], paths[0][0])).max() > 0.05
 
 
+UR = {
+    "ur3e": ("0.15185", "-0.24355", "-0.2132", "0.13105", "0.08535", "0.0921"),
+    "ur5e": ("0.1625", "-0.425", "-0.3922", "0.1333", "0.0997", "0.0996"),
+    "ur10e": ("0.1807", "-0.6127", "-0.57155", "0.17415", "0.11985", "0.11655"),
+    "ur16e": ("0.1807", "-0.4784", "-0.36", "0.17415", "0.11985", "0.11655"),
+    "ur20": ("0.2363", "-0.862", "-0.7287", "0.201", "0.1593", "0.1543"),
+    "ur30": ("0.2363", "-0.637", "-0.5037", "0.201", "0.1593", "0.1543"),
+}
+"""d1, a2, a3, d4, d5, d6 [m]: straight from Universal Robots' tables, not from our files."""
+
+
+@pytest.mark.parametrize("name", UR)
+def test_a_ur_is_what_its_maker_s_table_says(name):
+    """A standard table, as one that begins with the last column of a modified one."""
+    d1, a2, a3, d4, d5, d6 = UR[name]
+    rows = [("0", d1, 0), ("0", "0", 1), (a2, "0", 0), (a3, d4, 0), ("0", d5, 1), ("0", d6, -1)]
+    kinematics, rng = ArmKinematics(own_arm(f"{name}.xml").arm), np.random.default_rng(4)
+    for _ in range(20):
+        q = rng.uniform(-6.0, 6.0, 6).tolist()
+        found, expected = kinematics.pose(q), modified_dh_product(rows, q, "0")
+        assert found.position == pytest.approx(expected[:3, 3], abs=1e-14)
+        assert np.array(found.rotation) == pytest.approx(expected[:3, :3], abs=1e-14)
+
+
 def in_scene(model, q):
     """The arm on a tilted stand in a scene of other units, at a joint position; and its state."""
     spec = mujoco.MjSpec()
