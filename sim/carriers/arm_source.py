@@ -31,7 +31,7 @@ _WRONG = (
     ("parse error", "this is no well-formed XML", "mend it there"),
     ("empty file", "the file is empty", "give an MJCF or a URDF"),
 )
-"""What MuJoCo says, what that means for an arm, and the remedy."""
+"""What MuJoCo reports, what that means for an arm, and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +104,10 @@ class ArmSource:
         where = f", line {named[0]}" if named else ""
         return InvalidValueError(f"{self.path}{where}: {problem}; {remedy}")
 
-    def _of_mujoco(self, said: str) -> InvalidValueError:
-        first = re.sub(r"^(XML )?Error: ", "", said.strip().splitlines()[0]).strip(" :.")
-        problem, remedy = next((words for sign, *words in _WRONG if sign in said), (first, "mend it there"))
-        line, name, quoted = _LINE.search(said), _NAME.search(said), _QUOTED.search(said)
+    def _of_mujoco(self, message: str) -> InvalidValueError:
+        first = re.sub(r"^(XML )?Error: ", "", message.strip().splitlines()[0]).strip(" :.")
+        problem, remedy = next((words for sign, *words in _WRONG if sign in message), (first, "mend it there"))
+        line, name, quoted = _LINE.search(message), _NAME.search(message), _QUOTED.search(message)
         concerned = name or quoted
         if concerned:
             problem += f" ({concerned[1]})"

@@ -266,10 +266,10 @@ def test_what_is_no_arm_is_refused_in_one_line(what, tmp_path):
     text, flange, message = BAD[what]
     with pytest.raises(InvalidValueError, match=message) as refused:
         written(tmp_path, text, flange=flange).read()
-    said = str(refused.value)
-    assert said.startswith(str(tmp_path / "arm.xml"))
-    assert "\n" not in said
-    assert ";" in said
+    line = str(refused.value)
+    assert line.startswith(str(tmp_path / "arm.xml"))
+    assert "\n" not in line
+    assert ";" in line
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):

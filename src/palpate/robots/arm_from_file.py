@@ -19,10 +19,10 @@ ARM_TEXT = "arm.xml"
 """Under this name a log keeps the arm's file."""
 
 BEHIND = PoseEntry(position=(-0.45, 0.0, 0.0))
-"""Where an arm stands if nothing is said: behind what it touches, by half the reach of one of 0.9 m."""
+"""Where an arm stands by default: behind what it touches, by half the reach of one of 0.9 m."""
 
 ON_THE_FLANGE = PoseEntry(position=(0.0, 0.0, 0.1), rotvec=(math.pi, 0.0, 0.0))
-"""Where the tip frame sits if nothing is said: 0.1 m out along z of the flange, upright while that looks down."""
+"""Where the tip frame sits by default: 0.1 m out along z of the flange, upright while that looks down."""
 
 PerJoint = Annotated[tuple[float, ...], msgspec.Meta(max_length=9)]
 
