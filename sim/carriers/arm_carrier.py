@@ -20,6 +20,10 @@ LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 BASE_X = -0.45
 """[m] Where the arm's robot base is, behind the origin: by half its reach."""
 
+LEAST_ROOM = 0.02
+"""[rad or m] from where a joint starts to the end of its range, 1 deg or 2 cm: with less it would soon stop the
+arm."""
+
 TOOL = 0.1
 """[m] From the arm's flange to the tip frame."""
 
@@ -55,6 +59,14 @@ class ArmCarrier:
                 f"is {smallest:.3g}, must be at least {inverse.threshold:g}; place arm or object elsewhere, or "
                 "give another home posture"
             )
+        for i, (position, limits) in enumerate(zip(found, kinematics.arm.limits, strict=True)):
+            room = min(position - limits.lower, limits.upper - position)
+            if room < LEAST_ROOM:
+                raise InvalidValueError(
+                    f"{kinematics.arm.name} would start with joint {i + 1} at {position:.4g}, {room:.2g} from the "
+                    f"end of its range (rad or m): must be at least {LEAST_ROOM:g} away; place arm or object "
+                    "elsewhere, or give another home posture"
+                )
         return found
 
     def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:

@@ -97,6 +97,14 @@ def test_a_start_that_cannot_be_is_refused_before_a_run(base, message, tmp_path)
         check(load_robot(str(path)))
 
 
+def test_a_start_at_the_end_of_a_range_is_refused_before_a_run(tmp_path):
+    scene = plan_of("explore", "panda-sim").view()
+    end = f'range="{scene.placement.start.arm[3] - 0.001}'
+    path = beside(tmp_path, arm=(ARMS / "panda.xml").read_text().replace('range="-3.0718', end))
+    with pytest.raises(InvalidValueError, match=r"joint 4 at -2\.\d+, .* from the end of its range"):
+        plan_of("explore", str(path)).view()
+
+
 @pytest.mark.parametrize("name", ["panda", "xarm6"])
 def test_a_view_shows_the_arm_where_its_joints_are(name):
     scene = plan_of("explore", f"{name}-sim").view()
