@@ -249,7 +249,10 @@ def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
         (["explore", "--config", "BAD"], ["bad.yaml", "this is a robot file", "--robot"]),
         (["robot", "check", "BAD"], ["bad.yaml: backend.mas_kg"]),
         (["robot", "check", "."], ["is a folder"]),
-        (["robot", "show", "ur5e"], ["robot = 'ur5e'", "palpate comes with emulated-hand, emulated-ur5e, stage"]),
+        (
+            ["robot", "show", "ur5e"],
+            ["robot = 'ur5e'", "palpate comes with emulated-hand, emulated-ur5e, panda-sim"],
+        ),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said_in_one_line(arguments, words, tmp_path, capsys):

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from palpate.kinematics import JointLimits
-from palpate.sim.carriers.arm_source import ArmSource
+from palpate.sim.carriers.arm_source import ArmSourceFile
 
 FEWEST, MOST = 3, 9
 """Joints of an arm: to move a tip anywhere; and seven on a carriage of two."""
@@ -18,7 +18,7 @@ LARGEST = 10.0
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 
 
-def joints_to(source: ArmSource, model: mujoco.MjModel, body: int) -> list[int]:
+def joints_to(source: ArmSourceFile, model: mujoco.MjModel, body: int) -> list[int]:
     """Return the joints between base and a body, by number.
 
     Raises:
@@ -45,7 +45,7 @@ def joints_to(source: ArmSource, model: mujoco.MjModel, body: int) -> list[int]:
     return path
 
 
-def check_open(source: ArmSource, model: mujoco.MjModel, joints: Sequence[int]) -> None:
+def check_open(source: ArmSourceFile, model: mujoco.MjModel, joints: Sequence[int]) -> None:
     """Refuse what closes the chain: a constraint between bodies, or between one of its joints and another.
 
     Raises:
@@ -61,7 +61,7 @@ def check_open(source: ArmSource, model: mujoco.MjModel, joints: Sequence[int]) 
             raise source.refusal(name or f"<{word}", problem, "must be serial: take it out")
 
 
-def limits_of(source: ArmSource, model: mujoco.MjModel, joint: int, speed: float) -> JointLimits:
+def limits_of(source: ArmSourceFile, model: mujoco.MjModel, joint: int, speed: float) -> JointLimits:
     """Return what a joint may do, its largest speed given [rad/s or m/s].
 
     Raises:
@@ -87,7 +87,7 @@ def limits_of(source: ArmSource, model: mujoco.MjModel, joint: int, speed: float
     return JointLimits(lower, upper, speed, torque)
 
 
-def check_size(source: ArmSource, model: mujoco.MjModel) -> None:
+def check_size(source: ArmSourceFile, model: mujoco.MjModel) -> None:
     """Refuse an arm in millimetres.
 
     Raises:

@@ -14,7 +14,7 @@ from palpate.kinematics import JointKind, JointLimits, Pose
 from palpate.nearest_name import nearest
 from palpate.sim.carriers.arm_checks import check_open, check_size, joints_to, limits_of
 from palpate.sim.carriers.arm_model import ASSUMED_ARMATURE, ArmModel, chain_of, largest_inertias, pose_of_frame
-from palpate.sim.carriers.arm_source import ArmSource
+from palpate.sim.carriers.arm_source import ArmSourceFile
 
 ARMS = Path(__file__).resolve().parent.parent / "arms"
 """Where the files of arms lie that palpate has."""
@@ -53,7 +53,7 @@ class ArmFile:
             InvalidValueError: It cannot be read, or is no serial arm; the message names file, line where it is
                 known, value and remedy.
         """
-        source = ArmSource.of(Path(self.path), self.text)
+        source = ArmSourceFile.of(Path(self.path), self.text)
         spec = source.spec()
         whole = source.compiled(spec)
         body, pose_body_flange = self._flange(source, whole)
@@ -80,7 +80,7 @@ class ArmFile:
         home = arm.joint_position("home", self.home or _home(whole, joints))
         return ArmModel(arm, names, carrying, pose_body_flange, armature, link_inertia, home, spec)
 
-    def _flange(self, source: ArmSource, model: mujoco.MjModel) -> tuple[int, Pose]:
+    def _flange(self, source: ArmSourceFile, model: mujoco.MjModel) -> tuple[int, Pose]:
         """The body that carries the flange, and where on it."""
         sites = [model.site(i).name for i in range(model.nsite)]
         bodies = [model.body(i).name for i in range(1, model.nbody)]
@@ -96,7 +96,7 @@ class ArmFile:
         problem = f"flange = {self.flange!r}: no site, body or link is called so"
         raise source.refusal("", problem, f"{remedy}there are {', '.join(known)}")
 
-    def _speeds(self, source: ArmSource, model: mujoco.MjModel, joints: Sequence[str]) -> list[float]:
+    def _speeds(self, source: ArmSourceFile, model: mujoco.MjModel, joints: Sequence[str]) -> list[float]:
         if self.joint_speed:
             given: list[float] = vector("joint_speed", self.joint_speed, len(joints), "rad/s or m/s").tolist()
             return given

@@ -35,7 +35,7 @@ _WRONG = (
 
 
 @dataclass(frozen=True, slots=True)
-class ArmSource:
+class ArmSourceFile:
     """An MJCF or URDF file.
 
     Attributes:
@@ -49,7 +49,7 @@ class ArmSource:
     is_there: bool
 
     @classmethod
-    def of(cls, path: Path, text: str | None) -> "ArmSource":
+    def of(cls, path: Path, text: str | None) -> "ArmSourceFile":
         """Return a file, or what stood in it.
 
         Raises:
