@@ -120,6 +120,7 @@ def test_a_noisy_run_without_a_sensor_file_comes_out_bit_for_bit(object_name, tm
 def test_a_run_that_was_stopped_by_the_supervisor_trips_again(tmp_path):
     # friction's, 8 mm below the sensor, is 5 mN m
     text = robot_path("stage").read_text().replace("moment_Nm: 2.0 ", "moment_Nm: 0.003 ")
+    text = text.replace("impact_force_N: 40 ", "impact_force_N: 90 ")
     (tmp_path / "weak.yaml").write_text(text)
     config = ExploreConfig(**SMALL, **NOISY, stiffness=60e3, robot=str(tmp_path / "weak.yaml"), out=tmp_path)
     assert record(config) is Ending.TRIPPED
@@ -128,7 +129,8 @@ def test_a_run_that_was_stopped_by_the_supervisor_trips_again(tmp_path):
     assert found.replay.trip.measure == "contact moment"
     assert str(found.replay.trip) == next(each.text for each in found.log.events if each.source == "supervisor")
     assert list(found.log.commands())[found.extent.count - 1].phase is Phase.STOP
-    stronger = replay_log(tmp_path, {"robot": "stage"})  # with limits that it does not reach
+    (tmp_path / "strong.yaml").write_text(text.replace("moment_Nm: 0.003 ", "moment_Nm: 2.0 "))
+    stronger = replay_log(tmp_path, {"robot": str(tmp_path / "strong.yaml")})  # limits that it does not reach
     assert stronger.replay.trip is None
 
 

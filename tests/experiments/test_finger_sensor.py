@@ -42,14 +42,16 @@ HEAD = """palpate_robot: 1
 name: mine
 backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 100, following_error_m: 0.0025, time_step_s: 0.0005}
 period_s: 0.001
+limits: {impact_force_N: 50}
 fingers:
   - surface: {kind: sphere, radius_m: RADIUS}
 """
 PAYLOAD = "    payload: {mass_kg: 0.03}\n"
 
 
-def text_of(sensor, more=PAYLOAD, radius=0.008, end=""):
-    return HEAD.replace("RADIUS", str(radius)) + more + f"    simulated_sensor: {sensor}\n" + end
+def text_of(sensor, more=PAYLOAD, radius=0.008, limits="{impact_force_N: 50}"):
+    head = HEAD.replace("RADIUS", str(radius)).replace("{impact_force_N: 50}", limits)
+    return head + more + f"    simulated_sensor: {sensor}\n"
 
 
 def robot_with(sensor, **options):
@@ -181,14 +183,12 @@ def test_thresholds_within_the_simulated_noise_are_refused():
     [("ft300s", 0.0183), ("ft300s, lost_share: 0.01", 0.0483), ("nano17, latency_s: 0.05", 0.0502)],
 )
 def test_samples_older_than_the_supervisor_allows_are_refused_before_the_run(sensor, age):
-    strict, enough = (
-        f"limits: {{sample_age_s: {x!r}, contact_speed_m_per_s: 0.009}}\n" for x in (0.99 * age, 1.02 * age)
-    )
+    strict, enough = (f"{{sample_age_s: {x!r}, contact_speed_m_per_s: 0.009}}" for x in (0.99 * age, 1.02 * age))
     with pytest.raises(InvalidValueError, match=r"limits\.sample_age_s") as found:
-        check(robot_with(f"{{preset: {sensor}}}", radius=0.025, end=strict))
+        check(robot_with(f"{{preset: {sensor}}}", radius=0.025, limits=strict))
     least = re.search(r"give at least ([\d.]+)", str(found.value))
     assert float(least[1]) == pytest.approx(age, rel=0.03)
-    check(robot_with(f"{{preset: {sensor}}}", radius=0.025, end=enough))
+    check(robot_with(f"{{preset: {sensor}}}", radius=0.025, limits=enough))
 
 
 @pytest.mark.parametrize("kind", [{"sample_rate": 200.0}, {"latency": 0.004}, {"lost_share": 0.2}])

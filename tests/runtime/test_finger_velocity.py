@@ -26,6 +26,7 @@ from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.scene import build_grasp_scene
 from palpate.sim.hand.turning_hand import turning_hand
 from palpate.sim.objects.table import Table
+from palpate.spatial import ZERO
 from runtime.log.log_examples import PERIOD, a_run, any_bits, bits, write
 from support.turned_object import BRISTLES, KNOWN, RADIUS, SPHERE, touch_of
 
@@ -114,7 +115,8 @@ def supervised(*velocities, limits=None):
     supervisor.start(PERIOD)
     for velocity in velocities:
         command = Command(phase=Phase.SCAN, grip_force=(2.0, 2.0), finger_velocity=velocity)
-        passed = supervisor.check(replace(now, time=0.0), command)
+        still = replace(now, time=0.0, arm=replace(now.arm, position_base_tip=ZERO, velocity_base_tip=ZERO))
+        passed = supervisor.check(still, command)
     return supervisor, passed
 
 

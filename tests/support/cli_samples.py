@@ -89,6 +89,7 @@ SAMPLES = {
     "recover": Sample("stage", ("robot = stage", "no devices to connect to", "give a robot file of kind rig")),
     "emulate ur": Sample("--time-scale 100", ("time_scale = 100", "from 0.01 to 10")),
     "emulate dynamixel": Sample("--servos 100", ("servos = 100", "from 1 to 16")),
+    "emulate robot": Sample("stage", ("backend.kind = stage has no devices to emulate", "kind rig")),
     "emulate netft": Sample("--address here", ("address = 'here'", "IPv4 address, such as 127.0.0.2")),
     "emulate fault": Sample("70000 ur drop_rst", ("port = 70000", "from 1 to 65535")),
     "warm-up": Sample("everything", ("everything",)),
