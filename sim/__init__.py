@@ -28,6 +28,8 @@ from palpate.sim.objects.primitives import (
     SceneObject,
     SphereObject,
 )
+from palpate.sim.objects.scene_file import FrozenScene, SceneFile
+from palpate.sim.objects.scene_target import SceneTarget
 from palpate.sim.objects.sprung import SprungTarget
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.target import StaticObject, Target
@@ -53,6 +55,7 @@ __all__ = [
     "EllipsoidObject",
     "Fidelity",
     "Fixed",
+    "FrozenScene",
     "HeightField",
     "Integrator",
     "JointKind",
@@ -65,7 +68,9 @@ __all__ = [
     "PresetSensor",
     "Ramp",
     "Scene",
+    "SceneFile",
     "SceneObject",
+    "SceneTarget",
     "SeededSensor",
     "SensorModel",
     "ServoedArm",

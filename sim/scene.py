@@ -22,7 +22,7 @@ from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
 from palpate.spatial import Vector, add, subtract
 
 OBJECT_GEOM = "object"
-"""Of the object's body, too."""
+"""Of the object's body, too, but in a scene from a file."""
 
 TABLE_GEOM = "table"
 
@@ -70,7 +70,8 @@ def build_scene(
     Args:
         tip: The fingertip on its sensor.
         target: The object. A surface alone is fixed at the origin of the base frame; an `ObjectBody` rubs by its
-            own friction, and may be pushed if it is free; a `MovingTarget` has a prescribed motion.
+            own friction, and may be pushed if it is free; a `MovingTarget` has a prescribed motion; around a
+            `SceneTarget` stands the rest of its scene, which the tip may hit, too.
         law: Contact between the two.
         start: Where the sensor frame's origin starts, base frame [m].
         carrier: What carries the tip; a `Stage` if not given.
@@ -96,14 +97,13 @@ def build_scene(
 
     tip.add_assets(spec)
     tip.add_to(carrier.mount(spec, tip, start))  # first: drives find their joints ahead of all others
-    target.add_to(spec, OBJECT_GEOM)
+    body = target.add_to(spec, OBJECT_GEOM).name
+    around = [each.name for each in spec.geoms if _collides(each)]
     if table is not None:
         table.add_to(spec, TABLE_GEOM)
 
     compiled = spec.compile()  # what MuJoCo takes for the bodies' inverse masses, before there are pairs
-    of_tip, of_target = (
-        float(compiled.body_invweight0[compiled.body(name).id, 0]) for name in ("tip", OBJECT_GEOM)
-    )
+    of_tip, of_target = (float(compiled.body_invweight0[compiled.body(name).id, 0]) for name in ("tip", body))
     law = target.law(law)
     if of_tip + of_target == 0.0:
         raise InvalidValueError(
@@ -124,9 +124,12 @@ def build_scene(
         pair = replace(pair, impratio=impratio, creep_speed=pair.creep_speed * pair.impratio / impratio)
     spec.option.impratio = impratio
     add_pair(spec, TIP_GEOM, OBJECT_GEOM, pair)
+    for name in around:
+        of_other = float(compiled.body_invweight0[int(compiled.geom(name).bodyid[0]), 0])
+        add_pair(spec, TIP_GEOM, name, pair_parameters(law, of_tip + of_other, time_step))
     _add_sensors(spec)
     if target.mount is not Mount.FIXED:
-        _add_pose_sensors(spec)
+        _add_pose_sensors(spec, body)
     carrier.add_sensors(spec)
     model = spec.compile()
     found = float(model.body_invweight0[model.body("tip").id, 0])
@@ -159,11 +162,16 @@ def _check_stands(target: Target, table: Table, sinks: float) -> None:
         )
 
 
-def _add_pose_sensors(spec: mujoco.MjSpec) -> None:
+def _collides(geom: mujoco.MjsGeom) -> bool:
+    """Whether it stands in the tip's way: geoms of a scene from a file may; ours meet in pairs only."""
+    return geom.name != OBJECT_GEOM and bool(geom.contype & 1 or geom.conaffinity & 1)
+
+
+def _add_pose_sensors(spec: mujoco.MjSpec, body: str) -> None:
     """Add what tells where an object is that moves, ahead of the carrier's own sensors."""
     for kind in (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FRAMEQUAT):
         # xbody: the frame as it was given; body would be the centre of mass
-        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=OBJECT_GEOM)
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=body)
 
 
 def _add_sensors(spec: mujoco.MjSpec) -> None:

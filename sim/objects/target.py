@@ -19,6 +19,7 @@ class Mount(Enum):
     FREE = "free"
     DRIVEN = "driven"
     SPRUNG = "sprung"
+    JOINTED = "jointed"
 
 
 class Placer(Protocol):
@@ -40,7 +41,7 @@ class Nowhere:
 
 @runtime_checkable
 class Target(Protocol):
-    """A body with one geom, for a tip to touch: `StaticObject`, `ObjectBody`, `MovingTarget`, `SprungTarget`."""
+    """A body with a geom to touch: `StaticObject`, `ObjectBody`, `MovingTarget`, `SprungTarget`, `SceneTarget`."""
 
     @property
     def shape(self) -> SceneObject:

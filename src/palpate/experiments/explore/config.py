@@ -82,7 +82,8 @@ class ExploreConfig:
 
     object: ObjectName = option("sphere", fixed=TOUCHED)
     """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
-    are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin."""
+    are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin, and so does
+    what is touched of a scene, with all around it; its joints are held where the file puts them."""
     size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
     height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
@@ -90,9 +91,12 @@ class ExploreConfig:
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
     file: Path | None = option(None, fixed=TOUCHED)
     """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
-    z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy)."""
+    z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy), or a
+    scene (MJCF, with the meshes that it names beside it)."""
     scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""
+    touch: str = option("", fixed=TOUCHED, of=("object", ("scene",)))
+    """scene: the geom to touch, or a body with one geom that collides. Left out: the only such geom there is."""
     tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     noise and period below: the robot file's."""
@@ -203,6 +207,11 @@ class ExploreConfig:
     def article(self) -> str:
         """The article before the object's name."""
         return article_of(self.object)
+
+    @property
+    def thing(self) -> str:
+        """What is touched, in words."""
+        return self.touch or f"{self.article} {self.object}"
 
     @property
     def middle(self) -> tuple[float, float]:

@@ -8,14 +8,19 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
 from palpate.experiments.explore.objects import ObjectName
+from palpate.experiments.kit.scene_texts import scene_in, scene_texts
 from palpate.sim import (
     Box,
     ConvexMesh,
     CylinderObject,
     EllipsoidObject,
+    FrozenScene,
     HeightField,
+    SceneFile,
     SceneObject,
+    SceneTarget,
     SphereObject,
+    Target,
     Torus,
     TracedMesh,
     Triangles,
@@ -33,7 +38,7 @@ SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
 """Objects of which a simulation knows where a sphere touches, and no other tip."""
 
 
-def object_of(config: ExploreConfig, texts: Mapping[str, str]) -> SceneObject:
+def object_of(config: ExploreConfig, texts: Mapping[str, str]) -> SceneObject | SceneTarget:
     """Return the object that a configuration asks for, from its file or, for an earlier run, from its log.
 
     Args:
@@ -46,7 +51,7 @@ def object_of(config: ExploreConfig, texts: Mapping[str, str]) -> SceneObject:
     return scene_object(config) if config.file is None or not texts else _object_in(texts, config)
 
 
-def scene_object(config: ExploreConfig) -> SceneObject:
+def scene_object(config: ExploreConfig) -> SceneObject | SceneTarget:
     """Return the object that a configuration asks for; a file is read, and what stands in it put in its place.
 
     Raises:
@@ -76,9 +81,12 @@ def scene_object(config: ExploreConfig) -> SceneObject:
         case "height-field":
             assert config.file is not None  # ExploreConfig has made sure
             return load_heights(config.file, config.scale, size)
+        case "scene":
+            assert config.file is not None
+            return _touched(FrozenScene.read(config.file), config)
 
 
-def object_texts(target: SceneObject, config: ExploreConfig) -> dict[str, str]:
+def object_texts(target: SceneObject | Target, config: ExploreConfig) -> dict[str, str]:
     """Return the geometry of an object that came from a file, as text that gives the very same bits again.
 
     Args:
@@ -94,10 +102,14 @@ def object_texts(target: SceneObject, config: ExploreConfig) -> dict[str, str]:
         return {HEIGHTS_TEXT: heights_text(target)}
     if isinstance(target, TracedMesh | ConvexMesh):
         return {MESH_TEXT: _off(target.triangles)}
+    if isinstance(target, SceneTarget):
+        return scene_texts(target.file)
     raise TypeError(f"a {type(target).__name__} comes from no file")
 
 
-def _object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject:
+def _object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject | SceneTarget:
+    if config.object == "scene":
+        return _touched(scene_in(texts, FrozenScene), config)
     name = MESH_TEXT if config.object == "mesh" else HEIGHTS_TEXT
     if name not in texts:
         raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
@@ -106,7 +118,7 @@ def _object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject:
     return _mesh(_read_off(texts[name]), config)
 
 
-def object_line(target: SceneObject, config: ExploreConfig) -> str:
+def object_line(target: SceneObject | Target, config: ExploreConfig) -> str:
     """Return what an object is, in one line for a report."""
     if config.file is None:
         return f"{config.object}, {' x '.join(f'{1e3 * s:g}' for s in config.size)} mm"
@@ -116,9 +128,15 @@ def object_line(target: SceneObject, config: ExploreConfig) -> str:
     elif isinstance(target, TracedMesh | ConvexMesh):
         sides = " x ".join(f"{1e3 * s:.4g}" for s in np.ptp(target.triangles.vertices, axis=0))
         extent = f"{len(target.triangles.faces)} triangles, {sides} mm"
+    elif isinstance(target, SceneTarget):
+        extent = f"{target.touched}, the scene moved by {' '.join(f'{1e3 * s:.4g}' for s in target.shift)} mm"
     else:
         raise TypeError(f"a {type(target).__name__} comes from no file")
     return f"{config.object} {config.file}, {extent}"
+
+
+def _touched(scene: SceneFile, config: ExploreConfig) -> SceneTarget:
+    return SceneTarget.of(scene, config.touch, TracedMesh if len(config.tip) == 1 else ConvexMesh)
 
 
 def _mesh(triangles: Triangles, config: ExploreConfig) -> SceneObject:

@@ -6,7 +6,7 @@ from typing import Literal
 from palpate.errors import InvalidValueError, positive
 from palpate.experiments.kit.config_checks import check_length, spaced
 
-ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field"]
+ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field", "scene"]
 
 OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
     "sphere": ("radius", (0.04,)),
@@ -17,10 +17,11 @@ OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
     "bumps": ("amplitude, wavelength and side of the square that they cover", (0.003, 0.06, 0.18)),
     "mesh": ("nothing, the file gives it", ()),
     "height-field": ("width and depth, unless the file gives them", ()),
+    "scene": ("nothing, the file gives it", ()),
 }
 """What sizes each object takes, and its defaults [m]."""
 
-FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field")
+FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field", "scene")
 """Objects that a file describes."""
 
 
@@ -40,7 +41,7 @@ def checked_size(name: ObjectName, size: tuple[float, ...]) -> tuple[float, ...]
     meaning, default = OBJECT_SIZES[name]
     size = size or default
     if name in FROM_FILE:
-        if len(size) not in ((0,) if name == "mesh" else (0, 2)):
+        if len(size) not in ((0, 2) if name == "height-field" else (0,)):
             raise InvalidValueError(f"size = {spaced(size)}: {article_of(name)} {name} takes {meaning}")
     elif len(size) != len(default):
         raise InvalidValueError(
@@ -67,6 +68,11 @@ def check_file(name: ObjectName, file: Path | None, scale: float) -> None:
     if name in FROM_FILE:
         if file is None:
             raise InvalidValueError(f"object = {name}: a file must describe it (--file)")
+        if name == "scene" and scale != 1.0:
+            raise InvalidValueError(
+                f"scale = {scale:g}: a scene is in metres; scale its meshes in the file, as "
+                'scale="0.001 0.001 0.001"'
+            )
     elif file is not None:
         raise InvalidValueError(
             f"file = {file}: {article_of(name)} {name} is described by --size; for a file give "

@@ -55,7 +55,8 @@ from palpate.runtime.servo_following import PositionServo
 from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.stopping import Stopping
 from palpate.runtime.truth import TruthSource
-from palpate.sim import Scene, SceneObject
+from palpate.sim import Scene, SceneObject, Target
+from palpate.sim.objects.target import as_target
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 from palpate.viewing import SurfaceView, ViewScene
@@ -90,7 +91,7 @@ class ExplorationPlan(PlanDefaults):
     Attributes:
         config: What is asked for, completed from the robot file.
         robot: What carries it out.
-        target: What is touched.
+        target: The surface that is touched; `task.target` may have surroundings.
         scan: Where it goes, for the middle of the tip.
         plane: In it the coordinates of the tip frame's origin are those of the middle of the tip.
         parameters: For the controller.
@@ -184,7 +185,7 @@ class ExplorationPlan(PlanDefaults):
         """See `Plan`: the geometry of an object from a file, and what pressing has found."""
         found = self.identified
         pressed_text = {} if found is None else {IDENTIFIED_TEXT: identified_text(found)}
-        return pressed_text | object_texts(self.target, self.config)
+        return pressed_text | object_texts(self.task.target, self.config)
 
     @property
     def preparation(self) -> str:
@@ -240,7 +241,7 @@ class ExplorationPlan(PlanDefaults):
         # the object may not be as described
         unsafe = config.speed > self.wall.speed and (config.beyond or config.object in FROM_FILE)
         return DryRun(
-            f"Exploration of {config.article} {config.object} by touch",
+            f"Exploration of {config.thing} by touch",
             (
                 KeyFigure("path", scan.line),
                 KeyFigure("expected duration", self.expected_duration, "s", "without pressing first"),
@@ -263,7 +264,7 @@ class ExplorationPlan(PlanDefaults):
         from palpate.experiments.kit.scene_view import scene_view  # with what draws
 
         config, scan, scene = self.config, self.scan, known_scene(self.backend())
-        title = f"Exploration of {config.article} {config.object}, {config.robot}"
+        title = f"Exploration of {config.thing}, {config.robot}"
         growing = SurfaceView(
             rows=scan.prior if isinstance(scan, ActiveScan) else config.gap,
             voxel=config.map_spacing,
@@ -292,12 +293,13 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
     return planned if found is None else planned.with_identified(read_identified(found, IdentifiedForce))
 
 
-def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> ExplorationPlan:
+def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) -> ExplorationPlan:
     """Return the plan of an exploration of a given object; the object options of `config` are not read.
 
     Raises:
         InvalidValueError: It cannot be realised.
     """
+    target = as_target(touched).shape
     scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
     check_compression(config.tip, config.force, config.stiffness)
@@ -315,7 +317,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     task = Task(
         tip=fingertip(robot, config.tip),
         compression=config.force * half_compliance,
-        target=target,
+        target=touched,
         law=law,
         start=(first_x - x, first_y - y, top - z),
         period=config.period or robot.file.period,

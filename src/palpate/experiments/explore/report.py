@@ -67,7 +67,7 @@ def exploration_report(exploration: Exploration) -> Report:
     """Return the report on an exploration."""
     config = exploration.config
     return Report(
-        title=f"Exploration of {config.article} {config.object} by touch",
+        title=f"Exploration of {config.thing} by touch",
         outcome=outcome(exploration),
         figures=key_figures(exploration),
         sections=(
@@ -204,7 +204,7 @@ def _advice(exploration: Exploration) -> tuple[str, ...]:
 
 def _asked(config: ExploreConfig) -> str:
     return (
-        f"to touch {config.article} {config.object} with {config.force:g} N at {1e3 * config.speed:g} mm/s, "
+        f"to touch {config.thing} with {config.force:g} N at {1e3 * config.speed:g} mm/s, "
         f"strategy {config.strategy}, carried by {config.robot}"
     )
 
@@ -345,7 +345,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
     config, known = exploration.config, exploration.truth.known
     return (
-        ("object", object_line(exploration.plan.target, config)),
+        ("object", object_line(exploration.plan.task.target, config)),
         ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
         ("normal force", f"{config.force:g} N{_swing(config)}"),
         ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
