@@ -6,7 +6,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS, check_compression
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.parts import sensor_of, shape_of
+from palpate.experiments.regulate.parts import sensor_of
 from palpate.robots.fingertip import fingertip, start_above
 from palpate.robots.in_scene import build
 from palpate.robots.robot import Robot
@@ -41,7 +41,7 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
         compression=compression,
         target=target,
         law=law,
-        start=start_above(tip, shape_of(config).top, CLEARANCE),
+        start=start_above(tip, target.shape.top, CLEARANCE),
         period=config.period or robot.file.period,
         sensor=sensor,
         touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),

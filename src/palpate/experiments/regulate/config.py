@@ -19,7 +19,7 @@ from palpate.experiments.kit.config_checks import (
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
-PressedName = Literal["plate", "sphere"]
+PressedName = Literal["plate", "sphere", "scene"]
 SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
 ProfileName = Literal["constant", "step", "ramp", "sine"]
 MotionName = Literal["still", "sine", "circle", "path", "table"]
@@ -31,6 +31,7 @@ MOTION_TEXT = "motion.csv"
 """Under this name a log keeps that file."""
 
 _SINE, _MOUNT = ("surface", ("sine",)), ("surface", ("yielding",))
+_SCENE = ("object", ("scene",))
 _MOVING, _MOVED = ("surface", ("sine", "leaving")), ("motion", ("sine", "circle"))
 
 LIVE = ("force", "force_gain")
@@ -75,7 +76,12 @@ class RegulateConfig:
     """
 
     object: PressedName = option("plate", fixed=TOUCHED)
-    """What is pressed on: a plate of 0.2 x 0.2 m, or a sphere of 40 mm radius."""
+    """What is pressed on: a plate of 0.2 x 0.2 m, a sphere of 40 mm radius, or a part of a scene from a file."""
+    file: Path | None = option(None, fixed=TOUCHED, of=_SCENE)
+    """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that what is touched
+    stands on z = 0 with its middle over the origin, where it is pressed; its joints and springs let it move."""
+    touch: str = option("", fixed=TOUCHED, of=_SCENE)
+    """The geom to press on, or a body with one geom that collides. Left out: the only such geom there is."""
     surface: SurfaceName = option("still", fixed=TOUCHED)
     """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
     spring and damper; leave during the run; or not be there at all."""
@@ -183,6 +189,13 @@ class RegulateConfig:
         self._check_motion()
 
     def _check_surface(self) -> None:
+        if self.object == "scene" and self.file is None:
+            raise InvalidValueError("object = scene: a file must describe it (--file)")
+        if self.object == "scene" and self.surface != "still":
+            raise InvalidValueError(
+                f"surface = {self.surface}: is for a plate or sphere; what a scene does stands in its file, as "
+                "joints with stiffness and damping: leave it still"
+            )
         check_length("surface_amplitude", self.surface_amplitude, LARGEST_AMPLITUDE)
         if self.surface == "leaving" and self.surface_speed > FASTEST_LEAVING:
             raise InvalidValueError(
@@ -218,6 +231,16 @@ class RegulateConfig:
                 f"motion_size = {self.motion_size:g} m: must be at most {LARGEST_MOTION:g} m, or the tip would "
                 "leave the object"
             )
+
+    @property
+    def thing(self) -> str:
+        """What is pressed on, in words."""
+        return f"{self.touch or 'scene'} of {self.file.name}" if self.file is not None else f"a {self.object}"
+
+    @property
+    def described(self) -> str:
+        """Likewise, with what its surface does."""
+        return self.thing if self.file is not None else f"a {self.surface} {self.object}"
 
     @property
     def swung(self) -> float:

@@ -1,8 +1,12 @@
 """The parts of a regulation from its configuration: profile, motion, surface, sensor."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
 
 from palpate.bounded_file import read_text
 from palpate.controllers.damped_contact import DampedContact, SpringMounting
@@ -18,7 +22,9 @@ from palpate.controllers.tangent_motion import (
 )
 from palpate.csv_table import BOUNDS
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.scene_texts import SCENE_TEXT, scene_in
 from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
+from palpate.experiments.regulate.joint_mounting import joint_mounting
 from palpate.experiments.regulate.motion import read_motion
 from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.known_truth import scene_of
@@ -32,7 +38,10 @@ from palpate.sim import (
     MovingTarget,
     ObjectBody,
     Ramp,
+    Scene,
+    SceneFile,
     SceneObject,
+    SceneTarget,
     SeededSensor,
     Sine,
     SphereObject,
@@ -53,6 +62,9 @@ UP: Vector = (0.0, 0.0, 1.0)
 
 AWAY = -0.5
 """Height of an object that is missing [m]: nothing that is looked for gets there."""
+
+NOTHING_KEPT: Mapping[str, str] = MappingProxyType({})
+"""Of a new run."""
 
 STEADY = 1e5
 """Time constant of the sensor's drift [s]: over a run it is as good as steady."""
@@ -115,13 +127,21 @@ def shape_of(config: RegulateConfig) -> SceneObject:
     return Box(PLATE) if config.object == "plate" else SphereObject(RADIUS)
 
 
-def target_of(config: RegulateConfig, *, at_rest: bool = False) -> Target:
+def target_of(config: RegulateConfig, texts: Mapping[str, str] = NOTHING_KEPT, *, at_rest: bool = False) -> Target:
     """Return the object, and what it does.
 
     Args:
         config: What was asked for.
-        at_rest: Whether it stands still where it is first met, to be identified.
+        texts: What a log has kept, by file name; empty to read the file of a scene.
+        at_rest: Whether it stands still where it is first met, to be identified; a scene does what it does.
+
+    Raises:
+        InvalidValueError: The scene cannot be read, or has nothing there to press on.
     """
+    if config.object == "scene":
+        assert config.file is not None  # RegulateConfig has made sure
+        scene = scene_in(texts, SceneFile) if SCENE_TEXT in texts else SceneFile.read(config.file)
+        return SceneTarget.of(scene, config.touch)
     shape = shape_of(config)
     if config.surface in ("still", "soft") or (at_rest and config.surface in ("sine", "leaving")):
         return StaticObject(shape)
@@ -152,6 +172,20 @@ def sprung(config: RegulateConfig, shape: SceneObject) -> SprungTarget:
     return SprungTarget(shape, config.mount_stiffness, config.mount_damping_ratio * critical, config.mount_mass)
 
 
+def depth_of(target: Target) -> float:
+    """Return how far below its highest point an object is met [m], which is above or below the origin.
+
+    Raises:
+        InvalidValueError: There is nothing of it.
+    """
+    met = float(target.shape.height(np.zeros(()), np.zeros(())))
+    if math.isnan(met):
+        raise InvalidValueError(
+            "touch: nothing of it lies under its middle, where it is pressed; name another geom"
+        )
+    return target.shape.top - met
+
+
 def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
     """Return the model of contact, mount and servo that force control is designed for.
 
@@ -165,7 +199,7 @@ def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
         )
     pair = scene.pair
     # the pair's direct format: -(1 - d) A times stiffness and damping
-    true = DampedContact(config.true_stiffness, pair.solref[1] / pair.solref[0], servo, _mounting(config))
+    true = DampedContact(config.true_stiffness, pair.solref[1] / pair.solref[0], servo, _mounting(config, scene))
     if config.assumed_stiffness is None and config.assumed_damping_time is None:
         return true
     times = (config.assumed_stiffness or true.surface_stiffness) / true.surface_stiffness
@@ -177,7 +211,9 @@ def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
     return DampedContact(times * true.stiffness, damping, servo, mounting)
 
 
-def _mounting(config: RegulateConfig) -> SpringMounting | None:
+def _mounting(config: RegulateConfig, scene: Scene) -> SpringMounting | None:
+    if config.object == "scene":
+        return joint_mounting(scene)
     if config.surface != "yielding":
         return None
     target = sprung(config, shape_of(config))

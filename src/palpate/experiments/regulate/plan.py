@@ -20,6 +20,7 @@ from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE
+from palpate.experiments.kit.scene_texts import scene_texts
 from palpate.experiments.regulate.built import built
 from palpate.experiments.regulate.checks import check_limits, fastest_along, fastest_push, most_force
 from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
@@ -28,6 +29,7 @@ from palpate.experiments.regulate.landing import LIFT_SPEED, check_meeting, land
 from palpate.experiments.regulate.motion import motion_text
 from palpate.experiments.regulate.parts import (
     contact_model,
+    depth_of,
     duration_of,
     motion_of,
     profile_of,
@@ -41,7 +43,7 @@ from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
-from palpate.sim import MovingTarget, Target
+from palpate.sim import MovingTarget, SceneTarget, Target
 from palpate.sim.scene import OBJECT_GEOM
 
 if TYPE_CHECKING:
@@ -171,17 +173,18 @@ class RegulationPlan(PlanDefaults):
         )
 
     def texts(self) -> Mapping[str, str]:
-        """Return motion and identification, if there are any, by file name."""
+        """Return motion, identification and scene, if there are any, by file name."""
         table = motion_text(self.motion)
         found = {} if self.identified is None else {IDENTIFIED_TEXT: identified_text(self.identified)}
-        return found if table is None else {MOTION_TEXT: table, **found}
+        scene = scene_texts(self.target.file) if isinstance(self.target, SceneTarget) else {}
+        return {**({} if table is None else {MOTION_TEXT: table}), **found, **scene}
 
     def dry_run(self) -> DryRun:
         """Return what it would do."""
         config, parameters = self.config, self.parameters
         speed = 0.0 if config.motion == "still" else 1e3 * config.motion_speed
         return DryRun(
-            f"Regulation of force on a {config.surface} {config.object}",
+            f"Regulation of force on {config.described}",
             (
                 KeyFigure("expected duration", self.expected_duration, "s", "without pressing first"),
                 KeyFigure("profile", config.profile, "", f"held for {parameters.duration:.4g} s"),
@@ -206,7 +209,7 @@ class RegulationPlan(PlanDefaults):
         motions = {}
         if isinstance(self.target, MovingTarget):
             motions = {f"{OBJECT_GEOM}_{i}": joint.motion for i, joint in enumerate(self.target.joints)}
-        title = f"Force on a {self.config.object}, {self.config.surface}, {self.config.robot}"
+        title = f"Force on {self.config.thing}, {self.config.surface}, {self.config.robot}"
         return scene_view(title, known_scene(self.ready.backend).model, motions=motions)
 
     def pressing(self) -> IdentifyParameters:
@@ -221,7 +224,7 @@ class RegulationPlan(PlanDefaults):
 
     def _pressed(self) -> Identified:
         """Press on the object at rest, on a robot and scene of its own; return what was identified."""
-        resting = built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
+        resting = built(self.config, self.robot, target_of(self.config, self.texts(), at_rest=True)).backend
         controller = IdentifyController(self.pressing(), self.period)
         return pressed(
             resting, self.ready.finger, self.limits, controller, Identified.of, longest=LONGEST_PRESSING
@@ -234,12 +237,12 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
     Args:
         config: What to do.
         robot: What carries it out.
-        texts: Motion and identification as a log keeps them.
+        texts: Motion, identification and scene as a log keeps them.
 
     Raises:
         InvalidValueError: The configuration cannot be carried out; the message names the remedy.
     """
-    target = target_of(config)
+    target = target_of(config, texts)
     motion = motion_of(config, texts.get(MOTION_TEXT))
     profile = profile_of(config)
     duration = duration_of(config, profile)
@@ -264,7 +267,7 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
     lead = tracking_delay(period, ready.lag, sensing_delay)
     contact = contact_model(config, ready)
     gain = contact.gain(delay)
-    descent = CLEARANCE + travel_of(config) + BEYOND
+    descent = CLEARANCE + depth_of(target) + travel_of(config) + BEYOND
     model = landing_model(gain, contact.stiffness, ready)
     landing = config.landing_speed or landing_speed(config, model, ready)
     check_meeting(config, model, landing, limits)

@@ -42,7 +42,7 @@ def title(regulation: Regulation) -> str:
         "sine": "Sines of force",
     }[config.profile]
     where = {
-        "still": f"a still {config.object}",
+        "still": config.described,
         "sine": f"a {config.object} that moves up and down",
         "soft": f"a soft {config.object}",
         "yielding": f"a {config.object} that yields",
@@ -55,7 +55,7 @@ def title(regulation: Regulation) -> str:
 def asked(config: RegulateConfig) -> str:
     """Return what was asked for."""
     return (
-        f"a {config.profile} force of {config.force:g} N on a {config.object} (surface: {config.surface}), while "
+        f"a {config.profile} force of {config.force:g} N on {config.thing} (surface: {config.surface}), while "
         f"the tip's motion is: {config.motion}; carried by {config.robot}"
     )
 
@@ -136,7 +136,7 @@ def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:
     config, sensor = planned.config, planned.ready.finger
     axis = planned.parameters.axis
     return (
-        ("object", f"{config.object}, {config.surface}{_course(config.surface, planned)}"),
+        ("object", f"{config.thing}, {config.surface}{_course(config.surface, planned)}"),
         ("profile", f"{config.profile}{_profile(planned)}"),
         ("to be held for", f"{planned.parameters.duration:g} s"),
         ("moved along the surface", _motion(planned)),
