@@ -1,7 +1,9 @@
 """A geom of MuJoCo's, placed and turned at will: its exact surface, in closed form."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -125,10 +127,10 @@ class PosedGeom:
 
 def kind_name(kind: mujoco.mjtGeom) -> str:
     """Return what MJCF calls a kind of geom."""
-    return kind.name.removeprefix("mjGEOM_").lower()
+    return str(kind.name).removeprefix("mjGEOM_").lower()
 
 
-_HALF = {
+_HALF: dict[mujoco.mjtGeom, Callable[[FloatArray, FloatArray], Any]] = {
     _Geom.mjGEOM_SPHERE: lambda size, axis: size[0],
     _Geom.mjGEOM_ELLIPSOID: lambda size, axis: np.linalg.norm(size * axis),
     _Geom.mjGEOM_BOX: lambda size, axis: size @ np.abs(axis),

@@ -67,6 +67,7 @@ class SceneTarget:
         model, data = _start(spec, file)
         moves = bool(model.body_weldid[int(model.geom_bodyid[number])])
         kind, where = _Geom(int(model.geom_type[number])), f"file = {file.name}{line_of(file.text, touched)}"
+        shape: SceneObject
         if kind != _Geom.mjGEOM_MESH:
             shape, shift = _posed(model, data, number, kind, f"{where}: {touched}")
         else:
@@ -145,10 +146,10 @@ def _number_of(spec: mujoco.MjSpec, touch: str, file: SceneFile) -> int:
     own = [i for i in own if geoms[i].contype or geoms[i].conaffinity] or own
     if len(own) == 1:
         return own[0]
-    where = f"body {touch!r}" if touch else file.name
+    what = f"touch = {shown(touch)}: this body of {file.name}" if touch else f"touch: left out, and {file.name}"
     raise InvalidValueError(
-        f"touch = {shown(touch)}: {where} has {len(own)} geoms, and one is touched: give the name of one (touch); "
-        f"there are {_listed([geoms[i].name or 'one without a name' for i in own])}"
+        f"{what} has {len(own)} geoms: must be one; name it (--touch): "
+        f"{_listed([geoms[i].name or 'one without a name' for i in own])}"
     )
 
 

@@ -198,7 +198,8 @@ def test_a_configuration_reads_back_to_the_same_bits(
     force, speed, width, noise, tip, seed, name, text, center, scale
 ):
     if name in FROM_FILE:
-        described = {"file": Path(text), "scale": scale, "size": () if name == "mesh" else (scale, width)}
+        described = {"file": Path(text), "size": (scale, width) if name == "height-field" else ()}
+        described |= {"touch": text} if name == "scene" else {"scale": scale}
     else:
         described = {}
     config = ExploreConfig(
