@@ -11,6 +11,7 @@ from palpate.kinematics.posture import Posture
 from palpate.sim.hand.mount import PALM
 from palpate.sim.objects.motion import Motion
 from palpate.sim.render.parts import ancestors, body_names, carried_body, descendants, palm_of
+from palpate.sim.render.yielding import yielding_bodies
 from palpate.sim.tip import SENSOR_SITE
 from palpate.spatial import Matrix, as_vector
 
@@ -18,7 +19,7 @@ _Joint = mujoco.mjtJoint
 
 
 class ScenePlacement:
-    """Moves all that can move: carrier, fingers, free bodies, targets with a prescribed motion.
+    """Moves all that can move: carrier, fingers, free bodies, what yields on a joint, what is driven.
 
     What there is, it finds in the model: tip or palm by name, what carries it from there down to the base, a
     hand's joints from there on, free bodies by their joints.
@@ -26,7 +27,7 @@ class ScenePlacement:
     Attributes:
         model: Of the scene.
         start: Where everything starts.
-        free_bodies: Names of the bodies that move freely, in order.
+        free_bodies: Names of the bodies that move freely, in order; postures have what yields behind them.
     """
 
     def __init__(self, model: mujoco.MjModel, motions: Mapping[str, Motion] | None = None) -> None:
@@ -63,6 +64,7 @@ class ScenePlacement:
         self._names = {i: name for i, name in enumerate(bodies) if model.body_weldid[i]}
         self.free_bodies = tuple(bodies[on[j]] for j in self._free)
         mujoco.mj_kinematics(model, self._data)
+        self._yielding = tuple(yielding_bodies(model, self._data, self._motions))
         self._start = self._data.xpos[self._tip].copy()
         self._start_rotation = self._data.xmat[self._tip].reshape(3, 3).copy()
         self.start = Posture(
@@ -96,10 +98,12 @@ class ScenePlacement:
             turn = np.array(posture.pose_base_tip.rotation) @ self._start_rotation.T
             at = int(model.jnt_qposadr[joint])
             mujoco.mju_mat2Quat(data.qpos[at : at + 4], np.ascontiguousarray(turn).ravel())
-        free = posture.free or self.start.free
-        if len(free) != len(self._free):
-            raise InvalidValueError(f"free has {len(free)} poses: this scene has {len(self._free)} free bodies")
-        for joint, pose in zip(self._free, free, strict=True):
+        free, bodies = posture.free or self.start.free, len(self._free) + len(self._yielding)
+        if len(free) != bodies:
+            raise InvalidValueError(f"free has {len(free)} poses: this scene has {bodies} free bodies")
+        for body, pose in zip(self._yielding, free[len(self._free) :], strict=True):
+            data.qpos[body.address] = body.joint_position(pose)
+        for joint, pose in zip(self._free, free, strict=False):
             at = int(model.jnt_qposadr[joint])
             data.qpos[at : at + 3] = pose.position
             mujoco.mju_mat2Quat(data.qpos[at + 3 : at + 7], np.array(pose.rotation).ravel())
@@ -140,7 +144,8 @@ class ScenePlacement:
         return tuple(float(self._data.qpos[self.model.jnt_qposadr[joint]]) for joint in joints)
 
     def _free_poses(self) -> tuple[Pose, ...]:
-        return tuple(self._pose(int(self.model.jnt_bodyid[joint])) for joint in self._free)
+        bodies = [int(self.model.jnt_bodyid[joint]) for joint in self._free]
+        return tuple(self._pose(body) for body in (*bodies, *(each.body for each in self._yielding)))
 
     def _pose(self, body: int) -> Pose:
         return Pose(as_vector(self._data.xpos[body]), _matrix(self._data.xmat[body]))

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from palpate.commands.view.free_bodies import free_poses_in
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
@@ -13,6 +14,8 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.scene_texts import SCENE_FILES_TEXT, SCENE_TEXT
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.runtime.log import read_log
+from palpate.sim.contact_truth import OBJECT_ROTATION
+from palpate.viewing.frames import frames_of_log
 from support.explore_runs import carried_out, plan_of
 from support.regulate_runs import logged, planned
 
@@ -69,6 +72,12 @@ def test_a_force_is_held_on_a_lever_that_gives_way_and_its_log_needs_no_file(own
         known = getattr(again, one)  # until the controller was done
         assert np.array_equal(known, getattr(found, one)[: len(known)], equal_nan=True)
     assert found.true_rms < 0.05
+    log, view = read_log(path), LoggedRun.of(read_log(path)).plan().view()
+    truth, frames = log.truth.column(*OBJECT_ROTATION), frames_of_log(log, free_poses_in(log))
+    for i in (0, len(frames) // 2):
+        shown = view.placement.poses(frames.posture(i))["object_scene/handle"]
+        assert np.ravel(shown.rotation) == pytest.approx(truth[i], abs=1e-9)
+    assert truth[len(frames) // 2, 6] < -0.03
 
 
 def test_the_spring_of_a_hinge_is_what_the_gain_is_made_for():

@@ -13,7 +13,8 @@ class Posture:
         pose_base_tip: Of the tip frame; with a hand, of the hand frame. An arm is where its joints say.
         arm: Position of each of the arm's joints [rad]; empty if it has none, or does not tell.
         hand: Of each of the hand's joints [rad, or m if it slides]; empty for no hand.
-        free: pose_base_body of each body that moves freely, in the scene's order; empty for where they start.
+        free: pose_base_body of each body that moves freely, in the scene's order, then of what is touched if it
+            yields on one joint; empty for where they start.
         time: On the back end's clock [s]: what has a prescribed motion is where it belongs then.
     """
 

@@ -98,7 +98,8 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
         with doing(console, STARTING):
             controller = run.controller
             live = live_parameters_of(controller)
-            plans, poses = plan.shown_plan(controller), free_poses_of(run.backend)
+            plans = plan.shown_plan(controller)
+            poses = free_poses_of(run.backend) if len(scene.placement.start.free) == 1 else None
             view = shown.enter_context(
                 LiveView(scene, config.host, config.port, live=live, free_poses=poses, plan=plans)
             )
@@ -181,8 +182,11 @@ def _show(config: ViewConfig, console: Console) -> CommandResult:
 
 
 def _frames(log: Log, scene: ViewScene, console: Console) -> Frames:
-    """What every period shows, with bodies that move freely as far as the log knows where they were."""
-    if not scene.placement.start.free:
+    """What every period shows, with a body that moves freely or yields, if the log knows where it was.
+
+    Of several bodies none is known: what a scene from a file has besides what is touched stands where it starts.
+    """
+    if len(scene.placement.start.free) != 1:
         return frames_of_log(log)
     poses = free_poses_in(log)
     if poses is None:
