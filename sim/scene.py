@@ -97,8 +97,9 @@ def build_scene(
 
     tip.add_assets(spec)
     tip.add_to(carrier.mount(spec, tip, start))  # first: drives find their joints ahead of all others
+    carried = {each.name for each in spec.geoms}
     body = target.add_to(spec, OBJECT_GEOM).name
-    around = [each.name for each in spec.geoms if _collides(each)]
+    around = [each.name for each in spec.geoms if each.name not in carried and _collides(each)]
     if table is not None:
         table.add_to(spec, TABLE_GEOM)
 

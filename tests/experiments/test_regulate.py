@@ -485,9 +485,9 @@ def test_a_surface_takes_its_own_options_and_no_others(surface):
 
 
 def test_a_replay_with_another_profile_leaves_out_what_the_recorded_one_took():
-    chosen = {"surface": "still", "profile": "sine", "motion": "still"}
+    chosen = {"object": "plate", "surface": "still", "profile": "sine", "motion": "still"}
     left_out = foreign_options(RegulateConfig, chosen) - set(SURFACES)
-    assert left_out == {"rate", "hold", "duration", "motion_size", "motion_speed", "motion_file"}
+    assert left_out == {"file", "touch", "rate", "hold", "duration", "motion_size", "motion_speed", "motion_file"}
 
 
 def test_a_misspelt_change_is_refused_before_anything_is_planned():
