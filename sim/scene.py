@@ -112,6 +112,8 @@ def build_scene(
             "that moves, or an object that does"
         )
     parameters = pair_parameters if friction is None else frictionless_parameters
+    if target.mount is Mount.JOINTED:  # of what hangs on joints MuJoCo takes a mean over all directions
+        pair_parameters(law, of_tip + _largest_inverse_mass(compiled), time_step)
     pair = parameters(law, of_tip + of_target, time_step)
     impratio = pair.impratio
     if table is not None and target.mount is Mount.FREE:
@@ -138,6 +140,16 @@ def build_scene(
         raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {of_tip}")
     rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
     return Scene(model, tip, carrier, target, law, pair, fidelity, rubbing, table)
+
+
+def _largest_inverse_mass(model: mujoco.MjModel) -> float:
+    """Return what the object's middle accelerates by per force in its easiest direction, at its start [1/kg]."""
+    data, geom = mujoco.MjData(model), int(model.geom(OBJECT_GEOM).id)
+    mujoco.mj_forward(model, data)
+    moved, accelerated = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, moved, None, data.geom_xpos[geom], int(model.geom_bodyid[geom]))
+    mujoco.mj_solveM(model, data, accelerated, moved)
+    return float(np.linalg.eigvalsh(moved @ accelerated.T)[-1])
 
 
 def _check_clear(tip: Tip, target: Target, start: Vector) -> None:
