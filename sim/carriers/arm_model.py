@@ -176,7 +176,8 @@ def _with_z_along(axis: FloatArray) -> Matrix:
     x = np.eye(3)[int(np.abs(z).argmin())]
     x = x - (x @ z) * z
     x /= np.linalg.norm(x)
-    return _rows(np.stack([x, np.cross(z, x), z], axis=1))
+    columns: FloatArray = np.stack([x, np.cross(z, x), z], axis=1)
+    return _rows(columns)
 
 
 def _rows(matrix: FloatArray) -> Matrix:

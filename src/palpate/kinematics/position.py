@@ -84,7 +84,8 @@ def _held(
     q = seed.copy()
     size = 6 if len(q) >= SIX else 3
     weight = np.array([1.0 / LENGTH] * 3 + [1.0] * 3)[:size]
-    best, stalled = math.inf, 0
+    largest = best = math.inf
+    stalled = 0
     for _ in range(_MAX_STEPS):
         error = _error(kinematics, wanted, q)[:size]
         largest = float(np.abs(error).max())
