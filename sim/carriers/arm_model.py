@@ -176,8 +176,7 @@ def _with_z_along(axis: FloatArray) -> Matrix:
     x = np.eye(3)[int(np.abs(z).argmin())]
     x = x - (x @ z) * z
     x /= np.linalg.norm(x)
-    columns: FloatArray = np.stack([x, np.cross(z, x), z], axis=1)
-    return _rows(columns)
+    return _rows(np.asarray(np.stack([x, np.cross(z, x), z], axis=1), dtype=np.float64))
 
 
 def _rows(matrix: FloatArray) -> Matrix:
