@@ -222,6 +222,9 @@ class Wall:
         robot = load_robot(config.robot)
         planned = plan_on(target, on_robot(config, robot), robot)
         planned = replace(
-            planned, limits=msgspec.structs.replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3)
+            planned,
+            limits=msgspec.structs.replace(
+                planned.limits, force=1e4, impact_force=None, moment=1e3, spin_torque=1e3
+            ),
         )
         return found_by(planned, carry_out(planned))

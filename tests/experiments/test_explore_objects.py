@@ -140,8 +140,8 @@ def test_a_file_in_millimetres_is_refused_and_with_a_scale_it_is_the_same_object
         for name, scale in (("mm", 0.001), ("m", 1.0))
     )
     points = np.random.default_rng(0).uniform(-0.05, 0.1, (100, 3))
-    assert isinstance(scaled, TracedMesh)
-    assert isinstance(same, TracedMesh)
+    assert isinstance(scaled, ConvexMesh)
+    assert isinstance(same, ConvexMesh)
     assert np.allclose(scaled.signed_distance(points), same.signed_distance(points), rtol=0, atol=1e-8)
 
 

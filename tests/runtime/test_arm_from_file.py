@@ -88,6 +88,15 @@ def test_what_is_not_there_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "message"),
+    [("panda" + 400 * " a", "one of the arms panda"), (400 * "a" + ".xml", "cannot read .* too long")],
+)
+def test_a_name_that_no_file_can_have_is_refused(name, message, tmp_path):
+    with pytest.raises(InvalidValueError, match=message):
+        load_robot(str(beside(tmp_path, **{"file: mine.xml ": f"file: {name} "})))
+
+
+@pytest.mark.parametrize(
     ("base", "message"),
     [("[-3, 0, 0]", r"cannot hold its tip at .* stretched out reach"), ("[-0.9, 0, 0]", "singular|off")],
 )

@@ -42,7 +42,7 @@ def attempted(fault, since):
     """
     given = load_robot("emulated-ur5e")
     entry = msgspec.structs.replace(given.file.backend, address="127.0.9.61", time_scale=0.25)
-    limits = msgspec.structs.replace(given.file.limits, force=LIMIT, sample_age=PATIENCE)
+    limits = msgspec.structs.replace(given.file.limits, force=LIMIT, impact_force=None, sample_age=PATIENCE)
     robot = replace(given, file=msgspec.structs.replace(given.file, backend=entry, limits=limits))
     plan = Regulate().plan(RegulateConfig(robot="emulated-ur5e", duration=2.0), robot, {})
     backend, forces, times, speeds = cast("Any", plan.backend()), [], [], []

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, shown
 from palpate.kinematics import Pose
 from palpate.robots.device_settings import PoseEntry
 from palpate.robots.robot import Robot
@@ -54,7 +54,7 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
         if not self._path.suffix:
             known = sorted(path.stem for path in ARMS.glob(f"*{self.ENDING}"))
             raise InvalidValueError(
-                f"file = {self.file!r}: must be a file ({self.ENDING}), or one of the arms {', '.join(known)}"
+                f"file = {shown(self.file)}: must be a file ({self.ENDING}), or one of the arms {', '.join(known)}"
             )
 
     @property
@@ -84,8 +84,8 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
 
     @property
     def _path(self) -> Path:
-        own = ARMS / f"{self.file}{self.ENDING}"
-        return own if own.is_file() else Path(self.file)
+        own = {path.stem: path for path in ARMS.glob(f"*{self.ENDING}")}
+        return own.get(self.file, Path(self.file))
 
 
 class UrdfArmEntry(MjcfArmEntry, frozen=True, kw_only=True):

@@ -42,6 +42,9 @@ STEADY = 0.5
 """Least ratio of the mean contact force before a trip to the mean of its size: noise and spikes have no direction.
 Of a contact it is 1 but for noise, of 50 random readings 0.14."""
 
+WEIGHT = "weight must turn with the arm; check the payload, and how the sensor is mounted"
+"""What is wrong where a tip that only turns feels a force, and what to do."""
+
 REMEDY = "check how sensor, tip and arm are mounted, and tcp, tip frame and sensor rotation in the robot file"
 
 
@@ -65,6 +68,8 @@ class DirectionCheck:
     def first_contact(self, now: Observation, last: Command) -> Violation | None:
         """Take a period; return what is wrong if a finger touches in an approach and no contact has agreed yet.
 
+        A tip that only turns touches nothing: what it feels then is weight that does not turn with the arm.
+
         Args:
             now: What is sensed.
             last: The command that led here.
@@ -75,9 +80,13 @@ class DirectionCheck:
         if last.phase is not Phase.APPROACH or now.hand is not None:
             return None
         speed = norm(last.velocity_base_tip)
-        if speed == 0.0:
+        if speed == 0.0 and not any(last.angular_velocity_base_tip):
             return None
         for i, finger in enumerate(now.fingers):
+            if finger.touching and speed == 0.0:
+                felt, wanted = f"{norm(finger.force):.3g} N", f"that of a touch: {WEIGHT}"
+                turning = f"force of finger {i + 1} while the tip turned in the air"
+                return Violation(turning, felt, wanted, Cause.DEVICE)
             if finger.touching:
                 force = rotate(now.arm.rotation_base_tip, finger.force)
                 cosine = dot(force, last.velocity_base_tip) / (norm(force) * speed)
