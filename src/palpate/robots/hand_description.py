@@ -44,23 +44,10 @@ def simulated_hand(fingers: int) -> HandDescription:
     return HandDescription(geometry, (Finger(tip.surface, SensorPayload(tip.mass, tip.center_of_mass)),) * fingers)
 
 
-def has_hand(robot: Robot) -> bool:
-    """Return whether it has fingers that close on an object."""
-    return robot.file.backend.has_hand(robot)
-
-
 def robots_with_hand() -> str:
     """Return the names of those that come with palpate, as a list in a sentence."""
-    return ", ".join(name for name in shipped_robots() if has_hand(load_robot(name)))
-
-
-def described_hand(robot: Robot) -> HandDescription:
-    """Return the hand of a robot that has one (see `has_hand`).
-
-    Raises:
-        InvalidValueError: Nothing can be held with it as its file specifies; the message names what to change.
-    """
-    return robot.file.backend.described_hand(robot)
+    robots = {name: load_robot(name) for name in shipped_robots()}
+    return ", ".join(name for name, robot in robots.items() if robot.file.backend.has_hand(robot))
 
 
 def hand_backend(hand: HandDescription, task: HandTask) -> Backend:

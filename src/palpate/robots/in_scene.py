@@ -40,8 +40,8 @@ def impact_force(robot: Robot) -> ImpactForce | None:
     return None if landing is None else ImpactForce(robot.file.limits, landing)
 
 
-def check(robot: Robot) -> None:
-    """Check that a robot can be built at all.
+def check(robot: Robot) -> ImpactForce | None:
+    """Check that a robot can be built at all; return how hard it presses at its limits, as `impact_force` does.
 
     Raises:
         InvalidValueError: It cannot; the message names what to change.
@@ -50,3 +50,4 @@ def check(robot: Robot) -> None:
     pressed = impact_force(robot)
     if pressed is not None:
         pressed.check()
+    return pressed

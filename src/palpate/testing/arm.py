@@ -1,7 +1,6 @@
 """Whether an arm's driver is what a rig takes it for."""
 
 import math
-import threading
 from collections.abc import Callable, Sequence
 from time import sleep
 
@@ -10,7 +9,7 @@ from palpate.runtime.data import ArmSample
 from palpate.spatial import ZERO, Vector
 from palpate.testing.arm_samples import REAL, examine_arm, examine_motion, examine_rest, examine_turn
 from palpate.testing.backend import NUMBERS_THAT_ARE_NONE, TURN, UPWARDS
-from palpate.testing.devices import examine_clock, examine_not_started, examine_threads, start_again
+from palpate.testing.devices import examine_clock, examine_device
 from palpate.testing.nonconformity import Inspection
 
 STATES, BETWEEN = 150, 4e-3
@@ -31,22 +30,11 @@ def check_arm(make: Callable[[], ArmDevice], velocity: Vector = UPWARDS, rate: V
     Raises:
         ConformanceError: It breaks a rule.
     """
-    threads = set(threading.enumerate())
-    device = make()
-    with Inspection(type(device).__name__) as inspection:
-        try:
-            examine_not_started(inspection, device, device.read, "before start")
-            with inspection.part("start"):
-                device.start()
-                _examine_states(inspection, device, velocity, rate)
-        finally:
-            with inspection.part("close"):
-                device.close()
-        examine_not_started(inspection, device, device.read, "after close")
-        examine_threads(inspection, threads)
-        begun = start_again(inspection, device, device.read)
-        if begun is not None:
-            examine_rest(inspection, [begun], "after close")
+    examine_device(
+        make,
+        lambda inspection, device: _examine_states(inspection, device, velocity, rate),
+        lambda inspection, begun: examine_rest(inspection, [begun], "after close"),
+    )
 
 
 def _examine_states(inspection: Inspection, device: ArmDevice, velocity: Vector, rate: Vector) -> None:

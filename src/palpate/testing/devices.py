@@ -4,9 +4,9 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from time import monotonic, sleep
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
-from palpate.hw.devices import Device
+from palpate.hw.devices import ArmDevice, Device, SensorDevice
 from palpate.testing.arm_samples import OLDEST
 from palpate.testing.nonconformity import Inspection
 
@@ -30,6 +30,42 @@ class Stamped(Protocol):
 
 
 Reading = TypeVar("Reading", bound=Stamped)
+
+
+AnyReadable = TypeVar("AnyReadable", ArmDevice, SensorDevice)
+
+
+def examine_device(
+    make: Callable[[], AnyReadable],
+    examine: Callable[[Inspection, AnyReadable], None],
+    examine_again: Callable[[Inspection, Any], None] = lambda inspection, reading: None,
+) -> None:
+    """Examine a device from before its start until after its close.
+
+    Args:
+        make: Returns the device, not started. It is called once; the device is started twice.
+        examine: What is looked at while it runs.
+        examine_again: What is looked at in its first reading after it has been started again.
+
+    Raises:
+        ConformanceError: It breaks a rule.
+    """
+    threads = set(threading.enumerate())
+    device = make()
+    with Inspection(type(device).__name__) as inspection:
+        try:
+            examine_not_started(inspection, device, device.read, "before start")
+            with inspection.part("start"):
+                device.start()
+                examine(inspection, device)
+        finally:
+            with inspection.part("close"):
+                device.close()
+        examine_not_started(inspection, device, device.read, "after close")
+        examine_threads(inspection, threads)
+        begun = start_again(inspection, device, device.read)
+        if begun is not None:
+            examine_again(inspection, begun)
 
 
 def examine_not_started(inspection: Inspection, device: Device, read: Callable[[], object], when: str) -> None:

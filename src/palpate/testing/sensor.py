@@ -1,6 +1,5 @@
 """Whether a force/torque sensor's driver is what a rig takes it for."""
 
-import threading
 from collections.abc import Callable, Sequence
 from time import sleep
 
@@ -9,7 +8,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.hw.devices import SensorDevice, SensorReading
 from palpate.spatial import Wrench
-from palpate.testing.devices import examine_clock, examine_not_started, examine_threads, start_again
+from palpate.testing.devices import examine_clock, examine_device
 from palpate.testing.nonconformity import Inspection
 from palpate.testing.wrenches import examine_stamps, examine_wrenches
 
@@ -41,20 +40,7 @@ def check_sensor(make: Callable[[], SensorDevice], noise: Wrench, load: Wrench |
     Raises:
         ConformanceError: It breaks a rule.
     """
-    threads = set(threading.enumerate())
-    device = make()
-    with Inspection(type(device).__name__) as inspection:
-        try:
-            examine_not_started(inspection, device, device.read, "before start")
-            with inspection.part("start"):
-                device.start()
-                _examine_readings(inspection, device, np.array(noise), load)
-        finally:
-            with inspection.part("close"):
-                device.close()
-        examine_not_started(inspection, device, device.read, "after close")
-        examine_threads(inspection, threads)
-        start_again(inspection, device, device.read)
+    examine_device(make, lambda inspection, device: _examine_readings(inspection, device, np.array(noise), load))
 
 
 def _examine_readings(

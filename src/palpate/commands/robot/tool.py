@@ -11,7 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
 from palpate.open_kinds import as_written, name_of_kind
 from palpate.robots.finger_sensor import model_of_finger
-from palpate.robots.in_scene import check, impact_force
+from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import described
 from palpate.robots.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.robots.second_channel import unchecked_sensors
@@ -69,7 +69,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
     """
     robot = load_named_robot(config.robot)
     try:
-        check(robot)
+        pressed = check(robot)
     except InvalidValueError as error:
         raise InvalidValueError(f"{robot_path(config.robot)}: {error}") from None
     written = {path for path, _ in _leaves(read_yaml(robot.texts[ROBOT_TEXT]))}
@@ -86,7 +86,6 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
         sensor = file or _described(robot, i)
         if sensor is not None:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
-    pressed = impact_force(robot)
     if pressed is not None:
         sys.stdout.write(f"  largest force at these limits: {pressed}\n")
     approximation = robot.file.backend.approximation(robot)

@@ -8,8 +8,6 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP
 from palpate.robots.finger_load import noise_of_finger
 from palpate.robots.hand_description import (
     HandDescription,
-    described_hand,
-    has_hand,
     robots_with_hand,
     simulated_hand,
 )
@@ -28,7 +26,7 @@ def grasp_hand(config: GraspConfig, robot: Robot | None) -> HandDescription:
     """
     if robot is None:
         return simulated_hand(config.fingers)
-    if not has_hand(robot):
+    if not robot.file.backend.has_hand(robot):
         raise InvalidValueError(
             f"robot = {config.robot}: it has no hand of two or three fingers; leave --robot out for the simulated "
             f"hand, or take {robots_with_hand()}, or a robot file of kind rig with backend.hand"
@@ -41,7 +39,7 @@ def grasp_hand(config: GraspConfig, robot: Robot | None) -> HandDescription:
             f"limits.grip_force_N = {robot.file.limits.grip_force:g} of {config.robot}: must be at least "
             f"{LARGEST_GRIP:g} N, which a grasp may ask of a finger"
         )
-    return described_hand(robot)
+    return robot.file.backend.described_hand(robot)
 
 
 def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
