@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, HandSample
 from palpate.runtime.supervision import Cause
 from palpate.spatial import Vector
@@ -123,6 +124,39 @@ class HandDevice(Device, Protocol):
     def press(self, grip_force: tuple[float, ...]) -> None:
         """Let each finger press with a force [N]; 0 opens the hand."""
         ...
+
+
+@runtime_checkable
+class MovingHand(HandDevice, Protocol):
+    """A hand whose fingertips can be moved besides. Optional."""
+
+    def move(self, finger_velocity: tuple[Vector | None, ...] | None) -> None:
+        """Move fingertips until commanded otherwise, or until the watchdog stops them.
+
+        Args:
+            finger_velocity: Of each fingertip, in its sensor frame [m/s]; None for a finger, or for all: it only
+                presses.
+
+        Raises:
+            InvalidValueError: A finger cannot move so.
+        """
+        ...
+
+
+def move_fingers(hand: HandDevice | None, finger_velocity: tuple[Vector | None, ...] | None) -> None:
+    """Move the fingertips of a hand, as in `MovingHand`.
+
+    Raises:
+        InvalidValueError: There is no hand that moves them.
+    """
+    move = getattr(hand, "move", None)  # isinstance of a Protocol takes microseconds
+    if move is not None:
+        move(finger_velocity)
+    elif finger_velocity is not None:
+        raise InvalidValueError(
+            f"finger_velocity = {finger_velocity} m/s: these fingers only close; give None, or take a hand that "
+            "is a MovingHand"
+        )
 
 
 class SensorDevice(Device, Protocol):

@@ -197,7 +197,7 @@ class TurnInHand:
             rate * lever - p.gain * dot(_sideways(pose), moved) for pose, lever in zip(poses, levers, strict=True)
         ]
         share = min(1.0, p.finger_speed / max(map(abs, velocities), default=0.0)) if any(velocities) else 1.0
-        return Command(ZERO, self.phase, forces, finger_velocity=tuple(share * v for v in velocities))
+        return Command(ZERO, self.phase, forces, finger_velocity=tuple((0.0, share * v, 0.0) for v in velocities))
 
     def _planned(self, now: Observation, poses: tuple[Pose, ...], levers: list[float]) -> Phase:
         """Move the wanted angle on, go on where an angle is reached or cannot be, and return the phase."""

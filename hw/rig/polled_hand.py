@@ -8,9 +8,10 @@ import threading
 from time import monotonic
 
 from palpate.errors import positive
-from palpate.hw.devices import DeviceError, HandDevice
+from palpate.hw.devices import DeviceError, HandDevice, MovingHand, move_fingers
 from palpate.runtime.data import HandSample
 from palpate.runtime.watchdog import DeviceWatchdog, watchdogs_of
+from palpate.spatial import Vector
 
 _JOIN = 3.0
 """Longest to wait for the thread at the end [s]; no exchange takes so long."""
@@ -33,6 +34,7 @@ class PolledHand:
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
         self._force: tuple[float, ...] | None = None
+        self._velocity: tuple[Vector | None, ...] | None = None
         self._newest: HandSample | None = None
         self._error: Exception | None = None
 
@@ -52,7 +54,7 @@ class PolledHand:
             DeviceError: It is not fit.
         """
         self.close()
-        self._force, self._error = None, None
+        self._force, self._velocity, self._error = None, None, None
         self.hand.start()
         try:
             self._newest = self.hand.read()
@@ -82,6 +84,16 @@ class PolledHand:
         """See `HandDevice`; an invalid force is reported by the next `read`."""
         self._force = grip_force
 
+    def move(self, finger_velocity: tuple[Vector | None, ...] | None) -> None:
+        """See `MovingHand`.
+
+        Raises:
+            InvalidValueError: The hand only closes.
+        """
+        if not isinstance(self.hand, MovingHand):
+            move_fingers(self.hand, finger_velocity)
+        self._velocity = finger_velocity
+
     def close(self) -> None:
         """See `Device`."""
         self._ending.set()
@@ -98,6 +110,8 @@ class PolledHand:
                 force = self._force
                 if force is not None:
                     hand.press(force)
+                if isinstance(hand, MovingHand):
+                    hand.move(self._velocity)
                 self._newest = hand.read()
                 self._error = None
             except Exception as error:  # reported to the loop, whatever it is; the next exchange may succeed

@@ -11,7 +11,16 @@ from time import monotonic, sleep
 from typing import Protocol, TypeVar, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
-from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading, WireError, read_stopped
+from palpate.hw.devices import (
+    ArmDevice,
+    Device,
+    DeviceError,
+    HandDevice,
+    SensorReading,
+    WireError,
+    move_fingers,
+    read_stopped,
+)
 from palpate.hw.rig.finger_sensor import NO_LOAD, FingerSensor
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose, times
@@ -260,11 +269,12 @@ class Rig(Closing):
                     self.arm.move(command.velocity_base_tip, command.angular_velocity_base_tip)
                 except Exception as error:
                     problem = error
-        if self.hand is not None and self._grip is not None:
-            try:
+        try:
+            if self.hand is not None and self._grip is not None:
                 self.hand.press(self._grip)
-            except Exception as error:
-                problem = problem or error
+            move_fingers(self.hand, None if problem else command.finger_velocity)
+        except Exception as error:
+            problem = problem or error
         if problem is not None:
             self._halt()
         return problem
@@ -273,10 +283,6 @@ class Rig(Closing):
         if self.arm is None and (command.velocity_base_tip != ZERO or command.angular_velocity_base_tip != ZERO):
             raise InvalidValueError(
                 f"velocity = {command.velocity_base_tip} m/s: this rig has no arm; only zero can be followed"
-            )
-        if command.finger_velocity is not None:
-            raise InvalidValueError(
-                f"finger_velocity = {command.finger_velocity} m/s: these fingers only close; give None"
             )
         if command.grip_force is not None and self.hand is None:
             raise InvalidValueError(f"grip_force = {command.grip_force} N: this rig has no hand; give None")

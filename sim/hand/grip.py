@@ -24,6 +24,7 @@ from palpate.runtime.data import HandSample
 from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.servo import Servo
 from palpate.sim.hand.sideways import SidewaysState
+from palpate.spatial import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +102,8 @@ class Grip:
             gear.command(force)
         self._forces = forces
 
-    def move(self, velocities: tuple[float, ...] | None) -> None:
-        """Take the velocity with which each finger is to move sideways [m/s]; None: stand still.
+    def move(self, velocities: tuple[Vector | None, ...] | None) -> None:
+        """Take the velocity with which each fingertip is to move, sensor frame [m/s]; None: stand still.
 
         Raises:
             InvalidValueError: The hand's fingers do not move sideways, another number of velocities than of

@@ -16,6 +16,7 @@ import mujoco
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.kinematics.servo_model import PULSE, XL330_M288, ServoModel
 from palpate.sim.hand.servo import Servo
+from palpate.spatial import ZERO, Vector
 
 MAX_LEAD = 2e-3
 """[m] As far the goal may be ahead of where a finger is: one that is held does not leap when it is let go. At 20
@@ -66,8 +67,8 @@ class SidewaysDrive(Protocol):
         """Stand still where the joints are."""
         ...
 
-    def command(self, velocities: tuple[float, ...] | None) -> None:
-        """Take the velocity with which each finger is to move sideways [m/s]; None: stand still."""
+    def command(self, velocities: tuple[Vector | None, ...] | None) -> None:
+        """Take the velocity with which each fingertip is to move, sensor frame [m/s]; None: stand still."""
         ...
 
     def exchange(self, bus_period: float) -> tuple[float, ...]:
@@ -99,7 +100,7 @@ class FixedSideways:
     def start(self) -> None:
         """It never moves."""
 
-    def command(self, velocities: tuple[float, ...] | None) -> None:
+    def command(self, velocities: tuple[Vector | None, ...] | None) -> None:
         """Refuse any velocity.
 
         Raises:
@@ -107,8 +108,8 @@ class FixedSideways:
         """
         if velocities is not None:
             raise InvalidValueError(
-                f"finger_velocity = {velocities}: the fingers of this hand do not move sideways; leave it None, "
-                "or take palpate.sim.hand.turning_hand.turning_hand()"
+                f"finger_velocity = {velocities}: the fingers of this hand only close; leave it None, or take a "
+                "hand whose fingers have more joints, as palpate.sim.hand.turning_hand.turning_hand()"
             )
 
     def exchange(self, bus_period: float) -> tuple[float, ...]:
@@ -167,20 +168,27 @@ class RackDrive:
         for servo, y in zip(self._servos, self._positions, strict=True):
             servo.start(y / self._rack.pinion)
 
-    def command(self, velocities: tuple[float, ...] | None) -> None:
+    def command(self, velocities: tuple[Vector | None, ...] | None) -> None:
         """See `SidewaysDrive`.
 
         Raises:
-            InvalidValueError: Another number of velocities than of fingers, or one that is not finite.
+            InvalidValueError: Another number of velocities than of fingers, one that is not finite, or one that
+                is not along y.
         """
-        if velocities is not None:
-            if len(velocities) != len(self._servos):
+        if velocities is None:
+            self._velocities = None
+            return
+        if len(velocities) != len(self._servos):
+            raise InvalidValueError(
+                f"finger_velocity = {velocities}: must have {len(self._servos)} entries, one per finger"
+            )
+        for x, y, z in (velocity or ZERO for velocity in velocities):
+            if x or z or not math.isfinite(y):
                 raise InvalidValueError(
-                    f"finger_velocity = {velocities}: must have {len(self._servos)} entries, one per finger"
+                    f"finger_velocity = {velocities} m/s: must be finite, and along y alone: these fingers move "
+                    "sideways while they press"
                 )
-            if not math.isfinite(sum(velocities)):
-                raise InvalidValueError(f"finger_velocity = {velocities} m/s: must be finite")
-        self._velocities = velocities
+        self._velocities = tuple((velocity or ZERO)[1] for velocity in velocities)
 
     def exchange(self, bus_period: float) -> tuple[float, ...]:
         """See `SidewaysDrive`."""

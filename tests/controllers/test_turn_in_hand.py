@@ -147,7 +147,7 @@ class Rolling:
             command = self.controller.step(self.seen())
             self.commands.append(command)
             self.phases.append(command.phase)
-            self.move(np.array(command.finger_velocity or (0.0,) * 3))
+            self.move(np.array(command.finger_velocity or (ZERO,) * 3)[:, 1])
 
     def seen(self):
         """Closed onto the object as it stands, with where each finger touches."""
@@ -242,7 +242,7 @@ def test_one_angle_after_the_other():
 def test_its_motion_is_smooth_and_no_faster_than_allowed():
     parameters = TurnParameters((ANGLE,), rate=0.4, acceleration=0.6, finger_speed=0.006)
     rolling = Rolling(ANGLE, rate=0.4, acceleration=0.6, finger_speed=0.006, gain=0.0, lag=0.0)
-    speeds = np.array([command.finger_velocity for command in rolling.commands if command.finger_velocity])
+    speeds = np.array([c.finger_velocity for c in rolling.commands if c.finger_velocity])[:, :, 1]
     assert np.abs(speeds).max() <= parameters.finger_speed * 1.001
     assert np.abs(speeds).max() > 0.95 * parameters.finger_speed
     changes = np.abs(np.diff(speeds, axis=0)).max() / STEP
@@ -334,7 +334,7 @@ def through(run, change):
 @pytest.mark.slow
 def test_a_finger_that_stands_still_is_noticed_for_touch_tells_what_really_happens():
     run = Turned(SPHERE)
-    through(run, lambda command: replace(command, finger_velocity=(0.0, *command.finger_velocity[1:])))
+    through(run, lambda command: replace(command, finger_velocity=(ZERO, *command.finger_velocity[1:])))
     run.turn(ANGLE)
     assert run.commands[-1].phase is Phase.LOST
     assert abs(run.true - ANGLE) > math.radians(2.0)

@@ -131,7 +131,7 @@ def test_devices_that_only_close_refuse_to_move_fingers_sideways():
     rig = plan_of(robot="ur5e-hand", **BELIEVED).backend()
     assert isinstance(rig, FreshlyTared)
     with pytest.raises(InvalidValueError, match=r"finger_velocity .*these fingers only close"):
-        rig.backend._check(Command(finger_velocity=((0.0, 0.0, 0.0),) * 2))
+        rig.backend.hand.move(((0.0, 0.0, 0.0),) * 2)
 
 
 def felt_grasp(planned, loads):

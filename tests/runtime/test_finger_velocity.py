@@ -1,4 +1,4 @@
-"""Sideways velocities of a hand's fingers on their way: supervised, logged, read back."""
+"""Velocities of a hand's fingertips on their way: supervised, logged, read back."""
 
 import math
 from dataclasses import replace
@@ -27,19 +27,19 @@ from palpate.sim.hand.scene import build_grasp_scene
 from palpate.sim.hand.turning_hand import turning_hand
 from palpate.sim.objects.table import Table
 from palpate.spatial import ZERO
-from runtime.log.log_examples import PERIOD, a_run, any_bits, bits, write
+from runtime.log.log_examples import PERIOD, a_run, bits, write
 from support.turned_object import BRISTLES, KNOWN, RADIUS, SPHERE, touch_of
 
 SIDEWAYS = Layout(7, 4, (6, 6), 4, 2)
-CLOSING = Layout(7, 3, (6, 6), 3)
-VELOCITIES = [(0.1, -0.2), None, (math.nan, -0.0), (math.inf, 5e-324), ()]
+CLOSING = Layout(7, 2, (6, 6), 2)
+VELOCITIES = [((0.1, -0.2, 0.3), None), None, ((math.nan, -0.0, 1.0),) * 2, (None, (math.inf, 5e-324, 0.0)), ()]
 
 
 def moving_run(count, seed=0):
     """Periods of a hand of two fingers, each with a joint sideways."""
     rng = np.random.default_rng(seed)
     for i, (sample, now, command, *times) in enumerate(a_run(count, SIDEWAYS, seed)):
-        given = VELOCITIES[i] if i < len(VELOCITIES) else tuple(any_bits(rng, 2).tolist())
+        given = VELOCITIES[i] if i < len(VELOCITIES) else (None, tuple(rng.normal(size=3).tolist()))
         yield sample, now, replace(command, finger_velocity=None if i % 6 == 5 else given), *times
 
 
@@ -54,8 +54,10 @@ def test_they_come_back_bit_for_bit(tmp_path):
     table = log.channels["/period"]["command"]
     for period, row in zip(periods, table, strict=True):
         given = period[2].finger_velocity
-        assert row["finger_velocity_count"] == (-1 if given is None else len(given))
-        assert given is None or bits(tuple(row["finger_velocity"].tolist()[: len(given)])) == bits(given)
+        assert row["finger_velocity_count"] == (-1 if given is None else 3 * len(given))
+        if given is not None:
+            flat = [number for velocity in given for number in velocity or (math.nan,) * 3]
+            assert bits(tuple(row["finger_velocity"].tolist()[: len(flat)])) == bits(tuple(flat))
 
 
 def test_of_a_hand_that_only_closes_none_is_logged(tmp_path):
@@ -66,13 +68,13 @@ def test_of_a_hand_that_only_closes_none_is_logged(tmp_path):
     assert log.layout == CLOSING
     assert "finger_velocity" not in log.channels["/period"]["command"].dtype.names
     assert all(command.finger_velocity is None for command in log.commands())
-    periods[20] = (*periods[20][:2], replace(periods[20][2], finger_velocity=(0.1, 0.1)), *periods[20][3:])
+    periods[20] = (*periods[20][:2], replace(periods[20][2], finger_velocity=(ZERO, ZERO)), *periods[20][3:])
     assert write(tmp_path / "b.mcap", periods).rows_lost == 1
 
 
-def test_room_is_kept_where_every_finger_has_a_second_joint():
+def test_room_is_kept_where_a_finger_has_a_second_joint():
     sample = a_run(1, CLOSING)[0][0]
-    for joints, room in ((2, 0), (3, 0), (4, 2), (6, 2)):
+    for joints, room in ((2, 0), (3, 2), (4, 2), (6, 2)):
         layout = Layout.of(replace(sample, hand=HandSample(0.0, (0.0,) * joints)))
         assert layout.finger_velocities == room
     assert Layout.of(replace(sample, hand=None)).finger_velocities == 0
@@ -121,17 +123,27 @@ def supervised(*velocities, limits=None):
 
 
 def test_what_is_within_the_limit_passes_unchanged():
-    supervisor, passed = supervised((0.1, -0.25), None, (0.0, 0.0), limits=Limits(speed=0.25))
+    supervisor, passed = supervised(((0.15, -0.2, 0.0), None), None, (ZERO, None), limits=Limits(speed=0.25))
     assert supervisor.trip is None
-    assert passed.finger_velocity == (0.0, 0.0)
+    assert passed.finger_velocity == (ZERO, None)
 
 
 @pytest.mark.parametrize(
     "velocity",
-    [(0.1, -0.26), (math.nan, 0.0), (0.0, math.inf), (0.1,), (0.1, 0.1, 0.1), [0.1, 0.1], (None, 0.1), ()],
+    [
+        (ZERO, (0.15, -0.2, 0.1)),
+        ((math.nan, 0.0, 0.0), ZERO),
+        (ZERO, (0.0, math.inf, 0.0)),
+        (ZERO,),
+        (ZERO,) * 3,
+        [ZERO, ZERO],
+        (0.1, 0.1),
+        ((0.1, 0.1), ZERO),
+        (),
+    ],
 )
 def test_what_is_not_stops_the_fingers_and_keeps_the_grip(velocity):
-    supervisor, passed = supervised((0.1, 0.1), velocity, limits=Limits(speed=0.25))
+    supervisor, passed = supervised((ZERO, ZERO), velocity, limits=Limits(speed=0.25))
     assert supervisor.trip is not None
     assert "finger" in supervisor.trip.measure
     assert passed.finger_velocity is None

@@ -36,9 +36,13 @@ def started(scene=CLEAR, **options):
     return backend
 
 
-def go(backend, periods, *velocities, force=None):
+def sideways(*speeds):
+    return tuple((0.0, speed, 0.0) for speed in speeds) or None
+
+
+def go(backend, periods, *speeds, force=None):
     for _ in range(periods):
-        sample = backend.step(Command(finger_velocity=velocities or None, grip_force=force))
+        sample = backend.step(Command(finger_velocity=sideways(*speeds), grip_force=force))
     return sample.hand.joint_position[3:]
 
 
@@ -184,7 +188,7 @@ def test_a_run_goes_on_from_a_snapshot_bit_for_bit(sensor):
         found = []
         for i in range(first, first + periods):
             speed = 0.005 * math.sin(0.01 * i)
-            moving = (speed, -speed, 0.5 * speed) if i % 500 < 400 else None
+            moving = sideways(speed, -speed, 0.5 * speed) if i % 500 < 400 else None
             found.append(backend.step(Command(grip_force=(2.0,) * 3, finger_velocity=moving)))
         return found
 
@@ -199,7 +203,15 @@ def test_a_run_goes_on_from_a_snapshot_bit_for_bit(sensor):
     assert fresh.truth() == truth
 
 
-@pytest.mark.parametrize("velocity", [(0.001, 0.001), (0.001, math.nan, 0.0), (0.001, math.inf, 0.0)])
+@pytest.mark.parametrize(
+    "velocity",
+    [
+        sideways(0.001, 0.001),
+        sideways(0.001, math.nan, 0.0),
+        sideways(0.001, math.inf, 0.0),
+        ((0.001, 0.0, 0.0),) * 3,
+    ],
+)
 def test_velocities_that_cannot_be_are_refused(velocity):
     with pytest.raises(InvalidValueError, match="finger_velocity"):
         started().step(Command(finger_velocity=velocity))
@@ -208,7 +220,7 @@ def test_velocities_that_cannot_be_are_refused(velocity):
 def test_a_hand_that_only_closes_refuses_any_and_names_one_that_would_do():
     backend = started(build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06)))))
     with pytest.raises(InvalidValueError, match="turning_hand"):
-        backend.step(Command(finger_velocity=(0.0, 0.0)))
+        backend.step(Command(finger_velocity=sideways(0.0, 0.0)))
     backend.step(Command())
 
 
@@ -223,7 +235,7 @@ def test_a_rack_that_cannot_be_is_refused(bad, match):
 def test_two_fingers_can_have_racks_too():
     hand = TurningHand(fingers=2)
     backend = started(build_grasp_scene(hand, BALL, palm=(0.0, 0.0, 0.3)))
-    backend.step(Command(finger_velocity=(0.01, -0.01)))
+    backend.step(Command(finger_velocity=sideways(0.01, -0.01)))
     assert len(backend.step(Command()).hand.joint_position) == 4
     with pytest.raises(InvalidValueError, match="4 entries"):
         hand.sensor_poses((0.0,) * 3)

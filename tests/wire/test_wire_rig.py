@@ -211,7 +211,7 @@ def test_the_grip_stays_until_commanded_otherwise():
         (False, True, Command(DOWN)),
         (False, True, Command(angular_velocity_base_tip=DOWN)),
         (True, False, Command(grip_force=(1.0,))),
-        (True, True, Command(finger_velocity=(0.0, 0.0))),
+        (True, True, Command(finger_velocity=((0.0, 0.0, 0.0),) * 2)),
     ],
 )
 def test_refuses_what_its_devices_cannot_do(arm, hand, command):
@@ -298,6 +298,23 @@ def test_starting_again_begins_anew_without_connecting_again():
     assert world.rig.start().time == 0.0
     assert world.calls("start") == [("sensor", "start"), ("hand", "start"), ("arm", "start")]
     assert world.sensor.zero == zeroed
+
+
+def test_a_polled_hand_moves_its_fingers_if_the_hand_can():
+    class Moving(MadeUpHand):
+        moved = ()
+
+        def move(self, finger_velocity):
+            self.moved = finger_velocity
+
+    hand = Moving([])
+    polled = PolledHand(hand, 0.001)
+    polled.start()
+    polled.move(((0.0, 0.0, 0.01), None))
+    until(lambda: hand.moved == ((0.0, 0.0, 0.01), None))
+    polled.close()
+    with pytest.raises(InvalidValueError, match="only close"):
+        PolledHand(MadeUpHand([]), 0.001).move((None, None))
 
 
 @settings(deadline=None, max_examples=50)

@@ -171,15 +171,17 @@ class Command:
             command that says nothing of the hand, a stop above all, makes it let go.
         angular_velocity_base_tip: Of the tip frame, in base coordinates [rad/s]; a robot that cannot turn its tip
             refuses any but zero.
-        finger_velocity: Velocity with which each finger of the hand is to move sideways, along y of its sensor
-            frame [m/s]; None: none of them moves. A hand whose fingers only close refuses any.
+        finger_velocity: Velocity with which each fingertip of the hand is to move, in its sensor frame [m/s]; None
+            for a finger, or for all: it only presses. A finger that presses, along x of that frame, moves by the
+            other two components; one whose grip force is 0 by all three. A hand whose fingers cannot move so
+            refuses.
     """
 
     velocity_base_tip: Vector = ZERO
     phase: Phase = Phase.HOLD
     grip_force: tuple[float, ...] | None = None
     angular_velocity_base_tip: Vector = ZERO
-    finger_velocity: tuple[float, ...] | None = None
+    finger_velocity: tuple[Vector | None, ...] | None = None
 
     def __post_init__(self) -> None:
         # tuples go by at no cost; whoever computes with arrays may give them as they are

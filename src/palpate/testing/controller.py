@@ -4,6 +4,7 @@ import math
 import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 
 from palpate.errors import PalpateError, shown
 from palpate.runtime.data import Command, Observation, Phase
@@ -107,7 +108,8 @@ def _examine_command(inspection: Inspection, command: Command, now: Observation)
     ):
         return False
     vectors = (command.velocity_base_tip, command.angular_velocity_base_tip)
-    numbers = (*vectors[0], *vectors[1], *(command.grip_force or ()), *(command.finger_velocity or ()))
+    fingers = (velocity for velocity in command.finger_velocity or () if velocity is not None)
+    numbers = (*vectors[0], *vectors[1], *(command.grip_force or ()), *chain.from_iterable(fingers))
     if not inspection.require(
         all(isinstance(vector, tuple) and len(vector) == 3 for vector in vectors)
         and all(map(math.isfinite, numbers)),

@@ -172,9 +172,19 @@ def _finger(index: int, channels: int, codes: Codes) -> LogGroup:
 
 def _command(grips: int, finger_velocities: int, codes: Codes) -> LogGroup:
     sideways = (
-        _array("finger_velocity", _indices(finger_velocities), "m/s", "of each finger sideways"),
+        _array(
+            "finger_velocity",
+            tuple(f"{i}{axis}" for i in range(finger_velocities) for axis in "xyz"),
+            "m/s",
+            "of each fingertip in its sensor frame; NaN: it only presses",
+        ),
         LogField(
-            "finger_velocity_count", "int8", "i1", ("",), ("",), "how many of them are given; -1: none moves"
+            "finger_velocity_count",
+            "int8",
+            "i1",
+            ("",),
+            ("",),
+            "how many of them are given; -1: none moves",
         ),
     )
     return _group(

@@ -24,7 +24,7 @@ class Layout:
         hand_joints: Of the hand; None if there is no hand.
         channels: Of each finger's force/torque sensor.
         grips: Largest number of grip forces in a command.
-        finger_velocities: Number of finger velocities in a command that has any; 0: none has.
+        finger_velocities: Number of fingers that a command with finger velocities has; 0: none has any.
         truth: Names of the numbers that a simulation tells of the truth; none on a robot.
         tip_force: Whether the arm reports the force on what it carries.
     """
@@ -58,14 +58,14 @@ class Layout:
         """Return the layout of a run whose first sample is given, and the names of the numbers of its truth."""
         hand_joints = None if sample.hand is None else len(sample.hand.joint_position)
         fingers = len(sample.wrenches)
-        # fingers that move sideways have a joint each for that; room that other hands do not use does no harm
-        sideways = fingers >= _FEWEST_FINGERS and (hand_joints or 0) >= 2 * fingers
+        # fingers that do more than press have more joints than one; room that other hands do not use does no harm
+        moving = fingers >= _FEWEST_FINGERS and (hand_joints or 0) > fingers
         return Layout(
             joints=len(sample.arm.joint_position),
             hand_joints=hand_joints,
             channels=tuple(len(given.wrench) for given in sample.wrenches),
             grips=max(FEWEST_GRIPS, fingers, hand_joints or 0),
-            finger_velocities=fingers if sideways else 0,
+            finger_velocities=fingers if moving else 0,
             truth=truth,
             tip_force=sample.arm.tip_force_base is not None,
         )

@@ -110,7 +110,10 @@ class PeriodCodec:
     def is_plausible(self, rows: FloatArray) -> bool:
         """Whether every code in the rows has a name, and every count of forces and velocities has its room."""
         layout = self.heading.layout
-        rooms = (("command.grip_count", layout.grips), ("command.finger_velocity_count", layout.finger_velocities))
+        rooms = (
+            ("command.grip_count", layout.grips),
+            ("command.finger_velocity_count", 3 * layout.finger_velocities),
+        )
         for name, room in rooms:
             count = rows[:, self.columns[name]] if name in self.columns else rows[:, :0]
             if not ((count >= -1) & (count <= room)).all():

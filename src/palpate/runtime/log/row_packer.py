@@ -5,12 +5,14 @@ import struct
 from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
+from itertools import chain
 
 from palpate.runtime.data import Command, HandSample, Observation, Phase, Sample
 from palpate.runtime.log.fields import Codes, LogGroup, period_groups
 from palpate.runtime.log.layout import Layout
 from palpate.runtime.truth import TruthSource
 from palpate.sensing.ft.health import HEALTHY, HealthCheck
+from palpate.spatial import Vector
 
 Pack = Callable[[bytearray, int, Sample, Observation, Command, float, float], int]
 """Writes a period (with its compute time and lateness [s]) into a block at a place; returns where it ends.
@@ -139,7 +141,10 @@ def any_packer(layout: Layout) -> Pack:
     phases, measures, healthy, healthy_number = _PHASES, _MEASURES, HEALTHY, _HEALTHY
     grips_of, no_grip = _padder("grip forces", layout.grips), _nothing(layout.grips)
     room = layout.finger_velocities
-    velocities_of, no_velocity = _padder("finger velocities", room), _nothing(room) if room else ()
+    velocities_of, no_velocity = (
+        _padder("numbers of finger velocities", 3 * room),
+        _nothing(3 * room) if room else (),
+    )
 
     def pack_hand(block: bytearray, place: int, state: HandSample | None) -> int:
         if state is None or not has_hand:
@@ -205,7 +210,7 @@ def any_packer(layout: Layout) -> Pack:
             *command.velocity_base_tip,
             *command.angular_velocity_base_tip,
             *(no_grip if command.grip_force is None else grips_of(command.grip_force)),
-            *(no_velocity if command.finger_velocity is None else velocities_of(command.finger_velocity)),
+            *(no_velocity if command.finger_velocity is None else velocities_of(_flat(command.finger_velocity))),
             phases[command.phase],
         )
         return place + after_size
@@ -227,6 +232,14 @@ def _padder(name: str, room: int) -> Callable[[tuple[float, ...]], tuple[float, 
         return (*given, *(math.nan,) * (room - len(given)), len(given))
 
     return padded
+
+
+_STILL: Vector = (math.nan,) * 3
+"""Stands for no velocity."""
+
+
+def _flat(velocities: tuple[Vector | None, ...]) -> tuple[float, ...]:
+    return tuple(chain.from_iterable(_STILL if velocity is None else velocity for velocity in velocities))
 
 
 def _struct(*groups: LogGroup) -> struct.Struct:

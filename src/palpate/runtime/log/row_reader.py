@@ -1,5 +1,6 @@
 """Rows back as samples and commands: the inverse of `row_packer`, bit for bit."""
 
+import math
 from collections.abc import Iterator
 
 from palpate.errors import FloatArray
@@ -53,14 +54,14 @@ def commands_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Command]:
     velocity, turning = at["command.velocity"], at["command.angular_velocity"]
     grips = at["command.grip_force"].start
     count, phase = at["command.grip_count"].start, at["command.phase"].start
-    sideways = at.get("command.finger_velocity", _NOTHING).start
-    moving = at["command.finger_velocity_count"].start if sideways else None
+    fingers = at.get("command.finger_velocity", _NOTHING).start
+    moving = at["command.finger_velocity_count"].start if fingers else None
     phases = [Phase[name] for name in codec.heading.codes.phases]
     for row in _numbers(rows):
         given = int(row[count])
         grip_force = None if given < 0 else tuple(row[grips : grips + given])
         moved = -1 if moving is None else int(row[moving])
-        finger_velocity = None if moved < 0 else tuple(row[sideways : sideways + moved])
+        finger_velocity = None if moved < 0 else _velocities(row[fingers : fingers + moved])
         yield Command(
             _vector(row[velocity]), phases[int(row[phase])], grip_force, _vector(row[turning]), finger_velocity
         )
@@ -69,6 +70,11 @@ def commands_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Command]:
 def _numbers(rows: FloatArray) -> Iterator[list[float]]:
     for start in range(0, len(rows), _AT_ONCE):
         yield from rows[start : start + _AT_ONCE].tolist()
+
+
+def _velocities(numbers: list[float]) -> tuple[Vector | None, ...]:
+    each = (_vector(numbers[i : i + 3]) for i in range(0, len(numbers), 3))
+    return tuple(None if all(map(math.isnan, velocity)) else velocity for velocity in each)
 
 
 def _vector(three: list[float]) -> Vector:

@@ -46,7 +46,7 @@ class WellFormed:
         if phase is Phase.STOP:
             return Violation("phase of the command", "stop", "another one: this is the supervisor's")
         if command.finger_velocity is not None:
-            finding = self._sideways(command.finger_velocity, before.grip_force)
+            finding = self._fingers(command.finger_velocity, before.grip_force)
             if finding is not None:
                 return finding
         return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
@@ -62,13 +62,13 @@ class WellFormed:
         return None if finite else Violation("commanded angular velocity", shown(given), wanted)
 
     @staticmethod
-    def _sideways(given: object, last: tuple[float, ...] | None) -> Violation | None:
-        wanted = "one finite number [m/s] for each finger"
+    def _fingers(given: object, last: tuple[float, ...] | None) -> Violation | None:
+        wanted = "three finite numbers [m/s], or None, for each finger"
         if not isinstance(given, tuple) or not given or (last is not None and len(given) != len(last)):
             return Violation("commanded finger velocity", shown(given), wanted)
         try:
-            fine = all(-math.inf < velocity < math.inf for velocity in given)
-        except TypeError:
+            fine = all(velocity is None or _finite(*velocity) for velocity in given)
+        except (TypeError, OverflowError):
             fine = False
         return None if fine else Violation("commanded finger velocity", shown(given), wanted)
 
@@ -163,7 +163,7 @@ class CommandedGrip:
 
 @dataclass(frozen=True, slots=True)
 class CommandedFingerSpeed:
-    """No finger is sent sideways faster than `limit` [m/s]."""
+    """No fingertip is sent faster than `limit` [m/s]."""
 
     limit: float
 
@@ -171,7 +171,11 @@ class CommandedFingerSpeed:
         """See `CommandCondition`."""
         if command.finger_velocity is None:
             return None
-        speed = max(map(abs, command.finger_velocity))
+        speed = max(0.0 if velocity is None else math.hypot(*velocity) for velocity in command.finger_velocity)
         if speed <= self.limit * ROUNDING:
             return None
         return Violation("commanded finger speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")
+
+
+def _finite(x: float, y: float, z: float) -> bool:
+    return math.isfinite(x + y + z)
