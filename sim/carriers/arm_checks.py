@@ -18,11 +18,11 @@ LARGEST = 10.0
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 
 
-def joints_to(source: ArmSourceFile, model: mujoco.MjModel, body: int) -> list[int]:
+def joints_to(source: ArmSourceFile, model: mujoco.MjModel, body: int, allowed: tuple[int, int]) -> list[int]:
     """Return the joints between base and a body, by number.
 
     Raises:
-        InvalidValueError: They are not hinges and slides, one per body, as many as an arm has.
+        InvalidValueError: They are not hinges and slides, one per body, or as many as is allowed, fewest and most.
     """
     path: list[int] = []
     while body:
@@ -39,9 +39,10 @@ def joints_to(source: ArmSourceFile, model: mujoco.MjModel, body: int) -> list[i
             raise source.refusal(name, f"joint {name} is a {word} joint", "must be a hinge or a slide")
         if not name:
             raise source.refusal("", f"joint {joint + 1}, between base and flange, has no name", "name it")
-    if not FEWEST <= len(path) <= MOST:
+    fewest, most = allowed
+    if not fewest <= len(path) <= most:
         problem = f"{len(path)} joints between base and flange"
-        raise source.refusal("", problem, f"must be {FEWEST} to {MOST}: see whether flange is the right one")
+        raise source.refusal("", problem, f"must be {fewest} to {most}: see whether flange is the right one")
     return path
 
 

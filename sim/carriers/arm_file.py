@@ -12,7 +12,7 @@ from palpate.bounded_file import PathLike
 from palpate.errors import vector
 from palpate.kinematics import JointKind, JointLimits, Pose
 from palpate.nearest_name import nearest
-from palpate.sim.carriers.arm_checks import check_open, check_size, joints_to, limits_of
+from palpate.sim.carriers.arm_checks import FEWEST, MOST, check_open, check_size, joints_to, limits_of
 from palpate.sim.carriers.arm_model import ASSUMED_ARMATURE, ArmModel, chain_of, largest_inertias, pose_of_frame
 from palpate.sim.carriers.arm_source import ArmSourceFile
 
@@ -38,6 +38,7 @@ class ArmFile:
         home: A posture to work from [rad or m]; without: the keyframe `home`, or as the file is written.
         joint_speed: Largest speed of each joint [rad/s or m/s], where the file has none.
         text: What stood in it, if it may not be there any more.
+        count: Fewest and most joints that it may have.
     """
 
     path: PathLike
@@ -45,6 +46,7 @@ class ArmFile:
     home: tuple[float, ...] = ()
     joint_speed: tuple[float, ...] = ()
     text: str | None = None
+    count: tuple[int, int] = (FEWEST, MOST)
 
     def read(self) -> ArmModel:
         """Return the arm.
@@ -58,7 +60,7 @@ class ArmFile:
         whole = source.compiled(spec)
         body, pose_body_flange = self._flange(source, whole)
         carrying = whole.body(body).name
-        joints = joints_to(source, whole, body)
+        joints = joints_to(source, whole, body, self.count)
         check_open(source, whole, joints)
         names = tuple(whole.joint(joint).name for joint in joints)
         speeds = self._speeds(source, whole, names)
@@ -66,13 +68,13 @@ class ArmFile:
         armature = tuple(_armature(whole, joint) for joint in joints)
 
         spec = source.spec()
-        _keep_the_arm_only(spec, names)
+        keep_joints(spec, names)
         without_armature = source.compiled(spec)
         check_size(source, without_armature)
         bounds = np.array([(each.lower, each.upper) for each in limits]).T
         link_inertia = largest_inertias(without_armature, np.clip(bounds, -math.pi, math.pi))
         for name, inertia, limit in zip(names, armature, limits, strict=True):
-            _leave_to_a_servo(spec.joint(name), inertia, limit)
+            leave_to_a_servo(spec.joint(name), inertia, limit)
         alone = source.compiled(spec)
         ids = [int(alone.joint(name).id) for name in names]
         title = str(spec.modelname) or source.path.stem
@@ -120,7 +122,7 @@ def _armature(model: mujoco.MjModel, joint: int) -> float:
     return given or ASSUMED_ARMATURE[JointKind.SLIDE if slides else JointKind.HINGE]
 
 
-def _keep_the_arm_only(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
+def keep_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
     """Take out all but bodies, shapes and the arm's joints; what is left touches nothing and is lifted.
 
     Joints that do not move the flange, as those of a gripper, stay where the file has them.
@@ -140,7 +142,7 @@ def _keep_the_arm_only(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
         geom.contype = geom.conaffinity = 0
 
 
-def _leave_to_a_servo(joint: mujoco.MjsJoint, armature: float, limits: JointLimits) -> None:
+def leave_to_a_servo(joint: mujoco.MjsJoint, armature: float, limits: JointLimits) -> None:
     """Let its motor carry gravity and end at its torque, both together; its controller makes up for friction."""
     joint.armature = armature
     joint.damping, joint.stiffness, joint.frictionloss = np.zeros(3), np.zeros(3), 0.0

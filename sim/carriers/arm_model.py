@@ -53,18 +53,30 @@ class ArmModel:
 
         A reset leads there, and with it what MuJoCo derives from it. Joint positions mean what they meant.
         """
-        spec = self.spec.copy()
-        model = spec.compile()
-        data = mujoco.MjData(model)
-        data.qpos[:] = joint_position
-        mujoco.mj_kinematics(model, data)
-        for name, position in zip(self.joints, joint_position, strict=True):
-            joint = spec.joint(name)
-            body = joint.parent
-            _place(body, relative_pose(model, data, body.name))
-            hinge = joint.type == mujoco.mjtJoint.mjJNT_HINGE
-            joint.ref = math.degrees(position) if hinge and spec.compiler.degree else position
-        return spec
+        return spec_at(self.spec, self.joints, joint_position)
+
+
+def spec_at(spec: mujoco.MjSpec, joints: Sequence[str], joint_position: Sequence[float]) -> mujoco.MjSpec:
+    """Return a copy of a model whose reference state is some joint position, as `ArmModel.spec_at` does.
+
+    Args:
+        spec: The model.
+        joints: All of its joints.
+        joint_position: Of each [rad or m].
+    """
+    spec = spec.copy()
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for name, position in zip(joints, joint_position, strict=True):
+        data.joint(name).qpos[0] = position
+    mujoco.mj_kinematics(model, data)
+    for name, position in zip(joints, joint_position, strict=True):
+        joint = spec.joint(name)
+        body = joint.parent
+        _place(body, relative_pose(model, data, body.name))
+        hinge = joint.type == mujoco.mjtJoint.mjJNT_HINGE
+        joint.ref = math.degrees(position) if hinge and spec.compiler.degree else position
+    return spec
 
 
 def relative_pose(model: mujoco.MjModel, data: mujoco.MjData, body: str) -> Pose:

@@ -1,6 +1,8 @@
 """A MuJoCo grasp scene as a back end."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,7 +14,7 @@ from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
-from palpate.sim.hand.grip import Grip, GripState
+from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
@@ -31,7 +33,7 @@ class HandState:
     readings: FloatArray
     last_time: float
     drive: tuple[float, ...]
-    grip: GripState
+    grip: Any
     sensors: tuple[SensorState, ...]
     friction: FrictionState | None
     load: Wrench
@@ -41,7 +43,7 @@ class HandBackend(Closing):
     """Runs a grasp scene: one call of `step` is one control period of simulated time.
 
     The arm in its samples is what carries the hand: its tip frame is the hand frame. Where each sensor frame is in
-    that, `Hand.sensor_poses` tells from the joint positions. Sensor values belong to the state before the
+    that, `HandModel.sensor_poses` tells from the joint positions. Sensor values belong to the state before the
     last time step, as MuJoCo computes them; the sample's time says so. Joint positions are as old as the bus made
     them.
     """
@@ -53,7 +55,7 @@ class HandBackend(Closing):
         sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
         load: ObjectLoad | None = None,
-        grip: type[Grip] = Grip,
+        grip: Callable[[Any, mujoco.MjModel, mujoco.MjData], HandDrive] | None = None,
     ) -> None:
         """Take a scene.
 
@@ -63,7 +65,8 @@ class HandBackend(Closing):
             sensor: Behind each fingertip, each with the next seed; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
             load: What pulls at the object, besides its weight; nothing if not given.
-            grip: What drives the fingers: grip forces by its own bus, or a `ServoGrip` by somebody else's.
+            grip: What drives the fingers, if it is not the hand's own drive: a `ServoGrip` takes goals from
+                somebody else's bus.
 
         Raises:
             InvalidValueError: Period or bus period is not a whole number of time steps.
@@ -77,9 +80,7 @@ class HandBackend(Closing):
         model, n = scene.model, scene.hand.fingers
         self._data = data = mujoco.MjData(model)
         self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
-        self._grip = grip(
-            scene.hand, model, data, whole_steps("bus_period", scene.hand.bus_period, scene.fidelity.time_step)
-        )
+        self._grip = scene.hand.drive(model, data) if grip is None else grip(scene.hand, model, data)
         self._drive = scene.carrier.drive(model, data, period)
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
@@ -100,7 +101,7 @@ class HandBackend(Closing):
         return self._pacer
 
     @property
-    def grip(self) -> Grip:
+    def grip(self) -> HandDrive:
         """What drives the fingers."""
         return self._grip
 
@@ -119,7 +120,7 @@ class HandBackend(Closing):
         return self._sample(0.0)
 
     def step(self, command: Command) -> Sample:
-        """Simulate one period; grip forces reach the servos with the next exchange on the bus.
+        """Simulate one period; grip forces reach the fingers with the next exchange on the bus.
 
         Raises:
             InvalidValueError: A motion that the carrier cannot do, or of absurd numbers; or see `Grip.command`
@@ -154,14 +155,15 @@ class HandBackend(Closing):
         x, y, z, u, v, w, qw, qx, qy, qz, a, b, c = s[6:SENSORS_AT_ALL]
         contacts = None if self._plant is None else self._plant.contacts
         fingers = []
-        for i, (current, q, sideways) in enumerate(self._grip.last()):
+        joints, currents = self._grip.last()
+        for i, current in enumerate(currents):
             if contacts is None:
                 at = SENSORS_AT_ALL + SENSORS_PER_FINGER * i
-                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current, q, sideways))
+                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current))
             else:
                 its = tuple(contact for contact in contacts if contact.pair is self.scene.rubbing[i])
-                fingers.append(truth_of_contacts(its, current, q, sideways))
-        return HandTruth(self._time, tuple(fingers), (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
+                fingers.append(truth_of_contacts(its, current))
+        return HandTruth(self._time, tuple(fingers), joints, (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
 
     @property
     def pull(self) -> Wrench:
@@ -176,7 +178,7 @@ class HandBackend(Closing):
     @property
     def truth_columns(self) -> tuple[str, ...]:
         """See `palpate.runtime.truth.TruthSource`."""
-        return hand_columns(self.scene.hand.fingers)
+        return hand_columns(self.scene.hand)
 
     def truth_row(self) -> tuple[float, ...]:
         """See `palpate.runtime.truth.TruthSource`."""

@@ -24,6 +24,7 @@ from palpate.runtime.data import HandSample
 from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.servo import Servo
 from palpate.sim.hand.sideways import SidewaysState
+from palpate.sim.physics import whole_steps
 from palpate.spatial import Vector
 
 
@@ -41,18 +42,21 @@ class GripState:
 
 
 class Grip:
-    """Servos of a hand in a compiled scene, and the bus to them. `advance` comes before each time step."""
+    """Servos of a hand in a compiled scene, and the bus to them. A `HandDrive`."""
 
-    def __init__(self, hand: Hand, model: mujoco.MjModel, data: mujoco.MjData, bus_steps: int) -> None:
+    def __init__(self, hand: Hand, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a hand in a scene.
 
         Args:
             hand: As it was added to the scene.
             model: The compiled scene.
             data: Its state, which must live on.
-            bus_steps: Time steps between exchanges on the bus.
+
+        Raises:
+            InvalidValueError: The bus period is not a whole number of time steps.
         """
-        self._hand, self._data, self._bus_steps = hand, data, bus_steps
+        self._hand, self._data, self._bus_period = hand, data, hand.bus_period
+        self._bus_steps = whole_steps("bus_period", hand.bus_period, float(model.opt.timestep))
         n, servo, finger = hand.fingers, hand.finger.servo, hand.finger
         self._servos = tuple(Servo(servo, float(model.opt.timestep)) for _ in range(n))
         first, second = model.joint(finger_name(0)), model.joint(finger_name(1))
@@ -67,7 +71,6 @@ class Grip:
         self._closed = finger.closed(hand.opening, hand.tip_along) / finger.ratio
         self._speed = hand.closing_speed / finger.lever(0.0, hand.tip_along)
         self._sideways = hand.sideways_drive(model, data)
-        self._bus_period = bus_steps * float(model.opt.timestep)
         self.start()
 
     def start(self) -> None:
@@ -126,10 +129,9 @@ class Grip:
             self._control[i] = servo.step(positions[i] / ratio, velocities[i] / ratio)
         self._sideways.advance()
 
-    def last(self) -> tuple[tuple[float, float, float], ...]:
-        """Return current [A], joint position and sideways position [m] of each finger at the last time step."""
-        pairs = enumerate(zip(self._servos, self._positions, strict=True))
-        return tuple((servo.current, q, self._sideways.last(i)) for i, (servo, q) in pairs)
+    def last(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """See `HandDrive`."""
+        return (*self._positions, *self._sideways.last()), tuple(servo.current for servo in self._servos)
 
     def state(self) -> GripState:
         """Return all that it remembers."""

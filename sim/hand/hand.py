@@ -7,6 +7,7 @@ away from the palm, and x in the closing direction.
 
 import math
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -19,9 +20,15 @@ from palpate.sim.tip import Tip
 from palpate.spatial import Matrix, Vector
 from palpate.surfaces import Sphere
 
+if TYPE_CHECKING:
+    from palpate.sim.hand.grip import Grip
+
 SHAKEN_LESS = 0.02
 """`direction_span` of three fingers that share a load (benchmarks/sharing.py): switched, they let it slip by up to
 6 mm, with 0.01 to 0.1 by 0.014 mm."""
+
+MOST_FINGERS = 16
+"""More would not find room on a bus, or around an object."""
 
 FINGER_RADIUS = 0.004
 """Of fingers in pictures [m]; they touch nothing."""
@@ -42,7 +49,7 @@ class Hand:
     """Alike fingers, evenly around the hand's axis.
 
     Attributes:
-        fingers: How many, 2 or 3.
+        fingers: How many, 2 or more.
         finger: What each of them is.
         tip: What each carries; its centre lies on the sensor's z axis.
         opening: From the hand's axis to the tips' centres with all joints at 0 [m].
@@ -67,8 +74,8 @@ class Hand:
     direction_span: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.fingers not in (2, 3):
-            raise InvalidValueError(f"fingers = {self.fingers!r}: must be 2 or 3")
+        if not 2 <= self.fingers <= MOST_FINGERS:
+            raise InvalidValueError(f"fingers = {self.fingers!r}: must be 2 to {MOST_FINGERS}")
         positive("opening", self.opening, "m")
         positive("depth", self.depth, "m")
         positive("closing_speed", self.closing_speed, "m/s")
@@ -81,6 +88,21 @@ class Hand:
                 f"tip centre at x = {x:g} m, y = {y:g} m in its sensor frame: must lie on the z axis"
             )
         self.finger.closed(self.opening, self.tip_along)  # refuses a finger too short to close
+
+    @property
+    def tips(self) -> tuple[Tip, ...]:
+        """See `HandModel`: alike."""
+        return (self.tip,) * self.fingers
+
+    @property
+    def start(self) -> tuple[float, ...]:
+        """See `HandModel`: open."""
+        return (0.0,) * self.fingers
+
+    @property
+    def center(self) -> Vector:
+        """See `HandModel`."""
+        return (0.0, 0.0, -(self.depth + self.tip_along))
 
     @property
     def tip_along(self) -> float:
@@ -177,9 +199,23 @@ class Hand:
         return -self.finger.pivot[2] or self.depth
 
     def add_to(self, spec: mujoco.MjSpec, palm: mujoco.MjsBody) -> None:
-        """Add fingers and their motors to a scene, joints at 0; the palm's frame becomes the hand frame."""
+        """See `HandModel`."""
+        self.add_palm(palm)
         for i in range(self.fingers):
             self.add_finger(spec, palm, i)
+
+    def add_palm(self, palm: mujoco.MjsBody) -> None:
+        """Give a body mass and inertia of the palm: a disc as wide as the fingers stand."""
+        palm.explicitinertial = True
+        palm.mass = self.palm_mass
+        across = self.palm_mass * self.opening**2 / 4.0
+        palm.inertia = [across, across, 2.0 * across]
+
+    def drive(self, model: mujoco.MjModel, data: mujoco.MjData) -> "Grip":
+        """See `HandModel`."""
+        from palpate.sim.hand.grip import Grip  # which takes a Hand
+
+        return Grip(self, model, data)
 
     def add_finger(self, spec: mujoco.MjSpec, parent: mujoco.MjsBody, i: int) -> None:
         """Add a finger and its motor to a body whose frame is the hand frame while all joints are at 0."""

@@ -3,15 +3,15 @@
 import mujoco
 
 from palpate.sim.carriers.carrier import Carrier
-from palpate.sim.hand.hand import Hand
+from palpate.sim.hand.hand_model import HandModel
 from palpate.spatial import Vector
 
 PALM = "palm"
 """Name of the body whose frame is the hand frame."""
 
 
-def mount_hand(spec: mujoco.MjSpec, hand: Hand, carrier: Carrier, start: Vector) -> None:
-    """Add a carrier and a hand on it to a scene, joints at 0.
+def mount_hand(spec: mujoco.MjSpec, hand: HandModel, carrier: Carrier, start: Vector) -> None:
+    """Add a carrier and a hand on it to a scene.
 
     Args:
         spec: The scene.
@@ -19,10 +19,4 @@ def mount_hand(spec: mujoco.MjSpec, hand: Hand, carrier: Carrier, start: Vector)
         carrier: What carries it, made for its weight.
         start: Where the hand frame starts, upright, base frame [m].
     """
-    palm = carrier.mount(spec, hand, start).add_body(name=PALM)
-    palm.explicitinertial = True
-    palm.mass = hand.palm_mass
-    # a disc as wide as the fingers stand
-    across = hand.palm_mass * hand.opening**2 / 4.0
-    palm.inertia = [across, across, 2.0 * across]
-    hand.add_to(spec, palm)
+    hand.add_to(spec, carrier.mount(spec, hand, start).add_body(name=PALM))

@@ -16,7 +16,8 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.texture import Texture
 from palpate.sim.hand.contact import GraspContact, frictionless_grasp_parameters, grasp_pair_parameters
-from palpate.sim.hand.hand import Hand, finger_name
+from palpate.sim.hand.hand import finger_name
+from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.mount import PALM, mount_hand
 from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.table import Table
@@ -24,7 +25,7 @@ from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
 from palpate.sim.scene import OBJECT_GEOM, TABLE_GEOM
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
-from palpate.spatial import Vector, add
+from palpate.spatial import Vector, add, subtract
 
 OBJECT = "object"
 
@@ -70,7 +71,7 @@ class GraspScene:
     """
 
     model: mujoco.MjModel
-    hand: Hand
+    hand: HandModel
     carrier: Carrier
     target: HeldObject
     law: GraspContact
@@ -81,7 +82,7 @@ class GraspScene:
 
 
 def build_grasp_scene(
-    hand: Hand,
+    hand: HandModel,
     target: HeldObject,
     law: GraspContact | None = None,
     carrier: Carrier | None = None,
@@ -116,8 +117,7 @@ def build_grasp_scene(
         raise InvalidValueError("texture without friction: MuJoCo's own friction has none; give a FrictionLaw")
     fidelity = fidelity or GRASP.fidelity
     if palm is None:
-        x, y, z = target.pose_base_object.position
-        palm = (x, y, z + hand.depth + hand.tip_along)
+        palm = subtract(target.pose_base_object.position, hand.center)
     _check_clear(hand, target, palm)
     spec, time_step = fidelity.new_spec(), fidelity.time_step
 
@@ -134,7 +134,7 @@ def build_grasp_scene(
     inverse_mass = model.body_invweight0[:, 0]
     of_object = float(inverse_mass[model.body(OBJECT).id])
     tip_bodies = [model.body(f"{finger_name(i)}_tip").id for i in range(hand.fingers)]
-    # fingers are alike, but for rounding, and for how an arm yields at each of them
+    # a mean: most fingers are alike, but for how an arm yields at each of them
     A = of_object + float(np.mean(inverse_mass[tip_bodies]))
     pair = (grasp_pair_parameters if friction is None else frictionless_grasp_parameters)(law, A, time_step)
     spec.option.impratio = pair.impratio
@@ -149,12 +149,11 @@ def build_grasp_scene(
     return GraspScene(spec.compile(), hand, carrier, target, law, pair, fidelity, palm, rubbing)
 
 
-def _check_clear(hand: Hand, target: HeldObject, palm: Vector) -> None:
+def _check_clear(hand: HandModel, target: HeldObject, palm: Vector) -> None:
     """Refuse fingertips whose very centres start inside the object, whatever their shape."""
     pose_object_base = target.pose_base_object.inverse()
-    for i in range(hand.fingers):
-        pose = hand.pose_hand_sensor(i, 0.0)
-        center = add(palm, (pose @ Pose(hand.tip.center_of_mass)).position)
+    for i, (pose, tip) in enumerate(zip(hand.sensor_poses(hand.start), hand.tips, strict=True)):
+        center = add(palm, (pose @ Pose(tip.center_of_mass)).position)
         gap = float(target.shape.signed_distance(np.array([(pose_object_base @ Pose(center)).position]))[0])
         if gap <= 0.0:
             raise InvalidValueError(

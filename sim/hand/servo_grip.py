@@ -44,10 +44,10 @@ class ShaftState:
 class ServoGrip(Grip):
     """A `Grip` whose bus is somebody else's: it exchanges nothing by itself, and refuses grip forces."""
 
-    def __init__(self, hand: Hand, model: mujoco.MjModel, data: mujoco.MjData, bus_steps: int) -> None:
+    def __init__(self, hand: Hand, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a hand in a scene; see `Grip`."""
         self._goals: tuple[ShaftGoal, ...] = ()
-        super().__init__(hand, model, data, bus_steps)
+        super().__init__(hand, model, data)
 
     def start(self) -> None:
         """Stand still, open, torque off."""

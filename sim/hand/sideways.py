@@ -79,8 +79,8 @@ class SidewaysDrive(Protocol):
         """Set the torques of the next time step."""
         ...
 
-    def last(self, finger: int) -> float:
-        """Return where a finger was at the last time step, without rounding [m]."""
+    def last(self) -> tuple[float, ...]:
+        """Return where each finger was at the last time step, without rounding [m]."""
         ...
 
     def state(self) -> SidewaysState:
@@ -119,9 +119,9 @@ class FixedSideways:
     def advance(self) -> None:
         """It never moves."""
 
-    def last(self, finger: int) -> float:
-        """It never moves."""
-        return 0.0
+    def last(self) -> tuple[float, ...]:
+        """No joint, no position."""
+        return ()
 
     def state(self) -> SidewaysState:
         """It remembers nothing."""
@@ -214,9 +214,9 @@ class RackDrive:
         for servo, y, dof, of in zip(self._servos, self._positions, self._dof, self._of, strict=True):
             control[of] = servo.step(y / pinion, float(speeds[dof]) / pinion)
 
-    def last(self, finger: int) -> float:
+    def last(self) -> tuple[float, ...]:
         """See `SidewaysDrive`."""
-        return self._positions[finger]
+        return self._positions
 
     def state(self) -> SidewaysState:
         """See `SidewaysDrive`."""

@@ -17,9 +17,7 @@ class FingerTruth:
         position: Force-weighted centroid of the contacts [m].
         force: What the object exerts on the tip [N].
         torque: Likewise, about `position` [N m].
-        current: Of its servo [A].
-        joint_position: Without rounding [rad or m].
-        sideways: Way of the joint that moves it sideways, likewise [m]; 0 where there is none.
+        current: Of its servo [A]; 0 where its motors are not modelled.
     """
 
     touching: bool
@@ -27,8 +25,6 @@ class FingerTruth:
     force: Vector
     torque: Vector
     current: float
-    joint_position: float
-    sideways: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +34,7 @@ class HandTruth:
     Attributes:
         time: To which it belongs, that of the last sample [s].
         fingers: One per finger.
+        joint_position: Of the hand, as in `HandSample`, without rounding [rad or m].
         position: Of the object's frame [m].
         quat_wxyz: Its orientation, object to base.
         velocity: Of its frame [m/s].
@@ -47,6 +44,7 @@ class HandTruth:
 
     time: float
     fingers: tuple[FingerTruth, ...]
+    joint_position: tuple[float, ...]
     position: Vector
     quat_wxyz: tuple[float, float, float, float]
     velocity: Vector
@@ -54,33 +52,25 @@ class HandTruth:
     pose_base_hand: Pose | None = None
 
 
-def truth_of_readings(
-    readings: list[float], current: float, joint_position: float, sideways: float = 0.0
-) -> FingerTruth:
+def truth_of_readings(readings: list[float], current: float) -> FingerTruth:
     """Return what a fingertip's contact sensor says, where MuJoCo presses and rubs.
 
     Args:
         readings: Of that sensor: found, force, torque, position.
         current: Of the finger's servo [A].
-        joint_position: Of the finger [rad or m].
-        sideways: How far it has moved sideways [m].
     """
     found, fx, fy, fz, tx, ty, tz, x, y, z = readings
     # the contact sensor gives what its first geom, the tip, exerts on the object
-    return FingerTruth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), current, joint_position, sideways)
+    return FingerTruth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), current)
 
 
-def truth_of_contacts(
-    contacts: tuple[FrictionContact, ...], current: float, joint_position: float, sideways: float = 0.0
-) -> FingerTruth:
+def truth_of_contacts(contacts: tuple[FrictionContact, ...], current: float) -> FingerTruth:
     """Return what contacts of a friction plant come to, on one fingertip.
 
     Args:
         contacts: Of that tip alone, which is the first geom of their pair.
         current: Of the finger's servo [A].
-        joint_position: Of the finger [rad or m].
-        sideways: How far it has moved sideways [m].
     """
     if not contacts:
-        return FingerTruth(False, ZERO, ZERO, ZERO, current, joint_position, sideways)
-    return FingerTruth(True, *resultant(contacts), current, joint_position, sideways)
+        return FingerTruth(False, ZERO, ZERO, ZERO, current)
+    return FingerTruth(True, *resultant(contacts), current)

@@ -7,6 +7,7 @@ from itertools import chain, islice
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import ArmSample
 from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.scene import GraspScene
 from palpate.sim.hand.truth import FingerTruth, HandTruth
 from palpate.spatial import Vector, Wrench, norm
@@ -31,15 +32,19 @@ _FINGER_COLUMNS = (
     *(f"force_{axis}_n" for axis in "xyz"),
     *(f"torque_{axis}_nm" for axis in "xyz"),
     "current_a",
-    "joint_position",
     "slip_speed_m_per_s",
     "slip_spin_rad_per_s",
 )
 
 
-def hand_columns(fingers: int) -> tuple[str, ...]:
+def hand_columns(hand: HandModel) -> tuple[str, ...]:
     """Return the names of the numbers of a grasp's truth."""
-    return (*_HAND_COLUMNS, *(f"finger_{i}_{name}" for i in range(fingers) for name in _FINGER_COLUMNS))
+    joints = (f"joint_{k}" for k in range(len(hand.start)))
+    return (
+        *_HAND_COLUMNS,
+        *joints,
+        *(f"finger_{i}_{name}" for i in range(hand.fingers) for name in _FINGER_COLUMNS),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +82,6 @@ def numbers_of_hand(
             *f.force,
             *f.torque,
             f.current,
-            f.joint_position,
             sum(norm(its.slip_velocity) for its in rubbing if its.pair is scene.rubbing[i]),
             sum(abs(its.slip_spin) for its in rubbing if its.pair is scene.rubbing[i]),
         )
@@ -92,26 +96,27 @@ def numbers_of_hand(
         *pull,
         *hand.position_base_tip,
         *chain.from_iterable(hand.rotation_base_tip),
+        *truth.joint_position,
         *chain.from_iterable(fingers),
     )
 
 
-def moment_of_numbers(numbers: Sequence[float]) -> GraspMoment:
-    """Return what `numbers_of_hand` was given."""
+def moment_of_numbers(numbers: Sequence[float], fingers: int) -> GraspMoment:
+    """Return what `numbers_of_hand` was given, of a hand with so many fingers."""
     each = iter(numbers)
     time, position = next(each), _vector(each)
     w, x, y, z = islice(each, 4)
     velocity, angular_velocity = _vector(each), _vector(each)
     a, b, c, d, e, f = islice(each, 6)
     hand = Pose(_vector(each), (_vector(each), _vector(each), _vector(each)))
-    count = (len(numbers) - len(_HAND_COLUMNS)) // len(_FINGER_COLUMNS)
+    joints = tuple(islice(each, len(numbers) - len(_HAND_COLUMNS) - fingers * len(_FINGER_COLUMNS)))
     found, slip = [], []
-    for _ in range(count):
+    for _ in range(fingers):
         touching = next(each) > 0.0
         at, force, torque = (_vector(each) for _ in range(3))
-        found.append(FingerTruth(touching, at, force, torque, next(each), next(each)))
+        found.append(FingerTruth(touching, at, force, torque, next(each)))
         slip.append((next(each), next(each)))
-    truth = HandTruth(time, tuple(found), position, (w, x, y, z), velocity, angular_velocity, hand)
+    truth = HandTruth(time, tuple(found), joints, position, (w, x, y, z), velocity, angular_velocity, hand)
     return GraspMoment(truth, (a, b, c, d, e, f), tuple(slip))
 
 

@@ -43,6 +43,11 @@ class TurningHand(Hand):
         """See `Hand`."""
         return self.palm_mass + self.fingers * (self.carriage_mass + self.finger.mass + self.tip.mass)
 
+    @property
+    def start(self) -> tuple[float, ...]:
+        """See `HandModel`."""
+        return (0.0,) * (2 * self.fingers)
+
     def sensor_poses(self, joint_position: tuple[float, ...]) -> tuple[Pose, ...]:
         """See `palpate.kinematics.hand.HandKinematics`.
 
@@ -69,6 +74,7 @@ class TurningHand(Hand):
 
     def add_to(self, spec: mujoco.MjSpec, palm: mujoco.MjsBody) -> None:
         """See `Hand`."""
+        self.add_palm(palm)
         rack = self.rack
         for i in range(self.fingers):
             name = sideways_name(i)

@@ -136,11 +136,12 @@ def test_what_each_fingertip_feels_is_what_happens():
     hand = backend.scene.hand
     sample, truth = backend.step(Command()), backend.truth()
     palm = Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip)
-    for i, (given, finger) in enumerate(zip(sample.wrenches, truth.fingers, strict=True)):
+    sensors = hand.sensor_poses(truth.joint_position)
+    for given, finger, sensor in zip(sample.wrenches, truth.fingers, sensors, strict=True):
         payload = SensorPayload(hand.tip.mass, hand.tip.center_of_mass)
         wrench = contact_wrench(given.wrench, given.acceleration, payload)
         contact = contact_from_wrench(hand.tip.surface, np.array(wrench))
-        rotation = np.array((palm @ hand.pose_hand_sensor(i, finger.joint_position)).rotation)
+        rotation = np.array((palm @ sensor).rotation)
         assert rotation @ contact.force == pytest.approx(finger.force, abs=1e-6)
         assert contact.normal_force == pytest.approx(normal_force(finger), rel=5e-3)
         assert finger.force[2] == pytest.approx(-0.05 * GRAVITY, abs=1e-3)  # half the weight each

@@ -84,8 +84,9 @@ def test_the_grip_force_is_reached_and_left_within_the_stated_accuracy(hand, sha
     press(backend, 1.0, 1.5)
     for force, start in ((8.0, 1.0), (4.0, 8.0), (6.0, 4.0)):
         press(backend, force, 0.5, start, rate)
-        for finger in backend.truth().fingers:
-            stated = hand.grip_accuracy(rate, backend.scene.law.stiffness, finger.joint_position)
+        truth = backend.truth()
+        for finger, q in zip(truth.fingers, truth.joint_position, strict=True):
+            stated = hand.grip_accuracy(rate, backend.scene.law.stiffness, q)
             assert normal_force(finger) == pytest.approx(force, abs=stated)
 
 
@@ -103,14 +104,14 @@ def test_friction_in_the_gear_holds_a_grip_that_nobody_commands_any_more(hand, s
     """Without the friction model the command would let go at once; a push within the band moves no finger."""
     backend = standing(hand, shape)
     press(backend, 5.0, 2.0)
-    before = [finger.joint_position for finger in backend.truth().fingers]
+    before = backend.truth().joint_position
     for _ in range(300):
         backend.step(Command())
     pull(backend, (0.3 * hand.grip_band(5.0), 0.0, 0.0))
     for _ in range(500):
         backend.step(Command())
     # the first finger is pushed; the others follow the object, which their drive was about to do anyway
-    moved = (backend.truth().fingers[0].joint_position - before[0]) / hand.finger.ratio
+    moved = (backend.truth().joint_position[0] - before[0]) / hand.finger.ratio
     assert abs(moved) * hand.finger.lever(0.0, hand.tip_along) < 1e-5  # what the bristle gives way
 
 
@@ -243,10 +244,11 @@ def test_what_each_fingertip_feels_is_what_happens(hand, shape, tip):
     sample, truth = backend.step(Command()), backend.truth()
     palm = Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip)
     payload = SensorPayload(tip.mass, tip.center_of_mass)
-    for i, (given, finger) in enumerate(zip(sample.wrenches, truth.fingers, strict=True)):
+    sensors = hand.sensor_poses(truth.joint_position)
+    for given, finger, sensor in zip(sample.wrenches, truth.fingers, sensors, strict=True):
         wrench = contact_wrench(given.wrench, given.acceleration, payload)
         contact = contact_from_wrench(tip.surface, np.array(wrench))
-        pose = palm @ hand.pose_hand_sensor(i, finger.joint_position)
+        pose = palm @ sensor
         rotation = np.array(pose.rotation)
         assert rotation @ contact.force == pytest.approx(finger.force, abs=1e-6)
         centroid = pose.position + rotation @ contact.centroid
@@ -358,7 +360,7 @@ def test_a_scene_holds_only_what_it_names():
 @pytest.mark.parametrize(
     ("bad", "match"),
     [
-        ({"fingers": 4}, "fingers"),
+        ({"fingers": 1}, "fingers"),
         ({"opening": 0.0}, "opening"),
         ({"closing_speed": -1.0}, "closing_speed"),
         ({"bus_period": 0.0}, "bus_period"),

@@ -108,18 +108,18 @@ def test_fingers_go_sideways_as_fast_as_commanded_and_stop():
     later = go(backend, 300, 0.006, -0.003, 0.0)
     assert np.subtract(later, first) == pytest.approx([1.8e-3, -0.9e-3, 0.0], abs=2e-5)
     go(backend, 300)
-    still = [finger.sideways for finger in backend.truth().fingers]
+    still = backend.truth().joint_position[3:]
     go(backend, 300)
-    assert [finger.sideways for finger in backend.truth().fingers] == pytest.approx(still, abs=1e-6)
+    assert backend.truth().joint_position[3:] == pytest.approx(still, abs=1e-6)
 
 
 def test_joint_positions_come_behind_the_fingers_and_are_rounded_as_the_encoder_rounds():
     backend = started()
     told, step = go(backend, 400, 0.006, -0.004, 0.002), 2.0 * math.pi / 4096 * HAND.rack.pinion
-    for y, finger in zip(told, backend.truth().fingers, strict=True):
+    for y, exact in zip(told, backend.truth().joint_position[3:], strict=True):
         assert y / step == pytest.approx(round(y / step), abs=1e-9)
         # as old as the bus made it: 3 ms
-        assert y == pytest.approx(finger.sideways, abs=0.5 * step + 0.006 * 4e-3)
+        assert y == pytest.approx(exact, abs=0.5 * step + 0.006 * 4e-3)
 
 
 def test_the_travel_ends_where_the_rack_does():
@@ -138,14 +138,14 @@ def test_the_goal_does_not_run_away_from_a_finger_that_is_held():
     model.dof_damping[dof] = 1e9
     try:
         go(backend, 1000, 0.01, 0.01, 0.01)
-        assert abs(backend.truth().fingers[0].sideways) < 1e-4
-        assert backend.truth().fingers[1].sideways > 4.0 * MAX_LEAD
+        assert abs(backend.truth().joint_position[3]) < 1e-4
+        assert backend.truth().joint_position[4] > 4.0 * MAX_LEAD
     finally:
         model.dof_damping[dof] = 0.0
     most = 0.0
     for _ in range(300):
         go(backend, 1)
-        most = max(most, backend.truth().fingers[0].sideways)
+        most = max(most, backend.truth().joint_position[3])
     assert most < 1.1 * MAX_LEAD
 
 
@@ -162,7 +162,7 @@ def test_a_push_from_the_side_yields_by_the_servos_stiffness(force):
     dof = int(backend.scene.model.joint(sideways_name(0)).dofadr[0])
     backend._data.qfrc_applied[dof] = -force
     go(backend, 1500)
-    given = -backend.truth().fingers[0].sideways
+    given = -backend.truth().joint_position[3]
     # friction helps to hold: by up to the Coulomb part and the share of the load
     friction = rack.servo.coulomb / rack.pinion
     least = max(0.0, force / (1.0 + rack.servo.load_friction) - friction) / stiffness

@@ -141,9 +141,9 @@ class Turned:
 
     def _world(self):
         """Object, tips and contacts, hand frame."""
-        fingers = self.backend.truth().fingers
+        truth = self.backend.truth()
+        fingers, joints = truth.fingers, truth.joint_position
         assert all(finger.touching for finger in fingers)
-        joints = (*(f.joint_position for f in fingers), *(f.sideways for f in fingers))
         palm = self.now.arm.position_base_tip
         return self._object(), self.hand.sensor_poses(joints), [np.subtract(f.position, palm) for f in fingers]
 

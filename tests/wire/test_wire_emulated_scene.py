@@ -26,6 +26,7 @@ from palpate.runtime.data import ArmSample, Command
 from palpate.sim.contact_truth import Truth, numbers_of_truth, truth_of_numbers
 from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import Hand
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
 from palpate.sim.hand.truth_numbers import GraspMoment, hand_columns, moment_of_numbers, numbers_of_hand
@@ -35,7 +36,7 @@ from support.grasp_runs import plan_of as plan_grasp
 
 numbers = st.floats(-1e3, 1e3)
 vectors = st.tuples(numbers, numbers, numbers)
-fingers = st.builds(FingerTruth, st.booleans(), vectors, vectors, vectors, numbers, numbers)
+fingers = st.builds(FingerTruth, st.booleans(), vectors, vectors, vectors, numbers)
 poses = st.builds(Pose, vectors, st.tuples(vectors, vectors, vectors))
 DOWN = (0.0, 0.0, -0.05)
 
@@ -130,15 +131,15 @@ def test_the_truth_of_a_contact_survives_the_way(truth):
     st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 10.0)), min_size=3, max_size=3),
 )
 def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand, slips):
-    truth = HandTruth(time, tuple(touched), *rest, hand)
+    truth = HandTruth(time, tuple(touched), (0.001, -0.002, 0.003)[: len(touched)], *rest, hand)
     rubbing = [
         FrictionContact(object(), ZERO, ZERO, 1.0, ZERO, 0.0, (speed, 0.0, 0.0), spin, False)
         for speed, spin in slips[: len(touched)]
     ]
     rubbed = SimpleNamespace(rubbing=[contact.pair for contact in rubbing])
     row = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), rubbing, rubbed)
-    assert len(row) == len(hand_columns(len(touched))) <= WIDEST
-    assert moment_of_numbers(row) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
+    assert len(row) == len(hand_columns(Hand(len(touched)))) <= WIDEST
+    assert moment_of_numbers(row, len(touched)) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
 
 
 # The scene behind the devices

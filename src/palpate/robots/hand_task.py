@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from palpate.sim import Carrier, Lift, SeededSensor
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.contact import GraspContact
-from palpate.sim.hand.hand import Hand
+from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.load import ObjectLoad
 from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
 from palpate.sim.objects.table import Table
@@ -30,7 +30,7 @@ class HandTask:
         period: Of control [s].
     """
 
-    hand: Hand
+    hand: HandModel
     held: HeldObject
     contact: GraspContact
     table: Table | None = None

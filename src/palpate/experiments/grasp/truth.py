@@ -117,14 +117,14 @@ class GraspTruthRecorder:
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
         controller, hand = self._controller, self._hand
-        moment = moment_of_numbers(self._source.truth_row())
+        moment = moment_of_numbers(self._source.truth_row(), hand.fingers)
         truth = moment.hand
         assert truth.pose_base_hand is not None  # of numbers it is
-        sensors = [
-            truth.pose_base_hand @ hand.pose_hand_sensor(i, f.joint_position) for i, f in enumerate(truth.fingers)
+        sensors = [truth.pose_base_hand @ pose for pose in hand.sensor_poses(truth.joint_position)]
+        normals = [
+            _normal(tip.center_of_mass, f, its)
+            for tip, f, its in zip(hand.tips, truth.fingers, sensors, strict=True)
         ]
-        center = hand.tip.center_of_mass
-        normals = [_normal(center, f, its) for f, its in zip(truth.fingers, sensors, strict=True)]
         if now.time >= self._from:
             self._pulled.update(truth, sensors, normals, moment.slip)
         if controller.stage is GraspStage.LIFT or self._lifted.begun:

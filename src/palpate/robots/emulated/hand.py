@@ -141,7 +141,7 @@ class HandOnTheWire(OnTheWire):
 
     def __init__(self, scene: GraspScene, emulation: Emulation, rig: Backend, time_scale: float) -> None:
         """Start nothing yet; see `OnTheWire`."""
-        super().__init__(hand_columns(scene.hand.fingers), emulation, rig, time_scale)
+        super().__init__(hand_columns(scene.hand), emulation, rig, time_scale)
         self.scene = scene
 
 
