@@ -16,7 +16,7 @@ from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionS
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
-from palpate.sim.hand.scene import OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
+from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
@@ -143,6 +143,10 @@ class HandBackend(Closing):
     def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
         """See `WatchdogSource`."""
         return (STEPPED,)
+
+    def release(self) -> None:
+        """Let go of the object that a fixture holds, until the next start."""
+        self._data.eq_active[self.scene.model.equality(FIXTURE).id] = 0
 
     def close(self) -> None:
         """Stop the carrier where it is. The grip stays as it is: nothing is dropped."""

@@ -77,7 +77,7 @@ def frictionless_grasp_parameters(law: GraspContact, inverse_mass: float, time_s
 
 
 def grasp_pair_parameters(
-    law: GraspContact, inverse_mass: float, time_step: float, force: float = 1.0
+    law: GraspContact, inverse_mass: float, time_step: float, force: float = 1.0, sliding: float = 0.0
 ) -> PairParameters:
     """Return MuJoCo's parameters for a contact in a grasp, or refuse if its model would not keep to it.
 
@@ -86,6 +86,7 @@ def grasp_pair_parameters(
         inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
         time_step: Of the simulation [s].
         force: Normal force [N] at which creep and lift-off speed are stated; both grow with it.
+        sliding: Least lift-off speed there [m/s]: what slides fast on purpose has softer friction damping.
 
     Raises:
         InvalidValueError: The contact is too stiff for mass and time step; the message says what would do.
@@ -93,6 +94,8 @@ def grasp_pair_parameters(
     A, d, mu = positive("inverse_mass", inverse_mass, "1/kg"), IMPEDANCE, law.friction
     _check_contact_step(law, A, time_step)
     Dn, damping_rate = d / ((1.0 - d) * A), FRICTION_STEP / time_step
+    if sliding > 0.0:
+        damping_rate = min(damping_rate, force / (Dn * mu * sliding))
     return PairParameters(
         solref=solref(law.stiffness, law.damping_ratio, d, A),
         solimp=solimp(d),

@@ -1,10 +1,12 @@
 """What a simulated hand is to scenes and back ends, whatever its fingers are made of."""
 
+import math
 from typing import Any, Protocol
 
 import mujoco
 
 from palpate.kinematics.hand import HandKinematics
+from palpate.kinematics.pose import Pose
 from palpate.runtime.data import HandSample
 from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.tip import Tip
@@ -70,6 +72,7 @@ class HandModel(CarriedMass, HandKinematics, Protocol):
         start: Joint positions with which a scene starts, as in `HandSample.joint_position` [rad or m].
         center: Middle of the fingertips, hand frame, at the start [m].
         bus_period: At which goals and positions are exchanged with the fingers [s].
+        closing_speed: With which fingers close in free space [m/s].
     """
 
     @property
@@ -82,6 +85,8 @@ class HandModel(CarriedMass, HandKinematics, Protocol):
     def center(self) -> Vector: ...  # noqa: D102
     @property
     def bus_period(self) -> float: ...  # noqa: D102
+    @property
+    def closing_speed(self) -> float: ...  # noqa: D102
 
     def add_to(self, spec: mujoco.MjSpec, palm: mujoco.MjsBody) -> None:
         """Add palm, fingers, tips and motors to a scene, joints at `start`.
@@ -97,3 +102,15 @@ class HandModel(CarriedMass, HandKinematics, Protocol):
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData) -> HandDrive:
         """Return what moves it in a compiled scene."""
         ...
+
+
+def opening_of(hand: HandModel, first: int = 0) -> float:
+    """Return how far the middle of the nearest fingertip is from the hand's axis at the start [m].
+
+    Args:
+        hand: The hand.
+        first: Fingers before this one do not count.
+    """
+    pairs = list(zip(hand.sensor_poses(hand.start), hand.tips, strict=True))[first:]
+    middles = [(pose @ Pose(tip.center_of_mass)).position for pose, tip in pairs]
+    return min(math.hypot(x, y) for x, y, _ in middles)

@@ -1,17 +1,20 @@
 """A hand of any fingers with one to four joints each, torque-controlled: what an MJCF file describes."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.kinematics import ArmKinematics, Pose, SerialArm
+from palpate.kinematics import ArmKinematics, Pose, SerialArm, nearest_joint_position
+from palpate.kinematics.kernel import tip_jacobian
 from palpate.sim.carriers.arm_model import quat_wxyz, spec_at
 from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.jointed_drive import JointedDrive
 from palpate.sim.tip import Tip
-from palpate.spatial import Vector
+from palpate.spatial import Vector, as_vector
 
 PREFIX = "hand/"
 """Of all names that come from the hand's own file."""
@@ -38,8 +41,8 @@ class JointedFinger:
 class JointedHand:
     """A hand of fingers with torque-controlled joints. A `HandModel`.
 
-    A finger presses with its grip force in the direction that x of its sensor frame has at the start, and moves its
-    tip as commanded in the other directions, or in all of them while its grip force is 0: see
+    A finger presses with its grip force in the direction that x of its sensor frame has at the start, and moves
+    its tip as commanded in the other directions, or in all of them while its grip force is 0: see
     `palpate.sim.hand.operational_space`. With a grip force of 0 and no velocity it returns to where it started.
 
     Attributes:
@@ -86,9 +89,42 @@ class JointedHand:
     @property
     def center(self) -> Vector:
         """See `HandModel`."""
-        poses = zip(self.sensor_poses(self.start), self.tips, strict=True)
-        x, y, z = np.mean([(pose @ Pose(tip.center_of_mass)).position for pose, tip in poses], axis=0).tolist()
-        return (x, y, z)
+        return self.center_of(range(self.fingers))
+
+    def middle_of(self, i: int) -> Vector:
+        """Return where the middle of finger i's tip is at the start, hand frame [m]."""
+        return (self.sensor_poses(self.start)[i] @ Pose(self.tips[i].center_of_mass)).position
+
+    def center_of(self, fingers: Iterable[int]) -> Vector:
+        """Return the middle of some fingertips at the start, hand frame [m]."""
+        return as_vector(np.mean([self.middle_of(i) for i in fingers], axis=0))
+
+    def reaching(self, i: int, position: Vector) -> "JointedHand":
+        """Return the hand with another start: the origin of finger i's sensor frame there, hand frame [m].
+
+        Raises:
+            InvalidValueError: It is out of that finger's reach.
+        """
+        parts = list(self.split(self.start))
+        parts[i] = nearest_joint_position(self._kinematics[i], Pose(position), parts[i])
+        return replace(self, start=tuple(chain.from_iterable(parts)))
+
+    def stiffness(self, i: int, direction: Vector) -> float:
+        """Return the stiffness with which finger i holds its tip at the start [N/m].
+
+        Apparent mass along a direction, 1 / (d' J M^-1 J' d), times the square of the bandwidth.
+
+        Args:
+            i: Which finger.
+            direction: A unit vector, hand frame.
+        """
+        model, data = self._alone()
+        mujoco.mj_makeM(model, data)
+        M = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, M)
+        dof = [int(model.joint(name).dofadr[0]) for name in self.joint_names(i)]
+        along = np.array(direction) @ tip_jacobian(self.chain(i), np.array(self.split(self.start)[i]))[:3]
+        return float(self.bandwidth**2 / (along @ np.linalg.solve(M[np.ix_(dof, dof)], along)))
 
     def split(self, joint_position: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
         """Return the joint positions of each finger [rad or m].
@@ -156,11 +192,15 @@ class JointedHand:
 
     def _balance(self) -> tuple[float, Vector]:
         """Mass and centre of mass of all of it, at the start."""
+        model, data = self._alone()
+        return float(model.body_subtreemass[0]), as_vector(data.subtree_com[0])
+
+    def _alone(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """The hand at its start, and nothing else."""
         spec = mujoco.MjSpec()
         self.add_to(spec, spec.worldbody.add_body(name="palm"))
         model = spec.compile()
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        x, y, z = data.subtree_com[0].tolist()
-        return float(model.body_subtreemass[0]), (x, y, z)
+        return model, data

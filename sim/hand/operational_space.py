@@ -6,9 +6,9 @@ reference by
 
     tau = bias + A' (W + eps)^-1 (b^2 e + 2 b e')
 
-so that every direction has the natural frequency b, critically damped, whatever the posture. A tip that presses has
-along x that law's force clipped to the grip force, its reference running ahead with the closing speed, and in the
-null space of that task (dynamically consistent) the same law for y and z. What joints can do besides is damped
+so that every direction has the natural frequency b, critically damped, whatever the posture. A tip that presses
+has along x that law's force clipped to the grip force, its reference running ahead with the closing speed, and in
+the null space of that task (dynamically consistent) the same law for y and z. What joints can do besides is damped
 alone. eps bounds the torques near singularities.
 """
 

@@ -9,7 +9,7 @@ from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.pose import Pose, checked_pose
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.fixed import Fixed
-from palpate.sim.contact_law import PairParameters
+from palpate.sim.contact_law import ContactLaw, PairParameters
 from palpate.sim.contact_pair import add_contact_sensor, add_pair
 from palpate.sim.fidelity import Fidelity
 from palpate.sim.friction.law import FrictionLaw
@@ -28,6 +28,9 @@ from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.spatial import Vector, add, subtract
 
 OBJECT = "object"
+
+FIXTURE = "fixture"
+"""Name of the constraint that holds an object in place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +67,7 @@ class GraspScene:
         carrier: What carries it.
         target: What is to be grasped.
         law: The wanted contact between fingertips and object.
-        pair: As realised.
+        pair: As realised at the first fingertip.
         fidelity: How it is computed.
         palm: Where the hand frame starts, base frame [m]; its axes are the base frame's.
         rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
@@ -91,6 +94,9 @@ def build_grasp_scene(
     fidelity: Fidelity | None = None,
     friction: FrictionLaw | None = None,
     texture: Texture | None = None,
+    *,
+    exploring: ContactLaw | None = None,
+    fixture: bool = False,
 ) -> GraspScene:
     """Compile a scene of a hand over an object.
 
@@ -107,6 +113,9 @@ def build_grasp_scene(
             given. Table and object rub by MuJoCo's law in any case. A light object needs a softer bristle than the
             law has by itself: at the first contact the plant refuses one too stiff, and says what would do.
         texture: How the plant's friction varies over the object.
+        exploring: Of the first fingertip, which slides over the object where the others stick: its lift-off speed
+            and the force at which that is stated. None: it sticks as the others do.
+        fixture: Whether something holds the object in place until `HandBackend.release`.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step, or a fingertip
@@ -129,18 +138,35 @@ def build_grasp_scene(
     body.add_freejoint(name=OBJECT)
     target.shape.add_geom(body, OBJECT_GEOM)
     spec.geom(OBJECT_GEOM).mass = target.mass
+    if fixture:
+        weld = spec.add_equality(
+            name=FIXTURE,
+            type=mujoco.mjtEq.mjEQ_WELD,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            name1=OBJECT,
+            name2="world",
+        )
+        # as stiff as the time step allows; MuJoCo's own would let the object sag by g (20 ms)^2
+        weld.solref, weld.solimp = (2.0 * time_step, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 
     model = spec.compile()  # what MuJoCo takes for the bodies' inverse masses, before there are pairs
     inverse_mass = model.body_invweight0[:, 0]
     of_object = float(inverse_mass[model.body(OBJECT).id])
-    tip_bodies = [model.body(f"{finger_name(i)}_tip").id for i in range(hand.fingers)]
-    # a mean: most fingers are alike, but for how an arm yields at each of them
-    A = of_object + float(np.mean(inverse_mass[tip_bodies]))
-    pair = (grasp_pair_parameters if friction is None else frictionless_grasp_parameters)(law, A, time_step)
-    spec.option.impratio = pair.impratio
     tips = [f"{finger_name(i)}_{TIP_GEOM}" for i in range(hand.fingers)]
-    for tip in tips:
-        add_pair(spec, tip, OBJECT_GEOM, pair)
+    pairs = []
+    for i, tip in enumerate(tips):
+        of_tip = float(inverse_mass[model.body(f"{finger_name(i)}_tip").id])
+        A = of_object + of_tip
+        if friction is not None:
+            pairs.append(frictionless_grasp_parameters(law, A, time_step))
+        elif exploring is not None and i == 0:
+            force, speed = exploring.smallest_force, exploring.lift_speed
+            pairs.append(grasp_pair_parameters(law, A, time_step, force, speed))
+        else:
+            pairs.append(grasp_pair_parameters(law, A, time_step))
+        add_pair(spec, tip, OBJECT_GEOM, pairs[-1])
+    pair = pairs[0]
+    spec.option.impratio = pair.impratio
     if table is not None:
         _add_table(spec, table, law, of_object, time_step)
     _add_sensors(spec, hand.fingers)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from scipy.spatial.transform import Rotation
+
 from palpate.kinematics.pose import Pose
 from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.friction.resultant import resultant
@@ -50,6 +52,13 @@ class HandTruth:
     velocity: Vector
     angular_velocity: Vector
     pose_base_hand: Pose | None = None
+
+    @property
+    def pose_base_object(self) -> Pose:
+        """Where the object is."""
+        w, x, y, z = self.quat_wxyz
+        (a, b, c), (d, e, f), (g, h, i) = Rotation.from_quat((x, y, z, w)).as_matrix().tolist()
+        return Pose(self.position, ((a, b, c), (d, e, f), (g, h, i)))
 
 
 def truth_of_readings(readings: list[float], current: float) -> FingerTruth:

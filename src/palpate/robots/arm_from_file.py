@@ -75,7 +75,7 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
     @property
     def files(self) -> Mapping[str, str]:
         """See `RobotKind`."""
-        return {ARM_TEXT: str(self._path)}
+        return {ARM_TEXT: str(self._path), **super().files}
 
     def arm_model(self, robot: Robot) -> ArmModel:
         """See `SimulatedArm`."""

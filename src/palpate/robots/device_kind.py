@@ -1,5 +1,6 @@
 """What real arms, hands and sensors in robot files have in common: each may have an emulator."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError
@@ -13,6 +14,11 @@ class DeviceKind(OpenKind):
     """Settings of a real device."""
 
     __slots__ = ()
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        """Paths of text files that it names: see `RobotKind.files`."""
+        return {}
 
     def emulator(self, number: int = 0) -> "Server":
         """Return the same device, emulated, where its settings say that it is: see `palpate emulate robot`.

@@ -10,12 +10,12 @@ from palpate.spatial import Vector
 
 
 def only_finger(robot: Robot) -> FingerEntry:
-    """Return the finger of a robot with one.
+    """Return the finger that an experiment with one fingertip moves: the first, if others only hold.
 
     Raises:
         InvalidValueError: It has several.
     """
-    if len(robot.file.fingers) != 1:
+    if len(robot.file.fingers) != 1 + robot.file.backend.holding:
         raise InvalidValueError(
             f"robot: it has {len(robot.file.fingers)} fingers, this takes one; for a hand there is palpate grasp"
         )

@@ -7,7 +7,8 @@ from palpate.robots.robot import Robot, load_robot, shipped_robots
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.hand import Hand, three_finger_hand, two_finger_hand
+from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
+from palpate.sim.hand.hand_model import HandModel
 
 LIMITS = Limits(force=24.0, grip_force=24.0, moment=0.25)
 """Of the simulated hand: as its sensors', and above the largest grip that is commanded."""
@@ -25,7 +26,7 @@ class HandDescription:
         robot: That has it; None: it is simulated, and nothing else.
     """
 
-    geometry: Hand
+    geometry: HandModel
     fingers: tuple[FingerDescription, ...]
     period: float = PERIOD
     limits: Limits = LIMITS

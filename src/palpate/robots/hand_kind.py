@@ -1,13 +1,15 @@
-"""What describes a real hand in a robot file: `backend.hand` of a rig."""
+"""What describes a hand in a robot file: `backend.hand`."""
 
 from typing import TYPE_CHECKING
 
+from palpate.errors import InvalidValueError
+from palpate.open_kinds import name_of_kind
 from palpate.robots.device_kind import DeviceKind
 
 if TYPE_CHECKING:  # a robot file is read without any driver
     from palpate.hw.devices import HandDevice
     from palpate.robots.robot import Robot
-    from palpate.sim.hand.hand import Hand
+    from palpate.sim.hand.hand_model import HandModel
 
 
 class HandKind(DeviceKind):
@@ -20,7 +22,7 @@ class HandKind(DeviceKind):
 
     __slots__ = ()
     GROUP = "palpate.hands"
-    METHODS = ("device", "geometry", "fingers")
+    METHODS = ("geometry", "fingers")
 
     poll: float = 0.004
 
@@ -33,12 +35,14 @@ class HandKind(DeviceKind):
         """Return the hand; nothing is opened.
 
         Raises:
-            InvalidValueError: It cannot be as the file specifies.
+            InvalidValueError: It cannot be as the file specifies, or is simulated only.
         """
-        raise NotImplementedError
+        raise InvalidValueError(
+            f"backend.hand.kind = {name_of_kind(self)}: it is simulated only; it has no driver"
+        )
 
-    def geometry(self, robot: "Robot") -> "Hand":
-        """Return where its sensors and tips are in the hand frame.
+    def geometry(self, robot: "Robot") -> "HandModel":
+        """Return where its sensors and tips are in the hand frame, and how it is simulated.
 
         Raises:
             InvalidValueError: It cannot be so.

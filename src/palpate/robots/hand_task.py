@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from palpate.sim import Carrier, Lift, SeededSensor
+from palpate.sim import Carrier, Fidelity, Lift, SeededSensor
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand_model import HandModel
@@ -40,12 +40,18 @@ class HandTask:
     load: ObjectLoad | None = None
     period: float = PERIOD
 
-    def scene(self) -> GraspScene:
-        """Return hand, object and table, compiled.
+    def scene(self, fidelity: Fidelity | None = None) -> GraspScene:
+        """Return hand, object and table, compiled, to be computed so; as grasps are if not given.
 
         Raises:
             InvalidValueError: They cannot be simulated so.
         """
         return build_grasp_scene(
-            self.hand, self.held, self.contact, carrier=self.carrier, table=self.table, friction=self.rubbing
+            self.hand,
+            self.held,
+            self.contact,
+            carrier=self.carrier,
+            table=self.table,
+            fidelity=fidelity,
+            friction=self.rubbing,
         )

@@ -7,7 +7,7 @@ from palpate.robots.robot import Robot
 from palpate.robots.task import Task
 from palpate.sim import Box, SceneObject, SeededSensor, SphereObject
 from palpate.sim.hand.contact import GraspContact
-from palpate.sim.hand.hand import Hand
+from palpate.sim.hand.hand_model import HandModel, opening_of
 from palpate.sim.hand.scene import HeldObject
 from palpate.sim.objects.table import Table
 from palpate.sim.presets import EXPLORE
@@ -62,9 +62,9 @@ def _over(robot: Robot, target: SceneObject, touch_force: float) -> Task:
     )
 
 
-def idle_hand_task(hand: Hand) -> HandTask:
+def idle_hand_task(hand: HandModel) -> HandTask:
     """Return a task for a hand that only stands there, open around a ball: to examine its devices."""
-    ball = SphereObject(0.5 * hand.opening)
+    ball = SphereObject(0.5 * opening_of(hand))
     noise = WhiteNoise(alike(FORCE_NOISE, MOMENT_NOISE))
     sensor = SeededSensor(SensorModel(noise=noise))
     return HandTask(hand, HeldObject(ball), GraspContact(), Table(-ball.radius), sensor=sensor)

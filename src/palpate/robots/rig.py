@@ -1,7 +1,7 @@
 """The real devices of a robot file: `backend` of kind `rig`."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -32,7 +32,7 @@ from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.sensing.solver import Surface
-from palpate.spatial import Vector
+from palpate.spatial import Vector, scale
 
 NEAR_START = 0.005
 """[m] Largest distance of the tip from the start of a run: more than a careful hand-guided placement errs, less
@@ -82,6 +82,11 @@ class RigEntry(RobotKind, Settings, frozen=True, kw_only=True):
     arm: ArmKind | None = None
     hand: HandKind | None = None
     tare_at_start: bool = True
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        """See `RobotKind`."""
+        return {} if self.hand is None else self.hand.files
 
     @property
     def measures_force(self) -> bool:
@@ -164,7 +169,7 @@ class RigEntry(RobotKind, Settings, frozen=True, kw_only=True):
     def hand_backend(self, hand: HandDescription, task: HandTask) -> Backend:
         """See `RobotKind`."""
         assert hand.robot is not None  # it is of this robot
-        start = (0.0, 0.0, hand.geometry.depth + hand.geometry.tip_along)
+        start = scale(-1.0, hand.geometry.center)
         return self._tared(self.rig(hand.robot, hand.period, start))
 
     @contextmanager

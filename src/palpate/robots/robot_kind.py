@@ -48,6 +48,11 @@ class RobotKind(OpenKind):
         """
         return {}
 
+    @property
+    def holding(self) -> int:
+        """How many fingers hold what the first one explores; 0: there is nothing of that kind."""
+        return 0
+
     def check_drivers(self) -> None:
         """Check that this computer has the client libraries of its devices.
 

@@ -10,9 +10,10 @@ from palpate.kinematics import FollowingErrorLimit, Pose
 from palpate.robots.device_settings import Range
 from palpate.robots.robot import Robot
 from palpate.robots.simulated_kind import SimulatedKind, TipCarrier
-from palpate.robots.task import Task
-from palpate.sim import ArmCarrier, ArmModel, Fidelity, ServoedArm, Tip
+from palpate.sim import ArmCarrier, ArmModel, Fidelity, ServoedArm
+from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.presets import ARM
+from palpate.spatial import Vector
 
 DOWN = (0.0, 0.0, -1.0)
 """Direction in which it presses."""
@@ -59,12 +60,12 @@ class SimulatedArm(SimulatedKind, frozen=True, kw_only=True):
         """
         raise NotImplementedError
 
-    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
+    def tip_carrier(self, robot: Robot, load: CarriedMass, start: Vector) -> TipCarrier:
         """See `SimulatedKind`."""
         limit = FollowingErrorLimit(self.following_error_limit)
         arm = ServoedArm(self.arm_model(robot), self.pose_base_robot, self.pose_flange_tip, self.bandwidth, limit)
         carrier = ArmCarrier(arm)
-        stiffness = arm.push(carrier.joint_start(task.start), DOWN) / limit.distance
+        stiffness = arm.push(carrier.joint_start(start), DOWN) / limit.distance
         # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster
         # for that: to force control they are the delay that they are on a stage of the same bandwidth
         fidelity = replace(self.fidelity, time_step=self.time_step)

@@ -1,28 +1,32 @@
-"""Robots that are simulated with one fingertip: a carrier in a scene, as `backend` of a robot file."""
+"""Robots that are simulated: a carrier in a scene, with a fingertip or a hand, as `backend` of a robot file."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import msgspec
 
 from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
-from palpate.open_kinds import name_of_kind
 from palpate.robots.device_settings import Range, RangedSettings
 from palpate.robots.finger_sensor import check_age, model_of_finger
 from palpate.robots.fingertip import only_finger
+from palpate.robots.hand_description import HandDescription
+from palpate.robots.hand_kind import HandKind
+from palpate.robots.hand_task import HandTask
 from palpate.robots.idle import plate_task
 from palpate.robots.known_sensor import known_sensor
 from palpate.robots.robot import Robot
-from palpate.robots.robot_file import FingerEntry
 from palpate.robots.robot_kind import RobotKind
-from palpate.robots.surface_entries import SurfaceKind
+from palpate.robots.simulated_finger import sensed_finger
+from palpate.robots.simulated_tip import simulated_tip
 from palpate.robots.task import RobotInScene, Task
-from palpate.runtime import Finger, FingerDescription, SensorFinger
+from palpate.runtime import Backend, Finger
 from palpate.sensing.compensation import SensorPayload
-from palpate.sensing.ft.sensor_file import SensorFile
-from palpate.sim import Carrier, Fidelity, MujocoBackend, SeededSensor, Tip, build_scene
-from palpate.surfaces import CompliantTip
+from palpate.sim import Carrier, Fidelity, MujocoBackend, SeededSensor, build_scene
+from palpate.sim.carriers.carrier import CarriedMass
+from palpate.sim.hand.backend import HandBackend
+from palpate.spatial import Vector, subtract
 
 SAME_RATE = 1e-9
 """Relative tolerance of times that are meant to be equal."""
@@ -54,6 +58,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     Attributes:
         time_step: Of the simulation [s]; the control period is a whole number of them.
+        hand: With the fingers on it, its frame where the tip frame is; None: there is one finger.
     """
 
     METHODS = ("tip_carrier",)
@@ -61,9 +66,15 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
     RANGES: ClassVar[tuple[Range, ...]] = (("time_step_s", 1e-6, 0.01, "s"),)
 
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
+    hand: HandKind | None = None
 
-    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
-        """Return what carries a tip to where a task starts.
+    @property
+    def files(self) -> Mapping[str, str]:
+        """See `RobotKind`."""
+        return {} if self.hand is None else self.hand.files
+
+    def tip_carrier(self, robot: Robot, load: CarriedMass, start: Vector) -> TipCarrier:
+        """Return what carries a tip or a hand whose frame starts somewhere, base frame [m].
 
         Raises:
             InvalidValueError: It cannot, for the start is out of reach, or settings contradict one another.
@@ -72,8 +83,11 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     def check(self, robot: Robot) -> None:
         """See `RobotKind`."""
+        if self.hand is not None:
+            self.described_hand(robot)
+            return
         finger, sensor = only_finger(robot), robot.sensors[0]
-        _tip(finger, sensor, finger.surface)
+        simulated_tip(robot, 0, finger.surface)
         steps = robot.file.period / self.time_step
         if round(steps) < 1 or abs(round(steps) / steps - 1.0) > SAME_RATE:
             raise InvalidValueError(
@@ -86,60 +100,68 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     def build(self, robot: Robot, task: Task) -> RobotInScene:
         """See `RobotKind`."""
-        finger, file = only_finger(robot), robot.sensors[0]
+        if self.hand is not None:
+            raise InvalidValueError(
+                "backend.hand: this experiment is done with one fingertip; leave the hand out, or take a robot of "
+                "kind exploring_finger, where the others hold"
+            )
+        only_finger(robot)
         check_age(robot, task.sensor.model, task.period)
-        tip = _tip(finger, file, task.tip)
-        moved = self.tip_carrier(robot, tip, task)
-        sensor = known_sensor(finger, file, task.sensor, task.period)
+        tip = simulated_tip(robot, 0, task.tip)
+        moved = self.tip_carrier(robot, tip, task.start)
+        sensed = sensed_finger(robot, 0, tip, task.sensed, task)
         scene = build_scene(
             tip, task.target, task.law, task.start, moved.carrier, moved.fidelity, friction=task.rubbing
         )
-        described: FingerDescription
-        if sensor is None:
-            touch_force = task.touch_force
-            payload, noise = SensorPayload(tip.mass, tip.center_of_mass), task.sensor.model.dithering
-            described = Finger(task.sensed, payload, touch_force, touch_force / 2.0, noise)
-        else:
-            touch_force = sensor.contact.touch_force
-            described = SensorFinger(task.sensed, sensor)
         return RobotInScene(
             MujocoBackend(scene, task.period, task.sensor, robot.file.pace.pacer(task.period)),
-            described,
+            sensed.finger,
             moved.lag,
             moved.response,
             moved.stiffness,
-            touch_force,
+            sensed.touch_force,
             following_error_limit=moved.following_error_limit,
         )
 
     def approximation(self, robot: Robot) -> str:
         """See `RobotKind`."""
-        finger = only_finger(robot)
-        return _tip(finger, robot.sensors[0], finger.surface).approximation
+        parts = [simulated_tip(robot, i, its.surface).approximation for i, its in enumerate(robot.file.fingers)]
+        return next(filter(None, parts), "")
 
     def landing_model(self, robot: Robot) -> LandingModel | None:
         """See `RobotKind`: as on a plate."""
+        if self.hand is not None:
+            return None
         task = plate_task(robot)
         return self.build(robot, task).landing_model(task.law.stiffness)
 
+    def has_hand(self, robot: Robot) -> bool:
+        """See `RobotKind`."""
+        return self.hand is not None
 
-def _tip(finger: FingerEntry, sensor: SensorFile | None, kind: SurfaceKind) -> Tip:
-    """Return the tip on its sensor, as heavy as the robot file or its sensor file says.
+    def described_hand(self, robot: Robot) -> HandDescription:
+        """See `RobotKind`."""
+        if self.hand is None:
+            return super().described_hand(robot)
+        fingers = len(robot.file.fingers)
+        if self.hand.fingers != fingers:
+            raise InvalidValueError(
+                f"backend.hand: it has {self.hand.fingers} fingers, and there are {fingers} under fingers; "
+                "describe each once"
+            )
+        geometry = self.hand.geometry(robot)
+        described = [
+            Finger(finger.surface.surface(), SensorPayload(tip.mass, tip.center_of_mass))
+            for finger, tip in zip(robot.file.fingers, geometry.tips, strict=True)
+        ]
+        return HandDescription(geometry, tuple(described), robot.file.period, robot.file.limits, robot)
 
-    Raises:
-        InvalidValueError: It cannot be simulated.
-    """
-    key = "payload" if sensor is None else f"payload in {finger.sensor}"
-    payload = sensor.payload if sensor is not None else finger.payload
-    assert payload is not None  # FingerEntry has made sure that one of the two is given
-    if not payload.mass > 0.0:
-        raise InvalidValueError(
-            f"fingers[0], {key}: mass_kg = {payload.mass:g}: a simulated tip weighs something; 0.03 is usual"
-        )
-    surface = kind.surface()
-    try:
-        shape = surface.surface if isinstance(surface, CompliantTip) else surface
-        return Tip(shape, payload.mass, balance=payload.center_of_mass)
-    except InvalidValueError as error:
-        word = name_of_kind(kind)
-        raise InvalidValueError(f"fingers[0].surface.kind = {word}: it cannot be simulated: {error}") from None
+    def hand_backend(self, hand: HandDescription, task: HandTask) -> Backend:
+        """See `RobotKind`: its own carrier carries the hand."""
+        robot = hand.robot
+        assert robot is not None  # it is of this robot
+        start = subtract(task.held.pose_base_object.position, task.hand.center)
+        moved = self.tip_carrier(robot, task.hand, start)
+        scene = replace(task, carrier=moved.carrier).scene(moved.fidelity)
+        pacer = robot.file.pace.pacer(task.period)
+        return HandBackend(scene, task.period, sensor=task.sensor, pacer=pacer, load=task.load)

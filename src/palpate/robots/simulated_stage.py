@@ -7,9 +7,10 @@ import msgspec
 from palpate.kinematics import FollowingErrorLimit
 from palpate.robots.robot import Robot
 from palpate.robots.simulated_kind import SimulatedKind, TipCarrier
-from palpate.robots.task import Task
-from palpate.sim import Fidelity, Stage, Tip, TurningStage
+from palpate.sim import Fidelity, Stage, TurningStage
+from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.presets import EXPLORE
+from palpate.spatial import Vector
 
 STAGE_RANGES = (
     *SimulatedKind.RANGES,
@@ -37,11 +38,11 @@ class StageEntry(SimulatedKind, frozen=True, kw_only=True):
     following_error_limit: float = msgspec.field(name="following_error_m")
     time_step: float = msgspec.field(name="time_step_s")
 
-    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
+    def tip_carrier(self, robot: Robot, load: CarriedMass, start: Vector) -> TipCarrier:
         """See `SimulatedKind`."""
         stage = Stage(self.mass, self.bandwidth, self.following_error_limit)
         fidelity = replace(EXPLORE.fidelity, time_step=self.time_step)
-        lag, stiffness = stage.lag, stage.stiffness(tip.mass)
+        lag, stiffness = stage.lag, stage.stiffness(load.mass)
         return TipCarrier(stage, fidelity, lag, lag, stiffness, self.following_error_limit)
 
 
@@ -69,11 +70,11 @@ class TurningStageEntry(SimulatedKind, frozen=True, kw_only=True):
     following_error_limit: float = msgspec.field(name="following_error_m", default=0.0025)
     angular_following_error: float = msgspec.field(name="angular_following_error_rad", default=0.06)
 
-    def tip_carrier(self, robot: Robot, tip: Tip, task: Task) -> TipCarrier:
+    def tip_carrier(self, robot: Robot, load: CarriedMass, start: Vector) -> TipCarrier:
         """See `SimulatedKind`."""
         following = FollowingErrorLimit(self.following_error_limit, self.angular_following_error)
         stage = TurningStage(self.mass, self.bandwidth, following, self.inertia)
         # implicitfast: the servo of its ball joint counts on damping that is implicit
         fidelity = Fidelity(self.time_step)
-        lag, stiffness = stage.lag, stage.stiffness(tip.mass)
+        lag, stiffness = stage.lag, stage.stiffness(load.mass)
         return TipCarrier(stage, fidelity, lag, lag, stiffness, self.following_error_limit)

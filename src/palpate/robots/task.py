@@ -60,6 +60,7 @@ class RobotInScene:
         touch_force: Force that counts as a touch [N].
         angular_acceleration: With which it can begin to turn [rad/s^2].
         following_error_limit: By which its reference may lead the tip [m]; inf: its own controller bounds that.
+        holding: Fingers that hold what the finger explores, for touch.
     """
 
     backend: Backend
@@ -70,6 +71,7 @@ class RobotInScene:
     touch_force: float
     angular_acceleration: float = math.inf
     following_error_limit: float = math.inf
+    holding: tuple[FingerDescription, ...] = ()
 
     def landing_model(self, contact_stiffness: float) -> LandingModel:
         """Return how hard it presses on a contact of this stiffness [N/m]."""

@@ -105,6 +105,7 @@ class ExplorationPlan(PlanDefaults):
         landing: How hard it presses.
         servo: How the arm follows commands and gives way.
         wall: Bound on the force of hitting a wall during the sweep.
+        holding: Fingers that hold the object, if any do.
         identified: Result of pressing; None: the gain is made for the assumed stiffness.
     """
 
@@ -124,12 +125,13 @@ class ExplorationPlan(PlanDefaults):
     landing: LandingModel
     servo: PositionServo
     wall: WallBound
+    holding: tuple[FingerDescription, ...] = ()
     identified: IdentifiedForce | None = None
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
-        """See `Plan`: one."""
-        return (self.finger,)
+        """See `Plan`: the one that explores, then those that hold the object."""
+        return (self.finger, *self.holding)
 
     @property
     def period(self) -> float:
@@ -378,6 +380,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         landing,
         ready.servo,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
+        ready.holding,
     )
 
 

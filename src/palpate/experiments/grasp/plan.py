@@ -51,6 +51,7 @@ from palpate.robots.hand_task import HandTask
 from palpate.robots.robot import Robot
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
 from palpate.runtime.truth import TruthSource
+from palpate.sim.hand.hand_model import opening_of
 from palpate.spatial import ZERO, Vector
 from palpate.viewing import ViewScene
 
@@ -163,8 +164,7 @@ class GraspPlan(PlanDefaults):
         first = GraspStage.CLOSE
         if isinstance(belief, NudgedSurface):
             hand = self.hand.geometry
-            center = (0.0, 0.0, -(hand.depth + hand.tip_along))
-            nudge = NudgeController(config.fingers, self.period, _nudging(center))
+            nudge = NudgeController(config.fingers, self.period, _nudging(hand.center))
             lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
         return GraspController(lifting, grip, self.period, down, first=first)
@@ -188,7 +188,7 @@ class GraspPlan(PlanDefaults):
 
     def _watch(self) -> RecordingWatch:
         """Slip detection; a grip that ignores spin, or is shared, ignores its alarms."""
-        slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
+        slips = slips_of(self.config, self.believed, self.hand.geometry.tips[0], self.period)
         if shares(self.config):
             return DisabledWatch(slips)
         return PassiveWatch(slips) if self.config.ignores_spin else RecordingWatch(slips)
@@ -280,7 +280,7 @@ def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> 
     cautious = cautious_surface(config, believed, true)
     check_weight(config, cautious, true)
     lift = LiftParameters(height=config.lift_height, speed=config.lift_speed, acceleration=LIFT_ACCELERATION)
-    gap = hand.geometry.opening - tip_radius(hand.geometry.tip) - config.half_width
+    gap = opening_of(hand.geometry) - max(map(tip_radius, hand.geometry.tips)) - config.half_width
     closed = max(gap, 0.0) / hand.geometry.closing_speed + CONTACT_TIME
     rise = config.lift_height / config.lift_speed + config.lift_speed / LIFT_ACCELERATION
     taken_up = taking_up_time(config, cautious, lift.first_grip)

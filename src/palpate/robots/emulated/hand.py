@@ -34,6 +34,7 @@ from palpate.runtime.urgency import be_urgent
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import Hand
 from palpate.sim.hand.scene import GraspScene
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth_numbers import hand_columns
@@ -158,6 +159,7 @@ def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
         )
     scale = wires.time_scale
     period = task.period / scale
+    assert isinstance(hand, Hand)  # what is emulated is made of Dynamixels
     tip = hand.tip
     settings = HandSettings(
         tuple(ServoCalibration(i + 1) for i in range(hand.fingers)),

@@ -29,6 +29,7 @@ from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Backend
 from palpate.runtime.robot_ranges import within
 from palpate.sim.hand.finger import SlideFinger
+from palpate.sim.hand.hand import Hand
 from palpate.surfaces import Sphere
 
 ALIKE = 1e-6
@@ -84,7 +85,7 @@ class EmulatedHandEntry(RobotKind, Settings, frozen=True, kw_only=True):
         simulated = simulated_hand(len(robot.file.fingers))
         if robot.file.period != PERIOD:
             raise InvalidValueError(f"period_s = {robot.file.period:g}: must be {PERIOD:g} for an emulated hand")
-        tip = simulated.geometry.tip
+        tip = simulated.geometry.tips[0]
         assert isinstance(tip.surface, Sphere)
         radius, mass, center = tip.surface.radius, tip.mass, tip.center_of_mass
         for i, finger in enumerate(robot.file.fingers):
@@ -111,7 +112,7 @@ class EmulatedHandEntry(RobotKind, Settings, frozen=True, kw_only=True):
     def devices(self, robot: Robot) -> AbstractContextManager[Robot]:
         """See `RobotKind`: in real time, for rates are to be those of real devices."""
         hand, wires = self.described_hand(robot).geometry, msgspec.structs.replace(self, time_scale=1.0).wires()
-        assert isinstance(hand.finger, SlideFinger)  # of two fingers
+        assert isinstance(hand, Hand) and isinstance(hand.finger, SlideFinger)  # of two fingers
         devices = RigEntry(
             arm=arm_entry(self.address, FLANGE_HAND),
             hand=DynamixelEntry(
