@@ -38,8 +38,8 @@ class ExploringFinger(Closing):
     The base frame of its samples and commands is fixed to the object, as the fingertips that hold it show where it
     is (`palpate.kinematics.held_object`); there the object's frame coincides with it when the run begins. The arm
     of its samples is the exploring finger. `start` closes the holding fingers on the object, which a fixture holds
-    in place until then; thereafter the first of them stands still and the others press against it: fingers that only
-    press would give way to any force along their line.
+    in place until then; thereafter the first of them stands still and the others press against it: fingers that
+    only press would give way to any force along their line.
     """
 
     def __init__(self, hand: HandBackend, grip: float, closing_time: float, pacer: Pacer | None = None) -> None:

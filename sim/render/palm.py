@@ -36,6 +36,8 @@ def palm_disc(model: mujoco.MjModel) -> PalmDisc | None:
         return None
     turn, ends = np.empty(9), []
     for finger in (i for i in range(model.nbody) if model.body_parentid[i] == palm):
+        if model.body_geomnum[finger] and not model.body_jntnum[finger]:
+            return None  # a palm within the palm's frame
         mujoco.mju_quat2Mat(turn, model.body_quat[finger])
         for geom in range(model.ngeom):
             if model.geom_bodyid[geom] == finger:

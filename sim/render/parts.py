@@ -5,6 +5,7 @@ from enum import Enum
 
 import mujoco
 
+from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.mount import PALM
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 
@@ -56,11 +57,11 @@ def descendants(model: mujoco.MjModel, body: int) -> Iterator[int]:
 
 def finger_bodies(model: mujoco.MjModel) -> tuple[str, ...]:
     """Return the body of each fingertip, in order: its frame is that of the sensor behind it."""
-    sites = (model.site(i) for i in range(model.nsite))
-    bodies = [
-        int(site.bodyid[0]) for site in sites if site.name == SENSOR_SITE or site.name.endswith(f"_{SENSOR_SITE}")
-    ]
-    return tuple(model.body(body).name for body in sorted(bodies))
+    sites = {model.site(i).name: int(model.site_bodyid[i]) for i in range(model.nsite)}
+    names = [SENSOR_SITE] if SENSOR_SITE in sites else []
+    while (name := f"{finger_name(len(names))}_{SENSOR_SITE}") in sites:
+        names.append(name)
+    return tuple(model.body(sites[name]).name for name in names)
 
 
 def roles_of(model: mujoco.MjModel) -> tuple[Role, ...]:

@@ -58,7 +58,10 @@ class ScenePlacement:
         self._slides, self._arm = ([], sorted(slides + hinges)) if hinges else (slides, [])
         self._balls = [j for j in arm if kinds[j] == _Joint.mjJNT_BALL]
         below = set() if self._palm is None else set(descendants(model, self._palm))
-        self._hand = [j for j in range(model.njnt) if on[j] in below]
+        # motors stand in the order of a hand's joints; what nobody drives comes last
+        driven = [int(model.actuator_trnid[i, 0]) for i in range(model.nu)]
+        hand = [j for j in range(model.njnt) if on[j] in below]
+        self._hand = [j for j in driven if j in hand] + [j for j in hand if j not in driven]
         self._free = [j for j in range(model.njnt) if kinds[j] == _Joint.mjJNT_FREE]
         self._driven = [(int(model.jnt_qposadr[model.joint(name).id]), its) for name, its in self._motions.items()]
         self._names = {i: name for i, name in enumerate(bodies) if model.body_weldid[i]}
@@ -74,6 +77,15 @@ class ScenePlacement:
     def __reduce__(self) -> tuple[type, tuple[mujoco.MjModel, dict[str, Motion]]]:
         """Pass to another process what it is made of."""
         return ScenePlacement, (self.model, self._motions)
+
+    @property
+    def scene(self) -> "ScenePlacement":
+        """Itself: its base frame is the scene's."""
+        return self
+
+    def in_scene(self, posture: Posture) -> Posture:
+        """Return a posture as the scene has it: the very same."""
+        return posture
 
     def place(self, posture: Posture) -> mujoco.MjData:
         """Return the scene like that; the same data every time.

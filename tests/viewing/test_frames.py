@@ -143,8 +143,6 @@ def test_parts_need_a_body():
     part = Part(np.zeros((3, 3)), np.array([[0, 1, 2]]), (0, 0, 0), "elbow")
     with pytest.raises(InvalidValueError, match="body = 'elbow': is none that moves in this scene; there are tip"):
         ViewScene("no arm", (part,))
-    with pytest.raises(InvalidValueError, match="only a single fingertip makes a map"):
-        ViewScene("two", (), fingers=("tip", "tip"))
 
 
 def test_rows_of_another_width_are_refused():

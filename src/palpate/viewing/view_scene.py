@@ -80,8 +80,8 @@ class ViewScene:
         parts: Solid things.
         placement: Where the bodies are.
         fingers: Name of the body whose frame is each finger's sensor frame.
-        map_spacing: Distance below which points of the map are merged [m]; None for no map, which only
-            a single fingertip makes.
+        map_spacing: Distance below which points of the map are merged [m], which the first finger makes; None:
+            there is no map.
         surface: How the map becomes a surface that grows; None for its contacts alone.
     """
 
@@ -101,10 +101,6 @@ class ViewScene:
                 raise InvalidValueError(
                     f"body = {body!r}: is none that moves in this scene; there are {', '.join(known)}"
                 )
-        if self.map_spacing is not None and self.fingers != (TIP,):
-            raise InvalidValueError(
-                f"map_spacing = {self.map_spacing:g} m: only a single fingertip makes a map; give None"
-            )
         if self.surface is not None and self.map_spacing is None:
             raise InvalidValueError("surface: there is none without a map; give map_spacing, or None for both")
 

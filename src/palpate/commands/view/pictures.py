@@ -8,6 +8,7 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.kinematics.posture import Posture
 from palpate.sim.render.files import write_gif, write_png
+from palpate.sim.render.held import HeldPlacement
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer, camera_on
 from palpate.spatial import add, as_vector, rotate
@@ -99,15 +100,18 @@ def _hardest_grip(frames: Frames) -> int:
 
 def _renderer(scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
     placement = scene.placement
-    if not isinstance(placement, ScenePlacement):
+    if not isinstance(placement, ScenePlacement | HeldPlacement):
         raise TypeError(f"a {type(placement).__name__} is of no simulated scene")
-    model = placement.model
-    return SceneRenderer(model, camera=camera_on(model, placement, postures), placement=placement)
+    inside, model = placement.scene, placement.scene.model
+    postures = [placement.in_scene(posture) for posture in postures]
+    return SceneRenderer(model, camera=camera_on(model, inside, postures), placement=inside)
 
 
 def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: int) -> Picture:
-    posture = frames.posture(index)
-    poses, forces = scene.placement.poses(posture), []
+    placement = scene.placement
+    assert isinstance(placement, ScenePlacement | HeldPlacement)  # there is a renderer
+    posture = placement.in_scene(frames.posture(index))
+    poses, forces = placement.scene.poses(posture), []
     for i, body in enumerate(scene.fingers):
         contact, pose = frames.finger(i), poses[body]
         if contact.touching[index]:

@@ -6,7 +6,9 @@ import mujoco
 import numpy as np
 
 from palpate.kinematics import Pose
+from palpate.sim.hand.scene import FIXTURE
 from palpate.sim.objects.motion import Motion
+from palpate.sim.render.held import HeldPlacement
 from palpate.sim.render.parts import Role, finger_bodies
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.shapes import DEFAULT_COLOUR, Shape, shapes_of
@@ -41,13 +43,15 @@ def scene_view(
     Raises:
         InvalidValueError: The scene has neither tip nor hand.
     """
-    placement = ScenePlacement(model, motions)
-    placement.place(placement.start)
+    scene = ScenePlacement(model, motions)
+    scene.place(scene.start)
+    held = any(model.equality(i).name == FIXTURE for i in range(model.neq))
+    placement = HeldPlacement(scene) if held else scene
     parts = tuple(_part(shape, placement) for shape in shapes_of(model))
     return ViewScene(title, parts, placement, finger_bodies(model), map_spacing)
 
 
-def _part(shape: Shape, placement: ScenePlacement) -> Part:
+def _part(shape: Shape, placement: ScenePlacement | HeldPlacement) -> Part:
     colour, opacity = COLOURS[shape.role], OPACITY[shape.role]
     if shape.role is Role.OBJECT and shape.colour != DEFAULT_COLOUR:
         red, green, blue = (round(255.0 * channel) for channel in shape.colour[:3])

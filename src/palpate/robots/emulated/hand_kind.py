@@ -112,7 +112,8 @@ class EmulatedHandEntry(RobotKind, Settings, frozen=True, kw_only=True):
     def devices(self, robot: Robot) -> AbstractContextManager[Robot]:
         """See `RobotKind`: in real time, for rates are to be those of real devices."""
         hand, wires = self.described_hand(robot).geometry, msgspec.structs.replace(self, time_scale=1.0).wires()
-        assert isinstance(hand, Hand) and isinstance(hand.finger, SlideFinger)  # of two fingers
+        assert isinstance(hand, Hand)  # the simulated hand
+        assert isinstance(hand.finger, SlideFinger)  # of two fingers
         devices = RigEntry(
             arm=arm_entry(self.address, FLANGE_HAND),
             hand=DynamixelEntry(
