@@ -29,6 +29,7 @@ from palpate.sim.hand.hand_model import opening_of
 from palpate.sim.hand.jointed_hand import JointedHand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.objects.target import Mount, as_target
+from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
 from palpate.spatial import Vector
 
@@ -166,10 +167,11 @@ def _solid(task: Task) -> SceneObject:
     """What is to be held.
 
     Raises:
-        InvalidValueError: It stands in a scene of its own.
+        InvalidValueError: It stands in a scene of its own, or is not convex.
     """
     target = as_target(task.target)
-    if target.mount is not Mount.FIXED or any(target.position):
+    hollow = float(target.shape.signed_distance(np.zeros((1, 3)))[0]) >= 0.0
+    if hollow or target.mount is not Mount.FIXED or any(target.position) or isinstance(target.shape, TracedObject):
         raise InvalidValueError(
             "object: fingers hold a single solid; take a sphere, an ellipsoid, a box or a cylinder"
         )

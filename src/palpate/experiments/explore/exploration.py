@@ -119,6 +119,14 @@ class Exploration:
         """Distance to the true surface that 99 % of the points stay below [m]."""
         return float(np.percentile(np.abs(self.point_error), 99)) if self.point_error.size else float("nan")
 
+    @property
+    def held_motion(self) -> float | None:
+        """How far the object moved in the fingers that hold it, at most [m]; None if none do, NaN on a robot."""
+        moved = self.truth.object_position
+        if not self.plan.holding:
+            return None
+        return float(np.max(np.linalg.norm(moved - moved[:1], axis=1))) if len(moved) else float("nan")
+
     def error_samples(self) -> tuple[ErrorSample, ...]:
         """Return how far the points are off, for comparisons; none on a robot."""
         return (ErrorSample(*ERRORS, 1e6 * self.point_error),) if self.truth.known else ()

@@ -242,6 +242,12 @@ def _places(count: int) -> str:
     return "one place could" if count == 1 else f"{count} places could"
 
 
+def _held(exploration: Exploration) -> tuple[KeyFigure, ...]:
+    moved = exploration.held_motion
+    note = "by elastic contacts and slip, in the frame of the fingers that hold it"
+    return () if moved is None else (KeyFigure("object moved in the fingers, at most", 1e3 * moved, "mm", note),)
+
+
 def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     """Return the figures that matter, most important first."""
     result = exploration.run
@@ -265,6 +271,7 @@ def _true_figures(exploration: Exploration) -> list[KeyFigure]:
     return [
         KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
         KeyFigure("points to true surface, 99 %", 1e3 * exploration.point_p99, "mm"),
+        *_held(exploration),
         KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
     ]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.runtime.truth import TruthTable
-from palpate.sim.contact_truth import FORCE, POSITION, TORQUE, TOUCHING
+from palpate.sim.contact_truth import FORCE, OBJECT_POSITION, POSITION, TORQUE, TOUCHING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,6 +21,7 @@ class ContactTruth:
         position: Shape (n, 3) [m].
         force: Shape (n, 3) [N].
         torque: About `position`, shape (n, 3) [N m].
+        object_position: Of the object's frame, shape (n, 3) [m].
         known: Whether anybody knows it.
     """
 
@@ -28,6 +29,7 @@ class ContactTruth:
     position: FloatArray
     force: FloatArray
     torque: FloatArray
+    object_position: FloatArray
     known: bool = True
 
     def __len__(self) -> int:
@@ -39,6 +41,7 @@ class ContactTruth:
         """Return the contact of a truth; of `count` periods of which nobody knows anything, on a robot."""
         if not truth.known:
             unknown = np.full((count, 3), np.nan)
-            return cls(np.zeros(count, np.bool_), unknown, unknown, unknown, known=False)
+            return cls(np.zeros(count, np.bool_), unknown, unknown, unknown, unknown, known=False)
         touching = truth.column(TOUCHING)[:, 0] > 0.0
-        return cls(touching, truth.column(*POSITION), truth.column(*FORCE), truth.column(*TORQUE))
+        columns = (truth.column(*names) for names in (POSITION, FORCE, TORQUE, OBJECT_POSITION))
+        return cls(touching, *columns)
