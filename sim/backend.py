@@ -16,6 +16,7 @@ from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_frict
 from palpate.sim.friction.resultant import resultant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.objects.target import Mount
+from palpate.sim.objects.traced import TracedObject
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
@@ -82,7 +83,10 @@ class MujocoBackend(Closing):
         self._readings = self._data.sensordata  # a view that lives as long as the data
         self._drive = scene.carrier.drive(scene.model, self._data, period)
         self._plant = FrictionPlant(scene.model, self._data, scene.rubbing) if scene.rubbing else None
-        self._target = scene.target.placer(scene.model, self._data, OBJECT_GEOM, TIP_GEOM)
+        tip = scene.tip.placer(scene.model, self._data, TIP_GEOM, scene.target.shape)
+        target = scene.target.placer(scene.model, self._data, OBJECT_GEOM, TIP_GEOM)
+        # a tangent plane lies under the tip's geom; what moves by itself is moved before the tip's geom
+        self._placers = (tip, target) if isinstance(scene.target.shape, TracedObject) else (target, tip)
         # of an object that moves, sensors tell
         self._still = Pose(scene.target.position) if scene.target.mount is Mount.FIXED else None
         self._matrix = np.zeros(9)
@@ -104,7 +108,7 @@ class MujocoBackend(Closing):
         mujoco.mj_resetData(self.scene.model, self._data)
         self._sensor.restart(self._seed)  # the same run again
         self._drive.start()
-        self._target.place()
+        self._place()
         self._friction.reset()
         # every sample belongs to the state before the last time step, the first one too: time goes on from here
         self._drive.advance()
@@ -118,12 +122,12 @@ class MujocoBackend(Closing):
             InvalidValueError: A motion that the carrier cannot do, or of absurd numbers.
             SimulationDivergedError: The simulation diverged.
         """
-        data, drive, target, friction = self._data, self._drive, self._target, self._friction
+        data, drive, friction = self._data, self._drive, self._friction
         check_motion(command.velocity_base_tip, command.angular_velocity_base_tip)
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
-            target.place()
+            self._place()
             friction.advance()
         sample = self._sample(data.time - self.scene.fidelity.time_step)
         check_converged(self._readings_now, data.time)
@@ -186,6 +190,11 @@ class MujocoBackend(Closing):
     def truth_row(self) -> tuple[float, ...]:
         """See `palpate.runtime.truth.TruthSource`."""
         return numbers_of_truth(self.truth())
+
+    def _place(self) -> None:
+        """Put what follows from time and poses alone where it belongs."""
+        for placer in self._placers:
+            placer.place()
 
     def _pose_base_object(self) -> Pose:
         if self._still is not None:

@@ -10,8 +10,11 @@ from scipy.spatial import ConvexHull
 from palpate.errors import FloatArray, InvalidValueError, positive, vector
 from palpate.runtime.touch import Finger
 from palpate.sensing.compensation import SensorPayload
+from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.target import Nowhere, Placer
 from palpate.sim.one_contact import one_contact
-from palpate.sim.tip_mesh import tip_mesh
+from palpate.sim.rolling_sphere import RollingSphere
+from palpate.sim.tip_boundary import Boundary, boundary_of, outline
 from palpate.spatial import Vector
 from palpate.surfaces import (
     Capsule,
@@ -19,6 +22,7 @@ from palpate.surfaces import (
     CompliantTip,
     Composite,
     Ellipsoid,
+    MeshSurface,
     Sphere,
 )
 from palpate.surfaces.implicit import Implicit
@@ -30,9 +34,12 @@ SENSOR_SITE = "sensor"
 TIP_GEOM = "tip"
 TIP_MESH = "tip"
 
-SAG = 4e-6
-"""How deep a mesh may lie below its surface [m], by default: a twenty-fifth of what a contact of 20 kN/m yields at
-2 N, with a few thousand vertices."""
+PICTURE_POINTS = 2000
+"""Of what is seen and weighed of a tip that MuJoCo has no geom for: its moments of inertia err by one per cent."""
+
+SMALL = 0.5
+"""Radius of the sphere that rolls in such a tip, relative to the least radius of curvature of its surface there: a
+sharper place may lie between the points."""
 
 REACH = 0.02
 """Where unbounded surfaces are cut off [m], by default: about a finger's length."""
@@ -42,9 +49,9 @@ REACH = 0.02
 class Tip:
     """A fingertip on its sensor. The sensor frame is the body frame; the surface gives shape and centre.
 
-    Spheres, ellipsoids, capsules and circular cylinders are MuJoCo's own geoms, and a plane a box, all exact.
-    Everything else is the hull of points on the surface itself, see `palpate.sim.tip_mesh`. Beyond its open end a
-    capsule has a second hemisphere.
+    Spheres, ellipsoids, capsules and circular cylinders are MuJoCo's own geoms, a plane is a box and a mesh is a
+    mesh, all exact. In everything else a sphere rolls to where it touches, see `palpate.sim.rolling_sphere`: such
+    a scene is not for several threads. Beyond its open end a capsule has a second hemisphere.
 
     Attributes:
         surface: Outer shape, in the sensor frame.
@@ -52,21 +59,17 @@ class Tip:
         reach: Where an unbounded surface ends [m]: from its centre along a cylinder's axis or a plane, from the
             apex of an open one.
         balance: Centre of mass in the sensor frame [m]; None: that of the shape, filled evenly.
-        sag: Largest depth of a mesh below the surface [m]; a facet's normals differ by up to about sqrt(2 sag / r)
-            where the surface's radius is r.
     """
 
     surface: TipSurface
     mass: float = 0.03
     reach: float = REACH
-    sag: float = SAG
     balance: Vector | None = None
     _form: "_Form" = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
         positive("reach", self.reach, "m")
-        positive("sag", self.sag, "m")
         surface: object = self.surface
         if isinstance(surface, CompliantTip):
             raise InvalidValueError(
@@ -75,7 +78,7 @@ class Tip:
             )
         if not isinstance(surface, TipSurface):
             raise InvalidValueError(f"surface is a {type(surface).__name__}: must be one of palpate.surfaces")
-        form = _form(surface, self.reach, self.sag)
+        form = _form(surface, self.reach)
         if self.balance is not None:
             form = replace(form, center_of_mass=vector("balance", self.balance, 3, "m"))
         object.__setattr__(self, "_form", form)
@@ -86,10 +89,13 @@ class Tip:
 
     @property
     def approximation(self) -> str:
-        """What of it is not exact, in words; empty where MuJoCo has the very shape."""
-        if self._form.vertices is None:
+        """What of it is not exact, in words; empty where nothing is."""
+        if not isinstance(self.surface, MeshSurface):
             return ""
-        return f"a mesh of {len(self._form.vertices)} points on its surface, up to {1e6 * self.sag:g} um inside"
+        turn = math.degrees(self.surface.facet_turn)
+        return (
+            f"a mesh with {len(self.surface.triangles)} facets, up to {turn:.2g} degrees from the smooth normals"
+        )
 
     @property
     def center_of_mass(self) -> tuple[float, float, float]:
@@ -98,11 +104,26 @@ class Tip:
         return (x, y, z)
 
     def add_assets(self, spec: mujoco.MjSpec) -> None:
-        """Add the mesh, if it is one, to a scene; before or after `add_to`."""
+        """Add the mesh that it is, or that is seen of it, to a scene; before or after `add_to`."""
         if self._form.vertices is not None:
             one_contact(spec)
             mesh = spec.add_mesh(name=TIP_MESH, uservert=self._form.vertices.ravel())
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+
+    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, geom: str, shape: SceneObject) -> Placer:
+        """Return what moves its geom in one simulation, and move it.
+
+        Args:
+            model: The scene.
+            data: Its state, which must live on.
+            geom: The name of its geom there.
+            shape: What it is to touch.
+
+        Raises:
+            InvalidValueError: It cannot touch that.
+        """
+        rolling = self._form.rolling
+        return Nowhere() if rolling is None else RollingSphere(*rolling, model, data, geom, shape)
 
     def add_to(self, parent: mujoco.MjsBody) -> mujoco.MjsBody:
         """Add the tip's body, geom and sensor site to a parent body, at its origin."""
@@ -113,8 +134,10 @@ class Tip:
         body.ipos = form.center_of_mass
         body.iquat = _quat_wxyz(form.axes)
         body.inertia = [self.mass * moment for moment in form.moments]
-        if form.vertices is None:
-            body.add_geom(
+        if form.kind == mujoco.mjtGeom.mjGEOM_MESH:
+            body.add_geom(name=TIP_GEOM, type=form.kind, meshname=TIP_MESH, contype=0, conaffinity=0)
+        else:
+            geom = body.add_geom(
                 name=TIP_GEOM,
                 type=form.kind,
                 size=form.size,
@@ -123,8 +146,10 @@ class Tip:
                 contype=0,
                 conaffinity=0,
             )
-        else:
-            body.add_geom(name=TIP_GEOM, type=form.kind, meshname=TIP_MESH, contype=0, conaffinity=0)
+            if form.vertices is not None:
+                geom.rgba = [0.0, 0.0, 0.0, 0.0]
+                mesh = mujoco.mjtGeom.mjGEOM_MESH
+                body.add_geom(name=f"seen_{TIP_GEOM}", type=mesh, meshname=TIP_MESH, contype=0, conaffinity=0)
         body.add_site(name=SENSOR_SITE)
         return body
 
@@ -141,7 +166,8 @@ class _Form:
         center_of_mass: Shape (3,) [m].
         moments: Principal moments of inertia about it, per mass [m^2].
         axes: Principal axes, columns, shape (3, 3).
-        vertices: Of a mesh, shape (n, 3) [m].
+        vertices: Of the mesh that it is or that is seen of it, shape (n, 3) [m].
+        rolling: Where a sphere rolls in it, the largest radius of curvature, and how far it reaches [m].
     """
 
     kind: mujoco.mjtGeom
@@ -152,9 +178,10 @@ class _Form:
     moments: list[float]
     axes: FloatArray
     vertices: FloatArray | None = None
+    rolling: tuple[Boundary, float, float] | None = None
 
 
-def _form(surface: TipSurface, reach: float, sag: float) -> _Form:
+def _form(surface: TipSurface, reach: float) -> _Form:
     if isinstance(surface, Capsule):
         return _capsule(surface)
     if isinstance(surface, CenteredQuadric):
@@ -183,7 +210,20 @@ def _form(surface: TipSurface, reach: float, sag: float) -> _Form:
             f"surface = {surface!r}: an endless elliptic cylinder, or one that is not about z, has no geom; take "
             f"a Cylinder, or an {Ellipsoid.__name__} with a long finite axis"
         )
-    return _mesh(tip_mesh(surface, reach, sag))
+    if isinstance(surface, MeshSurface):
+        return _hull(surface.center + surface.vertices @ surface.rotation.T)
+    boundary = boundary_of(surface, reach)
+    points, sharper, flatter = outline(boundary, PICTURE_POINTS)
+    farthest = float(np.linalg.norm(points - boundary.center, axis=1).max())
+    with np.errstate(divide="ignore"):
+        flattest = float(1.0 / flatter.min(initial=np.inf))
+    return replace(
+        _hull(points),
+        kind=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[SMALL / float(sharper.max()), 0.0, 0.0],
+        position=np.array(boundary.center),
+        rolling=(boundary, max(flattest, 0.0), farthest),
+    )
 
 
 def _about(surface: CenteredQuadric, kind: mujoco.mjtGeom, size: list[float], moments: list[float]) -> _Form:
@@ -209,7 +249,7 @@ def _capsule(surface: Capsule) -> _Form:
     return _Form(mujoco.mjtGeom.mjGEOM_CAPSULE, size, middle, axes, middle, [across, across, about_z], axes)
 
 
-def _mesh(vertices: FloatArray) -> _Form:
+def _hull(vertices: FloatArray) -> _Form:
     """The hull of points, as a solid: integrals over the tetrahedra from a point inside."""
     hull = ConvexHull(vertices)
     inside = vertices.mean(axis=0)

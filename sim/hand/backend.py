@@ -14,6 +14,7 @@ from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
+from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
@@ -22,6 +23,7 @@ from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
+from palpate.sim.tip import TIP_GEOM
 from palpate.spatial import IDENTITY, ZERO, Wrench
 
 
@@ -82,6 +84,10 @@ class HandBackend(Closing):
         self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
         self._grip = scene.hand.drive(model, data) if grip is None else grip(scene.hand, model, data)
         self._drive = scene.carrier.drive(model, data, period)
+        self._tips = tuple(
+            tip.placer(model, data, f"{finger_name(i)}_{TIP_GEOM}", scene.target.shape)
+            for i, tip in enumerate(scene.hand.tips)
+        )
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
         self._load = None if load is None else LoadDrive(load, model, data, OBJECT)
@@ -112,6 +118,7 @@ class HandBackend(Closing):
         self._drive.start()
         for i, sensor in enumerate(self._sensors):
             sensor.restart(self._seed + i)
+        self._place_tips()
         self._friction.reset()
         if self._load is not None:
             self._load.start()
@@ -234,7 +241,12 @@ class HandBackend(Closing):
         self._grip.advance()
         if self._load is not None:
             self._load.advance()
+        self._place_tips()
         self._friction.advance()
+
+    def _place_tips(self) -> None:
+        for tip in self._tips:
+            tip.place()
 
     def _sample(self, time: float) -> Sample:
         self._time = time

@@ -23,7 +23,6 @@ from palpate.robots.simulated_stage import StageEntry
 from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending
 from palpate.sim import Stage
-from palpate.sim.tip import SAG
 from palpate.surfaces import Sphere
 from support.explore_runs import carried_out, plan_of, planned_again
 from support.typed_mistakes import answer_to
@@ -361,17 +360,16 @@ SUPERELLIPSOID = "kind: superellipsoid, semi_axes_m: [0.009, 0.009, 0.008], expo
 
 
 @pytest.mark.parametrize(
-    ("surface", "exact"),
+    "surface",
     [
-        ("{kind: capsule, radius_m: 0.008, length_m: 0.02, rotvec_rad: [3.141592653589793, 0, 0]}", True),
-        pytest.param(f"{{kind: compliant, tip: {{{SUPERELLIPSOID}}}, stiffness_N_per_m: 40000}}", False,
+        "{kind: capsule, radius_m: 0.008, length_m: 0.02, rotvec_rad: [3.141592653589793, 0, 0]}",
+        pytest.param(f"{{kind: compliant, tip: {{{SUPERELLIPSOID}}}, stiffness_N_per_m: 40000}}",
                      marks=pytest.mark.slow),
-        pytest.param("{kind: rounded_box, half_lengths_m: [0.009, 0.009, 0.008], radius_m: 0.006}", False,
+        pytest.param("{kind: rounded_box, half_lengths_m: [0.009, 0.009, 0.008], radius_m: 0.006}",
                      marks=pytest.mark.slow),
     ],
 )  # fmt: skip
-def test_any_fingertip_explores_as_a_sphere_does(surface, exact):
-    """One that MuJoCo has as a mesh only is felt where the mesh is: a few micrometres further in."""
+def test_any_fingertip_explores_as_a_sphere_does(surface):
     sphere = "surface:                   # sphere"
     at = STAGE.texts[ROBOT_TEXT].index(sphere)
     before = STAGE.texts[ROBOT_TEXT][at : STAGE.texts[ROBOT_TEXT].index("    payload:", at)]
@@ -380,7 +378,7 @@ def test_any_fingertip_explores_as_a_sphere_does(surface, exact):
     )
     reference = carried_out(plan_of(ExploreConfig(object="sphere", **SMALL), STAGE))
     assert found.run.ending is Ending.DONE
-    assert found.point_rms < (1.05 * reference.point_rms if exact else reference.point_rms + SAG)
+    assert found.claimed_map.rms <= 1.3 * reference.claimed_map.rms
 
 
 # --- fuzz ---

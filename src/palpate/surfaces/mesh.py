@@ -86,6 +86,14 @@ class MeshSurface(Implicit):
             object.__setattr__(self, name, array)
         self._settle(evaluate_mesh, _packed(vertices, normals, triangles, neighbours), size)
 
+    @property
+    def facet_turn(self) -> float:
+        """Largest angle [rad] of a facet against the smooth normals at its corners."""
+        assert self.normals is not None  # settled
+        facets = _facet_normals(self.vertices, self.triangles)
+        cosines = np.einsum("tci,ti->tc", self.normals[self.triangles], facets)
+        return math.acos(min(max(float(cosines.min()), -1.0), 1.0))
+
     def __repr__(self) -> str:
         """Show how large it is, not all of it."""
         return f"MeshSurface of {len(self.triangles)} triangles, half lengths {self.half_lengths.tolist()} m"
