@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.spatial import Matrix, Vector, as_vector, scale
 from palpate.surfaces import CenteredQuadric, Composite
@@ -124,29 +125,48 @@ class QuadricBoundary:
 
     def along(self, direction: Vector) -> Exit:
         """See `Boundary`."""
-        ray = np.array(direction)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            a, b = self.squares @ ray @ ray, self.lines @ ray
-            root = np.sqrt(b * b - a * self.constants)
-            # inside, the nearest way out; outside, as of a small sphere at a corner, the far side
-            t = np.where(self.constants <= 0.0, -self.constants / (b + root), (root - b) / a)
-            beyond = (t[:, None] * (self.domains[:, :, :3] @ ray) - self.domains[:, :, 3]).max(axis=1, initial=0.0)
-            rates = self.ends[:, :3] @ ray
-            stop = np.where(rates > 0.0, self.ends[:, 3] / rates, np.inf)
-        beyond[~(np.isfinite(t) & (t > 0.0))] = np.inf
-        k = int(beyond.argmin())
-        if len(stop) and not (math.isfinite(beyond[k]) and t[k] <= stop.min()):
-            end = int(stop.argmin())
-            if math.isfinite(stop[end]):
-                return Exit(scale(float(stop[end]), direction), as_vector(self.ends[end, :3]), _FLAT)
-        if not math.isfinite(beyond[k]):
+        k, t = _leaves(self.squares, self.lines, self.constants, self.domains, self.ends, *direction)
+        if not math.isfinite(t):
             raise InvalidValueError(
                 f"the tip has no end along {[round(each, 3) for each in direction]}: bound its patches by half "
                 "spaces, a simulated tip is closed"
             )
-        gradient = t[k] * (self.squares[k] @ ray) + self.lines[k]
+        if k < 0:
+            return Exit(scale(t, direction), as_vector(self.ends[-k - 1, :3]), _FLAT)
+        gradient = t * (self.squares[k] @ direction) + self.lines[k]
         length = float(np.linalg.norm(gradient))
-        return Exit(scale(float(t[k]), direction), as_vector(gradient / length), _matrix(self.squares[k] / length))
+        return Exit(scale(t, direction), as_vector(gradient / length), _matrix(self.squares[k] / length))
+
+
+@njit(error_model="numpy", cache=True)
+def _leaves(squares: Any, lines: Any, constants: Any, domains: Any, ends: Any, x: Any, y: Any, z: Any) -> Any:
+    """Return which quadric a ray leaves by (of ends: -1, -2, ...), and how far along it; infinity: by none."""
+    ray = (x, y, z)
+    found, at, least = 0, math.inf, math.inf
+    for k in range(len(constants)):
+        a = b = 0.0
+        for i in range(3):
+            b += lines[k, i] * ray[i]
+            for j in range(3):
+                a += ray[i] * squares[k, i, j] * ray[j]
+        inner = b * b - a * constants[k]
+        if inner < 0.0:
+            continue
+        root = math.sqrt(inner)
+        # inside, the nearest way out; outside, as of a small sphere at a corner, the far side
+        t = -constants[k] / (b + root) if constants[k] <= 0.0 else (root - b) / a
+        if not 0.0 < t < math.inf:
+            continue
+        beyond = 0.0
+        for row in domains[k]:
+            beyond = max(beyond, t * (row[0] * x + row[1] * y + row[2] * z) - row[3])
+        if beyond < least:
+            found, at, least = k, t, beyond
+    for k in range(len(ends)):
+        rate = ends[k, 0] * x + ends[k, 1] * y + ends[k, 2] * z
+        if rate > 0.0 and ends[k, 3] / rate < at:
+            found, at = -k - 1, ends[k, 3] / rate
+    return found, at
 
 
 _FLAT: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

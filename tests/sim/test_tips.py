@@ -194,7 +194,8 @@ def test_a_sphere_that_rolls_in_a_sphere_touches_as_it_does(target):
             found = backend.step(Command((0.02, 0.01, -0.005)))
         felt.append((found.wrenches[0].wrench, backend.truth()))
     (exact, truth), (rolled, rolled_truth) = felt
-    assert truth.touching and rolled_truth.touching
+    assert truth.touching
+    assert rolled_truth.touching
     assert np.allclose(rolled[:3], exact[:3], rtol=0, atol=2e-3)
     assert np.allclose(rolled[3:], exact[3:], rtol=0, atol=2e-5)
     assert np.allclose(rolled_truth.position, truth.position, rtol=0, atol=1e-7)
