@@ -6,17 +6,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from palpate.errors import InvalidValueError
-from palpate.robots.robot_file import RobotFile, read_robot_file
+from palpate.robots.robot_file import FingerEntry, RobotFile, read_robot_file
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_reader import read_sensor
 from palpate.strict_decode import load_text
+from palpate.strict_refusal import DecodeRefusal
 
 ROBOT_TEXT = "robot.yaml"
 """Under this name a log keeps the robot file."""
 
 SENSOR_TEXT = "sensor-{}.yaml"
 """Under this name, with the finger's number, it keeps the sensor files: their own paths may lead anywhere."""
+
+SURFACE_TEXT = "surface-{}.txt"
+"""Likewise, what the files of fingertips say: `SurfaceKind.text_of`."""
 
 SUFFIXES = (".yaml", ".yml")
 
@@ -53,7 +59,7 @@ def read_robot(texts: Mapping[str, str]) -> Robot:
             raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
         return texts[name]
 
-    return _assembled(text_of(ROBOT_TEXT), lambda name, _: text_of(name), lambda name, _: text_of(name))
+    return _assembled(text_of(ROBOT_TEXT), lambda name, *_: text_of(name), lambda name, _: text_of(name))
 
 
 def load_robot(name: str) -> Robot:
@@ -68,9 +74,9 @@ def load_robot(name: str) -> Robot:
     """
     path = robot_path(name)
 
-    def text_of(_: str, named: str) -> str:
+    def text_of(_: str, named: str, read: Callable[[Path], str] = _text_in) -> str:
         try:
-            return load_text(path.parent / named, "a file that a robot file names")
+            return read(path.parent / named)
         except OSError as error:
             raise InvalidValueError(
                 f"cannot read {path.parent / named}: {error.strerror}; the path is relative to the robot file"
@@ -81,6 +87,10 @@ def load_robot(name: str) -> Robot:
         return _assembled(text, text_of, lambda _, named: str((path.parent / named).resolve()))
     except InvalidValueError as error:
         raise InvalidValueError(f"{path}: {error}") from None
+
+
+def _text_in(path: Path) -> str:
+    return load_text(path, "a file that a robot file names")
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -125,13 +135,17 @@ def _without_suffix(name: str) -> str:
     return name
 
 
-def _assembled(text: str, text_of: Callable[[str, str], str], place_of: Callable[[str, str], str]) -> Robot:
+def _assembled(text: str, text_of: Callable[..., str], place_of: Callable[[str, str], str]) -> Robot:
     """Read a robot file, and the files that it names: their texts and places, by name in a log and path."""
     file = read_robot_file(text)
     texts = {ROBOT_TEXT: text}
     for name, path in file.backend.files.items():
         texts[name] = text_of(name, path)
         texts[f"{name}.path"] = place_of(f"{name}.path", path)
+    file = msgspec.structs.replace(
+        file,
+        fingers=tuple(_read_surface(i, finger, text, text_of, texts) for i, finger in enumerate(file.fingers)),
+    )
     sensors: list[SensorFile | None] = []
     for i, finger in enumerate(file.fingers):
         if finger.sensor is None:
@@ -144,3 +158,19 @@ def _assembled(text: str, text_of: Callable[[str, str], str], place_of: Callable
         except InvalidValueError as error:
             raise InvalidValueError(f"fingers[{i}].sensor, {finger.sensor}: {error}") from None
     return Robot(file, tuple(sensors), texts)
+
+
+def _read_surface(
+    i: int, finger: FingerEntry, text: str, text_of: Callable[..., str], texts: dict[str, str]
+) -> FingerEntry:
+    """Return a finger with what the file of its fingertip says, if it names one."""
+    surface = finger.surface
+    if surface.file is None:
+        return finger
+    name = SURFACE_TEXT.format(i)
+    try:
+        texts[name] = text_of(name, str(surface.file), surface.text_of)
+        return msgspec.structs.replace(finger, surface=surface.given(texts[name]))
+    except InvalidValueError as error:
+        path = ("fingers", i, "surface")
+        raise InvalidValueError(DecodeRefusal(path, f": {surface.file}: {error}").located(text)) from None

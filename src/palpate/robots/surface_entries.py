@@ -1,5 +1,6 @@
 """Fingertips in robot files: what `fingers[].surface` may be."""
 
+from pathlib import Path
 from typing import ClassVar
 
 import msgspec
@@ -60,6 +61,27 @@ class SurfaceKind(OpenKind):
         raise NotImplementedError
 
     @property
+    def file(self) -> Path | None:
+        """Of what it names, relative to the robot file; None if it is described by its settings alone."""
+        return None
+
+    def text_of(self, path: Path) -> str:
+        """Return what a log keeps of that file.
+
+        Raises:
+            InvalidValueError: It cannot be read.
+        """
+        raise NotImplementedError
+
+    def given(self, text: str) -> "SurfaceKind":
+        """Return this fingertip with what `text_of` has read.
+
+        Raises:
+            InvalidValueError: It is no such fingertip.
+        """
+        raise NotImplementedError
+
+    @property
     def half_extents(self) -> tuple[float, ...]:
         """Half lengths [m] of the ellipsoid about `center` by which paths are planned; one of a sphere.
 
@@ -88,11 +110,19 @@ class PlacedSurface(SurfaceKind, Settings, frozen=True, kw_only=True):
             value = getattr(self, attribute)
             for length in value if isinstance(value, tuple) else (value,):
                 within(key, length, SMALLEST_TIP, LARGEST_TIP, "m")
+        self.check_place()
+        self.surface()  # refuses what only all of it together shows
+
+    def check_place(self) -> None:
+        """Refuse a place and a turn out of range.
+
+        Raises:
+            InvalidValueError: It is such a one.
+        """
         for coordinate in self.center:
             at_most("center_m", coordinate, LARGEST_OFFSET, "m")
         for angle in self.rotvec:
             at_most("rotvec_rad", angle, 2.0 * np.pi, "rad")
-        self.surface()  # refuses what only all of it together shows
 
     @property
     def rotation(self) -> FloatArray:
@@ -193,8 +223,24 @@ class CompliantEntry(SurfaceKind, Settings, frozen=True, kw_only=True):
     exponent: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
-        self.surface()
+        """Refuse what cannot be, once it is read."""
+        if self.tip.file is None:
+            self.surface()
+
+    @property
+    def file(self) -> Path | None:
+        """See `SurfaceKind`: that of the tip."""
+        return self.tip.file
+
+    def text_of(self, path: Path) -> str:
+        """See `SurfaceKind`."""
+        return self.tip.text_of(path)
+
+    def given(self, text: str) -> SurfaceKind:
+        """See `SurfaceKind`."""
+        found = msgspec.structs.replace(self, tip=self.tip.given(text))
+        found.surface()
+        return found
 
     @property
     def center(self) -> Vector:  # type: ignore[override]  # read from the tip; nobody writes a frozen one

@@ -110,13 +110,23 @@ def load_mesh(path: str | os.PathLike[str], scale: float = 1.0, **frame: Any) ->
     Raises:
         InvalidValueError: The file cannot be read, or is no closed convex mesh about its origin.
     """
+    vertices, triangles = load_mesh_parts(path)
+    return MeshSurface(vertices * scale, triangles, **frame)
+
+
+def load_mesh_parts(path: str | os.PathLike[str]) -> tuple[FloatArray, IndexArray]:
+    """Return vertices (n, 3), in the file's unit, and triangles (m, 3) of a mesh file.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or is too fine.
+    """
     mesh = load_mesh_geometry(path, process=True)
     if len(mesh.faces) > MOST_FACETS:
         raise InvalidValueError(
             f"{os.fspath(path)}: {len(mesh.faces)} triangles: at most {MOST_FACETS} make a fingertip; simplify it"
         )
     mesh.merge_vertices(merge_norm=True, merge_tex=True)
-    return MeshSurface(np.asarray(mesh.vertices) * scale, np.asarray(mesh.faces), **frame)
+    return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
 
 
 def _facet_normals(vertices: FloatArray, triangles: IndexArray) -> FloatArray:
