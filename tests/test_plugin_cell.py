@@ -47,6 +47,14 @@ def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpat
         assert all(word in refused for word in words), refused
 
 
+def test_its_fingertip_is_swept_in_simulation_and_its_devices_are_refused(palpate):
+    (palpate.folder / "bench-sim.yaml").write_text((CELL / "bench-sim.yaml").read_text())
+    words = ("sweep", "regulate", "--out", "swept", "--json", "--vary", "force=1,2", "--set", "duration=0.3")
+    swept = json.loads(palpate(*words, "robot=bench-sim.yaml"))
+    assert swept["outcome"] == "All 2 runs got to their end."
+    assert "simulated robots only" in palpate(*words, "robot=bench.yaml", fails=True)
+
+
 @pytest.mark.slow
 def test_its_arm_and_its_sensor_conform(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(CELL))
