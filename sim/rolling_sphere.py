@@ -89,13 +89,14 @@ class RollingSphere:
         """
         tip = int(model.geom(tip_geom).id)
         pairs = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
+        others = [first + second - tip for first, second in pairs if tip in (first, second)]
         self._gaps: list[Gap] = []
         if isinstance(shape, TracedObject):
             shape.check_tip(flattest)
             self._gaps.append(_TracedGap(shape))
-        else:
-            others = [first + second - tip for first, second in pairs if tip in (first, second)]
-            self._gaps.extend(_GeomGap(model, data, tip, other) for other in others)
+            # its own geom is the tangent plane, which lies under the sphere
+            others = [other for other in others if model.body_mocapid[model.geom_bodyid[other]] < 0]
+        self._gaps.extend(_GeomGap(model, data, tip, other) for other in others)
         model.geom_sameframe[tip] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # it will move in its body
         self._boundary, self._farthest = boundary, farthest
         self._radius = float(model.geom_size[tip, 0])
@@ -111,6 +112,8 @@ class RollingSphere:
         mujoco.mj_kinematics(self._model, self._data)
         frame = _Frame(as_vector(self._place), _rows(self._rotation), self._boundary)
         start = frame.outward((0.0, 0.0, 0.0))
+        if not math.isfinite(norm(start)):
+            return  # the simulation has diverged, which others report
         gap, (distance, normal) = min(((gap, gap(start)) for gap in self._gaps), key=lambda found: found[1][0])
         exit = self._boundary.along(scale(-1.0, frame.inward(normal)))
         if distance < self._farthest + NEAR:  # else nothing is touched, wherever the sphere is
