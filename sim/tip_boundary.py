@@ -153,7 +153,7 @@ def _leaves(squares: Any, lines: Any, constants: Any, domains: Any, ends: Any, x
         if inner < 0.0:
             continue
         root = math.sqrt(inner)
-        # inside, the nearest way out; outside, as of a small sphere at a corner, the far side
+        # inside, the nearest exit; outside, as of a small sphere at a corner, the far side
         t = -constants[k] / (b + root) if constants[k] <= 0.0 else (root - b) / a
         if not 0.0 < t < math.inf:
             continue
