@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.kinematics.held_object import HeldObject
+from palpate.kinematics.held_frame import HeldFrame
 from palpate.kinematics.pose import Pose
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample
@@ -36,7 +36,7 @@ class ExploringFinger(Closing):
     """A simulated hand whose first finger explores what its other fingers hold. A `Backend`.
 
     The base frame of its samples and commands is fixed to the object, as the fingertips that hold it show where it
-    is (`palpate.kinematics.held_object`); there the object's frame coincides with it when the run begins. The arm
+    is (`palpate.kinematics.held_frame`); there the object's frame coincides with it when the run begins. The arm
     of its samples is the exploring finger. `start` closes the holding fingers on the object, which a fixture holds
     in place until then; thereafter the first of them stands still and the others press against it: fingers that
     only press would give way to any force along their line.
@@ -60,7 +60,7 @@ class ExploringFinger(Closing):
         self._grips = (0.0, 0.0) + (grip,) * others
         self._standing: tuple[Vector | None, ...] = (ZERO,) + (None,) * others
         self._closing_periods = round((closing_time + SETTLING) / hand.period)
-        self._held: HeldObject | None = None
+        self._held: HeldFrame | None = None
         self._begin = 0.0
         self._kept: _Kept | None = None
         self._pose_base_finger = Pose()
@@ -94,7 +94,7 @@ class ExploringFinger(Closing):
         for _ in range(round(SETTLING / hand.period)):
             sample = hand.step(holding)
         truth = hand.truth()
-        self._held = HeldObject(self._holding(truth.joint_position), truth.pose_base_object)
+        self._held = HeldFrame(self._holding(truth.joint_position), truth.pose_base_object)
         self._begin, self._kept = sample.time, None
         return self._seen(sample)
 

@@ -30,7 +30,7 @@ _UNKNOWN = 1e-9
 """Of the largest: an inertia of the fingertips' middles below that is of a turn that they do not show."""
 
 
-class HeldObject:
+class HeldFrame:
     """Follows an object by the fingertips that hold it, however they carry it.
 
     Its turn is the least one that brings the middles of the fingertips, seen from their common middle, to where

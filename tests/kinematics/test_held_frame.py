@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.kinematics.held_object import HeldObject
+from palpate.kinematics.held_frame import HeldFrame
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 
 lengths = st.floats(-0.05, 0.05)
@@ -22,7 +22,7 @@ def moved(pose, points):
 @given(vectors, turns, vectors, turns, st.integers(3, 4))
 def test_it_moves_rigidly_with_three_fingertips_or_more(position, rotvec, at, turned, count):
     motion, object_pose = Pose(position, rotation_from_rotvec(rotvec)), Pose(at, rotation_from_rotvec(turned))
-    found = HeldObject(CORNERS[:count], object_pose).pose(moved(motion, CORNERS[:count]))
+    found = HeldFrame(CORNERS[:count], object_pose).pose(moved(motion, CORNERS[:count]))
     wanted = motion @ object_pose
     assert found.position == pytest.approx(wanted.position, abs=1e-12)
     assert np.array(found.rotation) == pytest.approx(np.array(wanted.rotation), abs=1e-11)
@@ -34,7 +34,7 @@ def test_two_fingertips_turn_it_no_more_than_their_line(position, rotvec):
     """And bring every point of that line to where it is."""
     ends = [(0.03, 0.0, 0.0), (-0.03, 0.0, 0.0)]
     motion = Pose(position, rotation_from_rotvec(rotvec))
-    found = HeldObject(ends, Pose()).pose(moved(motion, ends))
+    found = HeldFrame(ends, Pose()).pose(moved(motion, ends))
     for share in (-0.03, 0.01, 0.03):
         point = Pose((share, 0.0, 0.0))
         assert (found @ point).position == pytest.approx((motion @ point).position, abs=1e-12)
