@@ -9,10 +9,12 @@ import mujoco
 import numpy as np
 
 from palpate.bounded_file import PathLike
-from palpate.errors import vector
+from palpate.errors import InvalidValueError, vector
 from palpate.kinematics import JointKind, JointLimits, Pose
 from palpate.nearest_name import nearest
+from palpate.sim.carriers.arm_assumptions import assumptions
 from palpate.sim.carriers.arm_checks import FEWEST, MOST, check_open, check_size, joints_to, limits_of
+from palpate.sim.carriers.arm_mending import mend
 from palpate.sim.carriers.arm_model import ASSUMED_ARMATURE, ArmModel, chain_of, largest_inertias, pose_of_frame
 from palpate.sim.carriers.arm_source import ArmSourceFile
 
@@ -36,9 +38,12 @@ class ArmFile:
         path: MJCF or URDF.
         flange: Name of a site, body or link: what is mounted sits there.
         home: A posture to work from [rad or m]; without: the keyframe `home`, or as the file is written.
-        joint_speed: Largest speed of each joint [rad/s or m/s], where the file has none.
+        joint_speed: Largest speed of each joint [rad/s or m/s], instead of the file's.
         text: What stood in it, if it may not be there any more.
         count: Fewest and most joints that it may have.
+        joint_torque: As `joint_speed`, largest torque or force [N m or N].
+        root: Name of the body or link on which the arm stands; joints below it stay where the file has them.
+            Without: the world.
     """
 
     path: PathLike
@@ -47,6 +52,8 @@ class ArmFile:
     joint_speed: tuple[float, ...] = ()
     text: str | None = None
     count: tuple[int, int] = (FEWEST, MOST)
+    joint_torque: tuple[float, ...] = ()
+    root: str = ""
 
     def read(self) -> ArmModel:
         """Return the arm.
@@ -57,30 +64,39 @@ class ArmFile:
         """
         source = ArmSourceFile.of(Path(self.path), self.text)
         spec = source.spec()
+        mended = mend(spec, source)
         whole = source.compiled(spec)
         body, pose_body_flange = self._flange(source, whole)
         carrying = whole.body(body).name
-        joints = joints_to(source, whole, body, self.count)
+        joints = joints_to(source, whole, body, self._root(source, whole), self.count)
         check_open(source, whole, joints)
         names = tuple(whole.joint(joint).name for joint in joints)
-        speeds = self._speeds(source, whole, names)
-        limits = [limits_of(source, whole, *each) for each in zip(joints, speeds, strict=True)]
+        speeds, torques = self._speeds(source, whole, names), self._torques(len(names))
+        limits = [limits_of(source, whole, *each) for each in zip(joints, speeds, torques, strict=True)]
         armature = tuple(_armature(whole, joint) for joint in joints)
 
-        spec = source.spec()
         keep_joints(spec, names)
         without_armature = source.compiled(spec)
         check_size(source, without_armature)
         bounds = np.array([(each.lower, each.upper) for each in limits]).T
         link_inertia = largest_inertias(without_armature, np.clip(bounds, -math.pi, math.pi))
         for name, inertia, limit in zip(names, armature, limits, strict=True):
-            leave_to_a_servo(spec.joint(name), inertia, limit)
+            leave_to_a_servo(spec, spec.joint(name), inertia, limit)
         alone = source.compiled(spec)
         ids = [int(alone.joint(name).id) for name in names]
         title = str(spec.modelname) or source.path.stem
         arm = chain_of(title, alone, ids, limits, (int(alone.body(carrying).id), pose_body_flange))
-        home = arm.joint_position("home", self.home or _home(whole, joints))
-        return ArmModel(arm, names, carrying, pose_body_flange, armature, link_inertia, home, spec)
+        home = arm.joint_position("home", self.home or _home(whole, joints, limits))
+        assumed = assumptions(whole, joints, mended)
+        return ArmModel(arm, names, carrying, pose_body_flange, armature, link_inertia, home, spec, assumed)
+
+    def _root(self, source: ArmSourceFile, model: mujoco.MjModel) -> int:
+        bodies = [model.body(i).name for i in range(1, model.nbody)]
+        if not self.root:
+            return 0
+        if self.root not in bodies:
+            raise _unknown(source, "root", self.root, "body or link", bodies)
+        return int(model.body(self.root).id)
 
     def _flange(self, source: ArmSourceFile, model: mujoco.MjModel) -> tuple[int, Pose]:
         """The body that carries the flange, and where on it."""
@@ -92,11 +108,15 @@ class ArmFile:
             return int(site.bodyid[0]), pose_of_frame(site.pos, rotation)
         if self.flange in bodies:
             return int(model.body(self.flange).id), Pose()
-        known = [name for name in sites + bodies if name]
-        near = nearest(self.flange, known)
-        remedy = f"did you mean {near}? " if near else ""
-        problem = f"flange = {self.flange!r}: no site, body or link is called so"
-        raise source.refusal("", problem, f"{remedy}there are {', '.join(known)}")
+        raise _unknown(
+            source, "flange", self.flange, "site, body or link", [name for name in sites + bodies if name]
+        )
+
+    def _torques(self, joints: int) -> list[float] | list[None]:
+        if not self.joint_torque:
+            return [None] * joints
+        given: list[float] = vector("joint_torque", self.joint_torque, joints, "N m or N").tolist()
+        return given
 
     def _speeds(self, source: ArmSourceFile, model: mujoco.MjModel, joints: Sequence[str]) -> list[float]:
         if self.joint_speed:
@@ -109,11 +129,19 @@ class ArmFile:
                 problem = f"{JOINT_SPEED} has {len(found)} numbers"
                 raise source.refusal(JOINT_SPEED, problem, f"must have {len(joints)}, one per joint")
             return found
-        in_urdf = source.urdf_speeds()
+        in_urdf = source.urdf.speeds
         for name in joints:
             if not in_urdf.get(name):
                 raise source.refusal(name, f"joint {name} has no largest speed", _SPEED_REMEDY)
         return [in_urdf[name] for name in joints]
+
+
+def _unknown(source: ArmSourceFile, key: str, given: str, kinds: str, known: Sequence[str]) -> InvalidValueError:
+    near = nearest(given, known)
+    remedy = f"did you mean {near}? " if near else ""
+    return source.refusal(
+        "", f"{key} = {given!r}: no {kinds} is called so", f"{remedy}there are {', '.join(known)}"
+    )
 
 
 def _armature(model: mujoco.MjModel, joint: int) -> float:
@@ -138,21 +166,22 @@ def keep_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
     for body in spec.bodies:
         if body != spec.worldbody:
             body.gravcomp = 1.0
-    for geom in spec.geoms:
-        geom.contype = geom.conaffinity = 0
 
 
-def leave_to_a_servo(joint: mujoco.MjsJoint, armature: float, limits: JointLimits) -> None:
+def leave_to_a_servo(spec: mujoco.MjSpec, joint: mujoco.MjsJoint, armature: float, limits: JointLimits) -> None:
     """Let its motor carry gravity and end at its torque, both together; its controller makes up for friction."""
     joint.armature = armature
+    in_degrees = spec.compiler.degree and joint.type == mujoco.mjtJoint.mjJNT_HINGE
+    joint.range = np.degrees((limits.lower, limits.upper)) if in_degrees else (limits.lower, limits.upper)
     joint.damping, joint.stiffness, joint.frictionloss = np.zeros(3), np.zeros(3), 0.0
     joint.actgravcomp = True
     joint.actfrcrange = [-limits.torque, limits.torque]
     joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
 
 
-def _home(model: mujoco.MjModel, joints: Sequence[int]) -> list[float]:
+def _home(model: mujoco.MjModel, joints: Sequence[int], limits: Sequence[JointLimits]) -> list[float]:
     """The posture of the keyframe `home`, or the file's own, each within its joint's range."""
     keys = [model.key(i) for i in range(model.nkey)]
     q = next((key.qpos for key in keys if key.name == HOME), model.qpos0)
-    return [float(np.clip(q[model.jnt_qposadr[joint]], *model.jnt_range[joint])) for joint in joints]
+    own = [float(q[model.jnt_qposadr[joint]]) for joint in joints]
+    return [min(max(each, limit.lower), limit.upper) for each, limit in zip(own, limits, strict=True)]

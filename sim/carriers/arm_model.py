@@ -37,6 +37,7 @@ class ArmModel:
             are to each joint where the arm is heaviest for it.
         home: A posture to work from [rad or m].
         spec: The arm alone; it is copied, and never changed.
+        assumptions: What of the file was left out, and what was taken for what it does not say: in sentences.
     """
 
     arm: SerialArm
@@ -47,6 +48,7 @@ class ArmModel:
     link_inertia: tuple[float, ...]
     home: tuple[float, ...]
     spec: mujoco.MjSpec
+    assumptions: tuple[str, ...] = ()
 
     def spec_at(self, joint_position: Sequence[float]) -> mujoco.MjSpec:
         """Return a copy of the arm whose reference state (`qpos0`) is some joint position [rad or m].

@@ -1,14 +1,15 @@
 """The file of an arm: what MuJoCo makes of it, what it leaves out, and one line about what is wrong with it."""
 
 import re
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
 
 from palpate.bounded_file import Bounds, read_text
 from palpate.errors import InvalidValueError
+from palpate.sim.carriers.urdf_words import UrdfWords
 
 BOUNDS = Bounds(size=1 << 24, lines=200_000)
 """Of an arm's file; the largest that is published has some thousand lines."""
@@ -28,13 +29,14 @@ _WRONG = (
         "must be serial: take one of the joints out",
     ),
     ("opening file", "a mesh or picture cannot be opened", "put it there, or take it out of the arm's file"),
+    ("range[0] should be", "the range of a joint is empty", "give it one, lower end first [rad or m]"),
     ("parse error", "this is no well-formed XML", "mend it there"),
     ("empty file", "the file is empty", "give an MJCF or a URDF"),
 )
 """What MuJoCo reports, what that means for an arm, and the remedy."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ArmSourceFile:
     """An MJCF or URDF file.
 
@@ -79,6 +81,9 @@ class ArmSourceFile:
         except ValueError as error:
             raise self._of_mujoco(str(error)) from error
         spec.compiler.fusestatic = False  # a URDF's flange is a link without mass
+        spec.compiler.discardvisual = False  # nor are its shapes to vanish that touch nothing
+        if self.urdf.is_xacro:
+            raise self.refusal("", "this is a xacro", "must be the URDF that `xacro FILE` writes")
         return spec
 
     def compiled(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
@@ -92,10 +97,10 @@ class ArmSourceFile:
         except ValueError as error:
             raise self._of_mujoco(str(error)) from error
 
-    def urdf_speeds(self) -> dict[str, float]:
-        """Return what a URDF says of its joints' speeds, which MuJoCo leaves out; empty for an MJCF."""
-        limits = ((joint.get("name", ""), joint.find("limit")) for joint in ET.fromstring(self.text).iter("joint"))
-        return {name: float(limit.get("velocity", "0")) for name, limit in limits if limit is not None}
+    @cached_property
+    def urdf(self) -> UrdfWords:
+        """What a URDF says that MuJoCo leaves out."""
+        return UrdfWords.of(self.text)
 
     def refusal(self, name: str, problem: str, remedy: str) -> InvalidValueError:
         """Return an error of one line, with the line in the file where a name or a `<tag` stands, if one does."""

@@ -10,6 +10,7 @@ from palpate.bounded_file import PathLike
 from palpate.errors import vector
 from palpate.sim.carriers.arm_checks import joints_to
 from palpate.sim.carriers.arm_file import JOINT_SPEED, ArmFile, keep_joints, leave_to_a_servo
+from palpate.sim.carriers.arm_mending import mend
 from palpate.sim.carriers.arm_model import ArmModel
 from palpate.sim.carriers.arm_source import ArmSourceFile
 from palpate.sim.hand.jointed_hand import JointedFinger, JointedHand
@@ -49,7 +50,9 @@ class HandFile:
                 where it is known, value and remedy.
         """
         source = ArmSourceFile.of(Path(self.path), self.text)
-        whole = source.compiled(source.spec())
+        spec = source.spec()
+        mend(spec, source)
+        whole = source.compiled(spec)
         counts = [self._count(source, whole, sensor) for sensor in self.sensors]
         starts = _split("start", self.start, counts, "rad or m")
         speeds = _split("joint_speed", self.joint_speed or _own_speeds(whole), counts, "rad/s or m/s")
@@ -75,7 +78,7 @@ class HandFile:
             known = ", ".join(name for name in sites + bodies if name)
             raise source.refusal("", f"sensors: no site, body or link is called {sensor!r}", f"there are {known}")
         body = int(model.site(sensor).bodyid[0]) if sensor in sites else int(model.body(sensor).id)
-        return len(joints_to(source, model, body, JOINTS))
+        return len(joints_to(source, model, body, 0, JOINTS))
 
 
 def _own_speeds(model: mujoco.MjModel) -> tuple[float, ...]:
@@ -95,11 +98,12 @@ def _split(name: str, given: Sequence[float], counts: Sequence[int], unit: str) 
 def _alone(source: ArmSourceFile, fingers: Sequence[ArmModel]) -> mujoco.MjSpec:
     """Bodies, shapes and the fingers' joints, which motors drive."""
     spec = source.spec()
+    mend(spec, source)
     keep_joints(spec, [name for finger in fingers for name in finger.joints])
     for body in spec.bodies:
         body.gravcomp = 0.0  # what carries the hand lifts its weight, and motors that of the fingers
     for finger in fingers:
         for name, armature, limits in zip(finger.joints, finger.armature, finger.arm.limits, strict=True):
-            leave_to_a_servo(spec.joint(name), armature, limits)
+            leave_to_a_servo(spec, spec.joint(name), armature, limits)
             spec.joint(name).actgravcomp = False
     return spec

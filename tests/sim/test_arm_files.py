@@ -13,7 +13,7 @@ from palpate.sim import ArmFile, ServoedArm
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.arm_file import ARMS
 from palpate.sim.carriers.servoed_arm import FLANGE, PREFIX
-from support.file_arms import GANTRY, OWN, SCARA, own_arm, written
+from support.file_arms import GANTRY, MOBILE, OWN, SCARA, own_arm, written
 
 PANDA = [
     ("0", "0.333", 0),
@@ -184,7 +184,7 @@ def test_what_people_write_is_read(tmp_path):
     assert [joint.kind for joint in model.arm.joints].count(JointKind.SLIDE) == 1
     assert model.home == pytest.approx((0.3, 0.8, 0.12, 0.1))
     assert model.armature == (0.2,) * 4
-    assert [each.torque for each in model.arm.limits] == [100.0, 50.0, 200.0, 20.0]
+    assert [each.torque for each in model.arm.limits] == [50.0, 50.0, 200.0, 20.0]
     assert model.arm.limits[0].upper == pytest.approx(math.radians(150.0))
     _, compiled, _ = in_scene(model, model.home)
     assert compiled.njnt == 4  # the gripper's stays where it is
@@ -285,7 +285,7 @@ def test_a_urdf_with_a_loop_or_without_limits_is_refused(tmp_path):
     loop = loop.replace('name="joint2"', 'name="again"', 1) + "</robot>"
     for bad, message in (
         (loop, r"line \d+: a link with two parents makes a closed kinematic chain; must be serial"),
-        (text.replace('type="revolute"', 'type="continuous"'), "joint joint1 has no range; give it one"),
+        (text.replace('lower="-6.', 'lower="6.'), "the range of a joint is empty .joint1.; give it one"),
         (text.replace('velocity="3.14"', ""), "joint joint1 has no largest speed"),
         (text.replace('effort="50"', ""), "joint joint1 has no largest torque"),
     ):
@@ -300,3 +300,50 @@ def test_what_cannot_be_mounted_is_refused():
         ServoedArm(own_arm("panda.xml")).add_to(mujoco.MjSpec(), (0.0,) * 7)
     with pytest.raises(InvalidValueError, match="home, joint 2"):
         ArmFile(ARMS / "panda.xml", "flange", home=(0.0, 9.0, 0.0, -1.0, 0.0, 0.0, 0.0)).read()
+
+
+def test_an_arm_on_a_mobile_base_with_a_hand_is_read_from_its_root_to_its_flange(tmp_path):
+    """Free base, hand that is a closed chain, mocap handle, motors and joints without end, names left out."""
+    model = ArmFile(written(tmp_path, MOBILE).path, "flange", joint_torque=(9.0,) * 3, root="stand").read()
+    assert [(each.lower, each.upper, each.torque) for each in model.arm.limits] == [
+        (-2.0 * math.pi, 2.0 * math.pi, 9.0)
+    ] * 3
+    text = "; ".join(model.assumptions)
+    assert "left where the file has them: unnamed-joint-0, grip_a, grip_b" in text
+    assert "taken to turn by 360 deg to either side: a, b, c" in text
+    assert "made the same about all axes: hand" in text
+    _, compiled, _ = in_scene(model, (0.1, 0.2, 0.3))
+    assert compiled.njnt == 3
+    assert compiled.joint(0).range == pytest.approx((-2.0 * math.pi, 2.0 * math.pi))
+    motors = ArmFile(tmp_path / "arm.xml", "flange", root="stand").read()
+    assert [each.torque for each in motors.arm.limits] == [40.0] * 3
+    for root, message in (
+        ("", "is a free joint; must be .* as root"),
+        ("stnd", "did you mean stand"),
+        ("other", r"line \d+: root = 'other' does not carry the flange; must"),
+    ):
+        with pytest.raises(InvalidValueError, match=message):
+            ArmFile(tmp_path / "arm.xml", "flange", root=root).read()
+
+
+def test_a_urdf_finds_the_meshes_of_its_package_and_leaves_out_what_cannot_be_read(tmp_path):
+    text = (ARMS / "xarm6.urdf").read_text()
+    shape = '<collision><geometry><mesh filename="package://arms/{}"/></geometry></collision>'
+    meshes = text.replace(
+        '<link name="link6">', f'<link name="link6">{shape.format("look/a.obj")}{shape.format("b.dae")}'
+    )
+    endless = meshes.replace('"revolute"', '"continuous"', 1).replace("<limit", '<limit other:jerk="1"', 1)
+    (tmp_path / "arms" / "urdf").mkdir(parents=True)
+    arm = written(tmp_path / "arms" / "urdf", endless, "arm.urdf")
+    with pytest.raises(InvalidValueError, match=r"line \d+: a mesh cannot be found \(package://arms/look/a"):
+        arm.read()
+    (tmp_path / "arms" / "look").mkdir()
+    (tmp_path / "arms" / "look" / "a.obj").write_text(
+        "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    )
+    model = arm.read()
+    assert model.spec.compile().nmesh == 1
+    assert model.arm.limits[0].upper == 2.0 * math.pi
+    assert "does not read such meshes: b" in "; ".join(model.assumptions)
+    with pytest.raises(InvalidValueError, match="this is a xacro; must be the URDF"):
+        written(tmp_path, text.replace("</robot>", "<xacro:arm/></robot>"), "arm.urdf").read()

@@ -67,6 +67,42 @@ GANTRY = f"""<mujoco model="gantry">
 """
 
 
+MOBILE = """<mujoco model="mobile">
+  <default><joint axis="0 1 0"/></default>
+  <worldbody>
+    <body><freejoint/><geom size="0.1" contype="1"/>
+      <body name="stand" pos="0 0 0.2"><geom size="0.1" mass="0"/>
+        <body><joint name="a" axis="0 0 1"/><geom size="0.05"/>
+          <body pos="0 0 0.3"><joint name="b"/><geom size="0.05"/>
+            <body pos="0 0 0.3"><joint name="c"/><geom size="0.05"/>
+              <site name="flange" pos="0 0 0.2"/>
+              <body name="hand" pos="0 0 0.2">
+                <inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 3e-3"/>
+                <body name="left"><joint name="grip_a"/><geom size="0.01"/></body>
+                <body name="right"><joint name="grip_b"/><geom size="0.01"/></body>
+              </body>
+            </body>
+          </body>
+        </body>
+      </body>
+    </body>
+    <body name="handle" mocap="true"/>
+  </worldbody>
+  <equality>
+    <connect body1="left" body2="right" anchor="0 0 0"/>
+    <weld body1="handle" body2="hand"/>
+  </equality>
+  <worldbody><body name="other"/></worldbody>
+  <actuator>
+    <motor joint="a" gear="20" ctrlrange="-2 2"/><motor joint="b" ctrlrange="-40 40"/>
+    <general jointinparent="c" gainprm="10" ctrlrange="-4 5"/>
+  </actuator>
+  <custom><numeric name="joint_speed" data="2 2 2"/></custom>
+</mujoco>
+"""
+"""Three hinges without end on a base that floats, with a hand, as files of whole robots have them."""
+
+
 @cache
 def own_arm(name: str) -> ArmModel:
     """Return an arm that palpate has."""

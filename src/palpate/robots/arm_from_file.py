@@ -10,6 +10,7 @@ import msgspec
 from palpate.errors import InvalidValueError, shown
 from palpate.kinematics import Pose
 from palpate.robots.device_settings import PoseEntry
+from palpate.robots.named_description import PREFIX
 from palpate.robots.robot import Robot
 from palpate.robots.simulated_arm import SimulatedArm
 from palpate.sim import ArmFile, ArmModel, Fidelity
@@ -31,12 +32,15 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
     """A serial arm of 3 to 9 joints: see `palpate.sim.ArmFile`.
 
     Attributes:
-        file: Of the arm, relative to the robot file; or the name of an arm that palpate has, without an ending.
+        file: Of the arm, relative to the robot file; or the name of an arm that palpate has, without an ending; or
+            `robot_descriptions:` and a name in that package.
         flange: Name of a site, body or link.
         base: Pose of the robot base in the base frame.
         tip: Pose of the tip frame on the flange.
         home: Posture to work from [rad, or m of a slide].
-        joint_speed: Largest speed of each joint [rad/s, or m/s of a slide], where the file has none.
+        joint_speed: Largest speed of each joint [rad/s, or m/s of a slide], instead of the file's.
+        joint_torque: Largest torque of each joint [N m, or N of a slide], instead of the file's.
+        root: Name of the body or link on which the arm stands, if joints below it are no part of the arm.
     """
 
     ENDING = ".xml"
@@ -47,14 +51,17 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
     tip: PoseEntry = ON_THE_FLANGE
     home: PerJoint = msgspec.field(name="home_rad", default=())
     joint_speed: PerJoint = msgspec.field(name="joint_speed_rad_per_s", default=())
+    joint_torque: PerJoint = msgspec.field(name="joint_torque_Nm", default=())
+    root: str = ""
 
     def __post_init__(self) -> None:
         """Refuse numbers out of range, and the name of an arm that palpate has not."""
         super().__post_init__()
-        if not self._path.suffix:
+        if not self._path.suffix and not self.file.startswith(PREFIX):
             known = sorted(path.stem for path in ARMS.glob(f"*{self.ENDING}"))
             raise InvalidValueError(
-                f"file = {shown(self.file)}: must be a file ({self.ENDING}), or one of the arms {', '.join(known)}"
+                f"file = {shown(self.file)}: must be a file ({self.ENDING}), {PREFIX}NAME, or one of the arms "
+                f"{', '.join(known)}"
             )
 
     @property
@@ -80,7 +87,12 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
     def arm_model(self, robot: Robot) -> ArmModel:
         """See `SimulatedArm`."""
         place = robot.texts[f"{ARM_TEXT}.path"]
-        return ArmFile(place, self.flange, self.home, self.joint_speed, robot.texts[ARM_TEXT]).read()
+        given = self.home, self.joint_speed, robot.texts[ARM_TEXT]
+        return ArmFile(place, self.flange, *given, joint_torque=self.joint_torque, root=self.root).read()
+
+    def remarks(self, robot: Robot) -> tuple[str, ...]:
+        """See `RobotKind`."""
+        return (*super().remarks(robot), *(f"arm: {each}" for each in self.arm_model(robot).assumptions))
 
     @property
     def _path(self) -> Path:

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.errors import InvalidValueError
+from palpate.robots.named_description import PREFIX, described_path
 from palpate.robots.robot_file import FingerEntry, RobotFile, read_robot_file
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_reader import read_sensor
@@ -74,17 +75,20 @@ def load_robot(name: str) -> Robot:
     """
     path = robot_path(name)
 
+    def place_of(named: str) -> Path:
+        return described_path(named) if named.startswith(PREFIX) else path.parent / named
+
     def text_of(_: str, named: str, read: Callable[[Path], str] = _text_in) -> str:
         try:
-            return read(path.parent / named)
+            return read(place_of(named))
         except OSError as error:
             raise InvalidValueError(
-                f"cannot read {path.parent / named}: {error.strerror}; the path is relative to the robot file"
+                f"cannot read {place_of(named)}: {error.strerror}; the path is relative to the robot file"
             ) from None
 
     text = load_text(path, "a robot file")
     try:
-        return _assembled(text, text_of, lambda _, named: str((path.parent / named).resolve()))
+        return _assembled(text, text_of, lambda _, named: str(place_of(named).resolve()))
     except InvalidValueError as error:
         raise InvalidValueError(f"{path}: {error}") from None
 

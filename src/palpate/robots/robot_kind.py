@@ -76,13 +76,13 @@ class RobotKind(OpenKind):
         """
         raise NotImplementedError
 
-    def approximation(self, robot: "Robot") -> str:
-        """Return in words what of its fingertip is not as the robot file says; empty: nothing.
+    def remarks(self, robot: "Robot") -> tuple[str, ...]:
+        """Return in sentences what of it is not as its files say, or was assumed where they say nothing.
 
         Raises:
             InvalidValueError: It cannot be built as its file specifies.
         """
-        return ""
+        return ()
 
     def landing_model(self, robot: "Robot") -> "LandingModel | None":
         """Return how hard it presses on what it runs into; None if nothing moves a finger into anything.

@@ -123,10 +123,10 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
             following_error_limit=moved.following_error_limit,
         )
 
-    def approximation(self, robot: Robot) -> str:
+    def remarks(self, robot: Robot) -> tuple[str, ...]:
         """See `RobotKind`."""
         parts = [simulated_tip(robot, i, its.surface).approximation for i, its in enumerate(robot.file.fingers)]
-        return next(filter(None, parts), "")
+        return tuple(f"simulated fingertip: {each}" for each in dict.fromkeys(filter(None, parts)))
 
     def landing_model(self, robot: Robot) -> LandingModel | None:
         """See `RobotKind`: as on a plate."""

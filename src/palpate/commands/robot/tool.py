@@ -88,9 +88,9 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
     if pressed is not None:
         sys.stdout.write(f"  largest force at these limits: {pressed}\n")
-    approximation = robot.file.backend.approximation(robot)
-    if approximation:
-        sys.stdout.write(f"  simulated fingertip: {approximation}\n")
+    remarks = robot.file.backend.remarks(robot)
+    for remark in remarks:
+        sys.stdout.write(f"  {remark}\n")
     risk = unchecked_sensors(robot)
     if risk:
         sys.stdout.write(f"{risk}\n")
@@ -103,7 +103,7 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
             "robot": as_written(robot.file),
             "defaults": [name for name, _, given in rows if not given],
             "largest_force_N": None if pressed is None else pressed.force,
-            "simulated_fingertip": approximation,
+            "remarks": remarks,
             "risk": risk,
             "sensors": [None if sensor is None else msgspec.to_builtins(sensor) for sensor in sensors],
         },

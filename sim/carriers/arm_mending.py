@@ -1,0 +1,53 @@
+"""What is amiss in many files of arms, and does not matter to one that servos hold and that touches nothing."""
+
+import mujoco
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.sim.carriers.arm_meshes import find_meshes, take_unreadable_out
+from palpate.sim.carriers.arm_source import ArmSourceFile
+
+
+def mend(spec: mujoco.MjSpec, source: ArmSourceFile) -> dict[str, list[str]]:
+    """Mend a spec before it is compiled, and return what was done, with whom.
+
+    Raises:
+        InvalidValueError: A mesh is not there.
+    """
+    for word, elements in (("body", spec.bodies), ("joint", spec.joints)):
+        for i, element in enumerate(elements):
+            element.name = element.name or f"unnamed-{word}-{i}"
+    for joint in spec.joints:
+        if joint.name in source.urdf.limited:
+            joint.limited = int(source.urdf.limited[joint.name])
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 0  # before it is compiled: no hulls of meshes are sought then
+    unread = take_unreadable_out(spec)
+    find_meshes(spec, source)
+    return {
+        "not shown, for MuJoCo does not read such meshes": unread,
+        "with an inertia that no body has, made the same about all axes": _balanced(spec),
+    }
+
+
+def _balanced(spec: mujoco.MjSpec) -> list[str]:
+    """Give bodies whose principal moments break A + B >= C, as rounded ones do, their mean (`balanceinertia`)."""
+    found: list[str] = []
+    for body in spec.bodies:
+        if not body.explicitinertial:
+            continue
+        moments = _principal_moments(body)
+        mean = float(np.abs(moments).mean())
+        if mean > 0.0 and (moments[0] <= 0.0 or moments[0] + moments[1] < moments[2]):
+            body.inertia, body.fullinertia = [mean] * 3, [np.nan] * 6
+            found.append(body.name)
+    return found
+
+
+def _principal_moments(body: mujoco.MjsBody) -> FloatArray:
+    """The smallest first [kg m^2]."""
+    if np.isnan(body.fullinertia[0]):
+        return np.sort(body.inertia)
+    xx, yy, zz, xy, xz, yz = body.fullinertia
+    result: FloatArray = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return result
