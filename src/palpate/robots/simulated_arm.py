@@ -8,15 +8,15 @@ import msgspec
 
 from palpate.kinematics import FollowingErrorLimit, Pose
 from palpate.robots.device_settings import Range
+from palpate.robots.idle import plate_task
 from palpate.robots.robot import Robot
 from palpate.robots.simulated_kind import SimulatedKind, TipCarrier
+from palpate.robots.simulated_tip import simulated_tip
 from palpate.sim import ArmCarrier, ArmModel, Fidelity, ServoedArm
 from palpate.sim.carriers.carrier import CarriedMass
+from palpate.sim.carriers.step_test import ServoResponse, step_test
 from palpate.sim.presets import ARM
 from palpate.spatial import Vector
-
-DOWN = (0.0, 0.0, -1.0)
-"""Direction in which it presses."""
 
 
 class SimulatedArm(SimulatedKind, frozen=True, kw_only=True):
@@ -62,11 +62,23 @@ class SimulatedArm(SimulatedKind, frozen=True, kw_only=True):
 
     def tip_carrier(self, robot: Robot, load: CarriedMass, start: Vector) -> TipCarrier:
         """See `SimulatedKind`."""
+        carrier, fidelity, servos = self._tested(robot, load, start)
+        # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster
+        # for that: to force control they are the delay with which they give way
+        limit = carrier.arm.following_error_limit.distance
+        lag = max(servos.lag[:2])
+        return TipCarrier(carrier, fidelity, lag, servos.response[2], servos.stiffness[2], limit)
+
+    def remarks(self, robot: Robot) -> tuple[str, ...]:
+        """See `RobotKind`."""
+        if self.hand is not None:  # an experiment decides where that starts
+            return super().remarks(robot)
+        task = plate_task(robot)
+        _, _, servos = self._tested(robot, simulated_tip(robot, 0, task.tip), task.start)
+        return (*super().remarks(robot), f"servos, by a step test where it starts: {servos}")
+
+    def _tested(self, robot: Robot, load: CarriedMass, start: Vector) -> tuple[ArmCarrier, Fidelity, ServoResponse]:
         limit = FollowingErrorLimit(self.following_error_limit)
         arm = ServoedArm(self.arm_model(robot), self.pose_base_robot, self.pose_flange_tip, self.bandwidth, limit)
-        carrier = ArmCarrier(arm)
-        stiffness = arm.push(carrier.joint_start(start), DOWN) / limit.distance
-        # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster
-        # for that: to force control they are the delay that they are on a stage of the same bandwidth
-        fidelity = replace(self.fidelity, time_step=self.time_step)
-        return TipCarrier(carrier, fidelity, 0.0, arm.lead, stiffness, limit.distance)
+        carrier, fidelity = ArmCarrier(arm), replace(self.fidelity, time_step=self.time_step)
+        return carrier, fidelity, step_test(carrier, load, start, fidelity, robot.file.period)
