@@ -6,6 +6,7 @@ import mujoco
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics import InverseVelocity, Pose, nearest_joint_position
+from palpate.kinematics.followed_path import LEAST_ROOM
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.carriage import TURNING_SENSORS, add_turning_sensors, lift_load, read_turning
@@ -19,10 +20,6 @@ LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 
 BASE_X = -0.45
 """[m] Where the arm's robot base is, behind the origin: by half its reach."""
-
-LEAST_ROOM = 0.02
-"""[rad or m] from where a joint starts to the end of its range, 1 deg or 2 cm: with less it would soon stop the
-arm."""
 
 TOOL = 0.1
 """[m] From the arm's flange to the tip frame."""

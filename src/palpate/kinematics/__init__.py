@@ -2,6 +2,7 @@
 
 from palpate.kinematics.arm import Joint, JointKind, JointLimits, SerialArm
 from palpate.kinematics.denavit_hartenberg import DHRow, arm_of_rows
+from palpate.kinematics.followed_path import FollowedPath, StandingArm, follow_path
 from palpate.kinematics.forward import ArmKinematics
 from palpate.kinematics.pose import Pose
 from palpate.kinematics.position import nearest_joint_position
@@ -13,6 +14,7 @@ __all__ = [
     "UR5E",
     "ArmKinematics",
     "DHRow",
+    "FollowedPath",
     "FollowingErrorLimit",
     "InverseVelocity",
     "Joint",
@@ -22,7 +24,9 @@ __all__ = [
     "Limit",
     "Pose",
     "SerialArm",
+    "StandingArm",
     "TipReference",
     "arm_of_rows",
+    "follow_path",
     "nearest_joint_position",
 ]

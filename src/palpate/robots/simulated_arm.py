@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import msgspec
 
-from palpate.kinematics import FollowingErrorLimit, Pose
+from palpate.kinematics import FollowingErrorLimit, Pose, StandingArm
 from palpate.robots.device_settings import Range
 from palpate.robots.idle import plate_task
 from palpate.robots.robot import Robot
@@ -67,7 +67,8 @@ class SimulatedArm(SimulatedKind, frozen=True, kw_only=True):
         # for that: to force control they are the delay with which they give way
         limit = carrier.arm.following_error_limit.distance
         lag = max(servos.lag[:2])
-        return TipCarrier(carrier, fidelity, lag, servos.response[2], servos.stiffness[2], limit)
+        arm = StandingArm(carrier.arm.kinematics, carrier.joint_start(start))
+        return TipCarrier(carrier, fidelity, lag, servos.response[2], servos.stiffness[2], limit, arm)
 
     def remarks(self, robot: Robot) -> tuple[str, ...]:
         """See `RobotKind`."""
@@ -77,7 +78,9 @@ class SimulatedArm(SimulatedKind, frozen=True, kw_only=True):
         _, _, servos = self._tested(robot, simulated_tip(robot, 0, task.tip), task.start)
         return (*super().remarks(robot), f"servos, by a step test where it starts: {servos}")
 
-    def _tested(self, robot: Robot, load: CarriedMass, start: Vector) -> tuple[ArmCarrier, Fidelity, ServoResponse]:
+    def _tested(
+        self, robot: Robot, load: CarriedMass, start: Vector
+    ) -> tuple[ArmCarrier, Fidelity, ServoResponse]:
         limit = FollowingErrorLimit(self.following_error_limit)
         arm = ServoedArm(self.arm_model(robot), self.pose_base_robot, self.pose_flange_tip, self.bandwidth, limit)
         carrier, fidelity = ArmCarrier(arm), replace(self.fidelity, time_step=self.time_step)

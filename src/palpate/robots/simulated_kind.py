@@ -8,6 +8,7 @@ import msgspec
 
 from palpate.controllers import LandingModel
 from palpate.errors import InvalidValueError
+from palpate.kinematics import StandingArm
 from palpate.robots.device_settings import Range, RangedSettings
 from palpate.robots.finger_sensor import check_age, model_of_finger
 from palpate.robots.fingertip import only_finger
@@ -43,6 +44,7 @@ class TipCarrier:
         response: Delay that stands for its servos in force control [s].
         stiffness: With which it holds its tip [N/m].
         following_error_limit: By which its reference may lead the tip [m].
+        arm: Its joints; None: they are alike everywhere.
     """
 
     carrier: Carrier
@@ -51,6 +53,7 @@ class TipCarrier:
     response: float
     stiffness: float
     following_error_limit: float
+    arm: StandingArm | None = None
 
 
 class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
@@ -121,6 +124,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
             moved.stiffness,
             sensed.touch_force,
             following_error_limit=moved.following_error_limit,
+            arm=moved.arm,
         )
 
     def remarks(self, robot: Robot) -> tuple[str, ...]:

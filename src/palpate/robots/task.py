@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from palpate.controllers import LandingModel, series_stiffness, tracking_delay
 from palpate.controllers.landing import moved_mass
+from palpate.kinematics import StandingArm
 from palpate.robots.surface_entries import SurfaceKind
 from palpate.runtime import Backend, FingerDescription
 from palpate.runtime.servo_following import PositionServo
@@ -61,6 +62,7 @@ class RobotInScene:
         angular_acceleration: With which it can begin to turn [rad/s^2].
         following_error_limit: By which its reference may lead the tip [m]; inf: its own controller bounds that.
         holding: Fingers that hold what the finger explores, for touch.
+        arm: Its joints; None: it has none that palpate moves.
     """
 
     backend: Backend
@@ -72,6 +74,7 @@ class RobotInScene:
     angular_acceleration: float = math.inf
     following_error_limit: float = math.inf
     holding: tuple[FingerDescription, ...] = ()
+    arm: StandingArm | None = None
 
     def landing_model(self, contact_stiffness: float) -> LandingModel:
         """Return how hard it presses on a contact of this stiffness [N/m]."""

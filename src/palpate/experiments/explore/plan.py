@@ -31,14 +31,17 @@ from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
+from palpate.experiments.explore.tip_path import tip_path
 from palpate.experiments.explore.wall_bound import WallBound
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE, MOST_FORCE, check_compression
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.joint_figures import joint_figures, joint_notes
 from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
+from palpate.kinematics import FollowedPath, follow_path
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
 from palpate.robots.finger_sensor import sensor_for
@@ -105,6 +108,7 @@ class ExplorationPlan(PlanDefaults):
         landing: How hard it presses.
         servo: How the arm follows commands and gives way.
         wall: Bound on the force of hitting a wall during the sweep.
+        followed: What the path asks of the arm's joints; None: palpate does not move them.
         holding: Fingers that hold the object, if any do.
         identified: Result of pressing; None: the gain is made for the assumed stiffness.
     """
@@ -125,6 +129,7 @@ class ExplorationPlan(PlanDefaults):
     landing: LandingModel
     servo: PositionServo
     wall: WallBound
+    followed: FollowedPath | None
     holding: tuple[FingerDescription, ...] = ()
     identified: IdentifiedForce | None = None
 
@@ -242,6 +247,7 @@ class ExplorationPlan(PlanDefaults):
         unknown = "what is felt decides" if math.isnan(scan.length) else "seen from above"
         # the object may not be as described
         unsafe = config.speed > self.wall.speed and (config.beyond or config.object in FROM_FILE)
+        walls = (f"A wall or step in the path would be {self.wall}.",) if unsafe else ()
         return DryRun(
             f"Exploration of {config.thing} by touch",
             (
@@ -255,10 +261,11 @@ class ExplorationPlan(PlanDefaults):
                 KeyFigure("greatest force asked for", config.greatest_force, "N"),
                 KeyFigure("speed", MILLI * config.speed, "mm/s", "along the surface"),
                 KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
+                *joint_figures(self.followed),
                 *limit_figures(self.limits, self.landing),
             ),
             FILE_NAMES,
-            (f"A wall or step in the path would be {self.wall}.",) if unsafe else (),
+            (*joint_notes(self.followed), *walls),
         )
 
     def view(self) -> ViewScene:
@@ -363,6 +370,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
     below = float(target.height(np.array(first_x), np.array(first_y)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
     gap = max(top - below - config.tip[-1], CLEARANCE)
+    path = tip_path(scan, target, plane, config.tip[-1])
     return ExplorationPlan(
         config,
         robot,
@@ -380,6 +388,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         landing,
         ready.servo,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
+        None if ready.arm is None else follow_path(ready.arm, path, config.speed),
         ready.holding,
     )
 

@@ -17,6 +17,7 @@ from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.joint_figures import joint_figures, joint_notes
 from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE
@@ -36,6 +37,7 @@ from palpate.experiments.regulate.parts import (
     target_of,
     travel_of,
 )
+from palpate.kinematics import FollowedPath, StandingArm, follow_path
 from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
@@ -45,6 +47,7 @@ from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
 from palpate.sim import MovingTarget, SceneTarget, Target
 from palpate.sim.scene import OBJECT_GEOM
+from palpate.spatial import add_scaled
 
 if TYPE_CHECKING:
     from palpate.viewing import ViewScene
@@ -71,6 +74,9 @@ SETTLED_AFTER = 4.0
 taken for is pressed too hard by a third of the change meanwhile, at most."""
 
 
+MOTION_STEP, MOST_STEPS = 0.01, 20_000
+"""[s] At which the motion is looked up to see whether joints can follow; and how often at most."""
+
 LONGEST_PRESSING = 120.0
 """Bounds how long it presses first [s]: it takes about 30."""
 
@@ -90,6 +96,7 @@ class RegulationPlan(PlanDefaults):
         follow: How the surface's motion is followed.
         limits: For the supervisor.
         ready: The robot as built, for what is known of it.
+        followed: What the motion asks of the arm's joints; None: palpate does not move them.
         expected_duration: About how long it takes [s].
         identified: What pressing has found; None if nothing was pressed.
     """
@@ -104,6 +111,7 @@ class RegulationPlan(PlanDefaults):
     follow: SurfaceFilter
     limits: Limits
     ready: RobotInScene
+    followed: FollowedPath | None
     expected_duration: float
     identified: Identified | None = None
 
@@ -197,9 +205,11 @@ class RegulationPlan(PlanDefaults):
                 KeyFigure(
                     "approach distance", 1e3 * parameters.approach_distance, "mm", "where the surface is sought"
                 ),
+                *joint_figures(self.followed),
                 *limit_figures(self.limits, self.ready.landing_model(self.config.true_stiffness)),
             ),
             (FORCES_FILE,),
+            joint_notes(self.followed),
         )
 
     def view(self) -> "ViewScene":
@@ -302,11 +312,29 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
         surface_filter(contact.surface_stiffness, gain, lead),
         limits,
         ready,
+        None if ready.arm is None else _followed(ready.arm, parameters, motion, along),
         before + duration + 0.5,
     )
     if IDENTIFIED_TEXT in texts:
         return planned.with_identified(read_identified(texts[IDENTIFIED_TEXT], Identified))
     return planned
+
+
+def _followed(
+    arm: StandingArm, parameters: RegulateParameters, motion: TangentMotion, fastest: float
+) -> FollowedPath:
+    """What it asks of the joints to come down, to be moved along, and to come up again.
+
+    Raises:
+        InvalidValueError: They cannot.
+    """
+    lowest = add_scaled(arm.position, -parameters.approach_distance, (0.0, 0.0, 1.0))
+    step, position = max(MOTION_STEP, parameters.duration / MOST_STEPS), arm.position
+    points = [lowest, position]
+    for i in range(int(parameters.duration / step)):
+        position = add_scaled(position, step, motion.velocity((i + 0.5) * step))
+        points.append(position)
+    return follow_path(arm, points, max(fastest, parameters.landing_speed))
 
 
 def _settle_time(gain: ForceGain) -> float:

@@ -45,6 +45,11 @@ class ContourScan:
         return self.predicted.landing
 
     @property
+    def corners(self) -> tuple[Point, ...]:
+        """As `Scan`."""
+        return tuple((x, y) for x, y in self.predicted.points.tolist())
+
+    @property
     def box(self) -> tuple[Point, Point]:
         """As `Scan`."""
         points = np.vstack([self.predicted.points, self.predicted.landing])

@@ -34,6 +34,11 @@ class RasterScan(OverRectangle):
         return self.raster.corners()[0] if self.beyond is None else self.beyond.begin
 
     @property
+    def corners(self) -> tuple[Point, ...]:
+        """As `Scan`."""
+        return self.raster.corners()
+
+    @property
     def length(self) -> float:
         """As `Scan`."""
         return self.raster.length

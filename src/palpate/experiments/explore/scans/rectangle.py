@@ -27,6 +27,12 @@ class OverRectangle:
         return self.region.corners
 
     @property
+    def corners(self) -> tuple[Point, ...]:
+        """As `Scan`."""
+        (x0, y0), (x1, y1) = self.box
+        return (x0, y0), (x1, y0), (x1, y1), (x0, y1)
+
+    @property
     def row(self) -> float:
         """As `Scan`."""
         return self.region.width

@@ -19,6 +19,11 @@ class Scan(Protocol):
         ...
 
     @property
+    def corners(self) -> tuple[Point, ...]:
+        """Where it goes, in order, on straight lines; round all of it where what is felt decides [m]."""
+        ...
+
+    @property
     def box(self) -> tuple[Point, Point]:
         """Least and largest place [m]."""
         ...

@@ -50,6 +50,11 @@ class SpiralScan:
         return self.path.corners()[0]
 
     @property
+    def corners(self) -> tuple[Point, ...]:
+        """As `Scan`."""
+        return self.path.corners()
+
+    @property
     def box(self) -> tuple[Point, Point]:
         """As `Scan`."""
         return self.region.corners

@@ -28,6 +28,11 @@ class TapScan(OverRectangle):
         return tap_grid(self.region.width, self.region.depth, self.spacing, self.region.center)
 
     @property
+    def corners(self) -> tuple[Point, ...]:
+        """As `Scan`."""
+        return self.points
+
+    @property
     def begin(self) -> Point:
         """As `Scan`."""
         return self.points[0]
