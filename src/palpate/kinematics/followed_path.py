@@ -8,7 +8,7 @@ from itertools import pairwise
 from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.forward import ArmKinematics
 from palpate.kinematics.reference import TipReference
-from palpate.kinematics.velocity import InverseVelocity
+from palpate.kinematics.velocity import SIX, InverseVelocity
 from palpate.spatial import ZERO, Vector, add_scaled, limit_norm, norm, scale, subtract
 
 LEAST_ROOM = 0.02
@@ -32,6 +32,11 @@ class StandingArm:
 
     kinematics: ArmKinematics
     joint_start: tuple[float, ...]
+
+    @property
+    def turns(self) -> bool:
+        """Whether it can turn its tip as it is asked to."""
+        return len(self.joint_start) >= SIX
 
     @property
     def position(self) -> Vector:

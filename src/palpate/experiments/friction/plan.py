@@ -198,12 +198,12 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
     check_force(loads[-1], loads[-1], limits)
     fastest = max((config.speed, *config.speeds))
     check_speed("speed", fastest, limits)
-    turns = robot.file.backend.TURNS
+    ready = built(config, robot)
+    turns = robot.file.backend.TURNS and (ready.arm is None or ready.arm.turns)
     if config.fit_exponents and not turns:
         raise InvalidValueError(
             f"robot = {config.robot}: it cannot turn its tip, which --fit-exponents asks for; take turning-stage"
         )
-    ready = built(config, robot)
     most_spin = SPIN_SHARE * limits.angular_speed if turns else 0.0
     wanted, left_out = _survey(config, most_spin, TURNING_SHARE * ready.angular_acceleration)
     least = LEAST_FORCE * ready.touch_force
