@@ -54,8 +54,10 @@ def joints_to(
             raise source.refusal(name, f"joint {name} is a {word} joint", remedy)
     fewest, most = allowed
     if not fewest <= len(path) <= most:
-        problem = f"{len(path)} joints between root and flange"
-        raise source.refusal("", problem, f"must be {fewest} to {most}: see whether those two are the right ones")
+        problem = f"{len(path)} joints between base and flange"
+        raise source.refusal(
+            "", problem, f"must be {fewest} to {most}: see whether flange and root are the right ones"
+        )
     return path
 
 

@@ -8,7 +8,7 @@ import mujoco
 
 from palpate.bounded_file import PathLike
 from palpate.errors import vector
-from palpate.sim.carriers.arm_checks import joints_to
+from palpate.sim.carriers.arm_checks import joints_to, turns_on
 from palpate.sim.carriers.arm_file import JOINT_SPEED, ArmFile, keep_joints, leave_to_a_servo
 from palpate.sim.carriers.arm_mending import mend
 from palpate.sim.carriers.arm_model import ArmModel
@@ -62,6 +62,8 @@ class HandFile:
         ]
         names = [name for finger in read for name in finger.joints]
         for name in names:
+            if turns_on(whole, int(whole.joint(name).id)):
+                raise source.refusal(name, f"joint {name} has no range", "give it one [rad]: no finger turns on")
             if names.count(name) > 1:
                 raise source.refusal(name, f"joint {name} moves two fingers", "must move one finger each")
         return JointedHand(
