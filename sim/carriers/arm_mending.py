@@ -7,6 +7,9 @@ from palpate.errors import FloatArray
 from palpate.sim.carriers.arm_meshes import find_meshes, take_unreadable_out
 from palpate.sim.carriers.arm_source import ArmSourceFile
 
+LEAST_SUM = 1.0 - 1e-9
+"""Of the largest principal moment, that the others must come to; those of a plate do but for rounding."""
+
 
 def mend(spec: mujoco.MjSpec, source: ArmSourceFile) -> dict[str, list[str]]:
     """Mend a spec before it is compiled, and return what was done, with whom.
@@ -38,7 +41,7 @@ def _balanced(spec: mujoco.MjSpec) -> list[str]:
             continue
         moments = _principal_moments(body)
         mean = float(np.abs(moments).mean())
-        if mean > 0.0 and (moments[0] <= 0.0 or moments[0] + moments[1] < moments[2]):
+        if mean > 0.0 and (moments[0] <= 0.0 or moments[0] + moments[1] < LEAST_SUM * moments[2]):
             body.inertia, body.fullinertia = [mean] * 3, [np.nan] * 6
             found.append(body.name)
     return found

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from xml.parsers.expat import ExpatError
 
 import mujoco
 
@@ -99,8 +100,15 @@ class ArmSourceFile:
 
     @cached_property
     def urdf(self) -> UrdfWords:
-        """What a URDF says that MuJoCo leaves out."""
-        return UrdfWords.of(self.text)
+        """What a URDF says that MuJoCo leaves out.
+
+        Raises:
+            InvalidValueError: It cannot be read.
+        """
+        try:
+            return UrdfWords.of(self.text)
+        except (ExpatError, ValueError) as error:
+            raise self.refusal("", str(error), "mend it there") from error
 
     def refusal(self, name: str, problem: str, remedy: str) -> InvalidValueError:
         """Return an error of one line, with the line in the file where a name or a `<tag` stands, if one does."""

@@ -23,7 +23,12 @@ class UrdfWords:
 
     @classmethod
     def of(cls, text: str) -> "UrdfWords":
-        """Return those in a text that is well-formed XML."""
+        """Return those in a text.
+
+        Raises:
+            ExpatError: It is no well-formed XML.
+            ValueError: A speed is no number.
+        """
         found = cls()
         reader = expat.ParserCreate()  # it does not mind prefixes that nobody has declared
         reader.StartElementHandler = found._begin
@@ -38,4 +43,11 @@ class UrdfWords:
             if kind in _KINDS:
                 self.limited[self._joint] = _KINDS[kind]
         elif tag == "limit":
-            self.speeds[self._joint] = float(attributes.get("velocity", "0"))
+            self.speeds[self._joint] = _number(self._joint, attributes.get("velocity", "0"))
+
+
+def _number(joint: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"joint {joint}: velocity = {text!r} is no number") from None

@@ -287,6 +287,7 @@ def test_a_urdf_with_a_loop_or_without_limits_is_refused(tmp_path):
         (loop, r"line \d+: a link with two parents makes a closed kinematic chain; must be serial"),
         (text.replace('lower="-6.', 'lower="6.'), "the range of a joint is empty .joint1.; give it one"),
         (text.replace('velocity="3.14"', ""), "joint joint1 has no largest speed"),
+        (text.replace('velocity="3.14"', 'velocity="fast"'), "joint joint1: velocity = 'fast' is no number; mend"),
         (text.replace('effort="50"', ""), "joint joint1 has no largest torque"),
     ):
         with pytest.raises(InvalidValueError, match=message):
