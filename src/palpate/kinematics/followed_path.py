@@ -14,7 +14,7 @@ from palpate.spatial import ZERO, Vector, add_scaled, limit_norm, norm, scale, s
 LEAST_ROOM = 0.02
 """[rad or m] from a joint to the end of its range, 1 deg or 2 cm: with less it would soon stop the arm."""
 
-STEPS, SHORTEST, LONGEST = 4000, 2e-3, 0.05
+STEPS, SHORTEST, LONGEST = 2000, 2e-3, 0.05
 """Steps into which a path is divided, and bounds on their duration [s]; references recover in the longest."""
 
 SLOWEST = 0.01
