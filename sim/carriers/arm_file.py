@@ -163,7 +163,6 @@ def keep_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
             joint.armature = 0.0  # the links alone, first
         else:
             spec.delete(joint)
-    spec.option = mujoco.MjSpec().option  # the scene's count
     for body in spec.bodies:
         if body != spec.worldbody:
             body.gravcomp = 1.0

@@ -111,6 +111,7 @@ class ServoedArm:
         """
         model = self.model
         alone = model.spec_at(model.arm.joint_position("joint_start", joint_start))
+        alone.option = spec.option  # the scene's count, not those of the arm's file
         stand = self.pose_base_robot
         frame = spec.worldbody.add_frame(pos=stand.position, quat=quat_wxyz(stand.rotation))
         spec.attach(alone, prefix=PREFIX, frame=frame)

@@ -68,6 +68,7 @@ GANTRY = f"""<mujoco model="gantry">
 
 
 MOBILE = """<mujoco model="mobile">
+  <option integrator="RK4" impratio="10"/>
   <default><joint axis="0 1 0"/></default>
   <worldbody>
     <body><freejoint/><geom size="0.1" contype="1"/>
