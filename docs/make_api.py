@@ -34,7 +34,7 @@ PAGES = {
         "Contacts and fingertips",
         "From a wrench and the shape of a fingertip to the centroid, force and normal of a contact.",
         ("palpate", "palpate.surfaces", "palpate.sensing", "palpate.spatial", "palpate.errors",
-         "palpate.sensing.compensation"),
+         "palpate.sensing.compensation", "palpate.estimation"),
     ),
     "uncertainty": Page(
         "Uncertainty of contacts",

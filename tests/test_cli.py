@@ -251,7 +251,7 @@ def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
         (["robot", "check", "."], ["is a folder"]),
         (
             ["robot", "show", "ur5e"],
-            ["robot = 'ur5e'", "palpate comes with emulated-hand, emulated-ur5e, panda-sim"],
+            ["robot = 'ur5e'", "palpate comes with emulated-hand, emulated-ur5e, panda-hand, panda-sim"],
         ),
     ],
 )

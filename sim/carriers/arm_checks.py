@@ -105,6 +105,9 @@ def limits_of(
     """
     name = model.joint(joint).name
     lower, upper = model.jnt_range[joint].tolist()
+    if lower > upper:  # MuJoCo takes such a range for none
+        problem = f"the range of joint {name} is empty, {lower:.4g} to {upper:.4g}"
+        raise source.refusal(name, problem, "give it one, lower end first [rad or m]")
     if turns_on(model, joint):
         lower, upper = -TURNS_ON, TURNS_ON
     elif not (model.jnt_limited[joint] and lower < upper):

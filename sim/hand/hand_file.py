@@ -53,11 +53,14 @@ class HandFile:
         spec = source.spec()
         mend(spec, source)
         whole = source.compiled(spec)
-        counts = [self._count(source, whole, sensor) for sensor in self.sensors]
+        joints = [self._joints(source, whole, sensor) for sensor in self.sensors]
+        counts = [len(each) for each in joints]
         starts = _split("start", self.start, counts, "rad or m")
-        speeds = _split("joint_speed", self.joint_speed or _own_speeds(whole), counts, "rad/s or m/s")
+        speeds = _split("joint_speed", self.joint_speed, counts, "rad/s or m/s")
+        if not self.joint_speed and (own := _own_speeds(source, whole)):
+            speeds = [tuple(own[joint] for joint in each) for each in joints]
         read = [
-            ArmFile(self.path, sensor, start, speed, source.text, count=JOINTS).read()
+            ArmFile(self.path, sensor, start, speed, text=source.text, count=JOINTS).read()
             for sensor, start, speed in zip(self.sensors, starts, speeds, strict=True)
         ]
         names = [name for finger in read for name in finger.joints]
@@ -73,19 +76,28 @@ class HandFile:
             tuple(q for its in read for q in its.home),
         )
 
-    def _count(self, source: ArmSourceFile, model: mujoco.MjModel, sensor: str) -> int:
+    def _joints(self, source: ArmSourceFile, model: mujoco.MjModel, sensor: str) -> list[int]:
+        """Numbers of the joints between palm and sensor."""
         sites = [model.site(i).name for i in range(model.nsite)]
         bodies = [model.body(i).name for i in range(1, model.nbody)]
         if sensor not in sites + bodies:
             known = ", ".join(name for name in sites + bodies if name)
             raise source.refusal("", f"sensors: no site, body or link is called {sensor!r}", f"there are {known}")
         body = int(model.site(sensor).bodyid[0]) if sensor in sites else int(model.body(sensor).id)
-        return len(joints_to(source, model, body, 0, JOINTS))
+        return joints_to(source, model, body, 0, JOINTS)
 
 
-def _own_speeds(model: mujoco.MjModel) -> tuple[float, ...]:
+def _own_speeds(source: ArmSourceFile, model: mujoco.MjModel) -> list[float]:
+    """What the file says of all its joints' largest speeds; empty: nothing."""
     numbers = {model.numeric(i).name: model.numeric(i).data.tolist() for i in range(model.nnumeric)}
-    return tuple(numbers.get(JOINT_SPEED, ()))
+    found: list[float] = numbers.get(JOINT_SPEED, [])
+    if found and len(found) != model.njnt:
+        raise source.refusal(
+            JOINT_SPEED,
+            f"{JOINT_SPEED} has {len(found)} numbers",
+            f"must have {model.njnt}, one per joint of the file",
+        )
+    return found
 
 
 def _split(name: str, given: Sequence[float], counts: Sequence[int], unit: str) -> list[tuple[float, ...]]:

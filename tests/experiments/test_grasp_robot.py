@@ -23,14 +23,16 @@ from palpate.robots.hand_description import robots_with_hand
 from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot, shipped_robots
 from palpate.robots.robot_file import read_robot_file
+from palpate.runtime import Ending
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.watchdog import STEPPED
 from palpate.runtime.wrapped_backend import WrappedBackend
+from palpate.sim.hand.jointed_hand import JointedHand
 from palpate.yaml_text import yaml_text
 from support.emulated_file import changed_file
-from support.grasp_runs import plan_of, planned_again
+from support.grasp_runs import plan_of, planned_again, run_grasp
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 
@@ -45,7 +47,7 @@ def has_hand(name):
 def test_a_robot_without_a_hand_is_refused_and_those_with_one_are_named(name):
     with pytest.raises(InvalidValueError, match=f"robot = {name}: it has no hand") as refused:
         plan_of(robot=name, **BELIEVED)
-    assert robots_with_hand() == "emulated-hand, ur5e-hand"
+    assert robots_with_hand() == "emulated-hand, panda-hand, ur5e-hand"
     assert robots_with_hand() in str(refused.value)
 
 
@@ -183,3 +185,12 @@ class _Ended(WrappedBackend):
 
     def step(self, command: Command) -> Sample:
         raise OSError("over")
+
+
+@pytest.mark.slow
+def test_a_hand_from_its_file_holds_on_an_arm_from_its_file():
+    planned = plan_of(robot="panda-hand", rise=1.0)
+    found = run_grasp(planned)
+    assert found.run.ending is Ending.DONE
+    assert isinstance(planned.hand.geometry, JointedHand)
+    assert max(found.slip, found.slip_aloft) < 2e-4

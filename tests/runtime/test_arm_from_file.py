@@ -58,7 +58,11 @@ def test_a_urdf_is_the_arm_that_its_mjcf_is(tmp_path):
     ("before", "after", "message"),
     [
         ('name="flange"', 'name="tool"', r"mine\.xml: flange = 'flange': no site, body or link .* tool"),
-        ('range="-1.7628 1.7628" ', "", r"mine\.xml, line 21: joint joint2 has no range; give it one"),
+        (
+            'range="-1.7628 1.7628" ',
+            'range="1 -1" ',
+            r"mine\.xml, line \d+: the range of joint joint2 is empty, 1 to -1",
+        ),
         ('mass="3.228604"', 'mass="0"', r"mine\.xml, line \d+: .*mass.*"),
         (
             "0.088 0 0",

@@ -205,7 +205,8 @@ def test_a_target_accelerates_as_prescribed_whatever_its_joints_do_to_one_anothe
     for _ in range(5):
         for _ in range(30):
             backend.step(Command())
-        backend._target.place()
+        for placer in backend._placers:
+            placer.place()
         mujoco.mj_forward(model, data)
         _, velocity, acceleration = np.transpose([joint.motion.at(data.time) for joint in joints])
         assert np.allclose(data.qvel[dofs], velocity, rtol=0, atol=0)

@@ -179,8 +179,8 @@ class GraspConfig:
     )
     """Of noise, drift, and what is believed: the same seed gives the same run."""
     robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")
-    """A robot that comes with palpate and has a hand (emulated-hand, ur5e-hand), or a robot file. Left out: the
-    simulated hand. The truth of a real one is unknown: the belief is typed or comes from --friction-file.
+    """A robot that comes with palpate and has a hand (emulated-hand, panda-hand, ur5e-hand), or a robot file. Left
+    out: the simulated hand. The truth of a real one is unknown: the belief is typed or comes from --friction-file.
     Its open hand is placed around the object before the run, and nothing pulls but the people there."""
     out: Path = Path("runs/grasp")
     """Folder for the report, the table and the log."""

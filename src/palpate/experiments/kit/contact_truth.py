@@ -43,5 +43,7 @@ class ContactTruth:
             unknown = np.full((count, 3), np.nan)
             return cls(np.zeros(count, np.bool_), unknown, unknown, unknown, unknown, known=False)
         touching = truth.column(TOUCHING)[:, 0] > 0.0
-        columns = (truth.column(*names) for names in (POSITION, FORCE, TORQUE, OBJECT_POSITION))
-        return cls(touching, *columns)
+        position, force, torque, moved = (
+            truth.column(*each) for each in (POSITION, FORCE, TORQUE, OBJECT_POSITION)
+        )
+        return cls(touching, position, force, torque, moved)
