@@ -7,7 +7,7 @@ from time import monotonic
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError, SensorReading
 from palpate.kinematics.pose import rotation_from_rotvec
-from palpate.runtime.data import ArmSample
+from palpate.runtime.data import ArmSample, HandSample
 from palpate.spatial import ZERO
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
@@ -75,3 +75,33 @@ class IdealArm(MadeUpDevice):
         self.position = tuple(p + passed * v for p, v in zip(self.position, self.velocity, strict=True))
         self.angle = tuple(a + passed * w for a, w in zip(self.angle, self.rate, strict=True))
         return ArmSample(now, self.position, rotation_from_rotvec(self.angle), self.velocity, (), self.rate)
+
+
+class IdealHand(MadeUpDevice):
+    """Two fingers that close by 10 mm/s while they press, and take velocities."""
+
+    fingers = 2
+
+    def start(self):
+        super().start()
+        self.since, self.closed, self.forces = self.sampled()[1], [0.0] * self.fingers, (0.0,) * self.fingers
+
+    def press(self, forces):
+        if len(forces) != self.fingers or not all(0.0 <= force < math.inf for force in forces):
+            raise InvalidValueError(f"grip_force = {forces}: must be {self.fingers} finite forces [N]")
+        self.read()
+        self.forces = forces
+
+    def move(self, velocities):
+        given = velocities or ()
+        if len(given) not in (0, self.fingers) or not all(math.isfinite(sum(each)) for each in given):
+            raise InvalidValueError(
+                f"finger_velocity = {velocities}: must be {self.fingers} finite ones [m/s]"
+            )
+
+    def read(self):
+        now = self.sampled()[1]
+        passed, self.since = now - self.since, now
+        for i, force in enumerate(self.forces):
+            self.closed[i] = self.closed[i] + 0.01 * passed if force > 0.0 else max(self.closed[i] - passed, 0.0)
+        return HandSample(now, tuple(self.closed))

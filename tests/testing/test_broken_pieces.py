@@ -1,5 +1,6 @@
 """Pieces that are broken in one place each: every check finds it, and says what to mend."""
 
+import math
 import random
 import threading
 import time
@@ -24,10 +25,11 @@ from palpate.testing import (
     check_arm,
     check_backend,
     check_controller,
+    check_hand,
     check_sensor,
     check_surface,
 )
-from testing.made_up import LOAD, NOISE, IdealArm, LoadedSensor
+from testing.made_up import LOAD, NOISE, IdealArm, IdealHand, LoadedSensor
 
 R = 0.01
 
@@ -345,12 +347,25 @@ ARMS = {
 }
 
 
+HANDS = {
+    "the time of day": (read(IdealHand, time=lambda h: time.time()), "neither by time.time()"),
+    "NaN": (read(IdealHand, joint_position=lambda h: (math.nan, 0.0)), "finite floats"),
+    "a list": (read(IdealHand, joint_position=lambda h: [0.0, 0.0]), "a tuple of finite floats"),
+    "encoder steps": (read(IdealHand, joint_position=lambda h: (4096.0 * h.time, 0.0)), "not in encoder steps"),
+    "no refusal": (changed(IdealHand, press=lambda self, forces: None), "never a silent NaN"),
+    "moves by NaN": (changed(IdealHand, move=lambda self, velocities: None), "name value, limit and remedy"),
+    "never closes": (read(IdealHand, joint_position=lambda h: (0.0, 0.0)), "close until something is met"),
+    "goes on after close": (changed(IdealHand, close=lambda self: None), "forget the newest reading in close"),
+}
+
+
 BROKEN = [
     (lambda make: check_surface(make()), SURFACES),
     (lambda make: check_controller(make, periods=300), CONTROLLERS),
     (check_backend, BACKENDS),
     (lambda make: check_sensor(make, NOISE, LOAD), pytest.mark.slow, SENSORS),
     (check_arm, pytest.mark.slow, ARMS),
+    (lambda make: check_hand(make, 2), pytest.mark.slow, HANDS),
 ]
 
 

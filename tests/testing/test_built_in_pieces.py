@@ -29,13 +29,22 @@ from palpate.runtime.real_time import RealTime
 from palpate.runtime.replay import ReplayBackend
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, TurningStage, build_scene
 from palpate.surfaces import CompliantTip, Cylinder, Ellipsoid, MeshSurface, Plane, Sphere
-from palpate.testing import SpringPlane, check_arm, check_backend, check_controller, check_sensor, check_surface
+from palpate.testing import (
+    SpringPlane,
+    check_arm,
+    check_backend,
+    check_controller,
+    check_hand,
+    check_sensor,
+    check_surface,
+)
 from runtime.simulated_backends import BACKENDS
+from support.emulated_bus import EmulatedBus, connected
 from support.ft_host import served, state
 from support.ur_library import needs_ur
 from support.waiting import WITHIN
 from surfaces.test_tip_invariance import TIPS
-from testing.made_up import LOAD, NOISE, IdealArm, LoadedSensor
+from testing.made_up import LOAD, NOISE, IdealArm, IdealHand, LoadedSensor
 
 RADIUS = 0.01
 FRAME = {
@@ -163,6 +172,7 @@ def rig(arm, sensor, **named):
 def test_devices_of_tests_and_a_rig_of_them():
     check_sensor(LoadedSensor, NOISE, LOAD)
     check_arm(IdealArm)
+    check_hand(IdealHand, 2)
     check_backend(lambda: rig(IdealArm(), LoadedSensor()))
 
 
@@ -174,3 +184,10 @@ def test_ur_arms_and_their_rigs():
         arm = UrArm(address, UrSettings(stale_after=2.0, watchdog=1.0))
         check_arm(lambda: arm)
         check_backend(lambda: rig(arm, UrToolSensor(arm), in_arm=True))
+
+
+@pytest.mark.slow
+def test_hands_of_dynamixel_servos():
+    with EmulatedBus() as emulated:
+        hand = connected(emulated)
+        check_hand(lambda: hand, len(emulated.servos))

@@ -1,4 +1,4 @@
-"""Checks for back ends, sensors, arms, controllers and fingertips of one's own: `check_...(make)` in any test.
+"""Checks for back ends, sensors, arms, hands, controllers, fingertips of one's own: `check_...(make)` in any test.
 
 Each examines one piece against the protocol by which palpate uses it, and raises one `ConformanceError` that lists
 what was seen, what was expected, and what to mend. No test framework is needed.
@@ -7,6 +7,7 @@ what was seen, what was expected, and what to mend. No test framework is needed.
 from palpate.testing.arm import check_arm
 from palpate.testing.backend import check_backend
 from palpate.testing.controller import check_controller, on_plane
+from palpate.testing.hand import check_hand
 from palpate.testing.nonconformity import ConformanceError, Nonconformity
 from palpate.testing.sensor import check_sensor
 from palpate.testing.spring_plane import SpringPlane
@@ -19,6 +20,7 @@ __all__ = [
     "check_arm",
     "check_backend",
     "check_controller",
+    "check_hand",
     "check_sensor",
     "check_surface",
     "on_plane",

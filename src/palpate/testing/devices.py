@@ -6,7 +6,7 @@ from contextlib import suppress
 from time import monotonic, sleep
 from typing import Any, Protocol, TypeVar
 
-from palpate.hw.devices import ArmDevice, Device, SensorDevice
+from palpate.hw.devices import ArmDevice, Device, HandDevice, SensorDevice
 from palpate.testing.arm_samples import OLDEST
 from palpate.testing.nonconformity import Inspection
 
@@ -32,7 +32,7 @@ class Stamped(Protocol):
 Reading = TypeVar("Reading", bound=Stamped)
 
 
-AnyReadable = TypeVar("AnyReadable", ArmDevice, SensorDevice)
+AnyReadable = TypeVar("AnyReadable", ArmDevice, HandDevice, SensorDevice)
 
 
 def examine_device(
