@@ -2,10 +2,13 @@
 
 import dataclasses
 import functools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mapping.raster import cloud_of, sphere_cap
 from palpate.experiments.explore import explore
@@ -13,7 +16,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import felt_in_scan
 from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
 from palpate.experiments.explore.map_budget import map_budget
-from palpate.experiments.explore.named_shape import named_shape
+from palpate.experiments.explore.named_shape import named_shape, white_tilt
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.scans import scan_on
 from palpate.experiments.explore.tables import shape_rows
@@ -21,7 +24,7 @@ from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
 from palpate.mapping.mesh_figures import voxel_for
 from palpate.sim import SphereObject
-from support.explore_runs import plan_of
+from support.explore_runs import carried_out, plan_of
 
 SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
 SHAPES = ("sphere", "ellipsoid", "torus", "bumps")
@@ -124,7 +127,7 @@ def test_a_fit_that_has_not_converged_names_a_shape_but_claims_no_size():
 def test_too_few_contacts_have_no_shape():
     cap = sphere_cap(half=0.006, step=4e-4)
     few = cap.select(np.arange(len(cap)) < 5)
-    assert named_shape(few, 1.0, found("sphere").map.budget, SurfaceModel()) is None
+    assert named_shape(few, 0.001, 1.0, found("sphere").map.budget, SurfaceModel()) is None
 
 
 def test_a_shape_is_shown_in_a_line_without_the_contacts_of_every_fit():
@@ -205,3 +208,30 @@ def test_claims_hold_for_every_seed(name, robot):
         assert run.map.rms < 5e-6
         kinds = {"sphere": PrimitiveKind.SPHERE, "ellipsoid": PrimitiveKind.ELLIPSOID}
         assert run.map.shape.kind is kinds.get(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moment_noise", [1e-5, 1e-4])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_shallow_patch_of_a_ball_is_a_ball_as_long_as_noise_allows(moment_noise, seed):
+    """By single normals' own noise, which is larger than that of a map's."""
+    config = ExploreConfig(
+        object="sphere",
+        size=(0.033,),
+        width=0.012,
+        depth=0.006,
+        force_noise=0.01,
+        moment_noise=moment_noise,
+        seed=seed,
+    )
+    assert carried_out(plan_of(config)).map.shape.kind is PrimitiveKind.SPHERE
+
+
+@given(st.floats(1e-5, 0.05), st.integers(0, 1000))
+def test_the_noise_of_single_normals_is_found_on_a_curved_surface(sigma, seed):
+    rng = np.random.default_rng(seed)
+    angle = np.linspace(0.0, 0.5, 4000)
+    normal = np.column_stack([np.sin(angle), np.zeros(4000), np.cos(angle)]) + rng.normal(0.0, sigma, (4000, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    cloud = SimpleNamespace(normal=normal)
+    assert white_tilt(cloud) == pytest.approx(sigma, rel=0.15, abs=1e-4)

@@ -95,9 +95,7 @@ class IdealHand(MadeUpDevice):
     def move(self, velocities):
         given = velocities or ()
         if len(given) not in (0, self.fingers) or not all(math.isfinite(sum(each)) for each in given):
-            raise InvalidValueError(
-                f"finger_velocity = {velocities}: must be {self.fingers} finite ones [m/s]"
-            )
+            raise InvalidValueError(f"finger_velocity = {velocities}: must be {self.fingers} finite ones [m/s]")
 
     def read(self):
         now = self.sampled()[1]

@@ -173,8 +173,8 @@ def explored_map(
     curvature = () if isinstance(scan, ContourScan) else curvature_layers(surface, mesh)
     progress("which shape it is")
     apart = shape_spacing(cloud, config.gap)
-    thin = cloud.thinned(apart)
-    shape = named_shape(thin, points_per_row(thin, scan.row, apart), budget, surface.model)
+    rows_of = points_per_row(cloud.thinned(apart), scan.row, apart)
+    shape = named_shape(cloud, apart, rows_of, budget, surface.model)
     progress("comparing with the truth")
     reachable = ReachableSurface.unknown() if target is None else ReachableSurface.of(target, config, scan)
     return ExploredMap(

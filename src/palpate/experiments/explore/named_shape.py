@@ -75,26 +75,43 @@ class NamedShape:
     def is_within(self, kind: PrimitiveKind) -> bool:
         """Whether the contacts may be of such a shape."""
         fit = self.choice.fits[kind]
-        return fit.status not in _NO_SHAPE and fit.position_sd <= self.limit and fit.normal_sd <= self.limit_tilt
+        return self.is_near(kind) and fit.normal_sd <= self.limit_tilt
+
+    def is_near(self, kind: PrimitiveKind) -> bool:
+        """Whether the points may be of such a shape, whatever their normals."""
+        fit = self.choice.fits[kind]
+        return fit.status not in _NO_SHAPE and fit.position_sd <= self.limit
 
 
 def named_shape(
-    thin: TouchCloud, contacts_per_row: float, budget: MapBudget, model: SurfaceModel
+    cloud: TouchCloud, apart: float, contacts_per_row: float, budget: MapBudget, model: SurfaceModel
 ) -> NamedShape | None:
     """Return which shape contacts have, or None where they are too few, or all in one place.
 
     Args:
-        thin: A few hundred of them, in the order they were felt.
+        cloud: What was felt, in the order it was felt.
+        apart: Of a few hundred contacts that stand for all [m].
         contacts_per_row: They share one error: each row counts as one observation.
         budget: What all may be off.
         model: Noise of contacts, as learned by a map.
     """
     try:
-        choice = choose_primitive(thin, correlation_points=max(1.0, contacts_per_row))
+        choice = choose_primitive(cloud.thinned(apart), correlation_points=max(1.0, contacts_per_row))
     except InvalidValueError:
         return None
     limit = math.hypot(budget.total, NOISY * model.noise)
-    found = NamedShape(None, choice, limit, math.hypot(budget.tilt, NOISY * model.tilt), budget.total)
+    # the map's is of means over stretches; here each contact counts by itself
+    tilt = math.hypot(budget.tilt, NOISY * max(model.tilt, white_tilt(cloud)))
+    found = NamedShape(None, choice, limit, tilt, budget.total)
     simplest = sorted(choice.fits, key=lambda kind: choice.fits[kind].unknowns)
     kind = next((each for each in simplest if found.is_within(each)), None)
     return NamedShape(kind, choice, limit, found.limit_tilt, found.common)
+
+
+def white_tilt(cloud: TouchCloud) -> float:
+    """Return the noise of single normals [rad]: by what successive ones differ, the object's shape aside.
+
+    The median of |n - n'|^2 is 2 ln 2 times twice the variance of either tilt.
+    """
+    steps = np.sum(np.diff(cloud.normal, axis=0) ** 2, axis=1)
+    return math.sqrt(float(np.median(steps)) / (4.0 * math.log(2.0))) if len(steps) else 0.0

@@ -134,6 +134,9 @@ def shape_name(shape: NamedShape, felt_little: bool = False) -> str:
     """Return the shape in a word or three; `felt_little` is `ExploredMap.felt_little`."""
     if shape.kind is not None:
         return shape.kind.value
+    near = [kind.value for kind in shape.choice.fits if shape.is_near(kind)]
+    if near:
+        return f"unclear: {' or '.join(near)}"
     return "unclear" if felt_little else "none of these"
 
 
@@ -142,6 +145,9 @@ def shape_sentence(shape: NamedShape, felt_little: bool = False) -> str:
     if felt_little and shape.kind is None:
         return f"Too little was felt to decide which shape it is. {shape_sentence(shape)}"
     limits = f"{_mm(shape.limit)} mm and {math.degrees(shape.limit_tilt):.2g} degrees"
+    if shape.fit is None and any(map(shape.is_near, shape.choice.fits)):
+        near = f"points are within {_mm(shape.limit)} mm of what was felt, normals are not"
+        return f"It is {shape_name(shape)}: {near}."
     if shape.fit is None:
         return f"None of these shapes comes within {limits} (RMS) of what was felt."
     others = [kind.value for kind in shape.choice.fits if kind is not shape.kind and shape.is_within(kind)]
