@@ -8,19 +8,17 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
+from palpate.estimation import Assumption
 from palpate.runtime.data import ArmSample, Sample
 from palpate.runtime.supervision.conditions import FreshSamples
 from palpate.runtime.touch import SensorFinger, Touch
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import (
-    CalibrationStatus,
     ContactEntry,
     CriticallyDamped,
-    DriftStatus,
     FTPipeline,
     HealthCheck,
     PayloadEntry,
-    PayloadStatus,
     average_bias,
     estimate_drift,
     fit_calibration,
@@ -210,10 +208,10 @@ def test_a_drift_is_found_at_its_rate_and_none_where_there_is_none():
     model = replace(nano17(), thermal_drift=ThermalDrift(alike(0.01, 1e-4), profile))
     limit = alike(5e-4, 5e-6)
     drifting = estimate_drift(readings(model, 20_000), period=DT, limit=limit)
-    assert drifting.status is DriftStatus.DRIFTING
+    assert drifting.verdict.breaks(Assumption.WHITE_IN_TIME)
     assert np.all(np.abs(drifting.slope - alike(1e-3, 1e-5)) < 1.5 * drifting.half_width)
     steady = estimate_drift(readings(replace(model, thermal_drift=None), 20_000), period=DT, limit=limit)
-    assert steady.status is DriftStatus.STEADY
+    assert steady.verdict.ok
 
 
 def test_known_loads_find_the_cross_talk():
@@ -223,7 +221,7 @@ def test_known_loads_find_the_cross_talk():
     fit = fit_calibration(
         means(model, loads) / rated, loads, ranges=rated
     )  # channels of one unit: shares of the range
-    assert fit.status is CalibrationStatus.OK
+    assert fit.verdict.ok
     C = np.array(fit.map.matrix) / rated
     left = (C @ model.cross_talk.matrix - np.eye(6)) * rated / rated[:, None]
     before = (np.array(model.cross_talk.matrix) - np.eye(6)) * rated / rated[:, None]
@@ -240,7 +238,7 @@ def test_static_poses_find_the_payload_and_the_bias():
     sd = np.array(model.noise_sd) / math.sqrt(50)
     # a moment is rounded to steps as large as its noise, and payload loads repeat within a pose
     found = identify_payload(up, means(model, loads, up), force_sd=sd[0], moment_sd=sd[3])
-    assert found.status is PayloadStatus.OK
+    assert found.verdict.ok
     assert found.payload.mass == pytest.approx(0.05, abs=2e-4)
     assert found.payload.center_of_mass == pytest.approx(payload.center_of_mass, abs=1e-4)
     assert (*found.bias_force, *found.bias_moment) == pytest.approx(bias, abs=2e-3)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.sensing.compensation import SensorPayload
-from palpate.sensing.ft.payload import TWO_SIDED, PayloadStatus, identify_payload
+from palpate.sensing.ft.payload import TWO_SIDED, identify_payload
 from palpate.sensing.ft.poses import specific_force_from_rotations
 
 
@@ -66,7 +66,7 @@ def trials(sensor, seeds, poses=24):
                 np.linalg.norm(found.payload.center_of_mass - true),
                 abs(found.payload.mass - sensor.payload.mass) <= TWO_SIDED * found.mass_sd,
                 *inside,
-                found.status is PayloadStatus.OK,
+                found.verdict.ok,
             ]
         )
     return np.array(rows, dtype=float)
@@ -84,7 +84,7 @@ def main():
             f"  centre within {1e3 * sensor.center_limit:g} mm: "
             f"{100 * (center_error < sensor.center_limit).mean():.2f} %, worst {1e3 * center_error.max():.3f} mm, "
             f"in its 95 % intervals {100 * rows[:, 3:6].mean():.1f} %\n"
-            f"  status OK: {100 * rows[:, 6].mean():.1f} %\n"
+            f"  verdict OK: {100 * rows[:, 6].mean():.1f} %\n"
         )
 
 

@@ -3,7 +3,8 @@ import pytest
 from scipy.signal import lfilter
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.ft.bias import DriftStatus, average_bias, estimate_drift
+from palpate.estimation import Assumption
+from palpate.sensing.ft.bias import average_bias, estimate_drift
 
 NOISE = np.repeat([0.003, 16e-6], 3)
 BIAS = np.array([1.0, -2.0, 0.5, 0.01, 0.0, -0.02])
@@ -75,6 +76,8 @@ def test_drift_is_judged_against_its_limit():
     readings = still(np.random.default_rng(2))
     drift = np.zeros(6)
     drift[4] = 1e-4
-    assert estimate_drift(readings, period=1 / 999, limit=10 * NOISE).status is DriftStatus.STEADY
-    assert estimate_drift(readings + drift * TIME, period=1 / 999, limit=NOISE).status is DriftStatus.DRIFTING
-    assert estimate_drift(readings, period=1 / 999, limit=1e-3 * NOISE).status is DriftStatus.UNDECIDED
+    assert estimate_drift(readings, period=1 / 999, limit=10 * NOISE).verdict.ok
+    drifting = estimate_drift(readings + drift * TIME, period=1 / 999, limit=NOISE).verdict
+    assert drifting.breaks(Assumption.WHITE_IN_TIME)
+    undecided = estimate_drift(readings, period=1 / 999, limit=1e-3 * NOISE).verdict
+    assert undecided.breaks(Assumption.ENOUGH_DATA)

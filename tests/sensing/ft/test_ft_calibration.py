@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.ft.calibration import CalibrationStatus, fit_calibration
+from palpate.estimation import Assumption
+from palpate.sensing.ft.calibration import fit_calibration
 
 RANGES = np.array([12.0, 12.0, 17.0, 0.12, 0.12, 0.12])
 
@@ -33,7 +34,7 @@ def test_an_exact_linear_sensor_is_recovered(seed, channels, count):
     np.testing.assert_allclose(fit.sensitivity * RANGES, S * RANGES, atol=1e-11)
     assert fit.condition == pytest.approx(3.0, rel=1e-8)
     np.testing.assert_allclose(fit.r_squared, 1.0, rtol=1e-12)
-    assert fit.status is CalibrationStatus.OK
+    assert fit.verdict.ok
     other = loads(5, rng)
     np.testing.assert_allclose(fit.apply(other @ S.T + offset), other, atol=1e-9)
     np.testing.assert_allclose(fit.map.step(tuple((S @ other[0] + offset).tolist())), other[0], atol=1e-9)
@@ -173,8 +174,8 @@ def test_what_is_doubtful_says_so():
     known = loads(30, rng)
     S, offset = sensor(6, rng, condition=300.0)
     fit = fit_calibration(known @ S.T + offset + 1e-6 * rng.normal(size=(30, 6)), known, ranges=RANGES)
-    assert fit.status is CalibrationStatus.ILL_CONDITIONED
+    assert fit.verdict.breaks(Assumption.CONDITIONED)
     S, offset = sensor(6, rng)
     raw = known @ S.T + offset
     raw[3] = known[3] @ (0.7 * S.T) + offset  # a wrong weight
-    assert fit_calibration(raw, known, ranges=RANGES).status is CalibrationStatus.POOR_FIT
+    assert fit_calibration(raw, known, ranges=RANGES).verdict.breaks(Assumption.NOISE_LEVEL)

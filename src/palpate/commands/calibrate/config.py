@@ -34,8 +34,8 @@ class MatrixConfig:
     acts on the tip side of the sensor, about its origin. Eight loads or more, in all directions, of both signs.
 
     Prints how good the calibration is and puts it into the sensor file; the old file is kept as SENSOR.YAML.bak.
-    The bias is zero again: tare afterwards. A calibration that does not predict loads that were left out is
-    refused (exit code 2), and the file stays as it was.
+    The bias is zero again: tare afterwards. A calibration that is not to be used, as one that does not predict
+    loads that were left out, ends with exit code 1, and the file stays as it was.
 
     Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --raw-unit V --raw-range -10 10
     """
@@ -76,9 +76,11 @@ class PayloadConfig:
     r00, r01, ..., r22 (a rotation matrix by rows), which map sensor to base coordinates, as robots give their
     tool's orientation (see --rotation).
 
-    Four poses are the least, best are the six sides of a cube and more. Poses that leave something undetermined,
-    and wrenches that no payload explains, are refused (exit code 2), and the sensor file stays as it was;
-    otherwise it is updated, and the old one kept as SENSOR.YAML.bak.
+    Eight poses are the least, best are the six sides of a cube, and more, opposite ones in turn. Rows stand in
+    the order in which they were taken: a zero that drifts or jumps meanwhile becomes part of the model, and up to
+    5 % bad poses are left out and named. Poses that leave something undetermined are refused (exit code 2); if an
+    assumption does not hold, as with contact, wrong poses, or fewer than eight, it is named (exit code 1). The
+    sensor file then stays as it was; otherwise it is updated, and the old one kept as SENSOR.YAML.bak.
 
     Example: palpate calibrate payload --poses poses.csv --sensor sensor.yaml
     """
@@ -93,8 +95,9 @@ class PayloadConfig:
     """What rotations and quaternions map: sensor to base coordinates, or the inverse."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     """Upward direction in base coordinates: not z for a robot on a wall."""
-    gravity: float = option(9.80665, "m/s^2")
-    """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles."""
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles. Left out: 9.80665, and the mass is uncertain by
+    0.15 % on this account."""
     averaged: int = 1
     """How many readings each row is the average of: the noise is less by the square root of it."""
     channels: Channels = ()
@@ -103,7 +106,8 @@ class PayloadConfig:
     def __post_init__(self) -> None:
         check_options(self)
         _no_name_twice(self.channels)
-        positive("gravity", self.gravity, "m/s^2")
+        if self.gravity is not None:
+            positive("gravity", self.gravity, "m/s^2")
         vector("up", self.up, 3, "")
         if not 1e-3 < math.hypot(*self.up) < 1e3:
             raise InvalidValueError(f"up = {self.up}: must be a direction, with a length from 1e-3 to 1e3")

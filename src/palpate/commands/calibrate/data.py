@@ -217,8 +217,21 @@ def raw_readings(
     return values, unit
 
 
-def specific_forces(data: CsvData, rotation: RotationOrder, up_base: Vector, gravity: float) -> FloatArray:
-    """Return the specific force at rest in the sensor frame, shape (n, 3) [m/s^2], from whichever pose is there.
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredPoses:
+    """Poses as a file has them.
+
+    Attributes:
+        specific_force: At rest in the sensor frame, shape (n, 3) [m/s^2].
+        rotation_sensor_base: Base to sensor coordinates, shape (n, 3, 3); None if there are directions only.
+    """
+
+    specific_force: FloatArray
+    rotation_sensor_base: FloatArray | None
+
+
+def measured_poses(data: CsvData, rotation: RotationOrder, up_base: Vector, gravity: float) -> MeasuredPoses:
+    """Return the poses, of whichever kind is there.
 
     Args:
         data: The file.
@@ -240,7 +253,8 @@ def specific_forces(data: CsvData, rotation: RotationOrder, up_base: Vector, gra
         raise data.wrong_header("more than one kind of pose; keep one of gx.., qw.., r00..")
     if gravity_places:
         _complete(data, GRAVITY_COLUMNS, gravity_places, "gx,gy,gz")
-        return _from_gravity(data, [gravity_places[name] for name in GRAVITY_COLUMNS], gravity)
+        places = [gravity_places[name] for name in GRAVITY_COLUMNS]
+        return MeasuredPoses(_from_gravity(data, places, gravity), None)
     names = begun[0]
     found = {name: lower.index(name) for name in names if name in lower}
     _complete(data, names, found, ",".join(names))
@@ -254,7 +268,7 @@ def specific_forces(data: CsvData, rotation: RotationOrder, up_base: Vector, gra
     R = _rotations_from_quaternions(data, values) if names is QUATERNION_COLUMNS else _rotations(data, values)
     if rotation == "base-from-sensor":
         R = R.transpose(0, 2, 1)
-    return specific_force_from_rotations(R, gravity=gravity, up_base=up_base)
+    return MeasuredPoses(specific_force_from_rotations(R, gravity=gravity, up_base=up_base), R)
 
 
 def _gravity_places(data: CsvData) -> dict[str, int]:

@@ -5,7 +5,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.estimation import Verdict
 from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
+
+
+def verdict_facts(verdict: Verdict) -> dict[str, object]:
+    """Return whether an estimate is to be used, and which assumptions are broken."""
+    broken = [
+        {"assumption": each.assumption.name.lower(), "finding": each.finding, "remedy": each.remedy}
+        for each in verdict.broken
+    ]
+    return {"verdict": {"ok": verdict.ok, "broken": broken}}
 
 
 def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
@@ -29,6 +39,16 @@ def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
         "poses": found.pose_count,
         "mass_kg": found.payload.mass,
         "mass_sd_kg": found.mass_sd,
+        "mass_by_differences_kg": found.mass_by_differences,
+        "mass_by_differences_sd_kg": found.mass_by_differences_sd,
+        "zero_drift": str(found.zero.drift),
+        "zero_jumps_before_pose": found.zero.jumps,
+        "zero_span_force_n": found.zero_span_force,
+        "zero_span_moment_n_m": found.zero_span_moment,
+        "bad_poses": found.zero.bad,
+        "worst_pose": found.worst_pose,
+        "residuals_force_n": found.residuals[:, :3],
+        "residuals_moment_n_m": found.residuals[:, 3:],
         "center_of_mass_m": found.payload.center_of_mass,
         "center_of_mass_sd_m": found.center_sd,
         **_per_axis("bias", (*found.bias_force, *found.bias_moment)),
@@ -41,12 +61,12 @@ def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
     }
 
 
-def bias_figures(found: BiasEstimate, drift: Drift, after: SensorFile) -> dict[str, object]:
-    """Return a bias with its standard errors, noise and drift."""
+def bias_figures(found: BiasEstimate, drift: Drift, sd: FloatArray, after: SensorFile) -> dict[str, object]:
+    """Return a bias with its standard errors, noise and drift; the errors are the payload's, too."""
     return {
         "readings": found.reading_count,
         **_per_axis("bias", after.bias),
-        **_per_axis("standard_error", found.standard_error),
+        **_per_axis("standard_error", sd),
         **_per_axis("noise_sd", found.sd),
         **_per_axis("drift", drift.slope, "_per_s"),
         **_per_axis("drift_half_width", drift.half_width, "_per_s"),

@@ -3,7 +3,7 @@
 import contextlib
 import datetime
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -17,44 +17,50 @@ from palpate.commands.calibrate.config import (
     MatrixConfig,
     NewSensorConfig,
     PayloadConfig,
-    RotationOrder,
     TareConfig,
 )
 from palpate.commands.calibrate.data import (
     CsvData,
     has_raw,
     has_wrenches,
+    measured_poses,
     raw_readings,
     read_csv,
-    specific_forces,
     wrenches,
 )
-from palpate.commands.calibrate.figures import bias_figures, calibration_figures, payload_figures
+from palpate.commands.calibrate.figures import bias_figures, calibration_figures, payload_figures, verdict_facts
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.calibrate.tables import UNITS, bias_table, calibration_table, payload_table
-from palpate.commands.command_result import CommandResult
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import BrokenAssumption, Verdict
 from palpate.experiments.kit.output_folder import check_file
 from palpate.sensing.ft import (
-    CalibrationStatus,
     FTPipeline,
     IdentifiedPayload,
-    PayloadStatus,
     SensorFile,
     average_bias,
+    bias_covariance,
     estimate_drift,
     fit_calibration,
     identify_payload,
     load_sensor_file,
     save_sensor_file,
     specific_force_from_gravity,
+    touch_uncertainty,
     with_bias,
     with_calibration,
     with_payload,
 )
 from palpate.sensing.ft.arrays import AXES
+from palpate.sensing.ft.bias import MOVED_FACTOR
+from palpate.sensing.ft.pose_mistakes import likely_mistake
+from palpate.sensing.ft.poses import GRAVITY_SD, STANDARD_GRAVITY
 from palpate.spatial import ZERO, Vector, Wrench
+
+SURE_TOUCH = 4.0
+"""Standard deviations: what is felt in the air exceeds them once in 16 000 poses."""
 
 LONGEST_PROVENANCE = 1000
 """Characters, of a sensor file."""
@@ -127,6 +133,8 @@ def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
     with _named(config.loads):
         fit = fit_calibration(raw, loads, ranges=sensor.axis_limits)
     console.print(calibration_table(fit, sensor, raw_unit))
+    if not fit.verdict.ok:
+        return _not_used(fit.verdict, calibration_figures(fit), console)
     with _named(config.loads):
         updated = with_calibration(
             sensor,
@@ -137,9 +145,7 @@ def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
             provenance=_provenance(sensor, f"matrix: {len(loads)} known loads, {config.loads.name}"),
         )
     files, warnings = _write(_target(config), updated, console)
-    if fit.status is CalibrationStatus.ILL_CONDITIONED:
-        warnings += _noted("the sensor is nearly insensitive in some direction; errors there are large.", console)
-    return CommandResult(outcome=fit.status.name, figures=calibration_figures(fit), files=files, warnings=warnings)
+    return _used(fit.verdict, calibration_figures(fit), files, warnings)
 
 
 # --- payload -----------------------------------------------------------------------------------------------------
@@ -152,44 +158,55 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
     data = read_csv(config.poses)
     rows, source = _measured(data, sensor, config.channels)
 
-    def identify(order: RotationOrder) -> IdentifiedPayload:
+    poses = measured_poses(data, config.rotation, config.up, config.gravity or STANDARD_GRAVITY)
+
+    def identify(specific_force: FloatArray, wrench: FloatArray) -> IdentifiedPayload:
         return identify_payload(
-            specific_forces(data, order, config.up, config.gravity),
-            rows,
+            specific_force,
+            wrench,
             force_sd=max(sensor.noise_force) / math.sqrt(config.averaged),
             moment_sd=max(sensor.noise_moment) / math.sqrt(config.averaged),
+            gravity_sd=GRAVITY_SD if config.gravity is None else 0.0,
         )
+
+    def mistake(as_read: IdentifiedPayload | None) -> tuple[BrokenAssumption, ...]:
+        if poses.rotation_sensor_base is None:
+            return ()
+        gravity = config.gravity or STANDARD_GRAVITY
+        R = poses.rotation_sensor_base
+        found = likely_mistake(R, rows, as_read, identify, gravity=gravity, up_base=config.up)
+        return () if found is None else (found,)
 
     with _named(config.poses):
         try:
-            found = identify(config.rotation)
+            found = identify(poses.specific_force, rows)
         except InvalidValueError as error:
-            raise InvalidValueError(f"{error}{_other_order(identify, config)}") from None
+            raise InvalidValueError("; ".join(map(str, (error, *mistake(None))))) from None
     console.print(payload_table(found, source))
-    try:
+    lost = found.payload.mass == 0.0
+    verdict = found.verdict if found.verdict.ok and not lost else Verdict(mistake(found)).and_also(found.verdict)
+    if not verdict.ok:
+        return _not_used(verdict, payload_figures(found), console)
+    with _named(config.poses):
         updated = with_payload(
             sensor,
             found,
             date=_today(),
             provenance=_provenance(sensor, f"payload: {found.pose_count} poses, {config.poses.name}"),
         )
-    except InvalidValueError as error:
-        hint = _other_order(identify, config) if found.status is PayloadStatus.INCONSISTENT else ""
-        raise InvalidValueError(f"{config.poses}: {error}{hint}") from None
     files, warnings = _write(_target(config), updated, console)
-    if found.status is PayloadStatus.UNRESOLVED:
-        lost = "the mass is lost in the noise; the file now has no payload."
-        warnings += _noted(lost, console)
-    return CommandResult(outcome=found.status.name, figures=payload_figures(found), files=files, warnings=warnings)
-
-
-def _other_order(identify: Callable[[RotationOrder], IdentifiedPayload], config: PayloadConfig) -> str:
-    """Return a hint if the inverse rotations would fit."""
-    other: RotationOrder = "sensor-from-base" if config.rotation == "base-from-sensor" else "base-from-sensor"
-    with contextlib.suppress(InvalidValueError):
-        if identify(other).status is PayloadStatus.OK:
-            return f"; with --rotation {other} it would fit: is that what the poses mean?"
-    return ""
+    if lost:
+        warnings += _noted("the mass is lost in the noise; the file now has no payload.", console)
+    if found.zero.bad:
+        left = ", ".join(map(str, sorted(data.lines[i] for i in found.zero.bad)))
+        warnings += _noted(f"left out, as far from all others: line {left} of {config.poses.name}.", console)
+    if found.zero.moves:
+        warnings += _noted(
+            f"the zero moved by {found.zero_span_force:.2g} N and {found.zero_span_moment:.2g} N m during the "
+            "poses: tare before use.",
+            console,
+        )
+    return _used(found.verdict, payload_figures(found), files, warnings)
 
 
 # --- tare --------------------------------------------------------------------------------------------------------
@@ -216,9 +233,11 @@ def _tare(config: TareConfig, console: Console) -> CommandResult:
     with _named(place):
         noise = _learned_noise(rows) if config.learn_noise else sensor.noise
         found = average_bias(rows, noise=noise)
-        drift = estimate_drift(rows, period=period, limit=noise)
+        drift = estimate_drift(rows, period=period, limit=MOVED_FACTOR / (period * len(rows)) * np.array(noise))
     if config.learn_noise:
         sensor = msgspec.structs.replace(sensor, noise_force=noise[:3], noise_moment=noise[3:])
+    sd = np.sqrt(np.diag(bias_covariance(sensor, found, specific_force)))
+    verdict = found.verdict.and_also(drift.verdict)
     with _named(place):
         updated = with_bias(
             sensor,
@@ -227,11 +246,21 @@ def _tare(config: TareConfig, console: Console) -> CommandResult:
             date=_today(),
             provenance=_provenance(sensor, f"bias: {found.reading_count} readings, {Path(place).name}"),
         )
-    console.print(bias_table(found, drift, sensor, updated, f"{place}, {source}"))
+    console.print(bias_table(found, drift, sd, sensor, updated, f"{place}, {source}"))
+    figures = bias_figures(found, drift, sd, updated)
+    if not verdict.ok:
+        return _not_used(verdict, figures, console)
     files, warnings = _write(_target(config), updated, console)
     if not any(found.sd):
         warnings += _noted("the readings do not change at all; is the sensor alive?", console)
-    return CommandResult(figures=bias_figures(found, drift, updated), files=files, warnings=warnings)
+    turned = SURE_TOUCH * touch_uncertainty(sensor, found, specific_force)
+    if turned > sensor.contact.touch_force:
+        warnings += _noted(
+            f"the payload's weight is uncertain: turned over, the tip may feel {turned:.2g} N in the air, more "
+            f"than touch_force_N = {sensor.contact.touch_force:g}; raise it, or take more poses of the payload.",
+            console,
+        )
+    return _used(verdict, figures, files, warnings)
 
 
 def _specific_force(config: TareConfig, sensor: SensorFile) -> Vector:
@@ -268,6 +297,22 @@ def _refuse_overload(rows: FloatArray, sensor: SensorFile) -> None:
 
 
 # --- what the tasks share ----------------------------------------------------------------------------------------
+
+
+def _used(
+    verdict: Verdict, figures: dict[str, object], files: tuple[Path, ...], warnings: tuple[str, ...]
+) -> CommandResult:
+    return CommandResult(
+        outcome=str(verdict), figures=figures, facts=verdict_facts(verdict), files=files, warnings=warnings
+    )
+
+
+def _not_used(verdict: Verdict, figures: dict[str, object], console: Console) -> CommandResult:
+    """Print why an estimate is not to be used; no file is written."""
+    for line in verdict.lines():
+        console.print(Text(line))
+    console.print(Text("Not to be used: no file was written."))
+    return CommandResult(ExitCode.UNFINISHED, str(verdict), figures, facts=verdict_facts(verdict))
 
 
 def _measured(data: CsvData, sensor: SensorFile, channels: tuple[str, ...]) -> tuple[FloatArray, str]:

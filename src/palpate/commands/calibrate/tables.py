@@ -7,6 +7,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from palpate.errors import FloatArray
+from palpate.estimation import Verdict
 from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.calibration import LARGEST_CONDITION, LARGEST_ERROR
@@ -21,7 +23,7 @@ def calibration_table(fit: CalibrationFit, sensor: SensorFile, raw_unit: str) ->
         Text(f"Calibration from {fit.load_count} loads, {fit.map.channels} channels [{raw_unit}]"),
         Text(
             f"condition number {fit.condition:.3g} (limit {LARGEST_CONDITION:g}), of the loads "
-            f"{fit.load_condition:.3g}; status {fit.status.name}"
+            f"{fit.load_condition:.3g}; {_words(fit.verdict)}"
         ),
         ("axis", "unit", "residual rms", "residual max", "left out rms", "limit", "R squared"),
     )
@@ -44,7 +46,9 @@ def payload_table(found: IdentifiedPayload, source: str) -> Table:
             f"condition number {found.condition:.3g}; residual rms {found.force_rms:.3g} N and "
             f"{found.moment_rms:.3g} N m; chi2 per degree of freedom {found.force_chi2:.3g} and "
             f"{found.moment_chi2:.3g} (should be 1); "
-            f"status {found.status.name}"
+            f"zero: {_zero(found)}; mass from differences of successive poses {found.mass_by_differences:.5g} +- "
+            f"{TWO_SIDED * found.mass_by_differences_sd:.2g} kg; largest residual: pose {found.worst_pose}; "
+            f"{_words(found.verdict)}"
         ),
         ("what", "unit", "value", "95 % from", "to"),
     )
@@ -65,15 +69,20 @@ def payload_table(found: IdentifiedPayload, source: str) -> Table:
     return table
 
 
-def bias_table(found: BiasEstimate, drift: Drift, before: SensorFile, after: SensorFile, source: str) -> Table:
+def bias_table(
+    found: BiasEstimate, drift: Drift, sd: FloatArray, before: SensorFile, after: SensorFile, source: str
+) -> Table:
     """Return a bias with its standard errors, noise and drift."""
     table = _table(
         Text(f"Bias from {found.reading_count} readings ({source})"),
-        Text("error: standard error of the bias; drift per second with its 95 % interval; weight taken off"),
+        Text(
+            "error: standard error of the bias, the payload's included; drift per second with its 95 % "
+            "interval; weight taken off"
+        ),
         ("axis", "unit", "bias", "error", "was", "sd seen", "sd known", "drift/s", "+-"),
     )
     for i, axis in enumerate(AXES):
-        shown = (after.bias[i], found.standard_error[i], before.bias[i], found.sd[i], before.noise[i])
+        shown = (after.bias[i], sd[i], before.bias[i], found.sd[i], before.noise[i])
         table.add_row(
             axis,
             UNITS[i],
@@ -83,6 +92,18 @@ def bias_table(found: BiasEstimate, drift: Drift, before: SensorFile, after: Sen
             f"{drift.half_width[i]:.1g}",
         )
     return table
+
+
+def _words(verdict: Verdict) -> str:
+    return "OK" if verdict.ok else "not to be used"
+
+
+def _zero(found: IdentifiedPayload) -> str:
+    """Name how the zero moved, and which poses were left out."""
+    jumps = f", jumps before pose {', '.join(map(str, sorted(found.zero.jumps)))}" if found.zero.jumps else ""
+    bad = f", left out: pose {', '.join(map(str, sorted(found.zero.bad)))}" if found.zero.bad else ""
+    span = f" over {found.zero_span_force:.2g} N" if found.zero.moves else ""
+    return f"drift {found.zero.drift}{jumps}{span}{bad}"
 
 
 def _table(title: Text, caption: Text, columns: tuple[str, ...]) -> Table:

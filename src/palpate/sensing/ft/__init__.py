@@ -5,18 +5,24 @@ Found out once, from data: `fit_calibration` (known loads), `identify_payload` (
 Used once per sample: `FTPipeline`.
 """
 
-from palpate.sensing.ft.bias import BiasEstimate, Drift, DriftStatus, average_bias, estimate_drift
-from palpate.sensing.ft.calibration import CalibrationFit, CalibrationStatus, fit_calibration
+from palpate.sensing.ft.bias import BiasEstimate, Drift, average_bias, estimate_drift
+from palpate.sensing.ft.calibration import CalibrationFit, fit_calibration
 from palpate.sensing.ft.calibration_map import CalibrationMap
 from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FilterSpec, FirstOrder, Notch
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor, SampleHealth
-from palpate.sensing.ft.payload import IdentifiedPayload, PayloadStatus, identify_payload
+from palpate.sensing.ft.payload import IdentifiedPayload, identify_payload
 from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.poses import specific_force_from_gravity, specific_force_from_rotations
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
 from palpate.sensing.ft.sensor_reader import load_sensor_file, read_sensor
-from palpate.sensing.ft.sensor_updates import with_bias, with_calibration, with_payload
+from palpate.sensing.ft.sensor_updates import (
+    bias_covariance,
+    touch_uncertainty,
+    with_bias,
+    with_calibration,
+    with_payload,
+)
 from palpate.sensing.ft.sensor_writer import save_sensor_file, sensor_text
 from palpate.sensing.ft.touch_detector import ContactDetector
 
@@ -27,12 +33,10 @@ __all__ = [
     "CalibrationEntry",
     "CalibrationFit",
     "CalibrationMap",
-    "CalibrationStatus",
     "ContactDetector",
     "ContactEntry",
     "CriticallyDamped",
     "Drift",
-    "DriftStatus",
     "DriftWatch",
     "FTPipeline",
     "FilterSpec",
@@ -43,12 +47,12 @@ __all__ = [
     "IdentifiedPayload",
     "Notch",
     "PayloadEntry",
-    "PayloadStatus",
     "PipelineOutput",
     "SampleHealth",
     "SensorFile",
     "WrenchFilter",
     "average_bias",
+    "bias_covariance",
     "estimate_drift",
     "fit_calibration",
     "identify_payload",
@@ -58,6 +62,7 @@ __all__ = [
     "sensor_text",
     "specific_force_from_gravity",
     "specific_force_from_rotations",
+    "touch_uncertainty",
     "with_bias",
     "with_calibration",
     "with_payload",

@@ -5,14 +5,15 @@ than sd/sqrt(n). It is taken from the means of a few long batches instead (batch
 independent once a batch is much longer than the filter's memory.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
 from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries
 from palpate.spatial import Wrench
 
@@ -33,6 +34,10 @@ CONFIDENCE = 0.95
 """Of the six intervals of a drift together."""
 
 
+DEPENDENT = 1e-4
+"""Probability of batches so much alike, below which they are held to depend on one another."""
+
+
 @dataclass(frozen=True, slots=True)
 class BiasEstimate:
     """The mean of readings at rest.
@@ -42,12 +47,14 @@ class BiasEstimate:
         standard_error: Of each entry [N, N m].
         sd: Of a single reading, per axis [N, N m]: the noise as seen.
         reading_count: Number of readings used.
+        verdict: Whether the standard error can be relied on.
     """
 
     mean: Wrench
     standard_error: Wrench
     sd: Wrench
     reading_count: int
+    verdict: Verdict
 
 
 def average_bias(wrench: npt.ArrayLike, *, noise: npt.ArrayLike) -> BiasEstimate:
@@ -80,18 +87,9 @@ def average_bias(wrench: npt.ArrayLike, *, noise: npt.ArrayLike) -> BiasEstimate
             f"than {MOVED_FACTOR:g} times the noise of {sd_known[i]:.3g}. Let the sensor warm up and the arm rest"
         )
     from_batches = batches.std(axis=0, ddof=1) / np.sqrt(BATCHES)
-    return BiasEstimate(_wrench(mean), _wrench(from_batches), _wrench(sd), len(rows))
-
-
-class DriftStatus(IntEnum):
-    """What readings say about drift against a limit."""
-
-    STEADY = 0
-    """On every axis the whole interval is within the limit."""
-    DRIFTING = 1
-    """On some axis the whole interval is beyond it."""
-    UNDECIDED = 2
-    """Neither: watch for longer."""
+    return BiasEstimate(
+        _wrench(mean), _wrench(from_batches), _wrench(sd), len(rows), Verdict(tuple(_dependent(batches)))
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,12 +99,12 @@ class Drift:
     Attributes:
         slope: Shape (6,) [N/s, N m/s].
         half_width: Of intervals that hold all six slopes with 95 % (Bonferroni), shape (6,).
-        status: Against the limit that was given.
+        verdict: Against the limit that was given: beyond it, within it (OK), or not to be decided.
     """
 
     slope: FloatArray
     half_width: FloatArray
-    status: DriftStatus
+    verdict: Verdict
 
 
 def estimate_drift(wrench: npt.ArrayLike, *, period: float, limit: npt.ArrayLike) -> Drift:
@@ -127,13 +125,37 @@ def estimate_drift(wrench: npt.ArrayLike, *, period: float, limit: npt.ArrayLike
     x = spacing * (np.arange(float(BATCHES)) - 0.5 * (BATCHES - 1))
     slope, se = _line(x, _batch_means(rows))
     half = float(stdtrit(BATCHES - 2, 1.0 - 0.5 * (1.0 - CONFIDENCE) / 6)) * se
-    if (np.abs(slope) - half > most).any():
-        status = DriftStatus.DRIFTING
-    elif (np.abs(slope) + half <= most).all():
-        status = DriftStatus.STEADY
-    else:
-        status = DriftStatus.UNDECIDED
-    return Drift(slope, half, status)
+    return Drift(slope, half, Verdict(tuple(_drifting(slope, half, most))))
+
+
+def _drifting(slope: FloatArray, half: FloatArray, most: FloatArray) -> Iterator[BrokenAssumption]:
+    beyond = (np.abs(slope) - half) / most
+    i = int(np.argmax(beyond))
+    if beyond[i] > 1.0:
+        yield BrokenAssumption(
+            Assumption.WHITE_IN_TIME,
+            f"{AXES[i]} drifts by {slope[i]:.2g} +- {half[i]:.1g} per second, at most {most[i]:.2g}",
+            "let the sensor warm up",
+        )
+        return
+    possible = (np.abs(slope) + half) / most
+    i = int(np.argmax(possible))
+    if possible[i] > 1.0:
+        yield BrokenAssumption(
+            Assumption.ENOUGH_DATA,
+            f"{AXES[i]} may drift by {abs(slope[i]) + half[i]:.2g} per second, at most {most[i]:.2g}",
+            "take readings for longer",
+        )
+
+
+def _dependent(batches: FloatArray) -> Iterator[BrokenAssumption]:
+    rarity = white_in_time(batches)
+    if rarity < DEPENDENT:
+        yield BrokenAssumption(
+            Assumption.WHITE_IN_TIME,
+            f"means of {BATCHES} batches follow one another: probability {rarity:.0e}, at least {DEPENDENT:g}",
+            "take readings for longer than the sensor's filter remembers, and let it warm up",
+        )
 
 
 def _enough(wrench: npt.ArrayLike) -> FloatArray:

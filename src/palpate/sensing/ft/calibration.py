@@ -12,13 +12,14 @@ The condition number of S in those units is the figure of merit of sensor design
 relative error of the channels grows in the wrench.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
 from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries, same_length
 from palpate.sensing.ft.calibration_map import CalibrationMap
 
@@ -48,16 +49,12 @@ SMALLEST_NOISE = 1e-6
 """Noise of a channel relative to its response, as weights are concerned: that of 20 bits."""
 
 
-class CalibrationStatus(IntEnum):
-    """Whether a calibration can be relied on."""
+FEWEST_TESTED = 4 * UNKNOWNS
+"""Loads from which on the residuals are independent enough to be tested for dependence in time; with fewer, loads
+that were left out are the test."""
 
-    OK = 0
-    """Well conditioned, and loads that were left out are predicted."""
-    ILL_CONDITIONED = 1
-    """The condition number is above `LARGEST_CONDITION`: the sensor hardly feels some direction."""
-    POOR_FIT = 2
-    """Loads that were left out are missed by more than `LARGEST_ERROR` of the range: wrong loads, wrong order of
-    the rows, hysteresis, or a sensor that is not linear."""
+DEPENDENT = 1e-4
+"""Probability of residuals so much alike, below which they are held to depend on one another."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +73,7 @@ class CalibrationFit:
         matrix_sd: Standard errors of the entries of the calibration matrix, shape (6, k).
         raw_covariance: Of the channels' noise, shape (k, k) [raw unit^2].
         load_covariance: (X'X)^-1 of the design X = (wrench, 1), shape (7, 7).
-        status: See `CalibrationStatus`.
+        verdict: Whether it can be relied on.
         load_count: Number of known loads used.
     """
 
@@ -91,7 +88,7 @@ class CalibrationFit:
     matrix_sd: FloatArray
     raw_covariance: FloatArray
     load_covariance: FloatArray
-    status: CalibrationStatus
+    verdict: Verdict
     load_count: int
 
     def apply(self, raw: npt.ArrayLike) -> FloatArray:
@@ -162,7 +159,9 @@ def fit_calibration(
     covariance = residual.T @ residual / (n - UNKNOWNS)
     sd = np.sqrt(np.diag(covariance))
     spread = inverse @ inverse.T
-    weight = 1.0 / np.maximum(sd, SMALLEST_NOISE * np.linalg.norm(coefficients[:6]))
+    rounding = SMALLEST_NOISE * np.linalg.norm(coefficients[:6])
+    noisy = sd > rounding
+    weight = 1.0 / np.maximum(sd, rounding)
     condition = _refuse_unfelt(coefficients[:6].T, weight, spread[:6, :6])
 
     C, offset = _inverted(coefficients, weight, mean, scale)
@@ -174,12 +173,6 @@ def fit_calibration(
         C_i, offset_i = _inverted(without, weight, mean, scale)
         left_out[i] = (readings[i] - typical - offset_i) @ C_i.T - loads[i]
     left_out_rms = np.sqrt((left_out**2).mean(axis=0))
-    if (left_out_rms > LARGEST_ERROR * scale).any():
-        status = CalibrationStatus.POOR_FIT
-    elif condition > LARGEST_CONDITION:
-        status = CalibrationStatus.ILL_CONDITIONED
-    else:
-        status = CalibrationStatus.OK
     # To (wrench, 1) from ((wrench - mean)/scale, 1).
     unscale = np.diag([*(1.0 / scale), 1.0])
     unscale[:6, 6] = -mean / scale
@@ -199,9 +192,39 @@ def fit_calibration(
         matrix_sd=np.sqrt(np.outer(np.diag(wrench_part), np.diag(channel_part))),
         raw_covariance=covariance,
         load_covariance=load_covariance,
-        status=status,
+        verdict=Verdict(tuple(_broken(left_out, left_out_rms / scale, condition, residual[:, noisy] / sd[noisy]))),
         load_count=n,
     )
+
+
+def _broken(
+    left_out: FloatArray, relative_rms: FloatArray, condition: float, residual_in_sd: FloatArray
+) -> Iterator[BrokenAssumption]:
+    """Return what the loads contradict, worst first."""
+    worst = int(np.argmax(relative_rms))
+    if relative_rms[worst] > LARGEST_ERROR:
+        row = int(np.argmax(np.abs(left_out[:, worst])))
+        yield BrokenAssumption(
+            Assumption.NOISE_LEVEL,
+            f"loads that were left out are missed by {relative_rms[worst]:.1%} of the range of {AXES[worst]}, at "
+            f"most {LARGEST_ERROR:.0%}; load {row} the most",
+            "check the loads, their order and signs; else the sensor is not linear, or has hysteresis",
+        )
+    if condition > LARGEST_CONDITION:
+        yield BrokenAssumption(
+            Assumption.CONDITIONED,
+            f"condition number {condition:.3g}, at most {LARGEST_CONDITION:g}",
+            "the sensor hardly feels some direction: check its channels for one that is dead or doubled",
+        )
+    if len(residual_in_sd) < FEWEST_TESTED or not residual_in_sd.size:
+        return
+    rarity = white_in_time(residual_in_sd)
+    if rarity < DEPENDENT:
+        yield BrokenAssumption(
+            Assumption.WHITE_IN_TIME,
+            f"residuals follow one another: probability {rarity:.0e}, at least {DEPENDENT:g}",
+            "let the sensor warm up, and load in random order: the zero drifts, or there is hysteresis",
+        )
 
 
 def _inverted(

@@ -9,6 +9,9 @@ from palpate.sensing.ft.arrays import finite_rows
 STANDARD_GRAVITY = 9.80665
 """[m/s^2], by definition (CGPM 1901). The true value is 9.780 to 9.832 at sea level: 0.3 % of a payload's mass."""
 
+GRAVITY_SD = 0.015
+"""[m/s^2] of g where it is not known: anywhere at sea level, (9.832 - 9.780)/sqrt(12)."""
+
 ROTATION_TOLERANCE = 1e-6
 """Largest entry of R'R - I in a measured pose: six digits, as robots and logs give them."""
 

@@ -97,16 +97,25 @@ class PayloadEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     Attributes:
         mass: [kg].
         center_of_mass: In the sensor frame [m].
+        mass_sd: Standard deviation of the mass [kg]; 0: taken as exact.
+        center_of_mass_sd: Likewise of the centre, per axis [m].
     """
 
     mass: float = msgspec.field(name="mass_kg", default=0.0)
     center_of_mass: Vector = msgspec.field(name="center_of_mass_m", default=ZERO)
+    mass_sd: float = msgspec.field(name="mass_sd_kg", default=0.0)
+    center_of_mass_sd: Vector = msgspec.field(name="center_of_mass_sd_m", default=ZERO)
 
     def __post_init__(self) -> None:
         not_negative("mass_kg", self.mass, "kg")
         _at_most("mass_kg", self.mass, LARGEST_MASS, "kg")
         for x in self.center_of_mass:
             _at_most("center_of_mass_m", x, LARGEST_OFFSET, "m")
+        not_negative("mass_sd_kg", self.mass_sd, "kg")
+        _at_most("mass_sd_kg", self.mass_sd, LARGEST_MASS, "kg")
+        for x in self.center_of_mass_sd:
+            not_negative("center_of_mass_sd_m", x, "m")
+            _at_most("center_of_mass_sd_m", x, LARGEST_OFFSET, "m")
 
     @property
     def payload(self) -> SensorPayload:

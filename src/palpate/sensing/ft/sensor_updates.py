@@ -1,14 +1,17 @@
 """A sensor file with something newly determined in it."""
 
-import msgspec
+import math
 
-from palpate.errors import InvalidValueError
+import msgspec
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft.bias import BiasEstimate
-from palpate.sensing.ft.calibration import CalibrationFit, CalibrationStatus
-from palpate.sensing.ft.payload import IdentifiedPayload, PayloadStatus
+from palpate.sensing.ft.calibration import CalibrationFit
+from palpate.sensing.ft.payload import IdentifiedPayload
 from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
-from palpate.spatial import ZERO, Vector
+from palpate.spatial import ZERO, Vector, as_vector
 
 
 def with_payload(sensor: SensorFile, found: IdentifiedPayload, *, date: str, provenance: str) -> SensorFile:
@@ -21,14 +24,16 @@ def with_payload(sensor: SensorFile, found: IdentifiedPayload, *, date: str, pro
         provenance: How it was determined.
 
     Raises:
-        InvalidValueError: The identification is INCONSISTENT, or the result is no possible sensor.
+        InvalidValueError: An assumption of the identification is broken, or the result is no possible sensor.
     """
-    if found.status is PayloadStatus.INCONSISTENT:
-        raise InvalidValueError(
-            f"the payload does not explain the wrenches (chi2 per degree of freedom {found.force_chi2:.3g} of the "
-            f"force, {found.moment_chi2:.3g} of the moment, should be 1): measure again, at rest, without contact"
-        )
-    payload = PayloadEntry(mass=found.payload.mass, center_of_mass=found.payload.center_of_mass)
+    if not found.verdict.ok:
+        raise InvalidValueError(f"the payload is not to be used: {found.verdict}")
+    payload = PayloadEntry(
+        mass=found.payload.mass,
+        center_of_mass=found.payload.center_of_mass,
+        mass_sd=found.mass_sd,
+        center_of_mass_sd=as_vector(found.center_sd) if found.payload.mass > 0.0 else ZERO,
+    )
     return msgspec.structs.replace(
         sensor,
         payload=payload,
@@ -60,6 +65,38 @@ def with_bias(
     )
 
 
+def bias_covariance(sensor: SensorFile, found: BiasEstimate, specific_force: Vector) -> FloatArray:
+    """Return the covariance of the bias of `with_bias`, shape (6, 6) [N, N m].
+
+    It is that of the average, and of the payload's weight, which was taken off: m a, and [a]x m c.
+
+    Args:
+        sensor: Whose payload is uncertain.
+        found: The average at rest.
+        specific_force: In that pose, sensor frame [m/s^2].
+    """
+    a, payload = np.array(specific_force), sensor.payload
+    x, y, z = specific_force
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    covariance = np.diag(np.square(found.standard_error))
+    covariance[:3, :3] += payload.mass_sd**2 * np.outer(a, a)
+    covariance[3:, 3:] += payload.mass**2 * cross @ np.diag(np.square(payload.center_of_mass_sd)) @ cross.T
+    return covariance
+
+
+def touch_uncertainty(sensor: SensorFile, found: BiasEstimate, specific_force: Vector) -> float:
+    """Return the standard deviation of the force felt without contact once the tip points the other way [N].
+
+    The payload's weight is then off by twice what the tare has hidden in the bias.
+
+    Args:
+        sensor: Whose payload is uncertain.
+        found: The average at rest.
+        specific_force: In that pose, sensor frame [m/s^2].
+    """
+    return math.hypot(2.0 * math.hypot(*specific_force) * sensor.payload.mass_sd, *found.standard_error[:3])
+
+
 def with_calibration(
     sensor: SensorFile,
     found: CalibrationFit,
@@ -80,13 +117,10 @@ def with_calibration(
         provenance: How it was determined.
 
     Raises:
-        InvalidValueError: The fit is POOR_FIT, or the result is no possible sensor.
+        InvalidValueError: An assumption of the fit is broken, or the result is no possible sensor.
     """
-    if found.status is CalibrationStatus.POOR_FIT:
-        raise InvalidValueError(
-            "the calibration does not predict loads that were left out (RMS "
-            f"{', '.join(f'{x:.3g}' for x in found.left_out_rms)} N, N m): check the loads and their order"
-        )
+    if not found.verdict.ok:
+        raise InvalidValueError(f"the calibration is not to be used: {found.verdict}")
     entry = CalibrationEntry(
         raw_unit=raw_unit,
         matrix=found.map.matrix,

@@ -6,7 +6,7 @@ import os
 from palpate.atomic_file import replacing
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.filter_specs import FilterSpec, Notch
-from palpate.sensing.ft.sensor_file import CalibrationEntry, SensorFile
+from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
 
 
 def save_sensor_file(path: str | os.PathLike[str], sensor: SensorFile) -> None:
@@ -48,6 +48,7 @@ def sensor_text(sensor: SensorFile) -> str:
         "payload:  # what it carries; center of mass in the sensor frame",
         f"  mass_kg: {_number(sensor.payload.mass)}",
         f"  center_of_mass_m: {_row(sensor.payload.center_of_mass)}",
+        *_payload_sd(sensor.payload),
         "",
         "contact:  # above touch_force_N for touch_time_s it touches, below release_force_N it has let go",
         f"  touch_force_N: {_number(sensor.contact.touch_force)}",
@@ -64,6 +65,15 @@ def sensor_text(sensor: SensorFile) -> str:
 
 def _device_rate(rate: float | None) -> list[str]:
     return [] if rate is None else [f"device_rate_Hz: {_number(rate)}  # of its own samples; read more often"]
+
+
+def _payload_sd(payload: PayloadEntry) -> list[str]:
+    if payload.mass_sd == 0.0:
+        return []
+    return [
+        f"  mass_sd_kg: {_number(payload.mass_sd)}  # standard deviations: a tare counts them",
+        f"  center_of_mass_sd_m: {_row(payload.center_of_mass_sd)}",
+    ]
 
 
 def _filters(filters: tuple[FilterSpec, ...]) -> list[str]:
