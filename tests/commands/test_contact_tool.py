@@ -313,10 +313,10 @@ def test_a_translation_next_to_moments_is_copied(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("factors", "said"), [((1.0, 1.0), None), ((1e3, 1.0), None), ((1e3, 1e3), "2 of 2"), ((1e3, 0.0), "1 of 1")]
+    ("factors", "said"), [((1.0, 1.0), None), ((1e3, 1.0), None), ((20, 20), "2 of 2"), ((20, 0.0), "1 of 1")]
 )
-def test_moments_in_another_unit_are_told_of(factors, said, tmp_path, capsys):
-    """A wrench whose axis misses the fingertip: with moments a thousand times too large, all do."""
+def test_wrenches_that_no_contact_explains_are_told_of(factors, said, tmp_path, capsys):
+    """A wrench whose axis misses the fingertip: with moments twenty times too large, all do."""
     wrenches = [[*WRENCHES[0, :3], *(factor * WRENCHES[0, 3:])] if factor else [0.0] * 6 for factor in factors]
     source = file_with(tmp_path, "\n".join([HEADER, *(",".join(map(str, row)) for row in wrenches)]))
     config = ContactConfig(source=source, ellipsoid=TIP, out=tmp_path / "out")
@@ -330,6 +330,25 @@ def test_moments_in_another_unit_are_told_of(factors, said, tmp_path, capsys):
     assert warning.startswith(f"{said} rows with force: no contact explains the wrench")
     assert "mx_mNm for mNm" in warning
     assert capsys.readouterr().err == f"Note: {warning}\n"
+
+
+@pytest.mark.parametrize(
+    "tip", [{"sphere": 0.012}, {"ellipsoid": TIP}, {"cylinder": 0.012}, {"plane": 0.02}, {"capsule": (0.01, 0.03)}]
+)
+def test_moments_typed_in_mNm_are_refused_for_any_tip(tip, tmp_path):
+    """Contacts with spin: in N m as the header has it they are fine, in mN m nothing is written."""
+    wrench = np.array([0.3, 0.2, -2.0, 1.2e-3, -2.4e-3, 4e-3])
+    out = tmp_path / "out"
+    for factor in (1.0, 1e3):
+        text = "\n".join([HEADER, *[",".join(map(str, wrench * np.repeat([1.0, factor], 3)))] * 30])
+        config = ContactConfig(source=file_with(tmp_path, text), out=out, **tip)
+        if factor == 1.0:
+            run_contact(config)
+            out.unlink()
+        else:
+            with pytest.raises(InvalidValueError, match="mx_mNm"):
+                run_contact(config)
+    assert not out.exists()
 
 
 def test_unreadable_input_and_dangerous_output_are_named(tmp_path):

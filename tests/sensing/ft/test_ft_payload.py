@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from palpate.estimation import Assumption
 from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft.payload import identify_payload
 from palpate.sensing.ft.poses import specific_force_from_gravity, specific_force_from_rotations
+from palpate.sensing.ft.zero_drift import ZeroDrift
 from sensing.ft.payload_trials import NANO17, WRIST, measured, trials
 
 SENSORS = pytest.mark.parametrize("sensor", [WRIST, NANO17], ids=["wrist", "nano17"])
@@ -204,3 +207,105 @@ def test_matrices_that_are_no_rotations_are_refused(rotations):
         specific_force_from_rotations(rotations)
     with pytest.raises(InvalidValueError, match="is zero"):
         specific_force_from_gravity([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+
+
+# --- a zero that moves -----------------------------------------------------------------------------------------
+
+N = 60
+TIME = np.linspace(0.0, 1.0, N)
+AMOUNT = np.array([1.0, -0.5, 1.5, 0.03, 0.02, -0.04])
+WHITE = np.repeat([0.028, 6e-4], 3)
+
+
+def drift(kind, rng):
+    """What the zero does over the poses, 1.5 N at its largest axis."""
+    if kind == "walk":
+        path = np.cumsum(rng.normal(size=(N, 6)), axis=0)
+        return path / np.ptp(path, axis=0) * AMOUNT
+    shapes = {"none": 0.0 * TIME, "step": TIME > 0.4, "exponential": 1.0 - np.exp(-TIME / 0.2), "linear": TIME}
+    return np.outer(shapes[kind], AMOUNT)
+
+
+def drifted(kind, seed):
+    rng = np.random.default_rng(seed)
+    up = poses(N, seed)
+    return up, measured(WRIST, up, rng, noise=0.0)[0] + drift(kind, rng) + WHITE * rng.normal(size=(N, 6))
+
+
+def identify_wrist(up, wrench):
+    return identify_payload(up, wrench, force_sd=0.028, moment_sd=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("kind", "found"),
+    [
+        ("none", {ZeroDrift.NONE}),
+        ("walk", {ZeroDrift.WALK}),
+        ("step", {ZeroDrift.NONE}),
+        ("linear", {ZeroDrift.LINEAR}),
+        ("exponential", {ZeroDrift.SMOOTH}),
+    ],
+)
+def test_a_zero_that_moves_becomes_part_of_the_model_by_evidence(kind, found):
+    for seed in range(5):
+        identified = identify_wrist(*drifted(kind, seed))
+        assert identified.zero.drift in found
+        assert bool(identified.zero.jumps) == (kind == "step")
+        assert abs(identified.payload.mass - 1.5) < 4.0 * identified.mass_sd < 0.01 * 1.5
+        assert abs(identified.mass_by_differences - 1.5) < 5.0 * identified.mass_by_differences_sd
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["walk", "step", "exponential", "linear"])
+def test_a_mass_under_drift_is_within_one_percent_or_not_to_be_used(kind):
+    for seed in range(200):
+        identified = identify_wrist(*drifted(kind, seed))
+        assert not identified.verdict.ok or identified.payload.mass == pytest.approx(1.5, rel=0.01)
+
+
+def test_what_is_constant_or_left_out_does_not_change_the_payload():
+    up, wrench = drifted("walk", 3)
+    found = identify_wrist(up, wrench)
+    moved = identify_wrist(up, wrench + np.array([100.0, -50.0, 20.0, 1.0, 2.0, 3.0]))
+    assert moved.payload.mass == pytest.approx(found.payload.mass, rel=1e-9)
+    back = identify_wrist(up[::-1], wrench[::-1])
+    assert back.payload.mass == pytest.approx(found.payload.mass, rel=1e-6)
+    assert back.zero.drift is found.zero.drift
+
+
+def test_two_orientations_one_after_the_other_cannot_be_told_from_drift():
+    up = specific_force_from_rotations(
+        Rotation.from_rotvec(
+            0.02 * np.random.default_rng(0).normal(size=(N, 3)) + np.outer(TIME > 0.5, [3.0, 0, 0])
+        ).as_matrix()
+    )
+    wrench = measured(WRIST, up, np.random.default_rng(1), noise=0.1)[0]
+    assert identify_wrist(up, wrench).verdict.breaks(Assumption.EVEN_INFLUENCE)
+
+
+@pytest.mark.parametrize(
+    ("change", "assumption", "word"),
+    [
+        (lambda up, w: (1.01 * up, w), Assumption.PLAUSIBLE, "g is 9.905"),
+        (lambda up, w: (up, w[:, [1, 0, 2, 4, 3, 5]]), Assumption.UNIQUE, r"\(y, x, z\): mirrored"),
+        (lambda up, w: (up, w * [1, 1, -1, -1, -1, 1]), Assumption.UNIQUE, "mirrored"),
+        (
+            lambda up, w: (up, w[:, [1, 2, 0, 4, 5, 3]]),
+            Assumption.UNIQUE,
+            r"turned by 120 degrees, as \(y, z, x\)",
+        ),
+        (lambda up, w: (up, w * np.repeat([1.0, 1e3], 3)), Assumption.PLAUSIBLE, "mx_mNm"),
+        (lambda up, w: (up[:6], w[:6]), Assumption.ENOUGH_DATA, "6 poses"),
+        (
+            lambda up, w: (up, w + np.outer(up[:, 2], [0.05, 0, 0, 0, 0, 0])),
+            Assumption.WHITE_IN_DIRECTION,
+            "cables",
+        ),
+    ],
+    ids=["g", "swapped", "mirrored", "turned", "units", "few", "hose"],
+)
+def test_what_is_wrong_with_the_data_is_told_apart(change, assumption, word):
+    up, wrench = drifted("none", 1)
+    up, wrench = change(up, wrench - wrench.mean(axis=0))
+    broken = identify_wrist(up, wrench).verdict.broken
+    assert any(each.assumption is assumption and re.search(word, str(each)) for each in broken), broken

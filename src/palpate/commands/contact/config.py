@@ -45,6 +45,8 @@ class ContactConfig:
     tangential force, spin torque, condition number and status; with noise given, standard deviations too. Where
     the status is not OK there is no contact and its numbers are left empty (null in JSON).
 
+    Moments whose arm is far longer than the fingertip are in another unit, and are refused.
+
     Wrong input ends with exit code 2 and one line that names the line at fault. A file given with --out then does
     not appear. From a file to standard output nothing appears either; from standard input, which may be live, rows
     before the fault may be out already. Ctrl-C ends a live source: what has come by then is kept.
@@ -123,6 +125,12 @@ class ContactConfig:
         for length in sizes:
             if not (name == "ellipsoid" and length == math.inf):  # endless along that axis
                 check_length(name, length)
+
+    @property
+    def endless(self) -> bool:
+        """Whether the fingertip is modelled without an end in some direction."""
+        open_kind = self.plane is not None or self.cylinder is not None or self.paraboloid is not None
+        return open_kind or (self.ellipsoid is not None and math.inf in self.ellipsoid)
 
     @property
     def has_noise(self) -> bool:

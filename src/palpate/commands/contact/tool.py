@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import math
 import os
 import shutil
 import sys
@@ -15,7 +16,8 @@ import numpy as np
 
 from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
-from palpate.commands.contact.config import STANDARD_STREAM, ContactConfig
+from palpate.commands.contact.config import FINGERTIPS, STANDARD_STREAM, ContactConfig
+from palpate.commands.contact.moment_units import MomentUnits
 from palpate.commands.contact.table import ContactTable, JsonLines, TableFormat
 from palpate.commands.wrench_csv import ByteSource, WrenchReader
 from palpate.errors import FloatArray, InvalidValueError
@@ -34,6 +36,7 @@ from palpate.surfaces import (
     Superellipsoid,
     load_mesh,
 )
+from palpate.surfaces.parallel import half_extents
 
 
 class _ByteSink(Protocol):
@@ -146,6 +149,17 @@ def fingertip(config: ContactConfig) -> Surface:
     return Plane(config.plane, center=center, rotation=rotation)
 
 
+def reach(config: ContactConfig, surface: Surface) -> float:
+    """Return how far from the sensor the fingertip ends, or how thick it is if it is endless [m]."""
+    if config.mesh is not None:
+        size = max(half_extents(surface))
+    else:
+        lengths = next(value for name in FINGERTIPS if (value := getattr(config, name)) is not None)
+        lengths = lengths[:3] if config.superellipsoid else lengths
+        size = sum(x for x in np.atleast_1d(lengths).tolist() if math.isfinite(x))
+    return size if config.endless else size + math.hypot(*config.center)
+
+
 def rotation_matrix_from_rotvec(rotvec: FloatArray) -> FloatArray:
     """Return the rotation about `rotvec` by |rotvec| [rad] (Rodrigues), shape (3, 3)."""
     angle = float(np.linalg.norm(rotvec))
@@ -165,6 +179,7 @@ def _convert(
     counts: "Counter[str]",
 ) -> None:
     noise = white_noise(config.force_noise, config.moment_noise)
+    units = MomentUnits(reach(config, surface), endless=config.endless)
     table: TableFormat | None = None
     text = ""
     for header, rows in reader.blocks():
@@ -172,13 +187,16 @@ def _convert(
             table = form(header.names, config.has_noise)
             text = table.header()
         if rows:
-            contacts = contacts_from_wrenches(surface, np.array([row.wrench for row in rows]), config.model)
+            wrenches = np.array([row.wrench for row in rows])
+            units.take(wrenches)
+            contacts = contacts_from_wrenches(surface, wrenches, config.model)
             deviations = contacts_uncertainties(surface, contacts, noise) if config.has_noise else None
             text += table.rows([row.copied for row in rows], contacts, deviations)
             sink.write(text.encode())
             sink.flush()
             counts.update(ContactStatus(status).name for status in contacts.status.tolist())
             text = ""
+    units.judge()
     sink.write(text.encode())  # a header without rows
 
 

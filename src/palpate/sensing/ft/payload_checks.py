@@ -17,6 +17,9 @@ RARE = 1e-4
 GRAVITY_ON_EARTH = (9.76, 9.84)
 """[m/s^2]. 9.780 to 9.832 at sea level, and 0.015 less at 5000 m."""
 
+LONGEST_ARM = 1.0
+"""[m]. What arms carry has its centre nearer to the sensor; mN m for N m make it a thousand times as far."""
+
 LARGEST_CONDITION = 20.0
 """Poses are known to about 1e-3 rad: the centre of mass then to 2 % of its distance."""
 
@@ -33,8 +36,8 @@ noise moves it by less than one."""
 LARGEST_LEVERAGE = 0.9
 """Of what is known of the mass may hang on one pose, or on one change of pose."""
 
-SAME_FACTOR = 0.25
-"""Relative spread of the factors between weight and force per axis up to which they are those of one rotation."""
+NOT_BY_ROTATION = 0.2
+"""Share of what forces have beyond a weight, up to which they are those of poses in a turned frame."""
 
 DISAGREEMENT = 4.0
 """Standard deviations between the mass and that from differences."""
@@ -69,7 +72,7 @@ class PayloadFit:
 
 def payload_verdict(fit: PayloadFit) -> Verdict:
     """Return what the data contradict, worst first."""
-    found = (_gravity(fit), _direction(fit), _data(fit), _bad_poses(fit), _time(fit), _influence(fit))
+    found = (_gravity(fit), _arm(fit), _direction(fit), _data(fit), _bad_poses(fit), _time(fit), _influence(fit))
     more = (_differences(fit), _noise(fit), _determined(fit), _conditioned(fit))
     return Verdict(tuple(broken for each in (*found, *more) for broken in each))
 
@@ -81,6 +84,16 @@ def _gravity(fit: PayloadFit) -> Iterator[BrokenAssumption]:
             Assumption.PLAUSIBLE,
             f"g is {fit.gravity:.4g} m/s^2, on earth {low} to {high}",
             "give the local g, or scale the accelerometer to it: the mass is wrong by the same factor",
+        )
+
+
+def _arm(fit: PayloadFit) -> Iterator[BrokenAssumption]:
+    arm = math.hypot(*fit.model.moment.theta) / max(fit.mass, math.sqrt(fit.mass_var))
+    if arm > LONGEST_ARM:
+        yield BrokenAssumption(
+            Assumption.PLAUSIBLE,
+            f"the centre of mass is {arm:.3g} m from the sensor, at most {LONGEST_ARM:g} m",
+            "name the unit in the header, mx_mNm if moments are in mN m",
         )
 
 
@@ -105,8 +118,10 @@ def _direction(fit: PayloadFit) -> Iterator[BrokenAssumption]:
     map_a = np.linalg.lstsq(a, -shown)[0].T
     u, factors, vt = np.linalg.svd(map_a)
     remedy = "check for contact, cables and hoses that pull, and the frame of the poses"
-    if factors[-1] > (1.0 - SAME_FACTOR) * factors[0] and _linear(force, force, 8) < RARE:
-        turn = u @ vt
+    turn = u @ vt
+    beyond = float(((a @ (map_a - force.theta[0] * np.eye(3)).T) ** 2).sum())
+    unlike = float(((a @ (map_a - factors.mean() * turn).T) ** 2).sum())
+    if unlike < NOT_BY_ROTATION * beyond:
         if np.linalg.det(turn) < 0.0:
             yield BrokenAssumption(
                 Assumption.UNIQUE,

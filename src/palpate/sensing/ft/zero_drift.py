@@ -116,7 +116,7 @@ class Whitened:
         """-2 log of the largest likelihood, but for a constant."""
         n, d = self.left.shape
         power = float((self.left**2).sum()) + self.floor
-        return n * d * math.log(power / (n * d)) - 2.0 * d * float(np.log(self.weight).sum())
+        return float(n * d * math.log(power / (n * d)) - 2.0 * d * float(np.log(self.weight).sum()))
 
     def in_time(self) -> FloatArray:
         """Return the white residuals in the order of the poses, shape (n, d)."""
@@ -161,7 +161,7 @@ def whitened(design: FloatArray, y: FloatArray, zero: Zero, ratio: float, noise:
     Y = rows[:, d * p :]
     flat = X.reshape(-1, p)
     information = flat.T @ flat
-    theta = np.linalg.lstsq(flat, Y.ravel())[0]
+    theta = np.asarray(np.linalg.lstsq(flat, Y.ravel())[0], dtype=np.float64)
     freedom = d * (n - 1 - basis.shape[1]) - p
     return Whitened(
         theta, information, Y - X @ theta, X, basis, weight, freedom, d * n * (SMALLEST_NOISE * noise) ** 2

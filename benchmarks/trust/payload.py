@@ -1,0 +1,287 @@
+"""Whether intervals of mass, centre of mass, bias and tare hold the truth, or the verdict warns.
+
+    python benchmarks/trust/payload.py [--seeds N] [--poses N] [--only NAME]
+
+A tip of 1.2 kg on a wrist sensor with white noise of 0.028 N and 0.6 mN m, random poses unless a row says
+otherwise; drifts of 1 to 2 N and 0.03 to 0.06 N m over the poses. A run is honest if its verdict is OK and every
+value within 4 standard deviations, reported if the verdict is not OK (or the data are refused), silently wrong
+else. Of a zero that drifts the bias is its mean over the poses that were used.
+Ends with 1 if anything is silently wrong in more than 1 % of the seeds, if an OK mass under drift is off by more
+than 1 %, or if a coverage lies outside of 93 to 98 % where the assumptions hold.
+"""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.spatial.transform import Rotation
+
+from palpate.errors import InvalidValueError
+from palpate.sensing.compensation import SensorPayload
+from palpate.sensing.ft import (
+    PayloadEntry,
+    SensorFile,
+    average_bias,
+    bias_covariance,
+    identify_payload,
+    specific_force_from_rotations,
+    with_bias,
+)
+from palpate.sensing.ft.payload import TWO_SIDED
+from palpate.sensing.ft.sensor_file import ContactEntry
+
+PAYLOAD = SensorPayload(1.2, (0.005, -0.012, 0.045))
+NOISE = np.repeat([0.028, 6e-4], 3)
+SCALE = np.repeat([1.0, 0.03], 3)
+SILENT, WORST, MASS = 4.0, 0.01, 0.01
+COVERED = (0.93, 0.98)
+
+Rng = np.random.Generator
+Shown = np.ndarray
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of data.
+
+    Attributes:
+        name: Of the row.
+        holds: Whether the assumptions hold, so that coverage counts.
+        change: Of what the sensor shows, shape (n, 6), given the poses (sensor to base).
+        poses: How the poses are taken.
+        assumed: g that the poses are given with [m/s^2]; 9.80665 is true.
+    """
+
+    name: str
+    change: Callable[[Rng, Shown, Rotation], Shown]
+    holds: bool = False
+    poses: Callable[[Rng, int], Rotation] = lambda rng, n: Rotation.random(n, rng=rng)
+    assumed: float = 9.80665
+
+
+def axis(rng: Rng) -> np.ndarray:
+    """Return the amount of a drift: 1 to 2 N at its largest axis."""
+    drawn = rng.normal(size=6)
+    return drawn / np.repeat([np.abs(drawn[:3]).max(), np.abs(drawn[3:]).max()], 3) * rng.uniform(1.0, 2.0) * SCALE
+
+
+def walk(rng: Rng, n: int) -> np.ndarray:
+    """Return a random walk."""
+    path = np.cumsum(rng.normal(size=(n, 6)), axis=0)
+    span = np.repeat([np.ptp(path[:, :3], axis=0).max(), np.ptp(path[:, 3:], axis=0).max()], 3)
+    return path / span * rng.uniform(1.0, 2.0) * SCALE
+
+
+def step(rng: Rng, n: int, at: int | None = None) -> np.ndarray:
+    """Return a jump."""
+    place = int(rng.integers(2, n - 2)) if at is None else at
+    return np.outer(np.arange(n) >= place, axis(rng))
+
+
+def exponential(rng: Rng, n: int) -> np.ndarray:
+    """Return a warm-up."""
+    return np.outer(1.0 - np.exp(-np.linspace(0.0, 1.0, n) / rng.uniform(0.1, 0.8)), axis(rng))
+
+
+def temperature(rng: Rng, n: int) -> np.ndarray:
+    """Return half a period to three of a sine."""
+    turns = rng.uniform(0.5, 3.0) * np.linspace(0.0, 1.0, n) + rng.uniform()
+    return np.outer(0.5 * np.sin(2.0 * math.pi * turns), axis(rng))
+
+
+def clusters(rng: Rng, n: int) -> Rotation:
+    """Return two orientations, each with some spread, the one after the other."""
+    two, spread = Rotation.random(2, rng=rng), rng.uniform(0.05, 0.5)
+    return Rotation.from_rotvec(spread * rng.normal(size=(n, 3))) * two[(np.arange(n) >= n // 2).astype(int)]
+
+
+def slow(rng: Rng, n: int) -> Rotation:
+    """Return orientations in the order of their angle: a scan."""
+    return Rotation.from_rotvec(np.cumsum(rng.normal(size=(n, 3)), axis=0) * 0.4)
+
+
+def at_some(share: float, amount: Callable[[Rng, int], np.ndarray]) -> Callable[[Rng, Shown, Rotation], Shown]:
+    """Return a change of some poses only."""
+
+    def change(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
+        some = rng.choice(len(shown), max(1, round(share * len(shown))), replace=False)
+        shown[some] += amount(rng, len(some))
+        return shown
+
+    return change
+
+
+def drifting(drift: Callable[[Rng, int], np.ndarray]) -> Callable[[Rng, Shown, Rotation], Shown]:
+    """Return a change by a drift."""
+    return lambda rng, shown, poses: shown + drift(rng, len(shown))
+
+
+def in_base(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
+    """Return wrenches in the frame of the base."""
+    return np.hstack([poses.apply(shown[:, :3]), poses.apply(shown[:, 3:])])
+
+
+def turned(degrees: float) -> Callable[[Rng, Shown, Rotation], Shown]:
+    """Return a sensor that is mounted turned about a random axis."""
+
+    def change(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
+        about = rng.normal(size=3)
+        turn = Rotation.from_rotvec(math.radians(degrees) * about / np.linalg.norm(about))
+        return np.hstack([turn.apply(shown[:, :3]), turn.apply(shown[:, 3:])])
+
+    return change
+
+
+def hose(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
+    """Return what a cable that hangs from the base adds: a force along the sensor's x as it tilts."""
+    shown[:, 0] += rng.uniform(0.3, 1.0) * poses.as_matrix()[:, 2, 1]
+    return shown
+
+
+def gain(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
+    """Return forces whose x axis is 2 % too large."""
+    return shown * [1.02, 1.0, 1.0, 1.0, 1.0, 1.0]
+
+
+BAD = at_some(0.05, lambda rng, k: 2.0 * rng.normal(size=(k, 6)) * SCALE)
+same = drifting(lambda rng, n: np.zeros((n, 6)))
+CASES = (
+    Case("nothing", same, holds=True),
+    Case("poses in a scan", same, holds=True, poses=slow),
+    Case("two clusters of poses", same, poses=clusters),
+    Case("walk", drifting(walk)),
+    Case("step", drifting(step)),
+    Case("exponential", drifting(exponential)),
+    Case("temperature", drifting(temperature)),
+    Case("walk, scan", drifting(walk), poses=slow),
+    Case("exponential, scan", drifting(exponential), poses=slow),
+    Case("walk, clusters", drifting(walk), poses=clusters),
+    Case("step between clusters", drifting(lambda rng, n: step(rng, n, n // 2)), poses=clusters),
+    Case("exponential, clusters", drifting(exponential), poses=clusters),
+    Case("5 % bad poses", BAD),
+    Case("5 % bad poses, walk", lambda r, w, p: BAD(r, w + walk(r, len(w)), p)),
+    Case("one contact force at 20 %", at_some(0.2, lambda rng, k: rng.normal(size=6) * SCALE)),
+    Case("one contact force at 50 %", at_some(0.5, lambda rng, k: rng.normal(size=6) * SCALE)),
+    Case("noise 3 times as large", lambda r, w, p: w + math.sqrt(8.0) * NOISE * r.normal(size=w.shape)),
+    Case("g of 9.9", same, assumed=9.9),
+    Case("g of 9.7", same, assumed=9.7),
+    Case("x and y swapped", lambda r, w, p: w[:, [1, 0, 2, 4, 3, 5]]),
+    Case("z mirrored", lambda r, w, p: w * [1, 1, -1, -1, -1, 1]),
+    Case("axes turned round", lambda r, w, p: w[:, [1, 2, 0, 4, 5, 3]]),
+    Case("mounted 1 degree off", turned(1.0)),
+    Case("mounted 30 degrees off", turned(30.0)),
+    Case("wrenches in base frame", in_base),
+    Case("moments in mN m", lambda r, w, p: w * np.repeat([1.0, 1e3], 3)),
+    Case("a hose", hose),
+    Case("gain of x 2 % off", gain),
+)  # fmt: skip
+
+
+def main() -> int:
+    """Measure and print; return 1 if a figure is missed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--poses", type=int, default=48)
+    parser.add_argument("--only", default="", help="part of a row's name")
+    asked = parser.parse_args()
+    console, wrong = Console(width=150), []
+    table = Table("payload", "honest", "reported", "silently wrong", "worst OK mass", "mass", "centre", "bias")
+    for case in (each for each in CASES if asked.only in each.name):
+        rows = np.array([tried(case, seed, asked.poses) for seed in range(asked.seeds)])
+        ok, far, off, covered = rows[:, 0] == 1.0, rows[:, 1] > SILENT, rows[:, 2], rows[:, 3:]
+        silent = float((ok & far).mean())
+        worst = float(off[ok].max(initial=0.0))
+        shares = [float(part[ok].mean()) if ok.any() else math.nan for part in np.split(covered, [1, 4], axis=1)]
+        table.add_row(case.name, *(f"{100 * x:.1f} %" for x in ((ok & ~far).mean(), (~ok).mean(), silent)),
+                      f"{100 * worst:.2f} %", *(f"{100 * x:.1f} %" for x in shares))  # fmt: skip
+        if silent > WORST:
+            wrong.append(f"{case.name}: silently wrong in {silent:.1%}")
+        if worst > MASS:
+            wrong.append(f"{case.name}: an OK mass is off by {worst:.1%}")
+        if case.holds:
+            wrong += [f"{case.name}: coverage {x:.1%}" for x in shares if not COVERED[0] <= x <= COVERED[1]]
+    console.print(table)
+    if not asked.only:
+        share = np.mean([tared(seed) for seed in range(asked.seeds)])
+        console.print(f"tare after it, in another pose: bias in its interval {share:.1%}")
+        wrong += [] if COVERED[0] <= share <= COVERED[1] else [f"tare: coverage {share:.1%}"]
+    for each in wrong:
+        console.print(f"MISSED: {each}", style="red")
+    return 1 if wrong else 0
+
+
+def weighed(up: np.ndarray) -> np.ndarray:
+    """Return what the payload shows in a pose, shape (n, 6)."""
+    weight = -PAYLOAD.mass * up
+    return np.hstack([weight, np.cross(PAYLOAD.center_of_mass, weight)])
+
+
+def tried(case: Case, seed: int, n: int) -> list[float]:
+    """Return OK, the largest |z|, the relative error of the mass, and which of ten intervals hold."""
+    rng = np.random.default_rng(seed)
+    poses = case.poses(rng, n)
+    R = poses.as_matrix().transpose(0, 2, 1)
+    up = specific_force_from_rotations(R)
+    bias = rng.normal(size=6) * np.repeat([5.0, 0.1], 3)
+    exact = case.change(rng, weighed(up) + bias, poses)
+    shown = exact + NOISE * rng.normal(size=(n, 6))
+    assumed = up * case.assumed / 9.80665
+    try:
+        found = identify_payload(assumed, shown, force_sd=NOISE[0], moment_sd=NOISE[3])
+    except InvalidValueError:
+        return [0.0] * 13
+    z_mass = (found.payload.mass - PAYLOAD.mass) / found.mass_sd
+    z_center = np.subtract(found.payload.center_of_mass, PAYLOAD.center_of_mass) / found.center_sd
+    zero = np.delete(exact - weighed(up), found.zero.bad, axis=0).mean(axis=0)
+    z_bias = ([*found.bias_force, *found.bias_moment] - zero) / np.sqrt(np.diag(found.bias_covariance))
+    largest = max(abs(z_mass), np.abs(z_center).max(), np.abs(z_bias).max())
+    inside = np.abs([z_mass, *z_center, *z_bias]) <= TWO_SIDED
+    return [float(found.verdict.ok), largest, abs(found.payload.mass / PAYLOAD.mass - 1.0), *inside]
+
+
+def tared(seed: int) -> float:
+    """Return the share of six biases that a tare in one pose, with an identified payload, holds."""
+    rng = np.random.default_rng(seed)
+    up = specific_force_from_rotations(Rotation.random(12, rng=rng).as_matrix())
+    bias = rng.normal(size=6) * np.repeat([5.0, 0.1], 3)
+    found = identify_payload(
+        up, weighed(up) + bias + NOISE * rng.normal(size=(12, 6)), force_sd=NOISE[0], moment_sd=NOISE[3]
+    )
+    x, y, z = found.center_sd.tolist()
+    entry = PayloadEntry(
+        mass=found.payload.mass,
+        center_of_mass=found.payload.center_of_mass,
+        mass_sd=found.mass_sd,
+        center_of_mass_sd=(x, y, z),
+    )
+    f, m = (NOISE[0],) * 3, (NOISE[3],) * 3
+    contact = ContactEntry(touch_force=2.0, release_force=1.0)
+    sensor = SensorFile(
+        model="m",
+        serial_number="s",
+        date="2026-01-01",
+        provenance="p",
+        sample_rate=500.0,
+        force_range=(500.0,) * 3,
+        moment_range=(20.0,) * 3,
+        noise_force=f,
+        noise_moment=m,
+        payload=entry,
+        contact=contact,
+    )
+    drifted = bias + rng.normal(size=6) * SCALE
+    (pose,) = specific_force_from_rotations(Rotation.random(1, rng=rng).as_matrix())
+    average = average_bias(weighed(pose[None]) + drifted + NOISE * rng.normal(size=(1000, 6)), noise=NOISE)
+    a = (float(pose[0]), float(pose[1]), float(pose[2]))
+    after = with_bias(sensor, average, a, date="2026-01-01", provenance="p").bias
+    sd = np.sqrt(np.diag(bias_covariance(sensor, average, a)))
+    return float(np.mean(np.abs(np.subtract(after, drifted)) <= TWO_SIDED * sd))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
