@@ -158,7 +158,7 @@ def identify_payload(
         # the mass may still be what was found: that is what "none" is uncertain by
         payload, center_cov = SensorPayload(), np.full((3, 3), np.inf)
         mass_var += mass**2
-    bias_cov = _bias_covariance(mean_a, mass_var, h_cov, var_f, var_m, len(good))
+    bias_cov = _bias_covariance(mean_a, mass_var, h_cov, max(var_f, sd_f**2), max(var_m, sd_m**2), len(good))
     residuals = np.hstack([left_f, left_m])
     for array in (center_cov, bias_cov, residuals):
         array.setflags(write=False)

@@ -4,8 +4,9 @@ The rows of the regression are poses in the order in which they were taken. Thei
 walks at random (first differences are white) or bends at random (second differences are). The discrete cosine
 transform diagonalises both (Strang 1999, SIAM Review 41: the DCT-II is the basis of differences with free ends),
 so that generalised least squares is a weight for each frequency; frequency 0 is the constant zero and drops out.
-The ratio of drift to noise maximises the likelihood. Which kind of drift: by BIC (Schwarz 1978), and none unless
-the evidence against it is strong. Bad poses and jumps are found one by one, the worst first, by exact F-tests.
+The ratio of drift to noise has the largest likelihood, but for its error. Which kind of drift: by BIC (Schwarz
+1978), and none unless the evidence against it is strong. Bad poses and jumps are found one by one, the worst first,
+by exact F-tests.
 """
 
 import math
@@ -32,6 +33,9 @@ EVENTS = 1 / 6
 
 SMALLEST_NOISE = 1e-2
 """Of the noise that was given: what is smaller is rounding, and nothing is read from it."""
+
+ONE_SD = 1.0
+"""Of -2 log likelihood: one standard deviation of the ratio of drift to noise."""
 
 BLIND = 1e-9
 """Of its own length: a column with no more left beside the others says nothing."""
@@ -169,7 +173,10 @@ def whitened(design: FloatArray, y: FloatArray, zero: Zero, ratio: float, noise:
 
 
 def best_ratio(design: FloatArray, y: FloatArray, zero: Zero, noise: float) -> tuple[Whitened, float]:
-    """Return the regression with the likeliest ratio of drift to noise, and that ratio."""
+    """Return the regression with a ratio of drift to noise, and that ratio.
+
+    It is one standard deviation above the likeliest: taken as known, that would make intervals too narrow.
+    """
     power = POWER[zero.drift]
     if power == 0:
         return whitened(design, y, zero, 0.0, noise), 0.0
@@ -182,7 +189,8 @@ def best_ratio(design: FloatArray, y: FloatArray, zero: Zero, noise: float) -> t
         step /= 3.0
         at = min(tried, key=lambda x: tried[x].cost)
         tried |= {x: whitened(design, y, zero, 10.0**x, noise) for x in (at - step, at + step) if low <= x <= high}
-    at = min(tried, key=lambda x: tried[x].cost)
+    least = min(fit.cost for fit in tried.values())
+    at = max(x for x, fit in tried.items() if fit.cost <= least + ONE_SD)
     return tried[at], 10.0**at
 
 
