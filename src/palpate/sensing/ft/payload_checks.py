@@ -24,7 +24,7 @@ LARGEST_CONDITION = 20.0
 """Poses are known to about 1e-3 rad: the centre of mass then to 2 % of its distance."""
 
 MASS_WITH_DRIFT = 0.01
-"""Of the mass: three standard deviations up to which a mass counts as determined though the zero moves."""
+"""Of the mass: four standard deviations up to which a mass counts as determined though the zero moves."""
 
 BAD_SHARE = 0.05
 """Of the poses (one at least from 20 on) may be left out as exceptions."""
@@ -249,12 +249,12 @@ def _noise(fit: PayloadFit) -> Iterator[BrokenAssumption]:
 
 def _determined(fit: PayloadFit) -> Iterator[BrokenAssumption]:
     sd = math.sqrt(fit.mass_var)
-    if fit.model.zero.moves and 3.0 * sd > MASS_WITH_DRIFT * fit.mass:
+    if fit.model.zero.moves and 4.0 * sd > MASS_WITH_DRIFT * fit.mass:
         drift = fit.model.zero.drift
         yield BrokenAssumption(
             Assumption.CONDITIONED,
             f"the zero moves ({drift if drift is not ZeroDrift.NONE else 'jumps'}) and leaves the mass uncertain "
-            f"by {3.0 * sd / fit.mass:.1%}, at most {MASS_WITH_DRIFT:.0%}",
+            f"by {4.0 * sd / fit.mass:.1%}, at most {MASS_WITH_DRIFT:.0%}",
             "let the sensor warm up, and take more poses, opposite orientations in turn",
         )
 

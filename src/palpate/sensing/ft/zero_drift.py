@@ -3,9 +3,9 @@
 The rows of the regression are poses in the order in which they were taken. Their noise is white, plus a zero that
 walks at random (first differences are white) or bends at random (second differences are). The discrete cosine
 transform diagonalises both (Strang 1999, SIAM Review 41: the DCT-II is the basis of differences with free ends),
-so that generalised least squares is a weight for each frequency; frequency 0 is the constant zero and drops out.
+so that generalised least squares is a weight for each frequency; frequency 0 is the constant zero, and drops out.
 The ratio of drift to noise has the largest likelihood, but for its error. Which kind of drift: by BIC (Schwarz
-1978), and none unless the evidence against it is strong. Bad poses and jumps are found one by one, the worst first,
+1978), and none unless the evidence against it is strong. Bad poses and jumps are found one by one, worst first,
 by exact F-tests.
 """
 
