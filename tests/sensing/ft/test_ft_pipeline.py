@@ -17,11 +17,15 @@ from palpate.sensing.ft import (
     HealthCheck,
     PayloadEntry,
     average_bias,
+    bias_covariance,
     fit_calibration,
     identify_payload,
     load_sensor_file,
+    read_sensor,
     save_sensor_file,
+    sensor_text,
     specific_force_from_rotations,
+    touch_uncertainty,
     with_bias,
     with_calibration,
     with_payload,
@@ -216,3 +220,17 @@ def test_a_step_makes_less_than_a_hundred_calls_however_many_there_were_and_none
         sys.setprofile(None)
         assert 0 < len(calls) < 100
         assert not any("numpy" in name for name in calls)
+
+
+def test_a_tare_counts_what_the_payload_is_uncertain_by():
+    """The bias hides the error of the weight in that pose; turned over, the tip feels twice as much."""
+    payload = PayloadEntry(mass=0.5, center_of_mass=(0.0, 0.0, 0.03), mass_sd=0.002, center_of_mass_sd=(1e-3,) * 3)
+    sensor = msgspec.structs.replace(fingertip(), payload=payload)
+    rng = np.random.default_rng(0)
+    found = average_bias(rng.normal(size=(1000, 6)) * 1e-3, noise=np.full(6, 1e-3))
+    sd = np.sqrt(np.diag(bias_covariance(sensor, found, (0.0, 0.0, 9.8))))
+    assert sd[:2] == pytest.approx(found.standard_error[:2])
+    assert sd[2] == pytest.approx(9.8 * 0.002, rel=0.01)
+    assert sd[3:5] == pytest.approx(9.8 * 0.5 * 1e-3, rel=0.01)
+    assert touch_uncertainty(sensor, found, (0.0, 0.0, 9.8)) == pytest.approx(2.0 * 9.8 * 0.002, rel=0.01)
+    assert read_sensor(sensor_text(sensor)) == sensor

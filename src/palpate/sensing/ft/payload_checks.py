@@ -254,7 +254,7 @@ def _determined(fit: PayloadFit) -> Iterator[BrokenAssumption]:
         yield BrokenAssumption(
             Assumption.CONDITIONED,
             f"the zero moves ({drift if drift is not ZeroDrift.NONE else 'jumps'}) and leaves the mass uncertain "
-            f"by {4.0 * sd / fit.mass:.1%}, at most {MASS_WITH_DRIFT:.0%}",
+            f"by {min(4.0 * sd / max(fit.mass, sd), 1.0):.1%}, at most {MASS_WITH_DRIFT:.0%}",
             "let the sensor warm up, and take more poses, opposite orientations in turn",
         )
 
