@@ -22,7 +22,7 @@ from palpate.estimation import Verdict
 from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.arrays import finite_rows, positive_entries, same_length
 from palpate.sensing.ft.payload_checks import PayloadFit, payload_verdict
-from palpate.sensing.ft.zero_drift import Whitened, Zero, explained, zero_in_time
+from palpate.sensing.ft.zero_drift import Whitened, Zero, ZeroDrift, explained, zero_in_time
 from palpate.spatial import Vector, as_vector
 
 MIN_POSES = 4
@@ -38,6 +38,9 @@ themselves are known to about 1e-3 rad, which the fit takes as exact."""
 STATIC_TOLERANCE = 0.05
 """Relative deviation from g at which a specific force is taken to be no pose at rest: ten times the spread of g
 over the earth."""
+
+NEIGHBOURS = 2
+"""Poses on either side whose misfit may be alike."""
 
 TWO_SIDED = float(ndtri(0.5 + 0.5 * 0.95))
 """Half-width of a 95 % interval in standard deviations (1.96)."""
@@ -138,8 +141,8 @@ def identify_payload(
 
     var_f, var_m = _noise(force, zero, sd_f), _noise(moment, zero, sd_m)
     mass = float(force.theta[0])
-    mass_var = float(_covariance(force, var_f)[0, 0])
-    h, h_cov = moment.theta, _covariance(moment, var_m)
+    mass_var = float(_covariance(force, var_f, zero)[0, 0])
+    h, h_cov = moment.theta, _covariance(moment, var_m, zero)
     if mass < -_sure(mass_var):
         raise InvalidValueError(
             f"the mass comes out as {mass:.4g} +- {math.sqrt(mass_var):.1g} kg: below zero. The wrench must be "
@@ -217,10 +220,24 @@ def _noise(fit: Whitened, zero: Zero, given: float) -> float:
     return fit.variance + fit.floor / fit.freedom if zero.moves else given**2
 
 
-def _covariance(fit: Whitened, variance: float) -> FloatArray:
+def _covariance(fit: Whitened, variance: float, zero: Zero) -> FloatArray:
     values, vectors = np.linalg.eigh(fit.information)
     # what the zero took away altogether is not determined: finite, that sums stay numbers
-    return np.asarray(variance * (vectors / np.maximum(values, 1e-12)) @ vectors.T)
+    root = vectors / np.sqrt(np.maximum(values, 1e-12))
+    larger = 1.0 if zero.drift is ZeroDrift.NONE else _uneven(fit.scores() @ root) / max(variance, 1e-300)
+    return np.asarray(max(1.0, larger) * variance * root @ root.T)
+
+
+def _uneven(scores: FloatArray) -> float:
+    """Return the variance that scores of shape (n, p), of unit information, show in their worst direction.
+
+    Newey & West (1987): a drift that is not as its model has it misses some poses by more, and neighbours alike.
+    """
+    total = scores.T @ scores
+    for lag in range(1, NEIGHBOURS + 1):
+        shared = (1.0 - lag / (NEIGHBOURS + 1)) * scores[lag:].T @ scores[:-lag]
+        total = total + shared + shared.T
+    return float(np.linalg.eigvalsh(total)[-1])
 
 
 def _moment_per_first_moment(a: FloatArray) -> FloatArray:

@@ -126,6 +126,12 @@ class Whitened:
         """Return the white residuals in the order of the poses, shape (n, d)."""
         return _in_time(self.left)
 
+    def scores(self) -> FloatArray:
+        """Return what each pose contributes to the normal equations, shape (n, p)."""
+        n, d, p = self.design.shape
+        design = _in_time(self.design.reshape(n, d * p)).reshape(n + 1, d, p)
+        return np.asarray((design * self.in_time()[:, :, None]).sum(axis=1))
+
     def of_events(self, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return unit columns of shape (n - 1, k) for events of shape (n, k), free of the zero, and their rarity.
 
