@@ -31,7 +31,8 @@ from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.stroke_plan import planned_slips
-from palpate.friction.rubbing.surface_fit import PLACE_ERROR, SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.slip_load import SlipLoad
+from palpate.friction.rubbing.surface_fit import PLACE_ERROR, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.sim.friction.law import FrictionLaw
 from support.closed_strokes import Sensed, elastic_pair, elastic_turns

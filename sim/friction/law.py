@@ -61,6 +61,10 @@ class FrictionLaw:
                 f"{self.static_friction:g}; for friction that grows with speed give viscous_friction"
             )
         self.limit_surface(self.static_friction)  # refuses the other three
+        if self.norm_exponent > 2.0:
+            raise InvalidValueError(
+                f"norm_exponent = {self.norm_exponent:g}: must be at most 2 (ellipsoid), one patch, to be simulated"
+            )
 
     def limit_surface(self, friction: float) -> LimitSurface:
         """Return what is borne at a friction mu, such as `static_friction` or `friction_at(speed)`."""

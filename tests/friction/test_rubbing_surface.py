@@ -1,6 +1,7 @@
 """A whole limit surface from slips; the slips that tell it; mu over the speed, and creep."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,12 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
+from palpate.estimation import Assumption
+from palpate.friction import LimitSurface
+from palpate.friction.contact_load import Slip
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.speed_curve import SpeedPoint, fit_speed_curve
 from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.stroke_plan import planned_slips
-from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.slip_load import SlipLoad
+from palpate.friction.rubbing.surface_fit import fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
 from support.closed_strokes import Sensed, nothing, slips
 
@@ -219,3 +224,58 @@ def test_what_cannot_be_fitted_or_planned_is_refused():
         planned_slips((1.0, 4.0), (0.003, 0.003), 5)
     with pytest.raises(InvalidValueError, match="0 speeds"):
         fit_speed_curve([])
+
+
+def pushed(seed, inside, noise, n=60):
+    """Loads of mu = 0.35, e = 20 mm, p = 1.7: some far inside the surface, with noise of another kind than scatter."""
+    rng, law, loads = np.random.default_rng(seed), law_of(0.35, 0.02, 0.0, 1.7), []
+    for _ in range(n):
+        force, angle = rng.uniform(8.0, 12.0), rng.uniform(0.0, 0.5 * math.pi)
+        speed, spin = 0.02 * math.cos(angle), math.sin(angle)
+        f, t = law.slipping_load(force, speed, spin)
+        share = rng.uniform(0.0, 1.0) if rng.random() < inside else 1.0
+        a, b = share * (1.0 + 0.1 * rng.normal(size=2))
+        f, t = a * f + noise * rng.normal(), b * t + 0.02 * noise * rng.normal()
+        loads.append(SlipLoad(force, f, t, speed, spin))
+    return loads
+
+
+@pytest.mark.parametrize(("inside", "noise"), [(0.0, 0.5), (0.5, 0.0), (0.8, 0.5)])
+def test_real_pushing_loads_never_collapse_and_those_that_do_not_slip_are_reported(inside, noise):
+    found = fit_limit_surface(pushed(1, inside, noise))
+    assert 0.15 < found.surface.friction < 0.4
+    held = abs(found.surface.friction - 0.35) < 4.0 * found.standard_deviations[0]
+    assert held or not found.verdict.ok
+    assert found.verdict.ok == (inside == 0.0)
+
+
+def test_a_norm_exponent_above_2_is_fitted_where_the_loads_ask_for_it():
+    rng, surface = np.random.default_rng(4), LimitSurface(0.5, 0.003, 0.2, 3.0)
+    loads = []
+    for slip in planned_slips((1.0, 5.0), (0.003, 0.003 * 5.0**0.2), 18, 0.02):
+        load = surface.load_for_slip(slip.normal_force, Slip((slip.speed, 0.0, 0.0), slip.spin))
+        a, b = 1.0 + 0.03 * rng.normal(size=2)
+        loads.append(
+            SlipLoad(slip.normal_force, a * load.tangential_length, b * load.spin_torque, slip.speed, slip.spin)
+        )
+    found = fit_limit_surface(loads)
+    assert found.verdict.ok
+    assert abs(found.surface.norm_exponent - 3.0) < 3.0 * found.standard_deviations[3]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_another_mu_along_each_axis_is_found_only_where_there_is(share):
+    """mu 0.5 (1 + share) along the headings 0, 0.5 (1 - share) across."""
+    loads = []
+    for k, load in enumerate(loads_of(law_of(), scatter=0.03, rng=np.random.default_rng(6)) * 2):
+        heading = (k % 5) * math.pi / 5.0
+        along = math.hypot((1.0 + share) * math.cos(heading), (1.0 - share) * math.sin(heading))
+        if load.spin == 0.0 or load.speed == 0.0:
+            part = along if load.spin == 0.0 else 1.0
+            loads.append(replace(load, tangential_force=part * load.tangential_force, heading=heading))
+    found = fit_limit_surface(loads)
+    assert (found.axes is None) == (share == 0.0)
+    if found.axes is not None:
+        assert found.verdict.breaks(Assumption.WHITE_IN_DIRECTION)
+        assert found.axes.largest == pytest.approx(0.55, rel=0.06)
+        assert found.axes.least == pytest.approx(0.45, rel=0.06)

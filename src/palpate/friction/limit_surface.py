@@ -23,6 +23,9 @@ from palpate.spatial import ZERO, scale
 LARGEST_LOAD_EXPONENT = 1.0 / 3.0
 """Of a linear elastic sphere, a ~ f_n^(1/3) (Hertz); soft materials lie below (Xydas & Kao 1999)."""
 
+LARGEST_NORM_EXPONENT = 4.0
+"""One patch lies between 1 and 2; of several, or of friction that differs by direction, up to 4 is fitted."""
+
 _NEWTON_STEPS = 30
 """Never reached: from within a factor of 2 Newton's method takes at most 6."""
 
@@ -42,7 +45,7 @@ class LimitSurface:
         friction: mu: tangential force over normal force, without torque.
         spin_length: c [m], which is e at a normal force of 1 N: torque over mu f_n, without tangential force.
         load_exponent: gamma, 0 to 1/3: how e grows with the normal force.
-        norm_exponent: p, 1 (diamond) to 2 (ellipse): how force and torque share.
+        norm_exponent: p, 1 (diamond) over 2 (ellipse) to 4: how force and torque share.
     """
 
     friction: float
@@ -61,9 +64,10 @@ class LimitSurface:
                 f"load_exponent = {self.load_exponent:g}: must be at most {LARGEST_LOAD_EXPONENT:.4g}, that of an "
                 f"elastic sphere"
             )
-        if not 1.0 <= self.norm_exponent <= 2.0:
+        if not 1.0 <= self.norm_exponent <= LARGEST_NORM_EXPONENT:
             raise InvalidValueError(
-                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and 2 (ellipsoid)"
+                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and {LARGEST_NORM_EXPONENT:g}; "
+                "2 is the ellipsoid"
             )
 
     def spin_length_at(self, normal_force: float) -> float:

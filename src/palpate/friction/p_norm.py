@@ -1,4 +1,4 @@
-"""The p-norm of two lengths, 1 <= p <= 2, and its normals: the shape of a limit surface at one normal force."""
+"""The p-norm of two lengths, p >= 1, and its normals: the shape of a limit surface at one normal force."""
 
 import math
 

@@ -14,7 +14,8 @@ from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
 from palpate.friction.rubbing.speed_ratio import friction_ratio, spin_friction
 from palpate.friction.rubbing.stroke import TwoWay
-from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.slip_load import SlipLoad
+from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3

@@ -5,9 +5,9 @@ the slip (see `palpate.friction.limit_surface`): with a = v, b = e omega,
 
     (x, y) ~ (a, b)^(1/(p-1)),  |(x, y)|_p = 1,    f_t = mu f_n x,  tau = mu e f_n y,  e = c f_n^gamma.
 
-Maximum likelihood over both components of every load, each with a standard deviation of `scatter` times itself
-(real surfaces differ from stroke to stroke by some per cent) and the sensor's own, and what an error of the place
-turned about does to the slip. p is determined by two things: how far a load of both lies from the axes, and how
+Maximum likelihood over both components of every load (`palpate.friction.rubbing.slip_likelihood`), from several
+starts; heavy tails (Lange, Little & Taylor 1989), a p above 2 and another mu along each of two axes only where the
+likelihood asks for them. p is determined by two things: how far a load of both lies from the axes, and how
 fast it turns as the slip does; so slips of both kinds and several ratios are wanted, see
 `palpate.friction.rubbing.stroke_plan`.
 """
@@ -17,16 +17,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
-from scipy.optimize import least_squares, minimize_scalar
+from scipy.optimize import minimize
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
-from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LimitSurface
+from palpate.errors import FloatArray
+from palpate.estimation import HELD, Verdict
+from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LARGEST_NORM_EXPONENT, LimitSurface
+from palpate.friction.rubbing.slip_likelihood import TAIL, Errors, Loads
+from palpate.friction.rubbing.slip_load import SlipLoad
+from palpate.friction.rubbing.surface_verdict import FittedLoads, surface_verdict
 
 MIN_EXPONENT = 1.01
 """Of p while it is searched: at 1 the load jumps from corner to corner of the diamond."""
+
+USUAL_EXPONENT = 2.0
+"""Largest p that is looked for first: one patch of any round pressure lies below."""
 
 SMALLEST_SCATTER, LARGEST_SCATTER = 0.003, 0.5
 """Between these it is looked for: less is not believed of any surface, more is no limit surface."""
@@ -36,42 +42,40 @@ PLACE_ERROR = 0.2e-3
 Loads on the friction plant are off by what 0.06 mm does, but alike in slips that are alike, which counts as more:
 with 0.1 mm p lay in its 95 % interval in 30 of 32 runs, with 0.2 mm in all (`benchmarks/friction.py`)."""
 
-_ROUNDS = 4
-"""Of fitting by deviations that depend on the fit: more change nothing."""
+EVIDENCE = 10.0
+"""By how much -2 log likelihood must fall, beside 2 for each parameter more, for a larger model: chance alone does
+that in less than 1 of 300 fits."""
+
+NEAR = 3.0
+"""In standard deviations: where no load is farther off than that, and the scatter is below `MUCH`, tails are not
+looked for."""
+
+MUCH = 0.1
+"""Scatter of loads that may hide tails."""
 
 _STARTS = (1.15, 1.4, 1.8)
 """Values of p to begin with: near 1 the likelihood is flat where slips and axes are alike."""
 
+_SCALE = np.array([0.1, 0.1, 0.1, 0.3, 0.1, 0.1, 1.0, 1.0])
+"""How much of each parameter is about as much: theta, ln scatter and ln spread."""
+
+_LARGEST_ANISOTROPY = 0.9
+"""Of either part: mu along one axis is at most 4 times that along the other."""
+
 
 @dataclass(frozen=True, slots=True)
-class SlipLoad:
-    """What a contact in full slip bore: mean of a motion there and back.
+class SlidingAxes:
+    """Friction that differs by direction.
 
     Attributes:
-        normal_force: [N].
-        tangential_force: Its length, along the slip [N].
-        spin_torque: Along the spin, so 0 or above but for noise [N m].
-        speed: Of the slip along the surface, 0 or above [m/s].
-        spin: Of the slip about the normal, 0 or above [rad/s].
+        largest: mu along the axis of most friction.
+        least: mu across it.
+        heading: Of the axis of most friction, as the loads' headings are counted [rad].
     """
 
-    normal_force: float
-    tangential_force: float
-    spin_torque: float
-    speed: float
-    spin: float
-
-    def __post_init__(self) -> None:
-        positive("normal_force", self.normal_force, "N")
-        not_negative("speed", self.speed, "m/s")
-        not_negative("spin", self.spin, "rad/s")
-        if self.speed == self.spin == 0.0:
-            raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: must slip, with one of them not 0")
-        if not (math.isfinite(self.tangential_force) and math.isfinite(self.spin_torque)):
-            raise InvalidValueError(
-                f"tangential_force = {self.tangential_force} N, spin_torque = {self.spin_torque} N m: "
-                "must be finite"
-            )
+    largest: float
+    least: float
+    heading: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,17 +83,21 @@ class LimitSurfaceFit:
     """A limit surface and how well it is known.
 
     Attributes:
-        surface: The most likely one.
+        surface: The most likely one; mu is the quadratic mean over directions.
         covariance: Of (ln mu, ln c, gamma, p), shape (4, 4), such that 1.96 deviations hold 95 %. At an end of
             its range gamma or p is likelier within than this says.
         scatter: Of the loads about it, relative.
         loads: How many it rests on.
+        axes: mu along two axes, where the loads ask for that; None if it is the same in all directions.
+        verdict: Whether the loads are those of a limit surface in slip.
     """
 
     surface: LimitSurface
     covariance: FloatArray
     scatter: float
     loads: int
+    axes: SlidingAxes | None = None
+    verdict: Verdict = HELD
 
     @property
     def standard_deviations(self) -> tuple[float, float, float, float]:
@@ -119,118 +127,157 @@ def fit_limit_surface(
     Raises:
         InvalidValueError: Too few loads, or none of sliding or of spinning.
     """
-    data = _Loads.of(loads)
-    floor = (force_error, torque_error)
-    best: tuple[float, FloatArray, float, FloatArray] | None = None
-    for p in _STARTS:
-        guess, spread = data.start(p), 0.03 if scatter is None else max(scatter, SMALLEST_SCATTER)
-        rows = np.zeros((2 * len(loads), 4))
-        for _ in range(_ROUNDS):
-            # by the loads as predicted: measured ones would favour the small
-            weights = data.weights(guess, spread, floor, place_error)
-            result = least_squares(
-                data.residuals, guess, bounds=(_LOW, _HIGH), x_scale=(0.1, 0.1, 0.1, 0.3), args=(weights,)
-            )
-            guess, rows = np.asarray(result.x), np.asarray(result.jac, dtype=np.float64)
-            if scatter is None:
-                spread = data.likeliest_scatter(guess, floor, place_error)
-        unlikely = data.unlikelihood(guess, data.weights(guess, spread, floor, place_error))
-        if best is None or unlikely < best[0]:
-            best = (unlikely, guess, spread, rows)
-    assert best is not None
-    _, found, size, jacobian = best
-    # what the loads leave undetermined, a uniform prior over the range determines
-    information = jacobian.T @ jacobian + np.diag(_PRIOR)
-    mu, c, gamma, p = math.exp(found[0]), math.exp(found[1]), float(found[2]), float(found[3])
-    covariance = np.linalg.inv(information).astype(np.float64)
-    if scatter is None:
-        # seen with few degrees of freedom: Student's quantile over the normal's, so that 1.96 deviations hold 95 %
-        covariance *= (student.ppf(0.975, 2 * len(loads) - 4) / norm.ppf(0.975)) ** 2
-    return LimitSurfaceFit(LimitSurface(mu, c, gamma, p), covariance, size, len(loads))
-
-
-_LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, MIN_EXPONENT])
-_HIGH = np.array([math.log(1e2), math.log(1.0), LARGEST_LOAD_EXPONENT, 2.0])
-_PRIOR = 12.0 / (_HIGH - _LOW) ** 2
+    data = Loads.of(loads)
+    search = _Search(data, scatter, Errors(force_error, torque_error, place_error))
+    best = min((search.best(search.start(p)) for p in _STARTS), key=lambda one: one.unlikely)
+    if scatter is None and (search.farthest(best) > NEAR or math.exp(best.x[6]) > MUCH):
+        heavy = search.best(search.start(1.4), heavy=True), search.best(best.x, heavy=True)
+        best = _asked_for(best, min(heavy, key=lambda one: one.unlikely), 0)
+    if best.x[3] > USUAL_EXPONENT - 1e-3:
+        best = _asked_for(best, search.best(best.x, heavy=best.heavy, exponent=LARGEST_NORM_EXPONENT), 0)
+    if len(np.unique(np.round(np.mod(data.heading[data.speed > 0.0], math.pi), 2))) > 1:
+        top = max(USUAL_EXPONENT, float(best.x[3]))
+        best = _asked_for(best, search.best(best.x, heavy=best.heavy, exponent=top, axes=True), 2)
+    return _fit(data, search, best, scatter is None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Loads:
-    """As a structure of arrays; shape (n,), `measured` (2, n)."""
+class _Found:
+    x: FloatArray
+    unlikely: float
+    heavy: bool
+    axes: bool = False
 
-    normal_force: FloatArray
-    measured: FloatArray
-    speed: FloatArray
-    spin: FloatArray
 
-    @classmethod
-    def of(cls, loads: Sequence[SlipLoad]) -> "_Loads":
-        if len(loads) < 4:
-            raise InvalidValueError(f"{len(loads)} loads: must be at least 4, of sliding, spinning and both")
-        columns = np.array(
-            [[l.normal_force, l.tangential_force, l.spin_torque, l.speed, l.spin] for l in loads]  # noqa: E741
-        ).T
-        if not (columns[3].any() and columns[4].any()):
-            raise InvalidValueError("all loads are of one kind of slip: must be of sliding and of spinning")
-        return cls(columns[0], columns[1:3].copy(), columns[3], columns[4])
+def _asked_for(small: _Found, large: _Found, more: int) -> _Found:
+    return large if large.unlikely < small.unlikely - 2.0 * more - EVIDENCE else small
+
+
+class _Search:
+    """For the most likely parameters: theta, ln scatter, ln spread."""
+
+    def __init__(self, data: Loads, scatter: float | None, errors: Errors) -> None:
+        self.data, self.errors, self.given = data, errors, scatter
+        self.gain = 1.0 if scatter is not None else data.measured.size / (data.measured.size - 5)
+
+    def whitening(self, x: FloatArray) -> FloatArray:
+        spread = 0.0 if self.given is not None else math.exp(x[7])
+        return self.data.whitening(x[:6], math.exp(x[6]), spread, self.errors)
+
+    def farthest(self, found: _Found) -> float:
+        """Return how far the load that is farthest off is from its prediction, in standard deviations."""
+        whitened = self.data.whitened(found.x[:6], self.whitening(found.x))
+        return math.sqrt(float((whitened**2).sum(axis=0).max()))
 
     def start(self, p: float) -> FloatArray:
-        """From the largest ratios seen of each kind: (ln mu, ln c, gamma, p)."""
-        force, torque = self.measured
-        mu = max(float((force / self.normal_force).max()), 1e-2)
-        c = max(float((torque / self.normal_force).max()) / mu, 1e-5)
-        return np.clip([math.log(mu), math.log(c), 0.15, p], _LOW + 1e-6, _HIGH - 1e-6)
+        """From medians, which loads that did not slip, or are wrong, do not carry away."""
+        force, torque = self.data.measured / self.data.normal_force
+        sliding, turning = self.data.speed > 0.0, self.data.spin > 0.0
+        length = float(np.median(np.abs(torque[turning])) / max(float(np.median(np.abs(force[sliding]))), 1e-9))
+        length = min(max(length, 1e-5), 0.5)
+        mu = float(np.median(np.hypot(force, torque / length)))
+        spread = 0.03 if self.given is None else max(self.given, SMALLEST_SCATTER)
+        start = [math.log(max(mu, 1e-2)), math.log(length), 0.15, p, 0.0, 0.0, math.log(spread), math.log(1e-3)]
+        return np.array(start)
 
-    def predicted(self, theta: npt.NDArray[np.float64], speed: FloatArray | None = None) -> FloatArray:
-        """Return tangential force and torque, shape (2, n)."""
-        mu, c, gamma, p = math.exp(theta[0]), math.exp(theta[1]), theta[2], theta[3]
-        e = c * self.normal_force**gamma
-        a, b = self.speed if speed is None else speed, e * self.spin
-        largest = np.maximum(a, b)
-        power = 1.0 / (p - 1.0)
-        x, y = (a / largest) ** power, (b / largest) ** power
-        length = (x**p + y**p) ** (1.0 / p)
-        most = mu * self.normal_force
-        return np.stack([most * x / length, most * e * y / length])
+    def best(
+        self, start: FloatArray, *, heavy: bool = False, exponent: float = USUAL_EXPONENT, axes: bool = False
+    ) -> _Found:
+        low, high = _LOW.copy(), _HIGH.copy()
+        high[3] = exponent
+        if axes:
+            low[4:6], high[4:6] = -_LARGEST_ANISOTROPY / math.sqrt(2.0), _LARGEST_ANISOTROPY / math.sqrt(2.0)
+        if self.given is not None:
+            low[6:], high[6:] = start[6:], start[6:]
 
-    def residuals(self, theta: FloatArray, weights: FloatArray) -> FloatArray:
-        """Return what is left, whitened, shape (2 n,)."""
-        force, torque = self.predicted(theta) - self.measured
-        return np.concatenate([weights[0] * force, weights[1] * torque - weights[2] * force])
+        x = np.clip(start, low, high)
+        free = np.flatnonzero(high > low)
+        scale = _SCALE[free]
 
-    def unlikelihood(self, theta: FloatArray, weights: FloatArray, gain: float = 1.0) -> float:
-        """Return -2 log likelihood but for a constant, squares of residuals multiplied by `gain`."""
-        return float(gain * (self.residuals(theta, weights) ** 2).sum() - 2.0 * np.log(weights[:2]).sum())
+        def unlikely(scaled: FloatArray) -> float:
+            x[free] = scaled * scale
+            return self.data.unlikelihood(x[:6], self.whitening(x), heavy=heavy, gain=self.gain)
 
-    def likeliest_scatter(self, theta: FloatArray, floor: tuple[float, float], place_error: float) -> float:
-        """Return the scatter that goes best with what is left about a surface; four parameters were fitted."""
-        gain = self.measured.size / (self.measured.size - 4)
+        def slopes(scaled: FloatArray) -> FloatArray:
+            steps = _STEP * np.eye(len(free))
+            return np.array([(unlikely(scaled + h) - unlikely(scaled - h)) / (2.0 * _STEP) for h in steps])
 
-        def unlikely(log_scatter: float) -> float:
-            return self.unlikelihood(theta, self.weights(theta, math.exp(log_scatter), floor, place_error), gain)
+        bounds = list(zip(low[free] / scale, high[free] / scale, strict=True))
+        result = minimize(unlikely, x[free] / scale, method="L-BFGS-B", jac=slopes, bounds=bounds, options=_ENOUGH)
+        x[free] = np.asarray(result.x) * scale
+        return _Found(x.copy(), float(result.fun), heavy, axes)
 
-        ends = (math.log(SMALLEST_SCATTER), math.log(LARGEST_SCATTER))
-        return math.exp(float(minimize_scalar(unlikely, bounds=ends, method="bounded").x))
 
-    def weights(
-        self, theta: FloatArray, scatter: float, floor: tuple[float, float], place_error: float
-    ) -> FloatArray:
-        """Return the inverse Cholesky factors of the loads' covariances, shape (3, n): 1, 1; 2, 2; and -(2, 1).
+_STEP = 1e-5
+"""For slopes, in units of `_SCALE`."""
 
-        Scatter and sensor change force and torque each by itself, an error of the slip both together.
-        """
-        loads = self.predicted(theta)
-        a, c = (scatter * loads) ** 2 + np.square(floor)[:, None]
-        b = np.zeros_like(a)
-        if place_error > 0.0:
-            off = place_error * self.spin
-            faster, slower = (
-                self.predicted(theta, self.speed + off),
-                self.predicted(theta, np.abs(self.speed - off)),
-            )
-            # across the slip it adds in squares
-            aside = self.predicted(theta, np.hypot(self.speed, off)) - loads
-            for force, torque in (0.5 * (faster - slower), aside):
-                a, b, c = a + force**2, b + force * torque, c + torque**2
-        second = 1.0 / np.sqrt(c - b**2 / a)
-        return np.stack([1.0 / np.sqrt(a), second, second * b / a])
+_ENOUGH = {"ftol": 1e-11, "gtol": 1e-6, "maxiter": 200}
+
+_LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, MIN_EXPONENT, 0.0, 0.0, math.log(SMALLEST_SCATTER), -9.0])
+_HIGH = np.array(
+    [math.log(1e2), 0.0, LARGEST_LOAD_EXPONENT, USUAL_EXPONENT, 0.0, 0.0, math.log(LARGEST_SCATTER), -0.7]
+)
+_PRIOR = 12.0 / (_HIGH - _LOW)[:4] ** 2
+
+
+def _fit(data: Loads, search: _Search, found: _Found, scatter_found: bool) -> LimitSurfaceFit:
+    theta, whitening = found.x[:6], search.whitening(found.x)
+    squares = (data.whitened(theta, whitening) ** 2).sum(axis=0)
+    weight = (TAIL + 2.0) / (TAIL + squares) if found.heavy else np.ones_like(squares)
+    free = 6 if found.axes else 4
+    jacobian = _jacobian(data, theta, whitening, free) * np.tile(np.sqrt(weight), 2)[:, None]
+    # what the loads leave undetermined, a uniform prior over the range determines
+    prior = np.concatenate([_PRIOR, np.full(free - 4, 3.0 / _LARGEST_ANISOTROPY**2)])
+    covariance = np.linalg.inv(jacobian.T @ jacobian + np.diag(prior))[:4, :4]
+    if scatter_found:
+        # seen with few degrees of freedom: Student's quantile over the normal's, so that 1.96 deviations hold 95 %
+        freedom = max(data.measured.size - free - 1, 2)
+        covariance = covariance * (student.ppf(0.975, freedom) / norm.ppf(0.975)) ** 2
+    # from e at the middle force to c, that at 1 N
+    to_one = np.eye(4)
+    to_one[1, 2] = -math.log(data.middle_force)
+    covariance = to_one @ covariance @ to_one.T
+    mu, gamma, p = math.exp(theta[0]), float(theta[2]), float(theta[3])
+    c = math.exp(theta[1]) * data.middle_force**-gamma
+    axes = None
+    if found.axes:
+        size = math.hypot(theta[4], theta[5])
+        heading = 0.5 * math.atan2(theta[5], theta[4])
+        axes = SlidingAxes(mu * math.sqrt(1.0 + size), mu * math.sqrt(max(1.0 - size, 0.0)), heading)
+    size = math.exp(found.x[6])
+    names = ("mu", "spin length", "scatter")
+    at_bound = tuple(
+        name
+        for name, k in zip(names, (0, 1, 6), strict=True)
+        if scatter_found and (found.x[k] > _HIGH[k] - 1e-3 or (k < 2 and found.x[k] < _LOW[k] + 1e-3))
+    )
+    relative = data.whitened(theta, np.stack([1.0 / data.normal_force, 1.0 / data.normal_force, 0.0 * weight]))
+    fitted = FittedLoads(
+        math.hypot(size, math.exp(found.x[7])) if scatter_found else size,
+        np.sqrt(squares),
+        _inside(data, theta),
+        at_bound,
+        None if axes is None else (axes.largest, axes.least),
+        data.heading,
+        relative[0],
+        p > LARGEST_NORM_EXPONENT - 1e-3,
+    )
+    return LimitSurfaceFit(LimitSurface(mu, c, gamma, p), covariance, size, len(squares), axes, surface_verdict(fitted))
+
+
+def _inside(data: Loads, theta: FloatArray) -> FloatArray:
+    """Return the norm of each measured load over that of the one predicted for its slip, roughly."""
+    size = np.exp(theta[1]) * (data.normal_force / data.middle_force) ** float(theta[2])
+    force, torque = data.measured
+    full = data.predicted(theta)
+    return np.asarray(np.hypot(force, torque / size) / np.hypot(full[0], full[1] / size))
+
+
+def _jacobian(data: Loads, theta: FloatArray, whitening: FloatArray, free: int) -> FloatArray:
+    columns = []
+    for k in range(free):
+        step = np.zeros(6)
+        step[k] = 1e-5 * _SCALE[k]
+        both = [data.whitened(theta + sign * step, whitening) for sign in (1.0, -1.0)]
+        columns.append(((both[0] - both[1]) / (2.0 * step[k])).ravel())
+    return np.column_stack(columns)
