@@ -28,10 +28,10 @@ from scipy.stats import beta
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
+from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.stroke_plan import planned_slips
-from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.surface_fit import PLACE_ERROR, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.sim.friction.law import FrictionLaw

@@ -1,8 +1,8 @@
 """A survey of an unknown limit surface: rubs at several loads and speeds, twists, and both at once.
 
 At every load the finger rubs there and back, then turns there and back, as fast as a slip of the same speed asks
-for once e is roughly known. At one load it rubs at other speeds, too, and as slowly as the twists there slip, if
-nothing else is as slow. If exponents are wanted, slips follow that slide and turn at once
+for once e is roughly known. At one load it rubs at other speeds, too, at that of the twists' slip if it
+is not between these, and in other directions. If exponents are wanted, slips follow that slide and turn at once
 (`palpate.friction.rubbing.stroke_plan`). What seems only to yield is rubbed again, twice as far each time, until
 it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
 """
@@ -23,12 +23,19 @@ the rest."""
 MIN_SPIN = 0.2
 """[rad/s]: nothing is turned more slowly, or a twist of 0.5 s winds up and does not slip."""
 
-SLOWER = 0.85
-"""Slip speed of twists over that of the slowest stroke, below which a stroke as slow is done: where mu falls by
-0.1 per ln v, as dry friction does at most, mu would be off by 1.6 %."""
+NEAR, APART = 1.02, 2.2
+"""Strokes are done at the slip speed of twists unless one is within the first factor of it, or two, that lie no
+farther apart than the second, have it between them: mu on a Stribeck curve falls by up to 0.4 per ln v."""
 
 RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""
+
+HEADINGS = (math.pi / 3.0, 2.0 * math.pi / 3.0)
+"""Of strokes at the middle load beside the usual direction [rad]: three directions 60 degrees apart tell both axes
+of an ellipse of friction, whichever way they lie."""
+
+FARTHER = 0.012
+"""How far those go [m]: places that no other stroke at their speed comes to."""
 
 FIRST_SHARE = 0.5
 """Of the angle, that the shortest twist takes of it at most: what only yields is turned twice as far."""
@@ -103,6 +110,12 @@ class SurveyWanted:
         wanted = self.travel / speed + shape.ramp
         return replace(shape, duration=min(max(MIN_DURATION, RAMPS * shape.ramp, wanted), MAX_DURATION))
 
+    def aside(self, load: float, heading: float) -> Rub:
+        """Return a stroke in another direction, to other places."""
+        usual = self.stroke(load, self.speed)
+        farther = min(FARTHER, self.most_travel) / self.speed + usual.ramp
+        return replace(usual, duration=max(usual.duration, min(farther, MAX_DURATION)), heading=heading)
+
     def twist(self, load: float, spin: float) -> Rub:
         """Return a twist of the least angle, or duration."""
         shape = Rub(load, 0.0, spin, MAX_DURATION, self.angular_acceleration)
@@ -114,6 +127,8 @@ class SurveyWanted:
         """About how long all of it takes [s], if everything slips."""
         pause = 0.2
         strokes = [self.stroke(load, self.speed) for load in self.loads]
+        middle = self.loads[len(self.loads) // 2]
+        strokes += [self.aside(middle, heading) for heading in HEADINGS]
         durations = [stroke.duration for stroke in strokes] + [
             self.stroke(self.loads[0], speed).duration for speed in self.speeds if speed != self.speed
         ]
@@ -149,7 +164,7 @@ class Survey:
         self._felt: RubMeasurement | None = None
         self._frictions: dict[float, float] = {}
         self._lengths: dict[float, float] = {}
-        self._turned = 0.0
+        self._turned: dict[float, float] = {}
         self._rubs = self._all()
 
     def next(self, felt: RubMeasurement | None) -> Rub | None:
@@ -164,11 +179,13 @@ class Survey:
             yield from self._until_slip(wanted.stroke(load, wanted.speed), load)
             if wanted.most_spin > 0.0:
                 yield from self._twists(load)
+            if load == middle and load in self._frictions:
+                yield from (wanted.aside(load, heading) for heading in HEADINGS)
             if load == middle:
                 for speed in wanted.speeds:
                     if speed != wanted.speed:
                         yield from self._repeated(wanted.stroke(load, speed))
-                yield from self._as_slow_as_twists(load)
+                yield from self._as_fast_as_twists(load)
         if wanted.exponent_slips:
             yield from self._exponents()
 
@@ -193,7 +210,7 @@ class Survey:
 
     def _twists(self, load: float) -> Iterator[Rub]:
         spin, wanted = self._spin(load), self._wanted
-        self._turned = spin
+        self._turned[load] = spin
         rub = wanted.twist(load, spin)
         while True:
             # in the opposite sense first in every second one: a steady drift then cancels
@@ -214,13 +231,20 @@ class Survey:
             yield rub
             yield replace(rub, spin=-rub.spin)
 
-    def _as_slow_as_twists(self, load: float) -> Iterator[Rub]:
-        """A stroke at the slip speed of twists, if no stroke is as slow: mu there may be another."""
-        if load not in self._lengths:
-            return
-        slow, wanted = self._turned * self._lengths[load], self._wanted
-        if slow < SLOWER * min(wanted.speed, *wanted.speeds, math.inf):
-            yield from self._repeated(wanted.stroke(load, slow))
+    def _as_fast_as_twists(self, load: float) -> Iterator[Rub]:
+        """Strokes at the slip speeds of twists so far, where others do not tell mu there: it may be another."""
+        wanted = self._wanted
+        done = [wanted.speed, *wanted.speeds]
+        for speed in sorted(self._turned[each] * length for each, length in self._lengths.items()):
+            slower = max((each for each in done if each <= NEAR * speed), default=0.0)
+            faster = min((each for each in done if each >= speed / NEAR), default=math.inf)
+            near = slower * NEAR >= speed or faster <= NEAR * speed
+            if near or faster <= APART * slower:
+                continue
+            rub = wanted.stroke(load, speed)
+            if rub.travel <= wanted.most_travel:
+                done.append(speed)
+                yield from self._repeated(rub)
 
     def _spin(self, load: float) -> float:
         """How fast to turn [rad/s]: so that it slips about as fast as strokes do."""
@@ -239,7 +263,10 @@ class Survey:
         # as fast as the tip can turn, but no faster than strokes
         speed = min(wanted.speed, wanted.fastest_spin * min(lengths[low], lengths[high]))
         slips = planned_slips((low, high), (lengths[low], lengths[high]), wanted.exponent_slips, speed)
+        sense = 1.0
         for slip in sorted(slips, key=lambda slip: slip.normal_force):
-            # the same sequence for slides and turns of either kind, and as far as a stroke of the survey
-            rub = Rub(slip.normal_force, slip.speed, slip.spin, MAX_DURATION, wanted.angular_acceleration)
+            # the same sequence for slides and turns of either kind, and as far as a stroke of the survey; in
+            # either sense by turns, for what a sensor makes of a sliding force as torque then changes sign
+            spin, sense = sense * slip.spin, -sense if slip.speed * slip.spin else sense
+            rub = Rub(slip.normal_force, slip.speed, spin, MAX_DURATION, wanted.angular_acceleration)
             yield replace(rub, duration=max(MIN_DURATION, RAMPS * rub.ramp))

@@ -210,7 +210,7 @@ class RubbingController:
         if phase is Phase.SCAN and rub is not None:
             since = self.contact.elapsed
             share = -rub.share(since) if self._back else rub.share(since)
-            along = scale(share * rub.speed, _along(self._along, normal))
+            along = scale(share * rub.speed, _along(self._along, normal, rub.heading))
             turn = scale(share * rub.spin, normal)
             self._measure(now, since)
         lever = rotate(now.arm.rotation_base_tip, self._lever or ZERO)
@@ -257,7 +257,12 @@ def _projected(direction: Vector, normal: Vector) -> Vector:
     return add_scaled(direction, -dot(direction, normal), normal)
 
 
-def _along(direction: Vector, normal: Vector) -> Vector:
-    """Unit vector along the surface; none where a direction goes straight into it."""
+def _along(direction: Vector, normal: Vector, heading: float) -> Vector:
+    """Unit vector along the surface, turned by `heading`; none where a direction goes straight into it."""
     along = _projected(direction, normal)
-    return unit(along) if norm(along) > 0.0 else ZERO
+    if norm(along) == 0.0:
+        return ZERO
+    along = unit(along)
+    return (
+        add_scaled(scale(math.cos(heading), along), math.sin(heading), cross(normal, along)) if heading else along
+    )

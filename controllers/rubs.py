@@ -23,6 +23,7 @@ class Rub:
         spin: About the contact's normal [rad/s]; negative: in the opposite sense first.
         duration: Of each of the two motions, with acceleration and deceleration [s].
         angular_acceleration: With which the robot can begin to turn [rad/s^2]: it comes up to its spin no faster.
+        heading: Of the sliding, about the normal from the usual direction [rad].
     """
 
     normal_force: float
@@ -30,6 +31,7 @@ class Rub:
     spin: float
     duration: float
     angular_acceleration: float = math.inf
+    heading: float = 0.0
 
     def __post_init__(self) -> None:
         positive("normal_force", self.normal_force, "N")

@@ -14,8 +14,8 @@ from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.recognition import RecognitionOutcome, recognise
 from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence, twist_row
 from palpate.friction.materials.trials import drawn_touches
-from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.slip_load import SlipLoad
+from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.surface_fit import fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
 

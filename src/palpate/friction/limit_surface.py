@@ -66,8 +66,8 @@ class LimitSurface:
             )
         if not 1.0 <= self.norm_exponent <= LARGEST_NORM_EXPONENT:
             raise InvalidValueError(
-                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and {LARGEST_NORM_EXPONENT:g}; "
-                "2 is the ellipsoid"
+                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and "
+                f"{LARGEST_NORM_EXPONENT:g}; 2 is the ellipsoid"
             )
 
     def spin_length_at(self, normal_force: float) -> float:

@@ -70,6 +70,7 @@ FIGURES = (
     Figure("spin_length_inside", "share of intervals that hold true e", "", _against(E, _true_e, bounds=True)),
     Figure("load_exponent_found", "growth of e with load, gamma", "", _measured("load_exponent")),
     Figure("norm_exponent_found", "norm exponent p", "", _measured("norm_exponent")),
+    Figure("verdict_ok", "share of runs whose assumptions held", "", lambda result: result.found.verdict.ok),
     Figure("lost", "times contact was lost", "", lambda result: result.lost),
     Figure("simulated_s", "simulated time", "s", lambda result: result.run.duration),
 )

@@ -6,17 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from palpate.estimation import HELD, Verdict
 from palpate.experiments.friction.strokes import FreeAir, RubbedPair
 from palpate.friction.p_norm import dual_point
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.sliding import SETTLING, FrictionBound, FrictionMeasured, measure_friction
+from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
 from palpate.friction.rubbing.speed_ratio import friction_ratio, spin_friction
 from palpate.friction.rubbing.stroke import TwoWay
-from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
+from palpate.friction.rubbing.uniformity import Profile, Uniformity, uniformity_of
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
 """Of p where it was not measured: that of pressure as under elastic bodies, from a sphere's to uniform, and how
@@ -68,6 +70,7 @@ class FrictionFound:
         slips: Loads in full slip, of all kinds of slip, as they would be at the main slip speed.
         fitted: The limit surface through them, with its exponents; None if they were not asked for, or cannot be
             measured.
+        verdict: Whether the surface is one that these numbers describe.
     """
 
     loads: tuple[AtLoad, ...]
@@ -75,6 +78,7 @@ class FrictionFound:
     curve: SpeedCurve | None
     slips: tuple[SlipLoad, ...]
     fitted: LimitSurfaceFit | None
+    verdict: Verdict = HELD
 
 
 def sensor_errors(air: FreeAir | None, calibration: float) -> SensorErrors:
@@ -123,8 +127,11 @@ def found_by(
     """
     loads = sorted({pair.rub.normal_force for pair in pairs})
     strokes = {load: _strokes(pairs, load, speed) for load in loads}
-    frictions = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
-    speeds = _over_speed(pairs, frictions, speed, errors, settling)
+    bare = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
+    bare_speeds = _over_speed(pairs, bare, speed, errors, settling)
+    uniform = _uniformity(pairs, bare, bare_speeds, speed, errors, settling)
+    frictions = {load: _counting(uniform, each) for load, each in bare.items()}
+    speeds = tuple(replace(each, friction=_counting(uniform, each.friction)) for each in bare_speeds)
     points = [
         SpeedPoint(each.friction.speed, each.friction.friction)
         for each in speeds
@@ -141,7 +148,7 @@ def found_by(
     slips = slips_by(ASSUMED_EXPONENT)
     mixed = any(pair.rub.speed > 0.0 and pair.rub.spin != 0.0 for pair in pairs)
     if not mixed or len(slips) < FEWEST_SLIPS:
-        return FrictionFound(first, speeds, curve, slips, None)
+        return FrictionFound(first, speeds, curve, slips, None, uniform.verdict)
     mu = max(each.friction.value for each in frictions.values() if isinstance(each, FrictionMeasured))
     place = math.hypot(PLACE_ERROR, mu * tip_error)
     fitted = fit_limit_surface(slips, place_error=place)
@@ -154,16 +161,49 @@ def found_by(
         for load in loads
         if load in frictions
     )
-    return FrictionFound(again, speeds, curve, slips, fitted)
+    return FrictionFound(again, speeds, curve, slips, fitted, uniform.verdict.and_also(fitted.verdict))
 
 
 def _strokes(pairs: Sequence[RubbedPair], load: float, speed: float) -> list[TwoWay]:
     """Pure strokes at a load and speed: of those that went on until they slipped, the longest."""
     found = [
-        pair for pair in pairs if pair.rub.spin == 0.0 and (pair.rub.normal_force, pair.rub.speed) == (load, speed)
+        pair
+        for pair in pairs
+        if pair.rub.spin == pair.rub.heading == 0.0 and (pair.rub.normal_force, pair.rub.speed) == (load, speed)
     ]
     longest = max((pair.rub.duration for pair in found), default=0.0)
     return [pair.pair for pair in found if pair.rub.duration == longest]
+
+
+def _uniformity(
+    pairs: Sequence[RubbedPair],
+    frictions: dict[float, FrictionMeasured | FrictionBound],
+    speeds: Sequence[AtSpeed],
+    main: float,
+    errors: SensorErrors,
+    settling: float,
+) -> Uniformity:
+    """How far mu is the same: between directions at one load and speed, and along every stroke."""
+    aside = [pair for pair in pairs if pair.rub.heading != 0.0 == pair.rub.spin and pair.rub.speed == main]
+    others = [measure_friction([pair.pair], errors, settling) for pair in aside]
+    load = aside[0].rub.normal_force if aside else None
+    here = [None if load is None else frictions.get(load), *others]
+    beside = [frictions[each] for each in frictions if each != load] + [
+        each.friction for each in speeds if each.speed != main
+    ]
+    return uniformity_of(_profiles(here), _profiles(beside))
+
+
+def _profiles(frictions: Sequence[FrictionMeasured | FrictionBound | None]) -> list[Profile]:
+    return [one for each in frictions if isinstance(each, FrictionMeasured) for one in each.profiles]
+
+
+def _counting(uniform: Uniformity, friction: FrictionMeasured | FrictionBound) -> FrictionMeasured | FrictionBound:
+    """Friction whose interval holds other places and directions, too."""
+    if not isinstance(friction, FrictionMeasured) or uniform.variation == 0.0:
+        return friction
+    mu = friction.friction
+    return replace(friction, friction=replace(mu, model=math.hypot(mu.model, uniform.variation * mu.value)))
 
 
 def _over_speed(
@@ -255,6 +295,7 @@ def _slips(
         slip = slip_load(each.pair, friction.normal_at(here), lengths[rub.normal_force], settling)
         if slip is None:
             continue
+        slip = replace(slip, heading=rub.heading)
         if curve is not None and curve.creep_excluded:
             a, b = slip.speed, lengths[rub.normal_force] * slip.spin
             x, y = dual_point(a, b, p)  # dissipated power over mu f_n

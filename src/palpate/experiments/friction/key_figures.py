@@ -15,13 +15,14 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
     run = (KeyFigure(time_name(result.cost), result.run.duration, "s"),)
     if file is None:
         return run
-    true = plan.true_limit_surface
+    true, verdict = plan.true_limit_surface, result.found.verdict
     together = "all loads together, " if len(file.loads) > 1 else ""
     note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if file.friction.measured else ""
     figures = [
+        KeyFigure("verdict", "OK" if verdict.ok else "not OK", "", str(verdict)),
         _figure(
             "friction mu", file.friction, plan.true_friction(file.speed), note=note, bound=_strokes_bound(result)
-        )
+        ),
     ]
     if file.static_friction is not None:
         static = plan.plant.static_friction if plan.plant is not None and plan.truth_known else None

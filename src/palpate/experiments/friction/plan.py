@@ -273,7 +273,7 @@ def _room(config: FrictionConfig) -> float:
     """How far a stroke from the middle of the object may go [m]."""
     if config.object == "sphere":
         return BENT * config.sizes[0]
-    room = 0.5 * config.sizes[0] - FROM_EDGE
+    room = 0.5 * min(config.sizes[:2]) - FROM_EDGE
     if room <= 0.0:
         raise InvalidValueError(f"size = {config.sizes[0]:g} m: must be more than {2.0 * FROM_EDGE:g} m long")
     return room

@@ -74,7 +74,7 @@ def friction_report(result: FrictionResult) -> Report:
             "Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of 100 runs: "
             "they count calibration and drift of the sensor too."
         ),
-        reached=result.run.ending is Ending.DONE,
+        reached=result.run.ending is Ending.DONE and result.found.verdict.ok,
     )
 
 
@@ -82,6 +82,8 @@ def _advice(result: FrictionResult) -> Iterator[str]:
     if result.file is None:
         yield "Nothing was rubbed: check where the surface is, and repeat."
         return
+    for broken in result.found.verdict.broken:
+        yield f"{broken.remedy[0].upper()}{broken.remedy[1:]}."
     found = result.file.friction
     if not math.isfinite(found.upper):
         yield "It never slipped for long enough: longer strokes (--most-travel) or less load measure mu."

@@ -39,7 +39,7 @@ def stroke_curves(result: FrictionResult) -> tuple[StrokeCurve, ...]:
     last = {
         pair.rub.normal_force: pair
         for pair in result.pairs
-        if pair.rub.spin == 0.0 and pair.rub.speed == result.plan.wanted.speed
+        if pair.rub.spin == pair.rub.heading == 0.0 and pair.rub.speed == result.plan.wanted.speed
     }
     normals = {at.load: at.friction.normal for at in result.found.loads}
     return tuple(

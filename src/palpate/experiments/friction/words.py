@@ -37,6 +37,7 @@ def outcome(result: FrictionResult) -> str:
         speeds = ", ".join(f"{1e3 * speed:g}" for speed in result.plan.left_out)
         sentences.append(f"Strokes at {speeds} mm/s were left out: they would go too far on this object.")
     sentences += _sticking(result)
+    sentences += [f"{each.finding[0].upper()}{each.finding[1:]}." for each in result.found.verdict.broken]
     return " ".join(sentences)
 
 

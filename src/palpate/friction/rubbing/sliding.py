@@ -21,6 +21,7 @@ from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, ends_level, slip_evidence
 from palpate.friction.rubbing.stick_slip import MIN_TURNS, StickSlip, stick_slip
 from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.uniformity import Profile, profile_of
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
@@ -59,6 +60,7 @@ class FrictionMeasured:
         speed: Of the slip, mean [m/s].
         evidence: That it slipped.
         bend: How the normal turns along the strokes.
+        profiles: mu along each of them.
     """
 
     friction: Estimate
@@ -68,6 +70,7 @@ class FrictionMeasured:
     speed: float
     evidence: SlipEvidence
     bend: NormalAlongLine
+    profiles: tuple[Profile, ...] = ()
 
     def normal_at(self, place: FloatArray) -> FloatArray:
         """Return the normal at a place near the strokes, base coordinates [m], shape (3,)."""
@@ -163,6 +166,7 @@ def measure_friction(
             (pairs[0].there.force, pairs[0].back.force),
             pairs[0].direction,
         ),
+        tuple(pair.profile for pair in pairs),
     )
 
 
@@ -206,6 +210,13 @@ class _Pair:
     normal_force: float
     speed: float
     wait: float
+
+    @property
+    def profile(self) -> Profile:
+        """Mu along it."""
+        both = self.there, self.back
+        places = tuple(rub.contact @ self.direction for rub in both)
+        return profile_of((places[0], places[1]), (self.there.force, self.back.force), self.direction)
 
 
 def _rubbed(pair: TwoWay, settling: float, left_out: float = 0.0) -> _Pair:

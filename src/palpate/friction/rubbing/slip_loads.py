@@ -4,9 +4,9 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.rubbing.sliding import LATE_SHARES, SEEN_RISE, SETTLING
+from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
 from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, steady_part
-from palpate.friction.rubbing.slip_load import SlipLoad
 
 
 def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: float = SETTLING) -> SlipLoad | None:

@@ -251,26 +251,29 @@ def _fit(data: Loads, search: _Search, found: _Found, scatter_found: bool) -> Li
         for name, k in zip(names, (0, 1, 6), strict=True)
         if scatter_found and (found.x[k] > _HIGH[k] - 1e-3 or (k < 2 and found.x[k] < _LOW[k] + 1e-3))
     )
-    relative = data.whitened(theta, np.stack([1.0 / data.normal_force, 1.0 / data.normal_force, 0.0 * weight]))
+    share, off = _beside(data, theta)
     fitted = FittedLoads(
         math.hypot(size, math.exp(found.x[7])) if scatter_found else size,
         np.sqrt(squares),
-        _inside(data, theta),
+        share,
         at_bound,
         None if axes is None else (axes.largest, axes.least),
-        data.heading,
-        relative[0],
+        off,
         p > LARGEST_NORM_EXPONENT - 1e-3,
     )
-    return LimitSurfaceFit(LimitSurface(mu, c, gamma, p), covariance, size, len(squares), axes, surface_verdict(fitted))
+    return LimitSurfaceFit(
+        LimitSurface(mu, c, gamma, p), covariance, size, len(squares), axes, surface_verdict(fitted)
+    )
 
 
-def _inside(data: Loads, theta: FloatArray) -> FloatArray:
-    """Return the norm of each measured load over that of the one predicted for its slip, roughly."""
-    size = np.exp(theta[1]) * (data.normal_force / data.middle_force) ** float(theta[2])
+def _beside(data: Loads, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the size of each load over that predicted for its slip, and how far they differ over that."""
+    e = np.exp(theta[1]) * (data.normal_force / data.middle_force) ** float(theta[2])
     force, torque = data.measured
-    full = data.predicted(theta)
-    return np.asarray(np.hypot(force, torque / size) / np.hypot(full[0], full[1] / size))
+    full_force, full_torque = data.predicted(theta)
+    size = np.hypot(full_force, full_torque / e)
+    off = np.hypot(force - full_force, (torque - full_torque) / e)
+    return np.hypot(force, torque / e) / size, off / size
 
 
 def _jacobian(data: Loads, theta: FloatArray, whitening: FloatArray, free: int) -> FloatArray:

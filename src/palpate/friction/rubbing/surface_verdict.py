@@ -14,6 +14,9 @@ MOST_SCATTER = 0.2
 FAR = 5.0
 """In standard deviations, both components together: chance alone does that 4 times in a million loads."""
 
+OFF = 0.1
+"""Relative: what is off by less is what a sensor's zero and calibration make of light loads."""
+
 FAR_INSIDE = 0.7
 """Of the load predicted for its slip: what is less, by `FAR_DEVIATIONS` of the scatter, had not slipped."""
 
@@ -30,8 +33,7 @@ class FittedLoads:
         share: Its size over that predicted, shape (n,).
         at_bound: Names of parameters at a bound.
         axes: Largest and least mu by direction, if it differs; None else.
-        heading: Of each slip [rad], shape (n,).
-        force_off: Tangential force predicted less measured, over normal force, shape (n,).
+        off: How far it is from that predicted, over the size of that, shape (n,).
         sharpest: Whether p is at its largest.
     """
 
@@ -40,8 +42,7 @@ class FittedLoads:
     share: FloatArray
     at_bound: tuple[str, ...]
     axes: tuple[float, float] | None
-    heading: FloatArray
-    force_off: FloatArray
+    off: FloatArray
     sharpest: bool
 
 
@@ -62,10 +63,10 @@ def _broken(loads: FittedLoads) -> Iterator[BrokenAssumption]:
     if loads.scatter > MOST_SCATTER:
         yield BrokenAssumption(
             Assumption.NOISE_LEVEL,
-            f"loads scatter by {100.0 * loads.scatter:.0f} % about the surface, at most {100.0 * MOST_SCATTER:.0f} %",
+            f"loads scatter by {100.0 * loads.scatter:.0f} % about it, at most {100.0 * MOST_SCATTER:.0f} %",
             "leave out loads of contacts that did not slip",
         )
-    far = loads.distance > FAR
+    far = (loads.distance > FAR) & (loads.off > OFF)
     inside = loads.share < min(FAR_INSIDE, 1.0 - FAR_DEVIATIONS * min(loads.scatter, 0.1))
     if np.count_nonzero(inside) > max(1, 0.05 * n):
         yield BrokenAssumption(
@@ -77,7 +78,7 @@ def _broken(loads: FittedLoads) -> Iterator[BrokenAssumption]:
         worst = int(np.argmax(loads.distance))
         yield BrokenAssumption(
             Assumption.NO_OUTLIERS,
-            f"{np.count_nonzero(far)} of {n} loads are more than {FAR:g} standard deviations off, most number {worst}",
+            f"{np.count_nonzero(far)} of {n} loads are more than {FAR:g} deviations off, most number {worst}",
             "look at these, and measure them again",
         )
     if loads.axes is not None:

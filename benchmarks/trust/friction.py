@@ -1,0 +1,252 @@
+"""Whether intervals of friction hold the truth, or the verdict warns, when surface or sensor are not as assumed.
+
+    python benchmarks/trust/friction.py [--seeds N] [--exponents N] [--only NAME]
+
+Rubs in closed form through the survey and the estimator of `palpate friction`: default loads and speeds, white
+noise of 10 mN and 0.1 mN m at 500 Hz, a calibration off by 0.3 % and a zero off by 5 mN, as `SensorErrors` says.
+A run is honest if every interval holds the truth within 4 standard deviations, reported if the verdict is not OK,
+silently wrong else. Of a surface whose mu differs by place or direction the truth is the mean over the surface.
+Ends with 1 if anything is silently wrong in more than 1 % of the seeds, or a coverage lies below 93 %.
+"""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from palpate.controllers.rub_program import Survey, SurveyWanted
+from palpate.controllers.rubs import RubMeasurement
+from palpate.experiments.friction.found import found_by
+from palpate.experiments.friction.strokes import RubbedPair
+from palpate.experiments.friction.summary import SIGMAS, friction_file
+from palpate.friction.rubbing.estimate import SensorErrors
+from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
+from palpate.sim.friction.law import FrictionLaw
+
+RATE, PAUSE = 500.0, 0.2
+LOADS, SPEED, SPEEDS = (1.0, 2.0, 4.0), 0.01, (0.0025, 0.005, 0.02, 0.04)
+SILENT = 4.0
+WORST, LEAST_COVERAGE = 0.01, 0.93
+
+
+def same(place: np.ndarray) -> np.ndarray:
+    return np.ones(len(place))
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is not as assumed.
+
+    Attributes:
+        place: mu over its mean, at places along the surface, shape (n, 2) [m].
+        axes: mu along the surface's own x over that along y.
+        static: mu at rest over that in fast slip.
+        outliers: Share of samples with 3 N and 30 mN m of error.
+        drift: Of the zero [N/s], a hundredth of it in moments.
+        origin: By how much the sensor's origin is off, along the surface [m].
+        tip: By how much the tip is larger than assumed [m].
+        quick: Loads and speeds as with --quick.
+    """
+
+    place: Callable[[np.ndarray], np.ndarray] = same
+    axes: float = 1.0
+    static: float = 1.0
+    outliers: float = 0.0
+    drift: float = 0.0
+    origin: float = 0.0
+    tip: float = 0.0
+    quick: bool = False
+
+
+def step(p: np.ndarray) -> np.ndarray:
+    return np.where(p[:, 0] > 0.004, 1.3, 1.0)
+
+
+def grating(p: np.ndarray) -> np.ndarray:
+    return 1.0 + 0.1 * np.sin(2.0 * math.pi * p[:, 0] / 0.008)
+
+
+CASES = {
+    "as assumed": Case(),
+    "as assumed, --quick": Case(quick=True),
+    "anisotropy 10 %": Case(axes=1.1),
+    "anisotropy 30 %": Case(axes=1.3),
+    "step of 30 %": Case(place=step),
+    "gradient 1 % per mm": Case(place=lambda p: 1.0 + 10.0 * p[:, 0]),
+    "gradient across, 1 % per mm": Case(place=lambda p: 1.0 + 10.0 * p[:, 1]),
+    "grating of 8 mm, 10 %": Case(place=grating),
+    "Stribeck, 40 % at rest": Case(static=1.4),
+    "Stribeck, 40 %, --quick": Case(static=1.4, quick=True),
+    "outliers, 0.1 % of samples": Case(outliers=0.001),
+    "zero drifts by 5 mN/s": Case(drift=5e-3),
+    "zero drifts by 50 mN/s": Case(drift=5e-2),
+    "origin off by 0.5 mm": Case(origin=0.5e-3),
+    "tip larger by 0.1 mm": Case(tip=0.1e-3),
+}
+
+
+@dataclass
+class Rubber:
+    """A finger that rubs in closed form."""
+
+    case: Case
+    law: FrictionLaw
+    rng: np.random.Generator
+    clock: float = 0.0
+    errors: SensorErrors = field(default_factory=SensorErrors)
+
+    def __post_init__(self):
+        q, r = np.linalg.qr(self.rng.normal(size=(3, 3)))
+        self.rotation = q * np.sign(np.diag(r))
+        self.rotation[:, 2] *= np.sign(np.linalg.det(self.rotation))
+        self.zero = self.rng.normal(size=6) * np.repeat([self.errors.force_zero, self.errors.moment_zero], 3)
+        self.gain = 1.0 + self.errors.calibration * self.rng.normal(size=6) / math.sqrt(2.0)
+        self.axis, self.where = self.rng.uniform(0.0, math.pi), self.rng.uniform(0.0, 0.008, 2)
+        self.side = self.rng.uniform(0.0, 2.0 * math.pi)
+
+    def stroke(self, rub, sense, begin):
+        n = round((rub.duration + 2.0 * PAUSE / 4.0) * RATE)
+        t = np.arange(n) / RATE
+        share = np.clip(np.minimum((t - 0.05) / rub.ramp, (rub.duration + 0.05 - t) / rub.ramp), 0.0, 1.0)
+        way = np.concatenate([[0.0], np.cumsum(share[:-1]) / RATE])
+        along = np.array([math.cos(rub.heading), math.sin(rub.heading)])
+        place = begin + sense * np.outer(way * rub.speed, along)
+        slide = sense * np.outer(share * rub.speed, along)
+        spin = sense * share * rub.spin
+        friction = self.law.kinetic_friction
+        lever = self.case.origin + friction * self.case.tip
+        beside = lever * np.array([-math.sin(self.side), math.cos(self.side)])
+        slip = slide + spin[:, None] * beside
+        # pressed in, it lets go after 50 um
+        travel = way * max(rub.speed, self.law.spin_length * abs(rub.spin))
+        letting = np.clip(-1.0 + travel / 25e-6, -1.0, 1.0)
+        axes = np.array([[math.cos(self.axis), math.sin(self.axis)], [-math.sin(self.axis), math.cos(self.axis)]])
+        sizes = np.array([self.case.axes, 1.0]) * 2.0 / (1.0 + self.case.axes)
+        turned = slip @ axes.T * sizes
+        steady = share > 0.5
+        speed = float(np.median(np.linalg.norm(turned[steady], axis=1)))
+        force, torque = self.law.slipping_load(rub.normal_force, speed, float(np.median(np.abs(spin[steady]))))
+        unit = np.median(turned[steady], axis=0)
+        unit = unit / max(float(np.linalg.norm(unit)), 1e-15)
+        part = self.case.place(place + self.where) * letting
+        f = np.column_stack([-(part * force)[:, None] * (unit * sizes) @ axes, np.full(n, -rub.normal_force)])
+        q = -part * torque * np.sign(sense * rub.spin)
+        f[:, :2] = np.where(part[:, None] != 0.0, f[:, :2], 0.0)
+        arm = np.array([0.004, -0.003, 0.02])
+        m = np.cross(arm, f) + np.outer(q, [0.0, 0.0, 1.0])
+        wrench = np.hstack([f, m]) * self.gain + self.zero
+        e, self.clock = self.errors, self.clock
+        wrench += self.rng.normal(size=wrench.shape) * np.repeat([e.force_noise, e.moment_noise], 3)
+        drift = self.case.drift * (self.clock + t)
+        wrench += np.outer(drift, [0.5, 0.5, 0.7, 0.005, 0.005, 0.007])
+        wild = self.rng.random(n) < self.case.outliers
+        wrench[wild] += self.rng.normal(size=(int(wild.sum()), 6)) * np.repeat([3.0, 0.03], 3)
+        R = self.rotation
+        origin = np.column_stack([place, np.zeros(n)])
+        turning = np.outer(spin, [0.0, 0.0, 1.0])
+        velocity = np.column_stack([slide, np.zeros(n)]) - np.cross(turning, arm)
+        stroke = RubbingStroke(
+            t + self.clock,
+            wrench,
+            np.broadcast_to(R, (n, 3, 3)),
+            (origin - arm) @ R.T,
+            velocity @ R.T,
+            turning @ R.T,
+            np.broadcast_to(arm, (n, 3)),
+        )
+        self.clock += n / RATE + PAUSE
+        return stroke, place[-1]
+
+
+def run(case, seed, exponents):
+    """z of mu, e, gamma and p, whether each interval held the truth, and the verdict."""
+    rng = np.random.default_rng((seed, 7))
+    mu, c = rng.uniform(0.2, 1.0), rng.uniform(2e-3, 5e-3)
+    gamma, p = (rng.uniform(0.03, 0.3), rng.uniform(1.2, 1.9)) if exponents else (rng.uniform(0.03, 0.3), 1.7)
+    law = FrictionLaw(case.static * mu, mu, rng.uniform(3e-3, 2e-2), 0.0, c, gamma, p)
+    finger = Rubber(case, law, rng)
+    loads = (LOADS[0], LOADS[-1]) if case.quick else LOADS
+    wanted = SurveyWanted(
+        loads,
+        SPEED,
+        () if case.quick else SPEEDS,
+        most_travel=0.025,
+        most_spin=2.4,
+        exponent_slips=18 if exponents else 0,
+        angular_acceleration=40.0,
+    )
+    survey, pairs = Survey(wanted), []
+    rub = survey.next(None)
+    while rub is not None:
+        there, end = finger.stroke(rub, 1.0, np.zeros(2))
+        back, _ = finger.stroke(rub, -1.0, end)
+        pairs.append(RubbedPair(rub, TwoWay(there, back)))
+        at = law.friction_at(max(rub.speed, law.spin_length * abs(rub.spin)))
+        e = law.spin_length_at(rub.normal_force)
+        rub = survey.next(RubMeasurement(rub, at, at * e, 0.0))
+    errors = SensorErrors()
+    found = found_by(pairs, SPEED, errors)
+    file = friction_file(found, SPEED, "benchmark", errors)
+    true = {"mu": law.friction_at(file.speed), "e": c, "gamma": gamma, "p": p}
+    if case.place is step:
+        true["mu"] *= 1.15
+    estimates = {"mu": file.friction, "e": file.spin_length, "gamma": file.load_exponent, "p": file.norm_exponent}
+    z = {}
+    for name, each in estimates.items():
+        if each is None or not each.measured:
+            continue
+        ends = each.upper - each.value if true[name] > each.value else each.value - each.lower
+        z[name] = SIGMAS * abs(true[name] - each.value) / max(ends, 1e-12)
+        z[name] = 0.0 if each.lower <= true[name] <= each.upper and z[name] > SIGMAS else z[name]
+    # of gamma as it is, of the others relative
+    widths = {k: 0.5 * (estimates[k].upper - estimates[k].lower) / (1.0 if k == "gamma" else true[k]) for k in z}
+    return z, found.verdict, widths
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=200, help="of every case")
+    parser.add_argument("--exponents", type=int, default=40, help="of the case that fits exponents, too")
+    parser.add_argument("--only", default="", help="cases whose name has this")
+    given = parser.parse_args()
+    headings = ("case", "seeds", "honest", "reported", "silently wrong")
+    table = Table(*headings, "coverage", "RMS of z", "half width, %", "finding", box=None)
+    kept = True
+    cases = [(name, case, False) for name, case in CASES.items()] + [("as assumed, exponents", Case(), True)]
+    for name, case, exponents in cases:
+        if given.only not in name:
+            continue
+        runs = [run(case, seed, exponents) for seed in range(given.exponents if exponents else given.seeds)]
+        off = [max(z.values()) > SILENT for z, _, _ in runs]
+        silent = sum(wrong and verdict.ok for wrong, (_, verdict, _) in zip(off, runs, strict=True))
+        reported = sum(not verdict.ok for _, verdict, _ in runs)
+        names = list(dict.fromkeys(key for z, _, _ in runs for key in z))
+        held = {k: np.mean([z[k] <= SIGMAS * 1.0001 for z, _, _ in runs if k in z]) for k in names}
+        rms = {k: math.sqrt(np.mean([z[k] ** 2 for z, _, _ in runs if k in z])) for k in names}
+        width = {k: np.median([w[k] for _, _, w in runs if k in w]) for k in names}
+        kept = kept and silent <= WORST * len(runs)
+        if name.startswith("as assumed"):
+            kept = kept and min(held.values()) >= LEAST_COVERAGE
+        first = next((str(v.broken[0].finding) for _, v, _ in runs if not v.ok), "")
+        table.add_row(
+            name,
+            str(len(runs)),
+            str(len(runs) - reported - silent),
+            str(reported),
+            str(silent),
+            ", ".join(f"{k} {100 * v:.0f} %" for k, v in held.items()),
+            ", ".join(f"{rms[k]:.2f}" for k in names),
+            ", ".join(f"{100 * v:.2g}" for v in width.values()),
+            first[:60],
+        )
+    Console(width=200).print(table)
+    sys.exit(0 if kept else 1)
+
+
+if __name__ == "__main__":
+    main()
