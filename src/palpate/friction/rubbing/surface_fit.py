@@ -203,15 +203,20 @@ class _Search:
             return np.array([(unlikely(scaled + h) - unlikely(scaled - h)) / (2.0 * _STEP) for h in steps])
 
         bounds = list(zip(low[free] / scale, high[free] / scale, strict=True))
-        result = minimize(unlikely, x[free] / scale, method="L-BFGS-B", jac=slopes, bounds=bounds, options=_ENOUGH)
+        result = minimize(
+            unlikely,
+            x[free] / scale,
+            method="L-BFGS-B",
+            jac=slopes,
+            bounds=bounds,
+            options={"ftol": 1e-11, "gtol": 1e-6, "maxiter": 200},
+        )
         x[free] = np.asarray(result.x) * scale
         return _Found(x.copy(), float(result.fun), heavy, axes)
 
 
 _STEP = 1e-5
 """For slopes, in units of `_SCALE`."""
-
-_ENOUGH = {"ftol": 1e-11, "gtol": 1e-6, "maxiter": 200}
 
 _LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, MIN_EXPONENT, 0.0, 0.0, math.log(SMALLEST_SCATTER), -9.0])
 _HIGH = np.array(
