@@ -36,6 +36,9 @@ SLOWEST_RUB = 1e-4
 SOFTEST_SKIN = 1.0
 """[N/m] It gives way by far more than a finger may rub before the least load slips."""
 
+CALIBRATED = 0.003
+"""Standard deviation of the ratio of two loads on different axes after a calibration on the spot."""
+
 LARGEST_CALIBRATION = 0.2
 """More is no calibration, or in per cent."""
 
@@ -126,11 +129,12 @@ class FrictionConfig:
     """Slide and turn at once, too, 18 times there and back at the least and the largest load: for p, gamma."""
     stiffness: float = option(STIFFNESS, "N/m", fixed=TOUCHED, bound="positive")
     """Of the simulated contact along the normal [N/m]."""
-    calibration: float = option(
-        0.003, fixed="a replay computes commands, and no intervals; rub again", bound="not negative"
+    calibration: float | None = option(
+        None, fixed="a replay computes commands, and no intervals; rub again", bound="not negative"
     )
     """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
-    different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered."""
+    different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered. Left out: 0.003; of a
+    simulated sensor 0.001 without cross-talk, 0.01 with it."""
     drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
     """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
     zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
@@ -160,7 +164,7 @@ class FrictionConfig:
         self._check_surface()
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
-        if self.calibration > LARGEST_CALIBRATION:
+        if self.calibration is not None and self.calibration > LARGEST_CALIBRATION:
             raise InvalidValueError(
                 f"calibration = {self.calibration:g}: must be at most {LARGEST_CALIBRATION:g}; 0.01 stands for 1 %"
             )
@@ -212,6 +216,11 @@ class FrictionConfig:
                 f"loads from {self.loads[0]:g} to {self.loads[-1]:g} N: for --fit-exponents the largest must be "
                 "at least twice the least, or the growth of e cannot be measured"
             )
+
+    @property
+    def usual_calibration(self) -> float:
+        """What is allowed for a sensor's calibration, whichever sensor it is."""
+        return CALIBRATED if self.calibration is None else self.calibration
 
     @property
     def sizes(self) -> tuple[float, ...]:

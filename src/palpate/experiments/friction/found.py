@@ -27,6 +27,10 @@ far rubber is from it (1.1 to 2 were measured)."""
 LEFT_DRIFT = 0.1
 """Share of the sensor's drift that is left after linear interpolation."""
 
+FELT_ZERO = 0.2
+"""Share of a sensor's zero that is left where it was felt in free air before and after: 1 mN, the mean of a second
+of noise of 10 mN with what hangs together of it."""
+
 FEWEST_SLIPS = 6
 """Loads for a fit of the limit surface, of both kinds."""
 
@@ -100,8 +104,8 @@ def sensor_errors(air: FreeAir | None, calibration: float) -> SensorErrors:
         usual,
         force_noise=max(force, 1e-6),
         moment_noise=max(moment, 1e-8),
-        force_zero=max(usual.force_zero, LEFT_DRIFT * moved),
-        moment_zero=max(usual.moment_zero, LEFT_DRIFT * turned),
+        force_zero=max(FELT_ZERO * usual.force_zero, LEFT_DRIFT * moved),
+        moment_zero=max(FELT_ZERO * usual.moment_zero, LEFT_DRIFT * turned),
         # what the zero was interpolated over, strokes need not cancel again
         force_drift=LEFT_DRIFT * moved / seconds,
         moment_drift=LEFT_DRIFT * turned / seconds,

@@ -128,7 +128,7 @@ def recognised(
     touches = _touches(found)
     if not touches:
         return None
-    recognition = recognise(library, touches, calibration=config.calibration)
+    recognition = recognise(library, touches, calibration=config.usual_calibration)
     spins = (most_spin,) if most_spin > 0.0 else ()
     advice = next_touch(recognition, candidate_touches(config.rubbed_loads, (config.speed,), spins))
     return Recognised(recognition, advice, _confused(recognition, touches, config))
@@ -147,7 +147,7 @@ def _confused(
         slipped,
         DRAWN // len(materials),
         np.random.default_rng(config.seed),
-        config.calibration,
+        config.usual_calibration,
     )
 
 

@@ -8,7 +8,7 @@ from palpate.controllers.rub_program import Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
 from palpate.controllers.rubbing_parameters import RubbingParameters
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.built import built, friction_law
+from palpate.experiments.friction.built import built, friction_law, sensor_of
 from palpate.experiments.friction.config import EXPONENT_SLIPS, LIBRARY_TEXT, FrictionConfig
 from palpate.experiments.friction.library import library_text
 from palpate.experiments.friction.strokes import RubRecorder
@@ -34,6 +34,10 @@ FILE_NAME = "friction.yaml"
 """Of what was found, in the output folder."""
 
 MILLI = 1e3
+
+SIMULATED, AS_DELIVERED = 0.001, 0.01
+"""Standard deviations of ratios of loads: what the finger's own motion leaves where the sensor is exact, and with
+the cross-talk that data sheets allow."""
 
 FASTEST_LANDING, LIFT_SPEED = 0.005, 0.02
 """At most [m/s]."""
@@ -171,6 +175,14 @@ class FrictionPlan(PlanDefaults):
         if not self.truth_known:
             return None
         return self.config.spin_length if self.plant is None else self.plant.spin_length_at(load)
+
+    @property
+    def calibration(self) -> float:
+        """What the sensor's calibration may be off by, as `FrictionConfig.calibration` has it."""
+        if self.config.calibration is not None or not self.truth_known:
+            return self.config.usual_calibration
+        exact = sensor_of(self.robot, self.config).model.cross_talk is None
+        return SIMULATED if exact else AS_DELIVERED
 
     @property
     def true_limit_surface(self) -> LimitSurface | None:

@@ -97,7 +97,7 @@ def _how_far(result: FrictionResult, known: Recognised) -> str:
     if found.outcome is not RecognitionOutcome.UNKNOWN or file is None or not file.friction.measured:
         return ""
     nearest = found.library.materials[found.library.names.index(found.best)]
-    differences = _differences(file, nearest, config.calibration)
+    differences = _differences(file, nearest, config.usual_calibration)
     off = [each.name for each in differences if each.deviations > APART]
     which = f"What does not fit: {listed(off)}" if off else "None of these is too far off alone, all together are"
     fit = found.fit[found.library.names.index(found.best)]

@@ -59,7 +59,7 @@ def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
     rows = recorded.observer.rows()
     air = free_air(rows, controller.air)
     pairs = rubbed_pairs(rows, controller.spans, air)
-    errors = sensor_errors(air, config.calibration)
+    errors = sensor_errors(air, plan.calibration)
     # touch takes one size for the tip, that at the middle of all loads, half of whose compression is the tip's
     tip_error = 0.25 * (wanted.loads[-1] - wanted.loads[0]) / config.stiffness
     settling = SETTLING + plan.ready.finger.pipeline().delay
