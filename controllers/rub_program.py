@@ -27,6 +27,10 @@ NEAR, APART = 1.02, 2.2
 """Strokes are done at the slip speed of twists unless one is within the first factor of it, or two, that lie no
 farther apart than the second, have it between them: mu on a Stribeck curve falls by up to 0.4 per ln v."""
 
+AIM, MOST_STROKES = 0.93, 3
+"""Over the slip speed of a twist by mu of faster strokes: where mu falls with the speed, e by that is too long and
+the speed too high. From stroke to stroke what is left of that falls to 0.4 at most."""
+
 RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""
 
@@ -235,16 +239,23 @@ class Survey:
         """Strokes at the slip speeds of twists so far, where others do not tell mu there: it may be another."""
         wanted = self._wanted
         done = [wanted.speed, *wanted.speeds]
-        for speed in sorted(self._turned[each] * length for each, length in self._lengths.items()):
-            slower = max((each for each in done if each <= NEAR * speed), default=0.0)
-            faster = min((each for each in done if each >= speed / NEAR), default=math.inf)
-            near = slower * NEAR >= speed or faster <= NEAR * speed
-            if near or faster <= APART * slower:
-                continue
-            rub = wanted.stroke(load, speed)
-            if rub.travel <= wanted.most_travel:
-                done.append(speed)
+        for each in sorted(self._lengths, key=lambda one: self._turned[one] * self._lengths[one]):
+            torque_speed, aim = self._turned[each] * self._lengths[each] * self._frictions[each], AIM
+            speed = torque_speed / self._frictions[each]
+            for _ in range(MOST_STROKES):
+                slower = max((one for one in done if one <= NEAR * speed), default=0.0)
+                faster = min((one for one in done if one >= speed / NEAR), default=math.inf)
+                if slower * NEAR >= speed or faster <= APART * slower:
+                    break
+                rub = wanted.stroke(load, aim * speed)
+                if rub.travel > wanted.most_travel:
+                    break
+                done.append(rub.speed)
                 yield from self._repeated(rub)
+                if self._felt is None or self._felt.friction <= 0.0:
+                    break
+                # e by mu as it is there
+                speed, aim = torque_speed / self._felt.friction, 1.0
 
     def _spin(self, load: float) -> float:
         """How fast to turn [rad/s]: so that it slips about as fast as strokes do."""

@@ -63,7 +63,8 @@ class FrictionLaw:
         self.limit_surface(self.static_friction)  # refuses the other three
         if self.norm_exponent > 2.0:
             raise InvalidValueError(
-                f"norm_exponent = {self.norm_exponent:g}: must be at most 2 (ellipsoid) to be simulated"
+                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and 2 (ellipsoid) "
+                "to be simulated"
             )
 
     def limit_surface(self, friction: float) -> LimitSurface:

@@ -196,6 +196,10 @@ class FrictionConfig:
                 "which mu falls to --friction; give that, above --friction, or leave this out"
             )
         p = 2.0 if self.norm_exponent is None else self.norm_exponent
+        if p > 2.0:
+            raise InvalidValueError(
+                f"norm_exponent = {p:g}: must lie between 1 (diamond) and 2 (ellipsoid) to be simulated"
+            )
         LimitSurface(self.friction, self.spin_length, self.load_exponent or 0.0, p)
         if self.static_friction is not None and self.static_friction < self.friction:
             raise InvalidValueError(

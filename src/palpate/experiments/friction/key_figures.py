@@ -19,7 +19,6 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
     together = "all loads together, " if len(file.loads) > 1 else ""
     note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if file.friction.measured else ""
     figures = [
-        KeyFigure("verdict", "OK" if verdict.ok else "not OK", "", str(verdict)),
         _figure(
             "friction mu", file.friction, plan.true_friction(file.speed), note=note, bound=_strokes_bound(result)
         ),
@@ -45,6 +44,7 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
     known = result.recognised
     if known is not None:
         figures.append(KeyFigure("surface", known.material, "", f"by the library {plan.config.library}"))
+    figures.append(KeyFigure("verdict", "OK" if verdict.ok else "not OK", "", str(verdict)))
     return (*figures, *run)
 
 
