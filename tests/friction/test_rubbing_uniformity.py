@@ -96,6 +96,13 @@ def test_what_differs_is_never_silently_wrong_and_a_plain_surface_passes(study):
         assert max(z.values()) < 4.0
 
 
+def test_single_spikes_are_left_out_and_many_are_reported(study):
+    few = study.run(study.CASES["outliers, 0.1 % of samples"], 3, exponents=False)
+    assert few[1].ok
+    assert max(few[0].values()) < 4.0
+    assert not study.run(study.Case(outliers=0.03, quick=True), 3, exponents=False)[1].ok
+
+
 def test_of_a_quick_run_e_and_gamma_are_honest_where_mu_falls_with_the_speed(study):
     for seed in range(5):
         z, _, _ = study.run(study.CASES["Stribeck, 40 %, --quick"], seed, exponents=False)

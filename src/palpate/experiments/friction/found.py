@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.estimation import HELD, Verdict
+from palpate.estimation import HELD, Assumption, BrokenAssumption, Verdict
 from palpate.experiments.friction.strokes import FreeAir, RubbedPair
 from palpate.friction.p_norm import dual_point
 from palpate.friction.rubbing.estimate import SensorErrors
@@ -15,6 +15,7 @@ from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
 from palpate.friction.rubbing.speed_ratio import friction_ratio, spin_friction
+from palpate.friction.rubbing.spikes import LARGEST_SHARE, without_spikes
 from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
@@ -129,11 +130,15 @@ def found_by(
         tip_error: By how much the tip may be smaller or larger than it is taken for, compressed [m]: friction
             then moves the contact that is felt, and turned about, by mu times that.
     """
+    cleaned = [without_spikes(each.pair, errors) for each in pairs]
+    pairs = [RubbedPair(each.rub, pair) for each, (pair, _) in zip(pairs, cleaned, strict=True)]
+    spikes, readings = sum(count for _, count in cleaned), sum(len(s) for pair, _ in cleaned for s in pair.both)
     loads = sorted({pair.rub.normal_force for pair in pairs})
     strokes = {load: _strokes(pairs, load, speed) for load in loads}
     bare = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
     bare_speeds = _over_speed(pairs, bare, speed, errors, settling)
     uniform = _uniformity(pairs, bare, bare_speeds, speed, errors, settling)
+    verdict = uniform.verdict.and_also(_spiked(spikes, readings))
     frictions = {load: _counting(uniform, each) for load, each in bare.items()}
     speeds = tuple(replace(each, friction=_counting(uniform, each.friction)) for each in bare_speeds)
     points = [
@@ -152,7 +157,7 @@ def found_by(
     slips = slips_by(ASSUMED_EXPONENT)
     mixed = any(pair.rub.speed > 0.0 and pair.rub.spin != 0.0 for pair in pairs)
     if not mixed or len(slips) < FEWEST_SLIPS:
-        return FrictionFound(first, speeds, curve, slips, None, uniform.verdict)
+        return FrictionFound(first, speeds, curve, slips, None, verdict)
     mu = max(each.friction.value for each in frictions.values() if isinstance(each, FrictionMeasured))
     place = math.hypot(PLACE_ERROR, mu * tip_error)
     fitted = fit_limit_surface(slips, place_error=place)
@@ -165,7 +170,7 @@ def found_by(
         for load in loads
         if load in frictions
     )
-    return FrictionFound(again, speeds, curve, slips, fitted, uniform.verdict.and_also(fitted.verdict))
+    return FrictionFound(again, speeds, curve, slips, fitted, verdict.and_also(fitted.verdict))
 
 
 def _strokes(pairs: Sequence[RubbedPair], load: float, speed: float) -> list[TwoWay]:
@@ -177,6 +182,13 @@ def _strokes(pairs: Sequence[RubbedPair], load: float, speed: float) -> list[Two
     ]
     longest = max((pair.rub.duration for pair in found), default=0.0)
     return [pair.pair for pair in found if pair.rub.duration == longest]
+
+
+def _spiked(spikes: int, readings: int) -> tuple[BrokenAssumption, ...]:
+    if spikes <= LARGEST_SHARE * readings:
+        return ()
+    finding = f"{spikes} of {spikes + readings} readings are spikes, at most {100.0 * LARGEST_SHARE:g} %"
+    return (BrokenAssumption(Assumption.NO_OUTLIERS, finding, "check the sensor's cable and connection"),)
 
 
 def _uniformity(

@@ -19,9 +19,9 @@ LARGEST_MISFIT = 0.003
 """How far a point may lie off the curve, relative, beyond three deviations of its noise, and the curve still be
 believed between the points: a tenth of what is wanted of mu."""
 
-BEYOND = 0.5
-"""Standard deviation of ln mu per change of ln v outside of what was rubbed, over that within: a curve levels as
-often as it goes on."""
+BEYOND = 1.0
+"""Standard deviation of ln mu per change of ln v outside of what was rubbed, over that within: as much
+again: a Stribeck curve is steeper beyond as often as it levels."""
 
 _EVEN = math.sqrt(12.0)
 """Width over standard deviation of what lies evenly between two ends."""
