@@ -27,10 +27,10 @@ NEAR, APART = 1.02, 2.2
 """Strokes are done at the slip speed of twists unless one is within the first factor of it, or two, that lie no
 farther apart than the second, have it between them: mu on a Stribeck curve falls by up to 0.4 per ln v."""
 
-AIM, CLOSER, BELOW, MOST_STROKES = 0.93, 0.96, 1.08, 3
-"""Stroke over the slip speed of a twist that is slower than others, first and later, by mu of other strokes; the
-inverse of one that is faster: where mu falls with the speed, e by mu elsewhere is wrong, and what is left of that
-falls to 0.4 at most from stroke to stroke. One that is slower by less than the third is near enough."""
+AIM, BELOW, CRUDE, MOST_STROKES = 0.88, 1.2, 1.04, 3
+"""Stroke over the slip speed of a twist that is slower than others, and the inverse of one that is faster: where mu
+falls with the speed, e by mu of other strokes is wrong, and what is left of that falls to 0.4 at most from stroke to
+stroke. One that is slower by less than the second is near enough, and by more than the third surely slower."""
 
 RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""
@@ -241,14 +241,14 @@ class Survey:
         wanted = self._wanted
         done = [wanted.speed, *wanted.speeds]
         for each in sorted(self._lengths, key=lambda one: self._turned[one] * self._lengths[one]):
-            torque_speed, aim = self._turned[each] * self._lengths[each] * self._frictions[each], AIM
+            torque_speed = self._turned[each] * self._lengths[each] * self._frictions[each]
             speed, near = torque_speed / self._frictions[each], NEAR
             for _ in range(MOST_STROKES):
                 slower = max((one for one in done if one <= near * speed), default=0.0)
                 faster = min((one for one in done if one >= speed / near), default=math.inf)
                 if slower * BELOW >= speed or faster <= APART * slower:
                     break
-                rub = wanted.stroke(load, speed * aim if speed < wanted.speed else speed / aim)
+                rub = wanted.stroke(load, speed * AIM if speed < wanted.speed else speed / AIM)
                 if rub.travel > wanted.most_travel:
                     break
                 done.append(rub.speed)
@@ -256,7 +256,7 @@ class Survey:
                 if self._felt is None or self._felt.friction <= 0.0:
                     break
                 # e by mu as it is there
-                speed, aim, near = torque_speed / self._felt.friction, CLOSER, 1.0
+                speed, near = torque_speed / self._felt.friction, 1.0 / CRUDE
 
     def _spin(self, load: float) -> float:
         """How fast to turn [rad/s]: so that it slips about as fast as strokes do."""
