@@ -28,9 +28,9 @@ NEAR, APART = 1.02, 2.2
 farther apart than the second, have it between them: mu on a Stribeck curve falls by up to 0.4 per ln v."""
 
 AIM, BELOW, CRUDE, MOST_STROKES = 0.88, 1.2, 1.04, 3
-"""Stroke over the slip speed of a twist that is slower than others, and the inverse of one that is faster: where mu
-falls with the speed, e by mu of other strokes is wrong, and what is left of that falls to 0.4 at most from stroke to
-stroke. One that is slower by less than the second is near enough, and by more than the third surely slower."""
+"""Stroke over the slip speed of a twist that is slower than others, and the inverse of one that is faster: where
+mu falls with the speed, e by mu of other strokes is wrong; of that 0.4 at most is left from stroke
+to stroke. One that is slower by less than the second is near enough, and by more than the third surely slower."""
 
 RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""

@@ -12,7 +12,8 @@ NEIGHBOURS = 5
 """Readings of whose median one should not be far: two spikes in a row do not move it."""
 
 FAR = 8.0
-"""In standard deviations of a reading: white noise does that never, sticking and slipping moves the median too."""
+"""In standard deviations of a reading, of a Nano17 at the least: white noise is never so far off, and what sticks and
+slips moves the median too."""
 
 LARGEST_SHARE = 0.01
 """Of readings that may be left out without a remark."""
@@ -31,7 +32,10 @@ def without_spikes(pair: TwoWay, errors: SensorErrors) -> tuple[TwoWay, int]:
 
 def _kept(stroke: RubbingStroke, errors: SensorErrors) -> tuple[RubbingStroke, int]:
     off = np.abs(stroke.wrench - median_filter(stroke.wrench, size=(NEIGHBOURS, 1), mode="nearest"))
-    noise = np.repeat([errors.force_noise, errors.moment_noise], 3)
+    usual = SensorErrors()
+    noise = np.repeat(
+        [max(errors.force_noise, usual.force_noise), max(errors.moment_noise, usual.moment_noise)], 3
+    )
     kept = (off <= FAR * np.maximum(1.4826 * np.median(off, axis=0), noise)).all(axis=1)
     if kept.all() or np.count_nonzero(kept) < MIN_SAMPLES:
         return stroke, 0
