@@ -74,7 +74,8 @@ def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
     """One speed alone would make e 11 % too long, and nobody could know."""
     found = rubbed(quick=True, loads=(2.0,), static_friction=0.7)
     speeds = sorted({pair.rub.speed for pair in found.pairs if pair.rub.spin == 0.0})
-    assert len(speeds) == 2
+    slip = 0.003 * next(abs(pair.rub.spin) for pair in found.pairs if pair.rub.spin)
+    assert speeds[0] < slip < speeds[-1]
     assert found.file.spin_length.lower <= 0.003 <= found.file.spin_length.upper
     assert found.file.spin_length.value == pytest.approx(0.003, rel=0.04)
 

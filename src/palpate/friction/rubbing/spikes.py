@@ -12,8 +12,8 @@ NEIGHBOURS = 5
 """Readings of whose median one should not be far: two spikes in a row do not move it."""
 
 FAR = 8.0
-"""In standard deviations of a reading, of a Nano17 at the least: white noise is never so far off, and what sticks and
-slips moves the median too."""
+"""In standard deviations of a reading, of a Nano17 at the least: white noise is never so far off, and what sticks
+and slips moves the median too."""
 
 LARGEST_SHARE = 0.01
 """Of readings that may be left out without a remark."""
