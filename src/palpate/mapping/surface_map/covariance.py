@@ -16,10 +16,6 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.mapping.surface_map.model import SurfaceModel
 
-PLANE_HEIGHT = 0.2
-"""Standard deviation of the height of a patch's plane at its centre, in length scales: the centre is a contact, so
-the plane passes within a few noise deviations; 2 mm at a length scale of 10 mm says nothing."""
-
 PLANE_SLOPE = 0.3
 """Standard deviation of the slope of a patch's plane: its axis is the normal of a contact, the rest is bend."""
 
@@ -48,7 +44,7 @@ def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel
     A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
     A2 = (s2 * a**4 / 3.0) * decay
     K = np.empty((3 * n, 3 * m))
-    h2, p2 = (PLANE_HEIGHT * model.length) ** 2, PLANE_SLOPE**2
+    h2, p2 = model.plane**2, PLANE_SLOPE**2
     K[:n, :m] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_other.T)
     K[:n, m : 2 * m] = A1 * dx + p2 * xy[:, :1]
     K[:n, 2 * m :] = A1 * dy + p2 * xy[:, 1:]
@@ -60,6 +56,36 @@ def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel
     return K
 
 
+def surface_slopes(xy: FloatArray, model: SurfaceModel, weights: FloatArray) -> tuple[float, float]:
+    """Return how `surface_covariance` of n points with themselves, summed with `weights`, grows.
+
+    Args:
+        xy: Shape (n, 2) [m].
+        model: Length scale and curvature.
+        weights: Symmetric, shape (3 n, 3 n).
+
+    Returns:
+        Derivatives by the logarithms of the length scale, at the same curvature, and of the curvature.
+    """
+    n = len(xy)
+    W = weights.reshape(3, n, 3, n).transpose(0, 2, 1, 3)
+    a = math.sqrt(5.0) / model.length
+    s2 = model.height**2
+    dx = np.subtract.outer(xy[:, 0], xy[:, 0])
+    dy = np.subtract.outer(xy[:, 1], xy[:, 1])
+    ar = a * np.sqrt(dx * dx + dy * dy)
+    decay = s2 * np.exp(-ar)
+    heights = W[0, 0]
+    straight = (a * a / 3.0) * (2.0 * (W[0, 1] * dx + W[0, 2] * dy) + W[1, 1] + W[2, 2])
+    bent = (a**4 / 3.0) * (W[1, 1] * dx * dx + W[2, 2] * dy * dy + 2.0 * W[1, 2] * dx * dy)
+    # heights grow with length^4, A1 with its square, A2 not: s^2 does with length^4
+    square = ar * ar
+    k, A1 = 1.0 + ar + square / 3.0, 1.0 + ar
+    by_length = heights * (4.0 * k + square / 3.0 * A1) + straight * (2.0 * A1 + square) - bent * ar
+    by_curvature = 2.0 * (heights * k + straight * A1 - bent)
+    return float((by_length * decay).sum()), float((by_curvature * decay).sum())
+
+
 def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return the covariance of (h, h_x, h_y) at n points with heights at m points, shape (3 n, m).
 
@@ -67,7 +93,7 @@ def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) ->
     """
     n = len(xy)
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, (PLANE_HEIGHT * model.length) ** 2, PLANE_SLOPE**2
+    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
     dx = np.subtract.outer(xy[:, 0], xy_at[:, 0])
     dy = np.subtract.outer(xy[:, 1], xy_at[:, 1])
     ar = a * np.sqrt(dx * dx + dy * dy)
@@ -97,7 +123,7 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
     """
     w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1).T
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, (PLANE_HEIGHT * model.length) ** 2, PLANE_SLOPE**2
+    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
     ar = np.subtract.outer(xy_at[:, 0], xy[:, 0]) ** 2
     ar += np.subtract.outer(xy_at[:, 1], xy[:, 1]) ** 2
     np.sqrt(ar, out=ar)
@@ -154,7 +180,7 @@ def bend_variance(model: SurfaceModel) -> FloatArray:
 
 def height_variance(xy: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return the variance of heights before anything is felt, shape (n,) [m^2]."""
-    flat = model.height**2 + (PLANE_HEIGHT * model.length) ** 2
+    flat = model.height**2 + model.plane**2
     return np.asarray(flat + PLANE_SLOPE**2 * (xy**2).sum(axis=1))
 
 
@@ -182,3 +208,20 @@ def path_correlation(path: FloatArray, extent: FloatArray, length: float) -> Flo
     long = np.where(small, 1.0, t)
     C[np.diag_indices(len(path))] = np.where(small, 1.0 - t / 3.0, 2.0 / long * (1.0 + np.expm1(-long) / long))
     return C
+
+
+def path_correlation_slope(path: FloatArray, extent: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
+    """Return `path_correlation` and its derivative by the logarithm of `length`, shapes (n, n)."""
+    C = path_correlation(path, extent, length)
+    t = extent / length
+    half = 0.5 * t
+    gone = np.exp(-t)
+    # with g = (1 - exp(-t)) / t: the logarithm of g grows by 1 - exp(-t) / g, t / 2 of it where t is small
+    long = np.where(t > 1e-6, t, 1.0)
+    ends = np.where(t > 1e-6, 1.0 - gone * long / -np.expm1(-long), half)
+    apart = np.abs(np.subtract.outer(path, path)) / length - np.add.outer(half, half)
+    slope = C * (np.add.outer(ends, ends) + np.maximum(apart, 0.0))
+    long = np.where(t < 1e-3, 1.0, t)
+    own = (2.0 + 2.0 * np.exp(-long)) / long + 4.0 * np.expm1(-long) / (long * long)
+    slope[np.diag_indices(len(path))] = np.where(t < 1e-3, t / 3.0, own)
+    return C, slope

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.errors import FloatArray
+from palpate.mapping.surface_map.evidence import evidence_gradient
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.patch import Factored, PatchData, likeliest_bend
 
@@ -54,8 +55,8 @@ CLEARLY = 10.0
 STEPS = 40
 """Most steps of the search; it takes 10 to 25."""
 
-FLAT = 1e-5
-"""The search ends where a step gains less than this fraction of the log evidence: about 0.1."""
+FLAT = 0.05
+"""The search ends where the log probability changes by less than this per deviation of the prior."""
 
 IMPOSSIBLE = 1e12
 """Stands for a loss that is not finite: the search turns back."""
@@ -166,23 +167,26 @@ def _search(
     if not parameters:
         return start
     free = np.array(parameters, dtype=np.intp)
-    middle, values = centre.logarithms, start.logarithms
+    middle, spread = centre.logarithms[free], PRIOR_SPREAD[free]
 
     def model_at(trial: FloatArray) -> SurfaceModel:
-        values[free] = middle[free] + trial
-        moved = SurfaceModel.from_logarithms(values)
-        names = [each.name.lower() for each in parameters]
-        return replace(start, **{name: getattr(moved, name) for name in names})
+        moved = np.exp(middle + spread * trial).tolist()
+        return replace(start, **{each.name.lower(): value for each, value in zip(parameters, moved, strict=True)})
 
-    def loss(trial: FloatArray) -> float:
+    def loss(trial: FloatArray) -> tuple[float, FloatArray]:
         model = model_at(trial)
-        noise = (each.noise(model) for each in data)
-        factored = (Factored.of(*each) for each in zip(data, map(model.bent, bends), noise, strict=True))
-        evidence = sum(each.log_evidence for each in factored)
-        prior = 0.5 * float(((trial / PRIOR_SPREAD[free]) ** 2).sum())
-        return prior - evidence if math.isfinite(evidence) else IMPOSSIBLE
+        parts = [evidence_gradient(each, model, bend) for each, bend in zip(data, bends, strict=True)]
+        evidence = sum(part[0] for part in parts)
+        if not math.isfinite(evidence):
+            return IMPOSSIBLE, np.zeros(len(free))
+        slope = np.sum([part[1] for part in parts], axis=0)[free] * spread
+        return 0.5 * float(trial @ trial) - evidence - offset, trial - slope
 
-    bounds = [(-each, each) for each in REACH[free]]
-    first = values[free] - middle[free]
-    found = minimize(loss, first, method="L-BFGS-B", bounds=bounds, options={"maxiter": STEPS, "ftol": FLAT})
+    bounds = [(-each, each) for each in REACH[free] / spread]
+    first = (start.logarithms[free] - middle) / spread
+    # a start far from what was felt has a loss of any size, and in other units any offset: only differences count
+    offset = 0.0
+    offset = loss(first)[0]
+    options = {"maxiter": STEPS, "ftol": 0.0, "gtol": FLAT}
+    found = minimize(loss, first, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return model_at(found.x)

@@ -12,12 +12,12 @@ from palpate.errors import FloatArray, positive
 
 @dataclass(frozen=True, slots=True)
 class SurfaceModel:
-    """Six numbers of a Gaussian process on heights and of the noise of a finger along its path.
+    """Numbers of a Gaussian process on heights and of the noise of a finger along its path.
 
     Heights over a patch's plane have a Matern-5/2 covariance. Noise of positions and normals keeps along the path:
     its correlation between contacts a path s apart is exp(-s / length), since what errs (calibration,
     friction, the shape of the tip) changes with place, not with every sample. Defaults are those of a calibrated
-    Nano17-class finger; `learn` fits all six to what was felt.
+    Nano17-class finger; `learn` fits all but the last to what was felt.
 
     Attributes:
         length: Length scale of the surface [m].
@@ -26,6 +26,9 @@ class SurfaceModel:
         noise_length: Path over which noise keeps its value [m].
         tilt: Standard deviation of a normal about each tangent [rad].
         tilt_length: Path over which the noise of normals keeps its value [m].
+        plane: Standard deviation of the height of a patch's plane at its centre [m]. The centre is a contact, so
+            millimetres say nothing. It is not learned, nor may it follow the length: the evidence of every patch
+            falls with its logarithm, which made the shortest length the most probable one of a gentle surface.
 
     Raises:
         InvalidValueError: A number is not positive.
@@ -37,9 +40,10 @@ class SurfaceModel:
     noise_length: float = 1.0e-3
     tilt: float = math.radians(0.5)
     tilt_length: float = 1.0e-3
+    plane: float = 2.0e-3
 
     def __post_init__(self) -> None:
-        units = ("m", "1/m", "m", "m", "rad", "m")
+        units = ("m", "1/m", "m", "m", "rad", "m", "m")
         for field, unit in zip(dataclasses.fields(self), units, strict=True):
             positive(field.name, getattr(self, field.name), unit)
 
@@ -50,8 +54,8 @@ class SurfaceModel:
 
     @property
     def logarithms(self) -> FloatArray:
-        """The six numbers as natural logarithms, in the order of `Parameter`, shape (6,)."""
-        return np.log(dataclasses.astuple(self))
+        """The six numbers that are learned as natural logarithms, in the order of `Parameter`, shape (6,)."""
+        return np.log(dataclasses.astuple(self)[:6])
 
     def bent(self, bend: "PatchCurvature") -> Self:
         """Return the same noise on a surface that bends otherwise."""
@@ -59,10 +63,6 @@ class SurfaceModel:
             self, length=bend.length * self.length, curvature=bend.curvature * self.curvature
         )
 
-    @classmethod
-    def from_logarithms(cls, values: FloatArray) -> Self:
-        """Return the model whose `logarithms` are `values`."""
-        return cls(*np.exp(values).tolist())
 
 
 @dataclass(frozen=True, slots=True)
