@@ -9,14 +9,14 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.errors import FloatArray
+from palpate.estimation import Assumption, BrokenAssumption
 from palpate.mapping.surface_map.evidence import evidence_gradient
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
-from palpate.mapping.surface_map.patch import Factored, PatchData, likeliest_bend
+from palpate.mapping.surface_map.patch import PatchData, likeliest_bend
 
 PATCHES = 10
 """Patches that are asked, evenly over all; their evidence is pooled. Some 200 values each: 20 or 40 move the
 noise of a box by 5 %, and cost twice and four times as much."""
-
 
 ASKED_SCALE = 50
 """Patches that say how large residuals are: one number, so each is asked once. Some 5000 values: known to 2 %."""
@@ -41,16 +41,22 @@ PRIOR_SPREAD = np.log([4.0, 10.0, 4.0, 2.0, 4.0, 10.0])
 positions keeps is known to a factor of two (a property of finger and path), the rest hardly: normals may err anew
 at every sample."""
 
-REACH = np.log([30.0, 1e3, 1e3, 8.0, 1e3, 50.0])
-"""Limits of the search about the start, logarithms."""
+REACH = np.log([30.0, 1e4, 1e5, 30.0, 1e5, 1e6])
+"""Limits of the search about the start, logarithms: so wide that the evidence is flat there, and the prior leads
+back, even without any noise (rounding then counts as 3 nm of it)."""
 
+AT_LIMIT = math.log(1.1)
+"""What lies within a tenth of a limit of the search is at it."""
 
 DOUBTFUL = 2.0
 """Noise that seems to keep for so many times the path that was believed may be facets: the search then begins once
-more. Smooth shapes show 0.8 to 1.1 times the true length, facets 2.5 to 8 times (the limit)."""
+more. Smooth shapes show 0.8 to 1.1 times the true length, facets 2.5 times and more."""
 
 CLEARLY = 10.0
 """Log evidence by which the second search must be better. Facets show 40 to 400."""
+
+LENGTHS = (1.0, 0.2, 5.0)
+"""Lengths of the surface over that of the start where searches begin: its evidence may have several peaks."""
 
 STEPS = 40
 """Most steps of the search; it takes 10 to 25."""
@@ -92,6 +98,21 @@ def learn(data: Sequence[PatchData], start: SurfaceModel, held: Collection[Param
     return found if held else _scaled(_evenly(data, ASKED_SCALE), found)
 
 
+def at_bounds(model: SurfaceModel, start: SurfaceModel) -> tuple[BrokenAssumption, ...]:
+    """Return which numbers of a model that was learned from `start` lie at the limit of the search."""
+    off = model.logarithms - start.logarithms
+    return tuple(
+        BrokenAssumption(
+            Assumption.WITHIN_BOUNDS,
+            f"{each.name.lower()} was learned as {math.exp(off[each]):.2g} times what was believed, at most "
+            f"{math.exp(REACH[each]):.3g} times or one part in as many",
+            "give MapSettings a model nearer to surface and sensor, or explore more of the surface",
+        )
+        for each in Parameter
+        if abs(off[each]) > REACH[each] - AT_LIMIT
+    )
+
+
 def _from(
     first: SurfaceModel,
     data: Sequence[PatchData],
@@ -101,10 +122,15 @@ def _from(
     surface: Sequence[Parameter],
 ) -> SurfaceModel:
     """Return what a search that begins at `first` finds, with `centre` as a weak opinion."""
-    found = _most_probable(_evenly(_calmest(data)), centre, first, [*surface, *noise])
+    found = _most_probable(_evenly(_calmest(data)), centre, [first], [*surface, *noise])
     # what stays now is the noise: the surface starts anew, since calm places bend less than the rest
     found = replace(found, length=centre.length, curvature=centre.curvature)
-    return _most_probable(among, found, found, surface)
+    starts = (
+        [replace(found, length=centre.length * each) for each in LENGTHS]
+        if Parameter.LENGTH in surface
+        else [found]
+    )
+    return _most_probable(among, found, starts, surface)
 
 
 def _faceted(model: SurfaceModel) -> SurfaceModel:
@@ -148,13 +174,18 @@ def _evenly(data: Sequence[PatchData], most: int = PATCHES) -> list[PatchData]:
 
 
 def _most_probable(
-    data: Sequence[PatchData], centre: SurfaceModel, start: SurfaceModel, parameters: Sequence[Parameter]
+    data: Sequence[PatchData],
+    centre: SurfaceModel,
+    starts: Sequence[SurfaceModel],
+    parameters: Sequence[Parameter],
 ) -> SurfaceModel:
-    """Search with a prior about `centre`, then once more with each patch bent as it turned out to be."""
+    """Search from several starts, then once more from the best end with each patch bent as it turned out to be."""
     ordinary = [BENDS[0]] * len(data)
-    found = _search(data, ordinary, centre, start, parameters)
+    _, found = min(
+        (_search(data, ordinary, centre, start, parameters) for start in starts), key=lambda end: end[0]
+    )
     bends = [likeliest_bend(each, found)[0] for each in data]
-    return found if bends == ordinary else _search(data, bends, centre, found, parameters)
+    return found if bends == ordinary else _search(data, bends, centre, found, parameters)[1]
 
 
 def _search(
@@ -163,9 +194,10 @@ def _search(
     centre: SurfaceModel,
     start: SurfaceModel,
     parameters: Sequence[Parameter],
-) -> SurfaceModel:
+) -> tuple[float, SurfaceModel]:
+    """Return the least loss, minus the logarithm of the posterior, and where it is."""
     if not parameters:
-        return start
+        return 0.0, start
     free = np.array(parameters, dtype=np.intp)
     middle, spread = centre.logarithms[free], PRIOR_SPREAD[free]
 
@@ -189,4 +221,4 @@ def _search(
     offset = loss(first)[0]
     options = {"maxiter": STEPS, "ftol": 0.0, "gtol": FLAT}
     found = minimize(loss, first, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return model_at(found.x)
+    return float(found.fun) + offset, model_at(found.x)

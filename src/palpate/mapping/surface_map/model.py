@@ -64,7 +64,6 @@ class SurfaceModel:
         )
 
 
-
 @dataclass(frozen=True, slots=True)
 class PatchCurvature:
     """How one patch of a surface bends compared with the rest of it.

@@ -81,9 +81,9 @@ class PathContacts:
         """Number of contacts."""
         return len(self.time)
 
-    def after(self, first: int) -> Self:
-        """Return the contacts from index `first` on."""
-        return type(self)(*(getattr(self, each.name)[first:] for each in dataclasses.fields(self)))
+    def at(self, chosen: slice | np.ndarray) -> Self:
+        """Return some of them."""
+        return type(self)(*(getattr(self, each.name)[chosen] for each in dataclasses.fields(self)))
 
     def followed_by(self, others: Self) -> Self:
         """Return these and then `others`."""

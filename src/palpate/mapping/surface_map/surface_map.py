@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray, InvalidValueError, numbers
+from palpate.estimation import Verdict
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.blend import Blend, PatchEstimate, blended, patch_estimates
@@ -16,8 +17,10 @@ from palpate.mapping.surface_map.learn import Parameter, learn
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.patch import STEEPEST_COS, PatchData, PatchFrame, SurfacePatch
 from palpate.mapping.surface_map.settings import MapSettings
+from palpate.mapping.surface_map.spikes import spikes
 from palpate.mapping.surface_map.stretches import PathContacts, Stretches, cut
 from palpate.mapping.surface_map.surrounded import surrounded
+from palpate.mapping.surface_map.tested import map_verdict
 
 SEED_COS = 0.82
 """A contact whose normal leans more than 35 degrees from the axes of all patches near it starts its own: patches
@@ -43,6 +46,10 @@ SEARCH_REACHES = 1.5
 2 reaches apart, the widest that are observed, they show 96 degrees of either; farther ones would bridge holes."""
 
 
+BEFORE = 2
+"""Contacts before a stretch that tell whether its first ones are outliers."""
+
+
 class SurfaceMap:
     """A Gaussian-process surface in overlapping patches, which grows with every batch of contacts.
 
@@ -54,7 +61,11 @@ class SurfaceMap:
         self._model = self._settings.model
         self._stretches = Stretches.none()
         self._open: PathContacts | None = None
+        self._before = 0  # contacts of `_open` that are there only to judge the others by
         self._open_patches = 0  # patches that the open stretch has started
+        self._outliers = np.zeros((0, 3))
+        self._open_outliers = 0
+        self._felt = 0  # contacts
         self._patches: list[SurfacePatch] = []
         self._members: list[list[int]] = []
         self._centers = np.zeros((0, 3))
@@ -96,6 +107,16 @@ class SurfaceMap:
         return tuple(self._patches)
 
     @property
+    def outliers(self) -> FloatArray:
+        """Contacts that were left out, far off what their neighbours along the path say, shape (k, 3) [m]."""
+        return self._outliers
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether what the map assumes of contacts, noise and surface held."""
+        return map_verdict(self._model, self._settings.model, self._outliers, self._felt)
+
+    @property
     def agreement(self) -> Agreement:
         """How well rows predict one another; its `factor` is on what every patch claims."""
         return self._agreement
@@ -124,12 +145,21 @@ class SurfaceMap:
         if not len(cloud):
             return set()
         contacts = self._contacts(cloud)
+        self._felt += len(cloud)
         changed: set[int] = set()
         if self._open is not None:
             contacts = self._open.followed_by(contacts)
             changed |= self._forget_open()
-        found, last = cut(contacts, self._settings.stretch, self._settings.longest_pause)
-        self._open = contacts.after(last)
+        length, pause = self._settings.stretch, self._settings.longest_pause
+        off = spikes(contacts, self._settings.model.noise, 0.5 * length, pause)
+        kept = np.flatnonzero(~off[self._before :]) + self._before
+        found, last = cut(contacts.at(kept), length, pause)
+        outliers = np.flatnonzero(off[self._before :]) + self._before
+        begin = int(kept[last]) if len(kept) else self._before
+        self._outliers = np.vstack([self._outliers, contacts.position[outliers]])
+        self._open_outliers = int((outliers >= begin).sum())
+        self._before = min(begin, BEFORE)
+        self._open = contacts.at(slice(begin - self._before, None))
         first = len(self._stretches)
         self._stretches = self._stretches.followed_by(found)
         for index in range(first, len(self._stretches)):
@@ -251,6 +281,7 @@ class SurfaceMap:
         """Take the open stretch out again and return the patches that held it."""
         last = len(self._stretches) - 1
         self._stretches = self._stretches[:last]
+        self._outliers = self._outliers[: len(self._outliers) - self._open_outliers]
         if self._open_patches:
             for held in (self._patches, self._members):
                 del held[-self._open_patches :]
