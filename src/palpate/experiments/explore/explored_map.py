@@ -8,6 +8,7 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
+from palpate.estimation import Assumption, Verdict
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import ScanContacts
 from palpate.experiments.explore.explored_layers import friction_on, stiffness_on, unknown_layer
@@ -87,6 +88,18 @@ class ExploredMap:
     def layers(self) -> tuple[VertexLayer | VertexDirection, ...]:
         """All that is known at the vertices besides their place, for a file."""
         return (self.friction, self.stiffness, *self.curvature)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Which assumptions of the map what was felt contradicts."""
+        return self.surface.verdict
+
+    @property
+    def usable(self) -> bool:
+        """Whether its band holds: outliers are left out of it and unresolved detail widens it; a model at a limit
+        of the search is none.
+        """
+        return not self.verdict.breaks(Assumption.WITHIN_BOUNDS)
 
     @property
     def worst(self) -> Knowledge:

@@ -27,12 +27,18 @@ def _shape(exploration: "Exploration") -> str | None:
     return None if shape is None or shape.kind is None else shape.kind.value
 
 
+def _broken(exploration: "Exploration") -> str | None:
+    found = exploration.map
+    return None if found is None else ", ".join(each.assumption.name for each in found.verdict.broken)
+
+
 FIGURES = (
     Figure("map_rms_m", "map to true surface, RMS", "m", _of_map(lambda found: found.rms)),
     Figure("force_rms_n", "true normal force, RMS error", "N", lambda found: found.force_rms),
     Figure("point_rms_m", "points to true surface, RMS", "m", lambda found: found.point_rms),
     Figure("map_band_m", "map's 95 % band, half its width", "m", _of_map(lambda found: found.band, true=False)),
     Figure("map_in_band", "share of errors inside that band", "", _of_map(lambda found: found.covered)),
+    Figure("map_broken", "assumptions of the map that broke", "", _broken),
     Figure("observed_share", "observed of the reachable", "", _of_map(lambda found: found.observed_share)),
     Figure("force_max_n", "largest force felt", "N", lambda found: found.assumptions.most_force),
     Figure("point_p99_m", "points to true surface, 99 %", "m", lambda found: found.point_p99),

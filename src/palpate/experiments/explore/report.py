@@ -83,7 +83,7 @@ def exploration_report(exploration: Exploration) -> Report:
         advice=_advice(exploration),
         settings=settings(exploration),
         footer="Lengths and forces in the robot's base frame.",
-        reached=exploration.run.ending is Ending.DONE,
+        reached=exploration.run.ending is Ending.DONE and (exploration.map is None or exploration.map.usable),
     )
 
 
@@ -117,7 +117,8 @@ def _map(found: ExploredMap | None) -> tuple[Section, ...]:
 
     nothing = "Contacts are too far apart: nothing of the surface counts as observed."
     shown = Pictures(draw) if len(found.mesh.triangles) else Paragraph(nothing)
-    return (Section("The map", (TextTable((*map_rows(found), *layer_rows(found))), shown)),)
+    verdict = tuple(map(Paragraph, found.verdict.lines()))
+    return (Section("The map", (*verdict, TextTable((*map_rows(found), *layer_rows(found))), shown)),)
 
 
 def _growth(growth: MapGrowth | None) -> tuple[Section, ...]:
@@ -234,6 +235,7 @@ def _remarks(exploration: Exploration) -> str:
     sentences = (
         *change_sentences(exploration.changes, exploration.run.duration, "the sweep began"),
         *assumption_sentences(exploration.assumptions, config.force, config.stiffness),
+        *(f"Of the map it is {each}." for each in (exploration.map.verdict.broken if exploration.map else ())),
     )
     return "".join(f" {each}" for each in sentences)
 

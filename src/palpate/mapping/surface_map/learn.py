@@ -122,15 +122,11 @@ def _from(
     surface: Sequence[Parameter],
 ) -> SurfaceModel:
     """Return what a search that begins at `first` finds, with `centre` as a weak opinion."""
-    found = _most_probable(_evenly(_calmest(data)), centre, [first], [*surface, *noise])
+    calm = [replace(first, length=first.length * each) for each in LENGTHS]
+    found = _most_probable(_evenly(_calmest(data)), centre, calm, [*surface, *noise])
     # what stays now is the noise: the surface starts anew, since calm places bend less than the rest
-    found = replace(found, length=centre.length, curvature=centre.curvature)
-    starts = (
-        [replace(found, length=centre.length * each) for each in LENGTHS]
-        if Parameter.LENGTH in surface
-        else [found]
-    )
-    return _most_probable(among, found, starts, surface)
+    anew = [replace(found, length=centre.length * each, curvature=centre.curvature) for each in LENGTHS]
+    return _most_probable(among, anew[0], anew, surface)
 
 
 def _faceted(model: SurfaceModel) -> SurfaceModel:
