@@ -96,9 +96,7 @@ class ExploredMap:
 
     @property
     def usable(self) -> bool:
-        """Whether its band holds: outliers are left out of it and unresolved detail widens it; a model at a limit
-        of the search is none.
-        """
+        """Whether its band holds: it is widened for fine detail, but not for a model at a limit of its search."""
         return not self.verdict.breaks(Assumption.WITHIN_BOUNDS)
 
     @property

@@ -142,7 +142,7 @@ def _faceted(model: SurfaceModel) -> SurfaceModel:
 
 def _evidence(data: Sequence[PatchData], model: SurfaceModel) -> float:
     """Return the log evidence of all of `data`, each bent as suits it."""
-    likeliest = (likeliest_bend(each, model) for each in data)
+    likeliest = (likeliest_bend(each, model, each.noise(model)) for each in data)
     return sum(bend.odds + factored.log_evidence for bend, factored in likeliest)
 
 
@@ -151,7 +151,7 @@ def _scaled(data: Sequence[PatchData], model: SurfaceModel) -> SurfaceModel:
 
     Means stay as they are. A median, since an edge is no reason to doubt the rest.
     """
-    square = [likeliest_bend(each, model)[1].mean_square for each in data]
+    square = [likeliest_bend(each, model, each.noise(model))[1].mean_square for each in data]
     size = min(max(math.sqrt(float(np.median(square))), 0.5), 2.0)  # contacts without noise have no size
     return replace(model, curvature=size * model.curvature, noise=size * model.noise, tilt=size * model.tilt)
 
@@ -180,7 +180,7 @@ def _most_probable(
     _, found = min(
         (_search(data, ordinary, centre, start, parameters) for start in starts), key=lambda end: end[0]
     )
-    bends = [likeliest_bend(each, found)[0] for each in data]
+    bends = [likeliest_bend(each, found, each.noise(found))[0] for each in data]
     return found if bends == ordinary else _search(data, bends, centre, found, parameters)[1]
 
 

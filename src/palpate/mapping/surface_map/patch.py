@@ -94,16 +94,12 @@ class PatchData:
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
 
-    def height_noise(self, model: SurfaceModel) -> FloatArray:
-        """Return the covariance of what errs in heights, shape (n, n) [m^2]."""
-        C = path_correlation(self.path, self.extent, model.noise_length)
-        return np.asarray(model.noise**2 * np.outer(self.noise_root, self.noise_root) * C)
-
     def noise(self, model: SurfaceModel) -> FloatArray:
         """Return the covariance of what errs in `values`, shape (3 n, 3 n)."""
         n = len(self.xy)
         N = np.zeros((3 * n, 3 * n), order="F")
-        N[:n, :n] = self.height_noise(model)
+        C = path_correlation(self.path, self.extent, model.noise_length)
+        N[:n, :n] = model.noise**2 * np.outer(self.noise_root, self.noise_root) * C
         C = model.tilt**2 * path_correlation(self.path, self.extent, model.tilt_length)
         r = self.tilt_root
         for i in range(2):
@@ -144,9 +140,8 @@ class Factored:
         return cls(lower, -0.5 * square - float(np.log(np.diagonal(lower)).sum()), square / len(white))
 
 
-def likeliest_bend(data: PatchData, model: SurfaceModel) -> tuple[PatchCurvature, Factored]:
-    """Return which of `BENDS` makes what was felt most probable, and its factor."""
-    noise = data.noise(model)
+def likeliest_bend(data: PatchData, model: SurfaceModel, noise: FloatArray) -> tuple[PatchCurvature, Factored]:
+    """Return which of `BENDS` makes what was felt, with the covariance of its `noise`, most probable."""
     tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in BENDS]
     return max(tried, key=lambda each: each[0].odds + each[1].log_evidence)
 
@@ -164,6 +159,7 @@ class SurfacePatch:
         surprise: Mean square of the data in units of what the model expects: 1 where the model holds, above it at
             edges, steps, and contacts that contradict each other.
         agreement: How far its rows are off what the others say of them.
+        slope_misfit: Mean square of how far the slopes that were felt are off its own, about either axis.
     """
 
     frame: PatchFrame
@@ -173,6 +169,7 @@ class SurfacePatch:
     factor: FloatArray
     surprise: float
     agreement: Agreement
+    slope_misfit: float
 
     @classmethod
     def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, middle: float) -> "SurfacePatch":
@@ -188,17 +185,19 @@ class SurfacePatch:
             FloatingPointError: The covariance is not positive definite, which `JITTER` excludes for finite data.
         """
         data = PatchData.over(frame, stretches)
-        bend, factored = likeliest_bend(data, model)
+        noise = data.noise(model)
+        bend, factored = likeliest_bend(data, model, noise)
         if factored.log_evidence == -np.inf:
             raise FloatingPointError(f"covariance of {len(data.xy)} stretches with {model} is singular")
         weights, _ = dpotrs(factored.lower, data.values, lower=1)
         packed, _ = dtrttp(factored.lower, uplo="L")
         passing = (data.xy**2).sum(axis=1) <= middle * middle
-        noise = data.height_noise(model)
-        agreement = Agreement.of(
-            data.path, passing, noise, factored.lower, weights, max(1.0, factored.mean_square)
-        )
-        return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square, agreement)
+        n = len(data.xy)
+        claimed = max(1.0, factored.mean_square)
+        agreement = Agreement.of(data.path, passing, noise[:n, :n], factored.lower, weights, claimed)
+        off = noise[n:, n:] @ weights[n:]
+        misfit = float(off @ off) / len(off)
+        return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square, agreement, misfit)
 
     def heights(self, xy: FloatArray) -> FloatArray:
         """Return mean heights and slopes (h, h_x, h_y) at points of the plane, shape (3, m)."""

@@ -10,6 +10,9 @@ from palpate.mapping.surface_map.model import SurfaceModel
 DEFAULT_ROW = 2e-3
 """Distance of rows that the default lengths are made for [m]."""
 
+REACH_OF_ROWS = 0.75
+"""Reach over the distance of rows; see `MapSettings.for_rows`."""
+
 
 @dataclass(frozen=True, slots=True)
 class MapSettings:
@@ -60,6 +63,11 @@ class MapSettings:
                 f"patch_spacing = {self.patch_spacing} m, patch_reach = {self.patch_reach} m, patch_data = "
                 f"{self.patch_data} m: must grow in this order, or there are gaps between patches"
             )
+
+    @property
+    def rows(self) -> float:
+        """Distance of rows that the reach is made for [m]."""
+        return self.reach / REACH_OF_ROWS
 
     @classmethod
     def for_rows(cls, distance: float, *, model: SurfaceModel | None = None, bias: float = 0.0) -> Self:

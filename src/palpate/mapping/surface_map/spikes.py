@@ -8,6 +8,8 @@ taken as a piece of plane. Edges and steps pass: there, neighbours on one side a
 import numpy as np
 import numpy.typing as npt
 
+from palpate.errors import FloatArray
+from palpate.estimation import Assumption, BrokenAssumption
 from palpate.mapping.surface_map.stretches import PathContacts
 
 NEIGHBOURS = (-2, -1, 1, 2)
@@ -19,6 +21,9 @@ AGREE = 0.75
 FAR = 3.0
 """In standard deviations of the model's noise. Noise keeps along the path, so neighbours differ by a third of it
 or less (0.28 at a step of 0.04 mm and a length of 1 mm)."""
+
+NAMED = 3
+"""Outliers whose places are written out."""
 
 
 def spikes(
@@ -48,3 +53,17 @@ def spikes(
         above[i] += near & (height > limit[i])
         below[i] += near & (height < -limit[i])
     return np.asarray((asked >= 2) & (np.maximum(above, below) >= AGREE * asked))
+
+
+def left_out(outliers: FloatArray, felt: int) -> tuple[BrokenAssumption, ...]:
+    """Return that there were outliers, if so: how many of the contacts `felt`, and where, shape (k, 3) [m]."""
+    if not len(outliers):
+        return ()
+    places = ", ".join("({:.1f}, {:.1f}, {:.1f})".format(*(1e3 * each)) for each in outliers[:NAMED])
+    more = ", ..." if len(outliers) > NAMED else ""
+    broken = BrokenAssumption(
+        Assumption.NO_OUTLIERS,
+        f"{len(outliers)} of {felt} contacts are far off their neighbours along the path, at {places}{more} mm",
+        "the map is made of the others; look at the sensor's signal there",
+    )
+    return (broken,)

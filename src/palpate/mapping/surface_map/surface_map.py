@@ -8,35 +8,23 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray, InvalidValueError, numbers
-from palpate.estimation import Verdict
+from palpate.estimation import BrokenAssumption, Verdict
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.blend import Blend, PatchEstimate, blended, patch_estimates
 from palpate.mapping.surface_map.estimate import Knowledge, SurfaceEstimate
-from palpate.mapping.surface_map.learn import Parameter, learn
+from palpate.mapping.surface_map.learn import Parameter, at_bounds, learn
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.patch import STEEPEST_COS, PatchData, PatchFrame, SurfacePatch
+from palpate.mapping.surface_map.resolution import WIDENED, facet_height, finer_than_rows
 from palpate.mapping.surface_map.settings import MapSettings
-from palpate.mapping.surface_map.spikes import spikes
+from palpate.mapping.surface_map.spikes import left_out, spikes
 from palpate.mapping.surface_map.stretches import PathContacts, Stretches, cut
 from palpate.mapping.surface_map.surrounded import surrounded
-from palpate.mapping.surface_map.tested import map_verdict
 
 SEED_COS = 0.82
 """A contact whose normal leans more than 35 degrees from the axes of all patches near it starts its own: patches
 see 60 degrees, so that neighbours overlap around a bend."""
-
-REACH_OF_ROWS = 0.75
-"""Reach over the distance of rows; see `MapSettings.for_rows`."""
-
-FACET_HEIGHT = 0.32
-"""RMS depth of facets below the curve through their ridges, over their width and the RMS of their slopes.
-Along an arc between two ridges w apart the slopes go from -a to a and the depth is w a / 4 (1 - x^2), x from -1 to
-1: its RMS is w a / 4 (8 / 15)^0.5, that of the slopes a / 3^0.5."""
-
-FACET_DOUBT = 1.25
-"""Facets are taken for so much deeper than learned. A patch sees some eight rows, each with one slope: their RMS
-is known to 1 / (2 * 8)^0.5, a quarter, and the smooth surface through them has taken a part of it for itself."""
 
 NEAREST_STEPS = 3
 """Steps to the nearest point: each leaves a fraction of distance times curvature squared."""
@@ -114,7 +102,8 @@ class SurfaceMap:
     @property
     def verdict(self) -> Verdict:
         """Whether what the map assumes of contacts, noise and surface held."""
-        return map_verdict(self._model, self._settings.model, self._outliers, self._felt)
+        outliers = left_out(self._outliers, self._felt)
+        return Verdict((*at_bounds(self._model, self._settings.model), *self._finer(), *outliers))
 
     @property
     def agreement(self) -> Agreement:
@@ -129,9 +118,8 @@ class SurfaceMap:
         worst facets are as wide as rows are apart and all rows are on ridges: then heights show nothing of what
         lies between. 0 where normals err by noise, which does not keep that far.
         """
-        model, patch = self._model, 2.0 * self._settings.patch_data
-        kept = model.tilt * math.exp(-0.5 * patch / model.tilt_length)
-        return FACET_DOUBT * FACET_HEIGHT * kept * self._settings.reach / REACH_OF_ROWS
+        slope = math.sqrt(float(np.mean([each.slope_misfit for each in self._patches]))) if self._patches else 0.0
+        return facet_height(self._model, slope, 2.0 * self._settings.patch_data, self._settings.rows)
 
     def add(self, cloud: TouchCloud) -> None:
         """Take in contacts that were felt after those before.
@@ -152,10 +140,11 @@ class SurfaceMap:
             changed |= self._forget_open()
         length, pause = self._settings.stretch, self._settings.longest_pause
         off = spikes(contacts, self._settings.model.noise, 0.5 * length, pause)
-        kept = np.flatnonzero(~off[self._before :]) + self._before
+        if off[self._before :].all():  # nothing is left to be far off from
+            off[:] = False
+        kept, outliers = (np.flatnonzero(each[self._before :]) + self._before for each in (~off, off))
         found, last = cut(contacts.at(kept), length, pause)
-        outliers = np.flatnonzero(off[self._before :]) + self._before
-        begin = int(kept[last]) if len(kept) else self._before
+        begin = int(kept[last])
         self._outliers = np.vstack([self._outliers, contacts.position[outliers]])
         self._open_outliers = int((outliers >= begin).sum())
         self._before = min(begin, BEFORE)
@@ -267,6 +256,9 @@ class SurfaceMap:
             surprise=blend.surprise,
         )
 
+    def _finer(self) -> tuple[BrokenAssumption, ...]:
+        return finer_than_rows(self._model, self._settings.model, self._settings.rows, self.facet_height)
+
     def _contacts(self, cloud: TouchCloud) -> PathContacts:
         ones, model = np.ones(len(cloud)), self._settings.model
         return PathContacts(
@@ -333,7 +325,7 @@ class SurfaceMap:
             stretches = self._stretches[self._chosen(index)]
             self._patches[index] = self._fitted(self._patches[index].frame, stretches)
         self._agreement = Agreement.pooled(patch.agreement for patch in self._patches)
-        self._factor = self._agreement.factor
+        self._factor = max(self._agreement.factor, WIDENED if self._finer() else 0.0)
 
 
 def _or_zero(values: FloatArray) -> FloatArray:
