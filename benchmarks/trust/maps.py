@@ -3,7 +3,7 @@
     python benchmarks/trust/maps.py [--seeds 10] [--contacts 1000 10000] [--violations]
 
 Twenty smooth height fields are felt in rows 1 mm apart, with noise of 0.03 mm and 0.5 degrees that keeps over 1 mm
-of path, as maps assume it; of each the share of errors inside the 95 % band (asked: 0.93 to 0.98 over all seeds), the
+of path, as maps assume it; of each the share of errors inside the 95 % band (asked: 0.93 to 0.98), the
 RMS error, the processor's time, and the verdict. Violations: single contacts 1 mm off, and detail finer than the
 rows, which lie 2 mm apart then.
 

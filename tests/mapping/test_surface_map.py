@@ -123,6 +123,7 @@ def test_ten_times_the_size_is_ten_times_the_result():
             noise=10 * model.noise,
             noise_length=10 * model.noise_length,
             tilt_length=10 * model.tilt_length,
+            plane=10 * model.plane,
         ),
         **{
             name: 10.0 * getattr(MapSettings(), name)
