@@ -215,6 +215,12 @@ def _search(
     # a start far from what was felt has a loss of any size, and in other units any offset: only differences count
     offset = 0.0
     offset = loss(first)[0]
-    options = {"maxiter": STEPS, "ftol": 0.0, "gtol": FLAT}
-    found = minimize(loss, first, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    found = minimize(
+        loss,
+        first,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxiter": STEPS, "ftol": 0.0, "gtol": FLAT},
+    )
     return float(found.fun) + offset, model_at(found.x)

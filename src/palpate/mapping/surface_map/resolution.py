@@ -20,21 +20,32 @@ WIDENED = 1.3
 """Deviations are so much larger at least where the surface is finer than the rows: its length and height are then
 learned from values that hardly tell, and the band of such maps held 0.88 to 0.92."""
 
-NOTICED = 0.3
-"""Relief between rows is noticed from so many deviations of a contact's noise on: with noise alone it is 0.001."""
+NOTICED = 0.15
+"""Relief between rows is noticed from so many deviations of a contact's noise on: with noise alone it is 0.03 at
+most, over a sine of 0.03 mm in rows three to a period 0.22 to 0.35."""
 
 
-def facet_height(model: SurfaceModel, slope: float, patch: float, rows: float) -> float:
+def facet_height(model: SurfaceModel, believed: SurfaceModel, slope: float, patch: float, rows: float) -> float:
     """Return the standard deviation of relief between rows that normals show and heights do not [m].
+
+    What keeps along a patch, but not from row to row, is no noise. Where it is noticed, what keeps for less is
+    part of it.
 
     Args:
         model: As it was learned.
+        believed: Where learning began.
         slope: RMS of how far slopes that were felt are off those of the map.
-        patch: Length of path across a patch [m]. What keeps along it, but not from row to row, is no noise.
+        patch: Length of path across a patch [m].
         rows: Distance of rows [m].
     """
-    kept = max(model.tilt, slope) * math.exp(-0.5 * patch / model.tilt_length)
-    return RELIEF * kept * rows
+    height = RELIEF * rows * max(model.tilt, slope)
+    kept = height * math.exp(-0.5 * patch / model.tilt_length)
+    return height if is_noticed(kept, model, believed) else kept
+
+
+def is_noticed(height: float, model: SurfaceModel, believed: SurfaceModel) -> bool:
+    """Return whether relief [m] is more than noise explains, as it was learned or believed."""
+    return height > NOTICED * min(model.noise, believed.noise)
 
 
 def finer_than_rows(
@@ -50,7 +61,7 @@ def finer_than_rows(
     """
     if model.length < ROWS_OF_LENGTH * rows and SAG * model.curvature * rows**2 > model.noise:
         found = f"the surface changes over {1e3 * model.length:.2g} mm, rows are {1e3 * rows:.2g} mm apart"
-    elif height > NOTICED * min(model.noise, believed.noise):
+    elif is_noticed(height, model, believed):
         found = f"normals and heights disagree from row to row, as over a relief of {1e3 * height:.2g} mm"
     else:
         return ()

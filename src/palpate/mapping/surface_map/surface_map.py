@@ -119,7 +119,8 @@ class SurfaceMap:
         lies between. 0 where normals err by noise, which does not keep that far.
         """
         slope = math.sqrt(float(np.mean([each.slope_misfit for each in self._patches]))) if self._patches else 0.0
-        return facet_height(self._model, slope, 2.0 * self._settings.patch_data, self._settings.rows)
+        patch = 2.0 * self._settings.patch_data
+        return facet_height(self._model, self._settings.model, slope, patch, self._settings.rows)
 
     def add(self, cloud: TouchCloud) -> None:
         """Take in contacts that were felt after those before.
