@@ -61,8 +61,14 @@ LENGTHS = (1.0, 0.2, 5.0)
 STEPS = 40
 """Most steps of the search; it takes 10 to 25."""
 
-FLAT = 0.05
+TRIAL_STEPS = 2
+"""Steps from each start, after which the search goes on from the best."""
+
+FLAT = 0.5
 """The search ends where the log probability changes by less than this per deviation of the prior."""
+
+GAIN = 3e-5
+"""It ends, too, where a step gains less than this fraction of what was gained since the start, some hundreds."""
 
 IMPOSSIBLE = 1e12
 """Stands for a loss that is not finite: the search turns back."""
@@ -175,11 +181,11 @@ def _most_probable(
     starts: Sequence[SurfaceModel],
     parameters: Sequence[Parameter],
 ) -> SurfaceModel:
-    """Search from several starts, then once more from the best end with each patch bent as it turned out to be."""
+    """Go a few steps from each start, on from the best, and once more with patches bent as they turned out."""
     ordinary = [BENDS[0]] * len(data)
-    _, found = min(
-        (_search(data, ordinary, centre, start, parameters) for start in starts), key=lambda end: end[0]
-    )
+    tried = (_search(data, ordinary, centre, start, parameters, TRIAL_STEPS) for start in starts)
+    _, best = min(tried, key=lambda end: end[0])
+    _, found = _search(data, ordinary, centre, best, parameters)
     bends = [likeliest_bend(each, found, each.noise(found))[0] for each in data]
     return found if bends == ordinary else _search(data, bends, centre, found, parameters)[1]
 
@@ -190,6 +196,7 @@ def _search(
     centre: SurfaceModel,
     start: SurfaceModel,
     parameters: Sequence[Parameter],
+    steps: int = STEPS,
 ) -> tuple[float, SurfaceModel]:
     """Return the least loss, minus the logarithm of the posterior, and where it is."""
     if not parameters:
@@ -221,6 +228,6 @@ def _search(
         jac=True,
         method="L-BFGS-B",
         bounds=bounds,
-        options={"maxiter": STEPS, "ftol": 0.0, "gtol": FLAT},
+        options={"maxiter": steps, "ftol": GAIN, "gtol": FLAT},
     )
     return float(found.fun) + offset, model_at(found.x)
