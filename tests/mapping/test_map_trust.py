@@ -93,7 +93,7 @@ def test_a_gentle_wave_has_a_length_that_is_no_limit_of_the_search(seed):
 def test_a_number_at_the_limit_of_the_search_is_named():
     start = SurfaceModel()
     assert not at_bounds(start, start)
-    (broken,) = at_bounds(dataclasses.replace(start, length=30.0 * start.length), start)
+    (broken,) = at_bounds(dataclasses.replace(start, length=1e3 * start.length), start)
     assert broken.assumption is Assumption.WITHIN_BOUNDS
     assert "length" in broken.finding
 
