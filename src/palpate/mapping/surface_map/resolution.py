@@ -24,6 +24,9 @@ NOTICED = 0.15
 """Relief between rows is noticed from so many deviations of a contact's noise on: with noise alone it is 0.03 at
 most, over a sine of 0.03 mm in rows three to a period 0.22 to 0.35."""
 
+LEAST_NOISE = 0.1
+"""Of what was believed: without noise rounding and means over arcs would be noticed."""
+
 
 def facet_height(model: SurfaceModel, believed: SurfaceModel, slope: float, patch: float, rows: float) -> float:
     """Return the standard deviation of relief between rows that normals show and heights do not [m].
@@ -45,7 +48,8 @@ def facet_height(model: SurfaceModel, believed: SurfaceModel, slope: float, patc
 
 def is_noticed(height: float, model: SurfaceModel, believed: SurfaceModel) -> bool:
     """Return whether relief [m] is more than noise explains, as it was learned or believed."""
-    return height > NOTICED * min(model.noise, believed.noise)
+    noise = min(max(model.noise, LEAST_NOISE * believed.noise), believed.noise)
+    return height > NOTICED * noise
 
 
 def finer_than_rows(
