@@ -55,7 +55,7 @@ more. Smooth shapes show 0.8 to 1.1 times the true length, facets 2.5 times and 
 CLEARLY = 10.0
 """Log evidence by which the second search must be better. Facets show 40 to 400."""
 
-LENGTHS = (1.0, 0.2, 5.0)
+LENGTHS = (1.0, 0.2)
 """Lengths of the surface over that of the start where searches begin: its evidence may have several peaks."""
 
 STEPS = 40
