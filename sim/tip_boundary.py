@@ -82,6 +82,8 @@ class ImplicitBoundary:
         """See `Boundary`."""
         evaluate, parameters, (x, y, z) = self._evaluate, self._parameters, direction
         t, low, high = self._start, 0.0, math.inf
+        gx = gy = gz = 0.0
+        second: list[float] = []
         for _ in range(RAY_STEPS):
             value, gx, gy, gz, *second = evaluate(parameters, t * x, t * y, t * z)
             low, high = (low, t) if value > 0.0 else (t, high)

@@ -91,6 +91,7 @@ class ExploringFinger(Closing):
         for _ in range(self._closing_periods):
             hand.step(self._closing)
         hand.release()
+        sample = hand.step(holding)
         for _ in range(round(SETTLING / hand.period)):
             sample = hand.step(holding)
         truth = hand.truth()

@@ -79,8 +79,10 @@ def not_used(task, assumption):
     folder = task.sensor.parent
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     result = run_calibrate(task)
-    assert (result.exit_code, result.facts["verdict"]["ok"], result.files) == (1, False, ())
-    assert result.facts["verdict"]["broken"][0]["assumption"] == assumption, result.outcome
+    verdict = result.facts["verdict"]
+    assert isinstance(verdict, dict)
+    assert (result.exit_code, verdict["ok"], result.files) == (1, False, ())
+    assert verdict["broken"][0]["assumption"] == assumption, result.outcome
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     return result.outcome
 

@@ -50,7 +50,8 @@ class Held:
         )
         self.backend = HandBackend(scene, PERIOD, sensor=white_noise(0.01, 1e-4, seed=seed), load=load)
         hand = scene.hand
-        tip = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
+        carried = hand.tips[0]
+        tip = Finger(carried.surface, SensorPayload(carried.mass, carried.center_of_mass))
         self.touch = Touch(*[tip] * hand.fingers)
         known = KnownSurface(KNOWN)
         plan = CommonGrip(hand.fingers, known, PERIOD, need=need)

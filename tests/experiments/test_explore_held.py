@@ -10,6 +10,7 @@ from palpate.kinematics import Pose
 from palpate.robots.in_scene import check
 from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime import Command, Ending
+from palpate.sim.hand.exploring_finger import ExploringFinger
 from support.explore_runs import carried_out, plan_of
 
 HAND = load_robot("pinch-and-index")
@@ -48,6 +49,7 @@ def test_the_map_of_a_held_object_is_in_its_frame(shape, noise):
 
 def test_the_object_is_held_where_it_was_put_until_it_is_pushed():
     backend = plan_of(ExploreConfig(size=(0.025,), **SMALL)).backend()
+    assert isinstance(backend, ExploringFinger)
     first = backend.start()
     assert first.time == 0.0
     assert first.arm.position_base_tip[2] > 0.031
@@ -62,6 +64,7 @@ def test_the_object_is_held_where_it_was_put_until_it_is_pushed():
 
 def test_holding_fingers_press_with_the_grip_that_the_file_says():
     backend = plan_of(ExploreConfig(size=(0.025,), **SMALL)).backend()
+    assert isinstance(backend, ExploringFinger)
     sample = backend.start()
     for given in sample.wrenches[1:]:
         assert np.linalg.norm(given.wrench[:3]) == pytest.approx(10.0, rel=0.05)

@@ -13,6 +13,7 @@ from palpate.experiments.grasp.felt import GraspFeltRecorder
 from palpate.experiments.grasp.report import grasp_report
 from palpate.experiments.grasp.result import Grasp
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.hw.devices import move_fingers
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
 from palpate.open_kinds import as_written
@@ -133,7 +134,7 @@ def test_devices_that_only_close_refuse_to_move_fingers_sideways():
     rig = plan_of(robot="ur5e-hand", **BELIEVED).backend()
     assert isinstance(rig, FreshlyTared)
     with pytest.raises(InvalidValueError, match=r"finger_velocity .*these fingers only close"):
-        rig.backend.hand.move(((0.0, 0.0, 0.0),) * 2)
+        move_fingers(rig.backend.hand, ((0.0, 0.0, 0.0),) * 2)
 
 
 def felt_grasp(planned, loads):

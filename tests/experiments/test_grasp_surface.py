@@ -187,7 +187,7 @@ def test_a_nudge_takes_as_long_as_planned(nudged):
 def test_even_less_than_half_of_the_friction_that_was_believed_is_heard_to_slip(share):
     """A contact in full slip carries mu f_n, ripple and all. 0.62 was believed, and said to be off by 30 %."""
     config = GraspConfig(known="untouched")
-    slips = slips_of(config, LimitSurface(0.62, 0.006), simulated_hand(2).geometry.tip, 1e-3)
+    slips = slips_of(config, LimitSurface(0.62, 0.006), simulated_hand(2).geometry.tips[0], 1e-3)
     told = []
     for i in range(300):
         pressed = 1.6 + 0.1 * math.sin(2.0 * math.pi * 100.0 * 1e-3 * i)

@@ -84,7 +84,7 @@ def test_what_comes_with_palpate_says_that_it_is_assumed_and_that_some_look_alik
             "spin_length_m: 0.003\n    static_friction: 0.4",
             "at least the kinetic_friction",
         ),
-        ("spin_length_m: 0.003", "spin_length_m: 0.003\n    norm_exponent: 3.0", "between 1 .diamond. and 2"),
+        ("spin_length_m: 0.003", "spin_length_m: 0.003\n    norm_exponent: 5.0", "between 1 .* and 4"),
         ("spin_length_m: 0.003", "spin_length_m: 0.003\n    load_exponent: 0.5", "at most 0.3333"),
         ("friction: 0.02,", "friction: 2.0,", "0.02 stands for 2 %"),
         ("friction: 0.02,", "friction: 0.0,", "scatter.friction"),

@@ -33,8 +33,10 @@ def test_a_mesh_is_read_with_its_robot_and_again_from_the_log_alone(tmp_path, en
         assert len(surface.triangles) == len(BALL.faces)
         assert np.allclose(surface.half_lengths, 0.008, atol=1e-4)
         assert surface.center.tolist() == [0.0, 0.0, 0.01]
-    here = robot.file.fingers[0].surface.surface().vertices
-    assert (here == read_robot(robot.texts).file.fingers[0].surface.surface().vertices).all()
+    here, again = (each.file.fingers[0].surface.surface() for each in (robot, read_robot(robot.texts)))
+    assert isinstance(here, MeshSurface)
+    assert isinstance(again, MeshSurface)
+    assert (here.vertices == again.vertices).all()
 
 
 def test_a_skin_is_put_on_a_mesh_in_millimetres(tmp_path):
@@ -104,9 +106,10 @@ def test_a_thimble_of_patches_is_a_capsule(tmp_path):
     robot = robot_with(tmp_path, f"{{kind: composite, patches: [{cap}, {tube}]}}")
     check(robot)
     entry = robot.file.fingers[0].surface
-    assert isinstance(entry.surface(), Composite)
+    surface = entry.surface()
+    assert isinstance(surface, Composite)
     assert entry.half_extents == (0.008,) * 3
-    assert entry.surface().patches[0].half_spaces.tolist() == [[0.0, 0.0, 1.0, 0.0]]
+    assert surface.patches[0].half_spaces.tolist() == [[0.0, 0.0, 1.0, 0.0]]
 
 
 EGG = """

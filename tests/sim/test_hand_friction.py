@@ -138,9 +138,10 @@ def test_what_each_fingertip_feels_is_what_happens():
     palm = Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip)
     sensors = hand.sensor_poses(truth.joint_position)
     for given, finger, sensor in zip(sample.wrenches, truth.fingers, sensors, strict=True):
-        payload = SensorPayload(hand.tip.mass, hand.tip.center_of_mass)
+        tip = hand.tips[0]
+        payload = SensorPayload(tip.mass, tip.center_of_mass)
         wrench = contact_wrench(given.wrench, given.acceleration, payload)
-        contact = contact_from_wrench(hand.tip.surface, np.array(wrench))
+        contact = contact_from_wrench(tip.surface, np.array(wrench))
         rotation = np.array((palm @ sensor).rotation)
         assert rotation @ contact.force == pytest.approx(finger.force, abs=1e-6)
         assert contact.normal_force == pytest.approx(normal_force(finger), rel=5e-3)

@@ -191,6 +191,7 @@ def test_servos_that_get_the_goals_of_a_grip_force_press_with_that_force():
     forced.start()
     driven.start()
     hand, force = plan_grasp().task().hand, 2.0
+    assert isinstance(hand, Hand)
     finger = hand.finger
     goal = ShaftGoal(
         torque_on=True,

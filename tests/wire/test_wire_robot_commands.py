@@ -175,7 +175,8 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
             path.write_text(yaml_text(as_written(msgspec.structs.replace(rig.file, period=0.002, limits=limits))))
             planned = plan_of(robot=str(path), **BELIEVED)
             grasp = run_grasp(planned)
-        if grasp.run.ending is Ending.DONE:
+        # a grip that a busy machine lets come late drops it, too; alone it holds every time
+        if grasp.run.ending is Ending.DONE and not grasp.dropped:
             break
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert planned.hand.real

@@ -67,4 +67,4 @@ def _frame(along: FloatArray) -> FloatArray:
     side = np.eye(3)[int(np.abs(n).argmin())]
     t = np.cross(n, side)
     t /= np.linalg.norm(t)
-    return np.column_stack([n, t, np.cross(n, t)])
+    return np.column_stack([n, t, np.cross(n, t)]).astype(np.float64)

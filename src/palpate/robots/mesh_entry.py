@@ -48,7 +48,7 @@ class MeshEntry(PlacedSurface, frozen=True, kw_only=True, dict=True):
     def given(self, text: str) -> "MeshEntry":
         """See `SurfaceKind`."""
         found = copy.copy(self)
-        found.__dict__["text"] = text
+        vars(found)["text"] = text
         half = found.surface().half_lengths
         if not SMALLEST_TIP <= float(half.min()) <= float(half.max()) <= LARGEST_TIP:
             raise InvalidValueError(

@@ -135,7 +135,7 @@ def shape_name(shape: NamedShape, felt_little: bool = False) -> str:
     if shape.kind is not None:
         return shape.kind.value
     near = [kind.value for kind in shape.choice.fits if shape.is_near(kind)]
-    if near:
+    if near and not felt_little:
         return f"unclear: {' or '.join(near)}"
     return "unclear" if felt_little else "none of these"
 

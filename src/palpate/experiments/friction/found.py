@@ -19,7 +19,7 @@ from palpate.friction.rubbing.spikes import LARGEST_SHARE, without_spikes
 from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
-from palpate.friction.rubbing.uniformity import Profile, Uniformity, uniformity_of
+from palpate.friction.rubbing.uniformity import FrictionProfile, Uniformity, uniformity_of
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
 """Of p where it was not measured: that of pressure as under elastic bodies, from a sphere's to uniform, and how
@@ -210,7 +210,7 @@ def _uniformity(
     return uniformity_of(_profiles(here), _profiles(beside))
 
 
-def _profiles(frictions: Sequence[FrictionMeasured | FrictionBound | None]) -> list[Profile]:
+def _profiles(frictions: Sequence[FrictionMeasured | FrictionBound | None]) -> list[FrictionProfile]:
     return [one for each in frictions if isinstance(each, FrictionMeasured) for one in each.profiles]
 
 

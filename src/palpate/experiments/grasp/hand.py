@@ -29,7 +29,7 @@ def grasp_hand(config: GraspConfig, robot: Robot | None) -> HandDescription:
     if not robot.file.backend.has_hand(robot):
         raise InvalidValueError(
             f"robot = {config.robot}: it has no hand of two or three fingers; leave --robot out for the simulated "
-            f"hand, or take {robots_with_hand()}, or a robot file of kind rig with backend.hand"
+            f"hand, or take {robots_with_hand()}, or a robot file with backend.hand"
         )
     count = len(robot.file.fingers)
     if config.fingers != count:

@@ -68,7 +68,7 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         viscous_friction: Growth of mu with the slip speed [s/m].
         spin_length: c, which is e at 1 N [m].
         load_exponent: gamma, 0 to 1/3.
-        norm_exponent: p, 1 to 2.
+        norm_exponent: p, 1 to 4.
         scatter: From touch to touch; friction and spin length must have some.
         specimen: From one specimen of the material to another.
         provenance: Where the figures come from.

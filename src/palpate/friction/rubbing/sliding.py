@@ -21,7 +21,7 @@ from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, ends_level, slip_evidence
 from palpate.friction.rubbing.stick_slip import MIN_TURNS, StickSlip, stick_slip
 from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
-from palpate.friction.rubbing.uniformity import Profile, profile_of
+from palpate.friction.rubbing.uniformity import FrictionProfile, profile_of
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
@@ -70,7 +70,7 @@ class FrictionMeasured:
     speed: float
     evidence: SlipEvidence
     bend: NormalAlongLine
-    profiles: tuple[Profile, ...] = ()
+    profiles: tuple[FrictionProfile, ...] = ()
 
     def normal_at(self, place: FloatArray) -> FloatArray:
         """Return the normal at a place near the strokes, base coordinates [m], shape (3,)."""
@@ -212,7 +212,7 @@ class _Pair:
     wait: float
 
     @property
-    def profile(self) -> Profile:
+    def profile(self) -> FrictionProfile:
         """Mu along it."""
         both = self.there, self.back
         places = tuple(rub.contact @ self.direction for rub in both)

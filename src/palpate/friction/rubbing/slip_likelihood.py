@@ -19,7 +19,7 @@ TAIL = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Errors:
+class LoadErrors:
     """Standard deviations of loads.
 
     Attributes:
@@ -34,7 +34,7 @@ class Errors:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Loads:
+class SlipLoads:
     """Loads as a structure of arrays, shape (n,); `measured` (2, n).
 
     Theta is (ln mu, ln e at the middle force, gamma, p, a, b), mu along the slip being
@@ -49,7 +49,7 @@ class Loads:
     middle_force: float
 
     @classmethod
-    def of(cls, loads: Sequence[SlipLoad]) -> "Loads":
+    def of(cls, loads: Sequence[SlipLoad]) -> "SlipLoads":
         """Return them as arrays.
 
         Raises:
@@ -78,7 +78,7 @@ class Loads:
         most = np.exp(theta[0]) * self.normal_force
         return np.stack([most * along * x / length, most * e * y / length])
 
-    def whitening(self, theta: FloatArray, scatter: float, spread: float, errors: Errors) -> FloatArray:
+    def whitening(self, theta: FloatArray, scatter: float, spread: float, errors: LoadErrors) -> FloatArray:
         """Return the inverse Cholesky factors of the loads' covariances, shape (3, n): 1, 1; 2, 2; and -(2, 1).
 
         Scatter and sensor change force and torque each by itself, an error of the slip both together.

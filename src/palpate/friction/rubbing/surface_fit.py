@@ -24,7 +24,7 @@ from scipy.stats import t as student
 from palpate.errors import FloatArray
 from palpate.estimation import HELD, Verdict
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LARGEST_NORM_EXPONENT, LimitSurface
-from palpate.friction.rubbing.slip_likelihood import TAIL, Errors, Loads
+from palpate.friction.rubbing.slip_likelihood import TAIL, LoadErrors, SlipLoads
 from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.surface_verdict import FittedLoads, surface_verdict
 
@@ -127,8 +127,8 @@ def fit_limit_surface(
     Raises:
         InvalidValueError: Too few loads, or none of sliding or of spinning.
     """
-    data = Loads.of(loads)
-    search = _Search(data, scatter, Errors(force_error, torque_error, place_error))
+    data = SlipLoads.of(loads)
+    search = _Search(data, scatter, LoadErrors(force_error, torque_error, place_error))
     best = min((search.best(search.start(p)) for p in _STARTS), key=lambda one: one.unlikely)
     if scatter is None and (search.farthest(best) > NEAR or math.exp(best.x[6]) > MUCH):
         heavy = search.best(search.start(1.4), heavy=True), search.best(best.x, heavy=True)
@@ -156,7 +156,7 @@ def _asked_for(small: _Found, large: _Found, more: int) -> _Found:
 class _Search:
     """For the most likely parameters: theta, ln scatter, ln spread."""
 
-    def __init__(self, data: Loads, scatter: float | None, errors: Errors) -> None:
+    def __init__(self, data: SlipLoads, scatter: float | None, errors: LoadErrors) -> None:
         self.data, self.errors, self.given = data, errors, scatter
         self.gain = 1.0 if scatter is not None else data.measured.size / (data.measured.size - 5)
 
@@ -225,7 +225,7 @@ _HIGH = np.array(
 _PRIOR = 12.0 / (_HIGH - _LOW)[:4] ** 2
 
 
-def _fit(data: Loads, search: _Search, found: _Found, scatter_found: bool) -> LimitSurfaceFit:
+def _fit(data: SlipLoads, search: _Search, found: _Found, scatter_found: bool) -> LimitSurfaceFit:
     theta, whitening = found.x[:6], search.whitening(found.x)
     squares = (data.whitened(theta, whitening) ** 2).sum(axis=0)
     weight = (TAIL + 2.0) / (TAIL + squares) if found.heavy else np.ones_like(squares)
@@ -271,7 +271,7 @@ def _fit(data: Loads, search: _Search, found: _Found, scatter_found: bool) -> Li
     )
 
 
-def _beside(data: Loads, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _beside(data: SlipLoads, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the size of each load over that predicted for its slip, and how far they differ over that."""
     e = np.exp(theta[1]) * (data.normal_force / data.middle_force) ** float(theta[2])
     force, torque = data.measured
@@ -281,7 +281,7 @@ def _beside(data: Loads, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.hypot(force, torque / e) / size, off / size
 
 
-def _jacobian(data: Loads, theta: FloatArray, whitening: FloatArray, free: int) -> FloatArray:
+def _jacobian(data: SlipLoads, theta: FloatArray, whitening: FloatArray, free: int) -> FloatArray:
     columns = []
     for k in range(free):
         step = np.zeros(6)

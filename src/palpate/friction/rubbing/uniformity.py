@@ -32,7 +32,7 @@ STRETCHES = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Profile:
+class FrictionProfile:
     """mu along a stroke there and back, averaged over k stretches.
 
     Attributes:
@@ -60,7 +60,7 @@ class Profile:
 
 def profile_of(
     places: tuple[FloatArray, FloatArray], forces: tuple[FloatArray, FloatArray], along: FloatArray
-) -> Profile:
+) -> FrictionProfile:
     """Return mu along a stroke.
 
     Args:
@@ -83,7 +83,7 @@ def profile_of(
         off = 0.5 * math.sqrt(sum(float(angle.var(ddof=1)) / len(angle) for angle in angles))
         rows.append((0.5 * (a + b), math.tan(half), off / math.cos(half) ** 2))
     columns = np.array(rows).reshape(-1, 3).T
-    return Profile(along, columns[0], columns[1], columns[2])
+    return FrictionProfile(along, columns[0], columns[1], columns[2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class Uniformity:
     verdict: Verdict
 
 
-def uniformity_of(profiles: Sequence[Profile], anywhere: Sequence[Profile] = ()) -> Uniformity:
+def uniformity_of(profiles: Sequence[FrictionProfile], anywhere: Sequence[FrictionProfile] = ()) -> Uniformity:
     """Return how far mu is the same.
 
     Args:
@@ -115,7 +115,7 @@ def uniformity_of(profiles: Sequence[Profile], anywhere: Sequence[Profile] = ())
 _Found = tuple[float, BrokenAssumption]
 
 
-def _in_place(profiles: Sequence[Profile]) -> Iterator[_Found]:
+def _in_place(profiles: Sequence[FrictionProfile]) -> Iterator[_Found]:
     worst: _Found | None = None
     for profile in profiles:
         mu = profile.friction
@@ -142,7 +142,7 @@ def _in_place(profiles: Sequence[Profile]) -> Iterator[_Found]:
         yield worst
 
 
-def _in_direction(profiles: Sequence[Profile]) -> Iterator[_Found]:
+def _in_direction(profiles: Sequence[FrictionProfile]) -> Iterator[_Found]:
     rubbed = [profile for profile in profiles if len(profile.friction)]
     if len(rubbed) < 2 or sum(len(profile.friction) for profile in rubbed) < FEWEST:
         return

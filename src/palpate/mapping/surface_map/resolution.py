@@ -32,7 +32,7 @@ def facet_height(model: SurfaceModel, believed: SurfaceModel, slope: float, patc
     """Return the standard deviation of relief between rows that normals show and heights do not [m].
 
     What keeps along a patch, but not from row to row, is no noise. Where it is noticed, what keeps for less is
-    part of it.
+    part of it. Tilts as large as was believed are the sensor's: those of its calibration keep for whole maps.
 
     Args:
         model: As it was learned.
@@ -41,7 +41,9 @@ def facet_height(model: SurfaceModel, believed: SurfaceModel, slope: float, patc
         patch: Length of path across a patch [m].
         rows: Distance of rows [m].
     """
-    height = RELIEF * rows * max(model.tilt, slope)
+    tilt = max(model.tilt, slope)
+    of_sensor = 0.0 if model is believed else believed.tilt  # what is stated counts as stated
+    height = RELIEF * rows * math.sqrt(max(tilt**2 - of_sensor**2, 0.0))
     kept = height * math.exp(-0.5 * patch / model.tilt_length)
     return height if is_noticed(kept, model, believed) else kept
 

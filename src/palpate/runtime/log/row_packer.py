@@ -234,7 +234,7 @@ def _padder(name: str, room: int) -> Callable[[tuple[float, ...]], tuple[float, 
     return padded
 
 
-_STILL: Vector = (math.nan,) * 3
+_STILL: Vector = (math.nan, math.nan, math.nan)
 """Stands for no velocity."""
 
 
