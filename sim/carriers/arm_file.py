@@ -122,18 +122,35 @@ class ArmFile:
         if self.joint_speed:
             given: list[float] = vector("joint_speed", self.joint_speed, len(joints), "rad/s or m/s").tolist()
             return given
-        numbers = {model.numeric(i).name: model.numeric(i).data.tolist() for i in range(model.nnumeric)}
-        if JOINT_SPEED in numbers:
-            found: list[float] = numbers[JOINT_SPEED]
-            if len(found) != len(joints):
-                problem = f"{JOINT_SPEED} has {len(found)} numbers"
-                raise source.refusal(JOINT_SPEED, problem, f"must have {len(joints)}, one per joint")
+        if found := speeds_in(source, model, len(joints), "joint"):
             return found
         in_urdf = source.urdf.speeds
         for name in joints:
             if not in_urdf.get(name):
                 raise source.refusal(name, f"joint {name} has no largest speed", _SPEED_REMEDY)
         return [in_urdf[name] for name in joints]
+
+
+def speeds_in(source: ArmSourceFile, model: mujoco.MjModel, count: int, each: str) -> list[float]:
+    """Return the largest speeds in a file's `JOINT_SPEED` [rad/s or m/s]; empty: it has none.
+
+    Args:
+        source: Of the model.
+        model: As the file has it.
+        count: How many there must be.
+        each: Of what there must be one, for the message.
+
+    Raises:
+        InvalidValueError: There are more or fewer.
+    """
+    numbers = {model.numeric(i).name: model.numeric(i).data.tolist() for i in range(model.nnumeric)}
+    if JOINT_SPEED not in numbers:
+        return []
+    found: list[float] = numbers[JOINT_SPEED]
+    if len(found) != count:
+        problem = f"{JOINT_SPEED} has {len(found)} numbers"
+        raise source.refusal(JOINT_SPEED, problem, f"must have {count}, one per {each}")
+    return found
 
 
 def _unknown(source: ArmSourceFile, key: str, given: str, kinds: str, known: Sequence[str]) -> InvalidValueError:

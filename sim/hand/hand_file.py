@@ -9,7 +9,7 @@ import mujoco
 from palpate.bounded_file import PathLike
 from palpate.errors import vector
 from palpate.sim.carriers.arm_checks import joints_to, turns_on
-from palpate.sim.carriers.arm_file import JOINT_SPEED, ArmFile, keep_joints, leave_to_a_servo
+from palpate.sim.carriers.arm_file import ArmFile, keep_joints, leave_to_a_servo, speeds_in
 from palpate.sim.carriers.arm_mending import mend
 from palpate.sim.carriers.arm_model import ArmModel
 from palpate.sim.carriers.arm_source import ArmSourceFile
@@ -57,7 +57,7 @@ class HandFile:
         counts = [len(each) for each in joints]
         starts = _split("start", self.start, counts, "rad or m")
         speeds = _split("joint_speed", self.joint_speed, counts, "rad/s or m/s")
-        if not self.joint_speed and (own := _own_speeds(source, whole)):
+        if not self.joint_speed and (own := speeds_in(source, whole, whole.njnt, "joint of the file")):
             speeds = [tuple(own[joint] for joint in each) for each in joints]
         read = [
             ArmFile(self.path, sensor, start, speed, text=source.text, count=JOINTS).read()
@@ -85,19 +85,6 @@ class HandFile:
             raise source.refusal("", f"sensors: no site, body or link is called {sensor!r}", f"there are {known}")
         body = int(model.site(sensor).bodyid[0]) if sensor in sites else int(model.body(sensor).id)
         return joints_to(source, model, body, 0, JOINTS)
-
-
-def _own_speeds(source: ArmSourceFile, model: mujoco.MjModel) -> list[float]:
-    """What the file says of all its joints' largest speeds; empty: nothing."""
-    numbers = {model.numeric(i).name: model.numeric(i).data.tolist() for i in range(model.nnumeric)}
-    found: list[float] = numbers.get(JOINT_SPEED, [])
-    if found and len(found) != model.njnt:
-        raise source.refusal(
-            JOINT_SPEED,
-            f"{JOINT_SPEED} has {len(found)} numbers",
-            f"must have {model.njnt}, one per joint of the file",
-        )
-    return found
 
 
 def _split(name: str, given: Sequence[float], counts: Sequence[int], unit: str) -> list[tuple[float, ...]]:

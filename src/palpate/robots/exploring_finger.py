@@ -131,12 +131,8 @@ class ExploringFingerEntry(RobotKind, RangedSettings, frozen=True, kw_only=True)
         Raises:
             InvalidValueError: It has too few fingers, or not as many as are described, or they only close.
         """
-        fingers = len(robot.file.fingers)
-        if self.hand.fingers != fingers:
-            raise InvalidValueError(
-                f"backend.hand: it has {self.hand.fingers} fingers, and there are {fingers} under fingers; "
-                "describe each once, the one that explores first"
-            )
+        self.hand.check_fingers(robot)
+        fingers = self.hand.fingers
         if fingers < 3:
             raise InvalidValueError(f"fingers: there are {fingers}; must be 3 or more: two hold, one explores")
         hand = self.hand.geometry(robot)

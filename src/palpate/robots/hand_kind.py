@@ -31,6 +31,19 @@ class HandKind(DeviceKind):
         """How many it has."""
         raise NotImplementedError
 
+    def check_fingers(self, robot: "Robot") -> None:
+        """Check that each finger is described once, in the order of the hand.
+
+        Raises:
+            InvalidValueError: There are more or fewer.
+        """
+        described = len(robot.file.fingers)
+        if self.fingers != described:
+            raise InvalidValueError(
+                f"backend.hand: it has {self.fingers} fingers, and there are {described} under fingers; describe "
+                "each once, in the same order"
+            )
+
     def device(self, robot: "Robot") -> "HandDevice":
         """Return the hand; nothing is opened.
 

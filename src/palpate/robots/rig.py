@@ -204,11 +204,7 @@ class RigEntry(RobotKind, Settings, frozen=True, kw_only=True):
         arm = None if self.arm is None else self.arm.device(robot.file.limits)
         hand, kinematics, fingers = None, None, len(robot.file.fingers)
         if self.hand is not None:
-            if self.hand.fingers != fingers:
-                raise InvalidValueError(
-                    f"backend.hand: it has {self.hand.fingers} fingers, and there are {fingers} under fingers; "
-                    "describe each once"
-                )
+            self.hand.check_fingers(robot)
             hand = self.hand.device(robot)
             if fingers > 1:
                 kinematics = self.hand.geometry(robot)

@@ -147,12 +147,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
         """See `RobotKind`."""
         if self.hand is None:
             return super().described_hand(robot)
-        fingers = len(robot.file.fingers)
-        if self.hand.fingers != fingers:
-            raise InvalidValueError(
-                f"backend.hand: it has {self.hand.fingers} fingers, and there are {fingers} under fingers; "
-                "describe each once"
-            )
+        self.hand.check_fingers(robot)
         geometry = self.hand.geometry(robot)
         described = [
             Finger(finger.surface.surface(), SensorPayload(tip.mass, tip.center_of_mass))
