@@ -30,7 +30,7 @@ from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.hand_task import HandTask
 from palpate.runtime.protocols import Backend
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
-from palpate.runtime.urgency import be_urgent
+from palpate.runtime.urgency import be_real_time
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.hand.backend import HandBackend
@@ -121,7 +121,7 @@ class EmulatedHand:
             InvalidValueError: The scene cannot be, or an address is not free.
             OSError: A port of an F/T box is not free.
         """
-        be_urgent()
+        be_real_time()
         task, wires = self.task, self.wires
         scene = HandBackend(task.scene(), task.period, task.sensor, load=task.load, grip=ServoGrip)
         grip = scene.grip

@@ -10,7 +10,7 @@ from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene, Task
-from palpate.runtime.urgency import be_urgent
+from palpate.runtime.urgency import be_real_time
 from palpate.sim import MujocoBackend
 
 CYCLE = 0.002
@@ -52,7 +52,7 @@ class EmulatedUr5e:
             InvalidValueError: The scene cannot be, or the address is not free.
             OSError: A port of the F/T box is not free, or nobody wants the truth any more.
         """
-        be_urgent()
+        be_real_time()
         limits = self.twin.file.limits
         scene = simulated(self.twin.file.backend.build(self.twin, replace(self.task, period=CYCLE)))
         trace = TruthTrace.of_process(self.process, self.memory)
