@@ -1,5 +1,6 @@
 """Make the pictures of README and docs: `make pictures`, or `python docs/make_pictures.py`."""
 
+import csv
 import math
 from pathlib import Path
 
@@ -14,7 +15,19 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.error_picture import error_map
 from palpate.experiments.explore.surface_picture import touched_surface
 from palpate.friction.pressure import limit_curve
-from palpate.reporting.style import INK, MEASURED, QUIET, TRUE, WANTED, Width, legend_above, new_figure, style_axes
+from palpate.reporting.style import (
+    GRID,
+    INK,
+    LIMIT,
+    MEASURED,
+    QUIET,
+    TRUE,
+    WANTED,
+    Width,
+    legend_above,
+    new_figure,
+    style_axes,
+)
 
 DOTS_PER_INCH = 110
 HERE = Path(__file__).parent
@@ -218,7 +231,30 @@ def hybrid_control() -> None:
     print("hybrid_control.png")
 
 
+def trust() -> None:
+    """How often results are honest, reported as broken, or silently wrong, as `benchmarks/trust` last measured."""
+    with (HERE.parent / "benchmarks" / "trust" / "measured.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    figure = new_figure(Width.FULL, 0.8 + 0.085 * len(rows))
+    half = (len(rows) + 1) // 2
+    for axes, part in zip(figure.subplots(1, 2), (rows[:half], rows[half:]), strict=True):
+        left = np.zeros(len(part))
+        for heading, colour in (("honest", MEASURED), ("reported", GRID), ("silently wrong", LIMIT)):
+            share = np.array([float(row[heading].rstrip(" %")) for row in part])
+            axes.barh(np.arange(len(part)), share, left=left, height=0.75, color=colour, label=heading)
+            left += share
+        names = [f"{row['estimator']}: {row['data']}" for row in part]
+        axes.set_yticks(np.arange(len(part)), names, fontsize=5.5)
+        for label, row in zip(axes.get_yticklabels(), part, strict=True):
+            label.set_color(MEASURED if row["assumptions"] == "hold" else INK)
+        axes.set(xlim=(0.0, 100.0), ylim=(half - 0.4, -0.6), xlabel="results, %")
+        axes.tick_params(axis="y", length=0)
+    legend_above(figure, figure.axes, 3)
+    matplotlib.image.imsave(HERE / "trust.png", pixels(figure))
+
+
 if __name__ == "__main__":
+    trust()
     hybrid_control()
     contact_centroid()
     limit_surface()

@@ -1,23 +1,17 @@
-"""Whether intervals of friction hold the truth, or the verdict warns, when surface or sensor are not as assumed.
+"""Friction, as `palpate friction` finds it.
 
-    python benchmarks/trust/friction.py [--seeds N] [--exponents N] [--only NAME]
-
-Rubs in closed form through the survey and the estimator of `palpate friction`: default loads and speeds, white
-noise of 10 mN and 0.1 mN m at 500 Hz, a calibration off by 0.3 % and a zero off by 5 mN, as `SensorErrors` says.
-A run is honest if every interval holds the truth within 4 standard deviations, reported if the verdict is not OK,
-silently wrong else. Of a surface whose mu differs by place or direction the truth is the mean over the surface.
-Ends with 1 if anything is silently wrong in more than 1 % of the seeds, or a coverage lies below 93 %.
+Rubs in closed form through the survey and the estimator: default loads and speeds, white noise of 10 mN and
+0.1 mN m at 500 Hz, a calibration off by 0.3 % and a zero off by 5 mN, as `SensorErrors` says. Of a surface whose
+mu differs by place or direction the truth is the mean over the surface.
 """
 
-import argparse
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
+from trust.study import Case, Run, Study, first_finding
 
 from palpate.controllers.rub_program import Survey, SurveyWanted
 from palpate.controllers.rubs import RubMeasurement
@@ -30,8 +24,6 @@ from palpate.sim.friction.law import FrictionLaw
 
 RATE, PAUSE = 500.0, 0.2
 LOADS, SPEED, SPEEDS = (1.0, 2.0, 4.0), 0.01, (0.0025, 0.005, 0.02, 0.04)
-SILENT = 4.0
-WORST, LEAST_COVERAGE = 0.01, 0.93
 
 
 def same(place: np.ndarray) -> np.ndarray:
@@ -39,7 +31,7 @@ def same(place: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Case:
+class Rubbed:
     """What is not as assumed.
 
     Attributes:
@@ -71,30 +63,11 @@ def grating(p: np.ndarray) -> np.ndarray:
     return 1.0 + 0.1 * np.sin(2.0 * math.pi * p[:, 0] / 0.008)
 
 
-CASES = {
-    "as assumed": Case(),
-    "as assumed, --quick": Case(quick=True),
-    "anisotropy 10 %": Case(axes=1.1),
-    "anisotropy 30 %": Case(axes=1.3),
-    "step of 30 %": Case(place=step),
-    "gradient 1 % per mm": Case(place=lambda p: 1.0 + 10.0 * p[:, 0]),
-    "gradient across, 1 % per mm": Case(place=lambda p: 1.0 + 10.0 * p[:, 1]),
-    "grating of 8 mm, 10 %": Case(place=grating),
-    "Stribeck, 40 % at rest": Case(static=1.4),
-    "Stribeck, 40 %, --quick": Case(static=1.4, quick=True),
-    "outliers, 0.1 % of samples": Case(outliers=0.001),
-    "zero drifts by 5 mN/s": Case(drift=5e-3),
-    "zero drifts by 50 mN/s": Case(drift=5e-2),
-    "origin off by 0.5 mm": Case(origin=0.5e-3),
-    "tip larger by 0.1 mm": Case(tip=0.1e-3),
-}
-
-
 @dataclass
 class Rubber:
     """A finger that rubs in closed form."""
 
-    case: Case
+    case: Rubbed
     law: FrictionLaw
     rng: np.random.Generator
     clock: float = 0.0
@@ -163,8 +136,8 @@ class Rubber:
         return stroke, place[-1]
 
 
-def run(case, seed, exponents):
-    """z of mu, e, gamma and p, whether each interval held the truth, and the verdict."""
+def run(case: Rubbed, seed: int, *, exponents: bool = False) -> Run:
+    """Rub a surface once."""
     rng = np.random.default_rng((seed, 7))
     mu, c = rng.uniform(0.2, 1.0), rng.uniform(2e-3, 5e-3)
     gamma, p = (rng.uniform(0.03, 0.3), rng.uniform(1.2, 1.9)) if exponents else (rng.uniform(0.03, 0.3), 1.7)
@@ -203,50 +176,35 @@ def run(case, seed, exponents):
         ends = each.upper - each.value if true[name] > each.value else each.value - each.lower
         z[name] = SIGMAS * abs(true[name] - each.value) / max(ends, 1e-12)
         z[name] = 0.0 if each.lower <= true[name] <= each.upper and z[name] > SIGMAS else z[name]
-    # of gamma as it is, of the others relative
-    widths = {k: 0.5 * (estimates[k].upper - estimates[k].lower) / (1.0 if k == "gamma" else true[k]) for k in z}
-    return z, found.verdict, widths
+    inside = {name: float(each <= SIGMAS * 1.0001) for name, each in z.items()}
+    return Run(found.verdict.ok, max(z.values()), inside, first_finding(found.verdict))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=200, help="of every case")
-    parser.add_argument("--exponents", type=int, default=40, help="of the case that fits exponents, too")
-    parser.add_argument("--only", default="", help="cases whose name has this")
-    given = parser.parse_args()
-    headings = ("case", "seeds", "honest", "reported", "silently wrong")
-    table = Table(*headings, "coverage", "RMS of z", "half width, %", "finding", box=None)
-    kept = True
-    cases = [(name, case, False) for name, case in CASES.items()] + [("as assumed, exponents", Case(), True)]
-    for name, case, exponents in cases:
-        if given.only not in name:
-            continue
-        runs = [run(case, seed, exponents) for seed in range(given.exponents if exponents else given.seeds)]
-        off = [max(z.values()) > SILENT for z, _, _ in runs]
-        silent = sum(wrong and verdict.ok for wrong, (_, verdict, _) in zip(off, runs, strict=True))
-        reported = sum(not verdict.ok for _, verdict, _ in runs)
-        names = list(dict.fromkeys(key for z, _, _ in runs for key in z))
-        held = {k: np.mean([z[k] <= SIGMAS * 1.0001 for z, _, _ in runs if k in z]) for k in names}
-        rms = {k: math.sqrt(np.mean([z[k] ** 2 for z, _, _ in runs if k in z])) for k in names}
-        width = {k: np.median([w[k] for _, _, w in runs if k in w]) for k in names}
-        kept = kept and silent <= WORST * len(runs)
-        if name.startswith("as assumed"):
-            kept = kept and min(held.values()) >= LEAST_COVERAGE
-        first = next((str(v.broken[0].finding) for _, v, _ in runs if not v.ok), "")
-        table.add_row(
-            name,
-            str(len(runs)),
-            str(len(runs) - reported - silent),
-            str(reported),
-            str(silent),
-            ", ".join(f"{k} {100 * v:.0f} %" for k, v in held.items()),
-            ", ".join(f"{rms[k]:.2f}" for k in names),
-            ", ".join(f"{100 * v:.2g}" for v in width.values()),
-            first[:60],
-        )
-    Console(width=200).print(table)
-    sys.exit(0 if kept else 1)
+def case(name: str, *, exponents: bool = False, **changes: Any) -> Case:
+    """Return a kind of surface, by what is not as assumed."""
+    rubbed = Rubbed(**changes)
+    holds = name.startswith("as assumed")
+    return Case(name, lambda seed: run(rubbed, seed, exponents=exponents), holds, 0.2 if exponents else 1.0)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    "friction",
+    (
+        case("as assumed"),
+        case("as assumed, --quick", quick=True),
+        case("anisotropy 10 %", axes=1.1),
+        case("anisotropy 30 %", axes=1.3),
+        case("step of 30 %", place=step),
+        case("gradient 1 % per mm", place=lambda p: 1.0 + 10.0 * p[:, 0]),
+        case("gradient across, 1 % per mm", place=lambda p: 1.0 + 10.0 * p[:, 1]),
+        case("grating of 8 mm, 10 %", place=grating),
+        case("Stribeck, 40 % at rest", static=1.4),
+        case("Stribeck, 40 %, --quick", static=1.4, quick=True),
+        case("outliers, 0.1 % of samples", outliers=0.001),
+        case("zero drifts by 5 mN/s", drift=5e-3),
+        case("zero drifts by 50 mN/s", drift=5e-2),
+        case("origin off by 0.5 mm", origin=0.5e-3),
+        case("tip larger by 0.1 mm", tip=0.1e-3),
+        case("as assumed, exponents", exponents=True),
+    ),
+)

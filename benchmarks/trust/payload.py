@@ -1,25 +1,17 @@
-"""Whether intervals of mass, centre of mass, bias and tare hold the truth, or the verdict warns.
+"""Payload and tare, as `palpate calibrate` finds them.
 
-    python benchmarks/trust/payload.py [--seeds N] [--poses N] [--only NAME]
-
-A tip of 1.2 kg on a wrist sensor with white noise of 0.028 N and 0.6 mN m, random poses unless a row says
-otherwise; drifts of 1 to 2 N and 0.03 to 0.06 N m over the poses. A run is honest if its verdict is OK and every
-value within 4 standard deviations, reported if the verdict is not OK (or the data are refused), silently wrong
-else. Of a zero that drifts the bias is its mean over the poses that were used.
-Ends with 1 if anything is silently wrong in more than 1 % of the seeds, if an OK mass under drift is off by more
-than 1 %, or if a coverage lies outside of 93 to 98 % where the assumptions hold.
+A tip of 1.2 kg on a wrist sensor with white noise of 0.028 N and 0.6 mN m, in 48 random poses unless a row says
+otherwise; drifts of 1 to 2 N and 0.03 to 0.06 N m over the poses. Of a zero that drifts the bias is its mean over
+the poses that were used. A mass under drift must be within 1 % or not OK: one that is off by more counts as
+silently wrong, too.
 """
 
-import argparse
 import math
-import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from scipy.spatial.transform import Rotation
+from trust.study import Case, Run, Study, first_finding
 
 from palpate.errors import InvalidValueError
 from palpate.sensing.compensation import SensorPayload
@@ -38,32 +30,14 @@ from palpate.sensing.ft.sensor_file import ContactEntry
 PAYLOAD = SensorPayload(1.2, (0.005, -0.012, 0.045))
 NOISE = np.repeat([0.028, 6e-4], 3)
 SCALE = np.repeat([1.0, 0.03], 3)
-SILENT, WORST, MASS = 4.0, 0.01, 0.01
-COVERED = (0.93, 0.98)
-MORE = 5
-"""Times as many seeds where coverage counts: 200 leave 1.5 % of doubt about a share of 95 %, which is too much."""
+MASS = 0.01
+"""Relative error of an OK mass that is too large however wide its interval."""
 
+POSES = 48
 Rng = np.random.Generator
 Shown = np.ndarray
-
-
-@dataclass(frozen=True)
-class Case:
-    """One kind of data.
-
-    Attributes:
-        name: Of the row.
-        holds: Whether the assumptions hold, so that coverage counts.
-        change: Of what the sensor shows, shape (n, 6), given the poses (sensor to base).
-        poses: How the poses are taken.
-        assumed: g that the poses are given with [m/s^2]; 9.80665 is true.
-    """
-
-    name: str
-    change: Callable[[Rng, Shown, Rotation], Shown]
-    holds: bool = False
-    poses: Callable[[Rng, int], Rotation] = lambda rng, n: Rotation.random(n, rng=rng)
-    assumed: float = 9.80665
+Change = Callable[[Rng, Shown, Rotation], Shown]
+"""Of what the sensor shows, shape (n, 6), given the poses (sensor to base)."""
 
 
 def axis(rng: Rng) -> np.ndarray:
@@ -107,7 +81,7 @@ def slow(rng: Rng, n: int) -> Rotation:
     return Rotation.from_rotvec(np.cumsum(rng.normal(size=(n, 3)), axis=0) * 0.4)
 
 
-def at_some(share: float, amount: Callable[[Rng, int], np.ndarray]) -> Callable[[Rng, Shown, Rotation], Shown]:
+def at_some(share: float, amount: Callable[[Rng, int], np.ndarray]) -> Change:
     """Return a change of some poses only."""
 
     def change(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
@@ -118,7 +92,7 @@ def at_some(share: float, amount: Callable[[Rng, int], np.ndarray]) -> Callable[
     return change
 
 
-def drifting(drift: Callable[[Rng, int], np.ndarray]) -> Callable[[Rng, Shown, Rotation], Shown]:
+def drifting(drift: Callable[[Rng, int], np.ndarray]) -> Change:
     """Return a change by a drift."""
     return lambda rng, shown, poses: shown + drift(rng, len(shown))
 
@@ -128,7 +102,7 @@ def in_base(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
     return np.hstack([poses.apply(shown[:, :3]), poses.apply(shown[:, 3:])])
 
 
-def turned(degrees: float) -> Callable[[Rng, Shown, Rotation], Shown]:
+def turned(degrees: float) -> Change:
     """Return a sensor that is mounted turned about a random axis."""
 
     def change(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
@@ -152,71 +126,6 @@ def gain(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
 
 BAD = at_some(0.05, lambda rng, k: 2.0 * rng.normal(size=(k, 6)) * SCALE)
 same = drifting(lambda rng, n: np.zeros((n, 6)))
-CASES = (
-    Case("nothing", same, holds=True),
-    Case("poses in a scan", same, holds=True, poses=slow),
-    Case("two clusters of poses", same, poses=clusters),
-    Case("walk", drifting(walk)),
-    Case("step", drifting(step)),
-    Case("exponential", drifting(exponential)),
-    Case("temperature", drifting(temperature)),
-    Case("walk, scan", drifting(walk), poses=slow),
-    Case("exponential, scan", drifting(exponential), poses=slow),
-    Case("walk, clusters", drifting(walk), poses=clusters),
-    Case("step between clusters", drifting(lambda rng, n: step(rng, n, n // 2)), poses=clusters),
-    Case("exponential, clusters", drifting(exponential), poses=clusters),
-    Case("5 % bad poses", BAD),
-    Case("5 % bad poses, walk", lambda r, w, p: BAD(r, w + walk(r, len(w)), p)),
-    Case("one contact force at 20 %", at_some(0.2, lambda rng, k: rng.normal(size=6) * SCALE)),
-    Case("one contact force at 50 %", at_some(0.5, lambda rng, k: rng.normal(size=6) * SCALE)),
-    Case("noise 3 times as large", lambda r, w, p: w + math.sqrt(8.0) * NOISE * r.normal(size=w.shape)),
-    Case("g of 9.9", same, assumed=9.9),
-    Case("g of 9.7", same, assumed=9.7),
-    Case("x and y swapped", lambda r, w, p: w[:, [1, 0, 2, 4, 3, 5]]),
-    Case("z mirrored", lambda r, w, p: w * [1, 1, -1, -1, -1, 1]),
-    Case("axes turned round", lambda r, w, p: w[:, [1, 2, 0, 4, 5, 3]]),
-    Case("mounted 1 degree off", turned(1.0)),
-    Case("mounted 30 degrees off", turned(30.0)),
-    Case("wrenches in base frame", in_base),
-    Case("moments in mN m", lambda r, w, p: w * np.repeat([1.0, 1e3], 3)),
-    Case("a hose", hose),
-    Case("gain of x 2 % off", gain),
-)  # fmt: skip
-
-
-def main() -> int:
-    """Measure and print; return 1 if a figure is missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("--poses", type=int, default=48)
-    parser.add_argument("--only", default="", help="part of a row's name")
-    asked = parser.parse_args()
-    console, wrong = Console(width=150), []
-    table = Table("payload", "honest", "reported", "silently wrong", "worst OK mass", "mass", "centre", "bias")
-    for case in (each for each in CASES if asked.only in each.name):
-        rows = np.array(
-            [tried(case, seed, asked.poses) for seed in range(asked.seeds * (MORE if case.holds else 1))]
-        )
-        ok, far, off, covered = rows[:, 0] == 1.0, rows[:, 1] > SILENT, rows[:, 2], rows[:, 3:]
-        silent = float((ok & far).mean())
-        worst = float(off[ok].max(initial=0.0))
-        shares = [float(part[ok].mean()) if ok.any() else math.nan for part in np.split(covered, [1, 4], axis=1)]
-        table.add_row(case.name, *(f"{100 * x:.1f} %" for x in ((ok & ~far).mean(), (~ok).mean(), silent)),
-                      f"{100 * worst:.2f} %", *(f"{100 * x:.1f} %" for x in shares))  # fmt: skip
-        if silent > WORST:
-            wrong.append(f"{case.name}: silently wrong in {silent:.1%}")
-        if worst > MASS:
-            wrong.append(f"{case.name}: an OK mass is off by {worst:.1%}")
-        if case.holds:
-            wrong += [f"{case.name}: coverage {x:.1%}" for x in shares if not COVERED[0] <= x <= COVERED[1]]
-    console.print(table)
-    if not asked.only:
-        share = np.mean([tared(seed) for seed in range(asked.seeds)])
-        console.print(f"tare after it, in another pose: bias in its interval {share:.1%}")
-        wrong += [] if COVERED[0] <= share <= COVERED[1] else [f"tare: coverage {share:.1%}"]
-    for each in wrong:
-        console.print(f"MISSED: {each}", style="red")
-    return 1 if wrong else 0
 
 
 def weighed(up: np.ndarray) -> np.ndarray:
@@ -225,31 +134,33 @@ def weighed(up: np.ndarray) -> np.ndarray:
     return np.hstack([weight, np.cross(PAYLOAD.center_of_mass, weight)])
 
 
-def tried(case: Case, seed: int, n: int) -> list[float]:
-    """Return OK, the largest |z|, the relative error of the mass, and which of ten intervals hold."""
-    rng = np.random.default_rng(seed)
-    poses = case.poses(rng, n)
+def tried(seed: int, change: Change, poses_of: Callable[[Rng, int], Rotation], assumed_g: float) -> Run:
+    """Identify once."""
+    rng, n = np.random.default_rng(seed), POSES
+    poses = poses_of(rng, n)
     R = poses.as_matrix().transpose(0, 2, 1)
     up = specific_force_from_rotations(R)
     bias = rng.normal(size=6) * np.repeat([5.0, 0.1], 3)
-    exact = case.change(rng, weighed(up) + bias, poses)
+    exact = change(rng, weighed(up) + bias, poses)
     shown = exact + NOISE * rng.normal(size=(n, 6))
-    assumed = up * case.assumed / 9.80665
+    assumed = up * assumed_g / 9.80665
     try:
         found = identify_payload(assumed, shown, force_sd=NOISE[0], moment_sd=NOISE[3])
     except InvalidValueError:
-        return [0.0] * 13
+        return Run(ok=False, furthest=0.0, finding="refused")
     z_mass = (found.payload.mass - PAYLOAD.mass) / found.mass_sd
     z_center = np.subtract(found.payload.center_of_mass, PAYLOAD.center_of_mass) / found.center_sd
     zero = np.delete(exact - weighed(up), found.zero.bad, axis=0).mean(axis=0)
     z_bias = ([*found.bias_force, *found.bias_moment] - zero) / np.sqrt(np.diag(found.bias_covariance))
     largest = max(abs(z_mass), np.abs(z_center).max(), np.abs(z_bias).max())
-    inside = np.abs([z_mass, *z_center, *z_bias]) <= TWO_SIDED
-    return [float(found.verdict.ok), largest, abs(found.payload.mass / PAYLOAD.mass - 1.0), *inside]
+    held = np.abs([z_mass, *z_center, *z_bias]) <= TWO_SIDED
+    off = abs(found.payload.mass / PAYLOAD.mass - 1.0) > MASS
+    inside = {"mass": float(held[0]), "centre": float(held[1:4].mean()), "bias": float(held[4:].mean())}
+    return Run(found.verdict.ok, math.inf if off else float(largest), inside, first_finding(found.verdict))
 
 
-def tared(seed: int) -> float:
-    """Return the share of six biases that a tare in one pose, with an identified payload, holds."""
+def tared(seed: int) -> Run:
+    """Tare in one pose, with an identified payload."""
     rng = np.random.default_rng(seed)
     up = specific_force_from_rotations(Rotation.random(12, rng=rng).as_matrix())
     bias = rng.normal(size=6) * np.repeat([5.0, 0.1], 3)
@@ -284,8 +195,54 @@ def tared(seed: int) -> float:
     a = (float(pose[0]), float(pose[1]), float(pose[2]))
     after = with_bias(sensor, average, a, date="2026-01-01", provenance="p").bias
     sd = np.sqrt(np.diag(bias_covariance(sensor, average, a)))
-    return float(np.mean(np.abs(np.subtract(after, drifted)) <= TWO_SIDED * sd))
+    z = np.abs(np.subtract(after, drifted)) / sd
+    return Run(found.verdict.ok, float(z.max()), {"bias": float((z <= TWO_SIDED).mean())})
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def case(
+    name: str,
+    change: Change,
+    *,
+    holds: bool = False,
+    weight: float = 1.0,
+    poses: Callable[[Rng, int], Rotation] = lambda rng, n: Rotation.random(n, rng=rng),
+    assumed: float = 9.80665,
+) -> Case:
+    """Return a kind of data: how wrenches change, how poses are taken, and which g they are given with."""
+    return Case(name, lambda seed: tried(seed, change, poses, assumed), holds, weight)
+
+
+STUDY = Study(
+    "payload",
+    (
+        case("as assumed", same, holds=True, weight=5.0),
+        case("poses in a scan", same, holds=True, weight=5.0, poses=slow),
+        case("two clusters of poses", same, poses=clusters),
+        case("walk", drifting(walk)),
+        case("step", drifting(step)),
+        case("exponential", drifting(exponential)),
+        case("temperature", drifting(temperature)),
+        case("walk, scan", drifting(walk), poses=slow),
+        case("exponential, scan", drifting(exponential), poses=slow),
+        case("walk, clusters", drifting(walk), poses=clusters),
+        case("step between clusters", drifting(lambda rng, n: step(rng, n, n // 2)), poses=clusters),
+        case("exponential, clusters", drifting(exponential), poses=clusters),
+        case("5 % bad poses", BAD),
+        case("5 % bad poses, walk", lambda r, w, p: BAD(r, w + walk(r, len(w)), p)),
+        case("one contact force at 20 %", at_some(0.2, lambda rng, k: rng.normal(size=6) * SCALE)),
+        case("one contact force at 50 %", at_some(0.5, lambda rng, k: rng.normal(size=6) * SCALE)),
+        case("noise 3 times as large", lambda r, w, p: w + math.sqrt(8.0) * NOISE * r.normal(size=w.shape)),
+        case("g of 9.9", same, assumed=9.9),
+        case("g of 9.7", same, assumed=9.7),
+        case("x and y swapped", lambda r, w, p: w[:, [1, 0, 2, 4, 3, 5]]),
+        case("z mirrored", lambda r, w, p: w * [1, 1, -1, -1, -1, 1]),
+        case("axes turned round", lambda r, w, p: w[:, [1, 2, 0, 4, 5, 3]]),
+        case("mounted 1 degree off", turned(1.0)),
+        case("mounted 30 degrees off", turned(30.0)),
+        case("wrenches in base frame", in_base),
+        case("moments in mN m", lambda r, w, p: w * np.repeat([1.0, 1e3], 3)),
+        case("a hose", hose),
+        case("gain of x 2 % off", gain),
+        Case("tare after it, in another pose", tared, holds=True),
+    ),
+)
