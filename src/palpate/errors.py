@@ -25,6 +25,10 @@ class OverrunError(PalpateError, TimeoutError):
     """A control period was over before its work was done."""
 
 
+class ConcurrentUseError(PalpateError, RuntimeError):
+    """Two threads use at once what serves one at a time."""
+
+
 class LatchedError(PalpateError, RuntimeError):
     """The supervisor has tripped earlier and nobody has reset it."""
 

@@ -97,6 +97,10 @@ class GraspContacts:
         """Number of contacts."""
         return len(self.positions)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle through the checks, which also make the arrays read-only."""
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
+
     @property
     def is_convex(self) -> bool:
         """Whether all limits are second-order cones: e does not depend on the load, and p = 2."""

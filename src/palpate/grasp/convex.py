@@ -1,11 +1,15 @@
 """Grasp forces under limits that are second-order cones: dual Newton steps, and an interior point behind them."""
 
+from __future__ import annotations
+
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.grasp.balance import balance
+from palpate.grasp.certificate import certified_reach
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
 from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
@@ -23,6 +27,16 @@ ABSENT = 1e3
 SLACK = 1e-9
 """Share by which an actuator may be beyond its limit before forces that know nothing of it are refused; and of the
 load by which the largest margin may be below zero."""
+
+
+LEAST_REACH = 1e8
+"""Sum of forces, over load or preload, up to which a proof must hold at contacts without a largest force."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Proof:
+    y: FloatArray
+    reach: float
 
 
 class Convex:
@@ -68,15 +82,18 @@ class Convex:
         y = newton.y.copy()
         newton.y[:] = 0.0  # where it got lost is no place to begin
         if outcome == Outcome.INFEASIBLE:
-            return self._least_violation(wrench, y, used)
+            proof = self._proof(wrench, y)
+            if proof is not None:
+                return self._least_violation(wrench, proof, used)
         return self._by_interior_point(wrench)
 
     def _by_interior_point(self, wrench: FloatArray) -> GraspForces:
-        load, size = self._scaled.load(wrench)
+        load, size = self._load(self._objective, wrench)
         result = self._interior(self._objective, load, size)
         status = _STATUS[result.status]
         if status is SolveStatus.INFEASIBLE:
-            return self._least_violation(wrench, result.certificate, result.iterations)
+            proof = self._proof(wrench, result.certificate, result, size)
+            return self._least_violation(wrench, proof, result.iterations)
         forces = self._scaled.forces(result.forces[: len(self._grasp)], size)
         if self._objective is Objective.LOAD_FACTOR:
             if result.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
@@ -99,26 +116,56 @@ class Convex:
             forces = self._scaled.forces(least_violation(self._scaled.sized(size), load, self._weight)[0], size)
         return self._result(forces, math.inf, wrench, np.zeros(6), used, SolveStatus.SOLVED, math.inf)
 
-    def _least_violation(self, wrench: FloatArray, certificate: FloatArray | None, iterations: int) -> GraspForces:
+    def _least_violation(self, wrench: FloatArray, proof: _Proof | None, iterations: int) -> GraspForces:
         """Return the forces that leave least of the load, and how much of it could be held."""
         load, size = self._scaled.load(wrench)
         forces, left = least_violation(self._scaled.sized(size), load, self._weight)
-        proof = left if certificate is None else certificate
-        factor = self._interior(Objective.LOAD_FACTOR, load, size)
+        if proof is None:
+            proof = self._proof(wrench, left)
+        load, unit = self._load(Objective.LOAD_FACTOR, wrench)
+        factor = self._interior(Objective.LOAD_FACTOR, load, unit)
         if self._actuators and factor.status is InteriorPointStatus.SOLVED:
-            forces = factor.forces[
-                : len(self._grasp)
-            ]  # what leaves least knows nothing of actuators; this keeps their limits
-        return self._result(
+            # what leaves least knows nothing of actuators; this keeps their limits
+            forces, size = factor.forces[: len(self._grasp)], unit
+        result = self._result(
             self._scaled.forces(forces, size),
             math.inf,
             wrench,
             np.full(6, math.nan),
             iterations,
-            SolveStatus.INFEASIBLE,
+            SolveStatus.MAX_ITERATIONS if proof is None else SolveStatus.INFEASIBLE,
             factor.theta if factor.status is InteriorPointStatus.SOLVED else 0.0,
-            _unit(self._scaled.multiplier(proof)),
         )
+        return result if proof is None else replace(result, certificate=proof.y, reach=proof.reach)
+
+    def _proof(
+        self,
+        wrench: FloatArray,
+        y: FloatArray | None,
+        result: InteriorPointResult | None = None,
+        size: float = 1.0,
+    ) -> _Proof | None:
+        """Return scaled multipliers as a proof that nothing holds the load, if they are one."""
+        if y is None or not y.any():
+            return None
+        turned = self._scaled.multiplier(y)
+        length = float(np.linalg.norm(turned))
+        push, limits = None, self._grasp.actuator_limit
+        if result is not None and limits is not None:
+            dual = float(np.linalg.norm(result.dual))
+            scaled = result.multipliers[: len(self._grasp), -2 * self._actuators :] / dual
+            push = scaled * size / np.repeat(limits, 2, axis=1) / length
+        reach = certified_reach(self._grasp, wrench, turned / length, push)
+        least = LEAST_REACH * self._scaled.load(wrench)[1]
+        return _Proof(turned / length, reach) if reach >= least else None
+
+    def _load(self, objective: Objective, wrench: FloatArray) -> tuple[FloatArray, float]:
+        """Return the load and its unit; of load_factor only its direction counts, so that it is of length 1."""
+        load, size = self._scaled.load(wrench)
+        length = float(np.linalg.norm(load))
+        if objective is not Objective.LOAD_FACTOR or length == 0.0:
+            return load, size
+        return load / length, size * length
 
     def _prepare(self, contacts: int, actuators: int) -> None:
         """Build the interior points, unless those there are have room for as many contacts."""
@@ -183,7 +230,3 @@ _STATUS = {
     InteriorPointStatus.INFEASIBLE: SolveStatus.INFEASIBLE,
     InteriorPointStatus.MAX_ITERATIONS: SolveStatus.MAX_ITERATIONS,
 }
-
-
-def _unit(y: FloatArray) -> FloatArray:
-    return y / float(np.linalg.norm(y))

@@ -17,8 +17,8 @@ from palpate.grasp.statement import CONTACT, FORCES, WRENCH, state_contact
 __all__ = ["LARGEST_FORCES", "proof_value"]
 
 LARGEST_FORCES = 1e8
-"""Sum of forces, over the load's size, for which a proof must hold where f_max is infinite: to rounding, none is
-without doubt for all."""
+"""Sum of forces, in units of load or preload, for which a proof must hold where f_max is infinite: to rounding,
+none is without doubt for all."""
 
 
 def proof_value(n: int, objective: Objective, actuators: int) -> Any:
@@ -62,5 +62,5 @@ def proof_value(n: int, objective: Objective, actuators: int) -> Any:
     gained, wrongs = contact.map("contact_proof_map", "serial", n, [3], [0])(
         contacts, rows, limits, dual, multipliers
     )
-    value = casadi.dot(dual, load) + gained - LARGEST_FORCES * casadi.norm_2(load) * casadi.mmax(wrongs)
+    value = casadi.dot(dual, load) + gained - LARGEST_FORCES * casadi.mmax(wrongs)
     return casadi.Function("proof_value", [contacts, load, rows, limits, dual, multipliers], [value])

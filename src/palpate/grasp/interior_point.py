@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,9 @@ PROOF_TOLERANCE = 1e-8
 ENDLESS = 1e-10
 """Residual, over theta, of forces that grow with theta without limit."""
 
+_BUILDING = Lock()
+"""CasADi's symbols are counted without locks: graphs are built, and shared, by one thread at a time."""
+
 
 @lru_cache(maxsize=64)
 def _graphs(n: int, objective: Objective, actuators: int, effort_weight: float) -> tuple[SelfDual, Any]:
@@ -60,9 +64,10 @@ class InteriorPoint:
             effort_weight: eps of min_effort.
             executor: What runs the functions; by default machine code, where there is a compiler.
         """
-        graphs, proof = _graphs(n, objective, actuators, effort_weight)
         executor = Compiled() if executor is None else executor
-        begin, iterate, finish, proves = executor.prepare([graphs.begin, graphs.iterate, graphs.finish, proof])
+        with _BUILDING:
+            graphs, proof = _graphs(n, objective, actuators, effort_weight)
+            begin, iterate, finish, proves = executor.prepare([graphs.begin, graphs.iterate, graphs.finish, proof])
         self._n, self._k = n, actuators
         # CasADi's matrices are column-major: a row here is a column there
         self._contacts = np.zeros((n, CONTACT))

@@ -8,8 +8,8 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray
-from palpate.grasp.dual_newton import FARKAS, descend
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.dual_newton import FARKAS, LO, ROW, descend
+from palpate.grasp.scaled import ScaledGrasp, scale_load
 
 __all__ = ["LeastEffort", "Outcome"]
 
@@ -51,40 +51,13 @@ def _solve(
     n = rows.shape[0]
     load = work[15]
     cx, cy, cz = center[0], center[1], center[2]
-    wx, wy, wz = wrench[0], wrench[1], wrench[2]
-    load[0], load[1], load[2] = wx, wy, wz
-    load[3] = (wrench[3] - cy * wz + cz * wy) / length
-    load[4] = (wrench[4] - cz * wx + cx * wz) / length
-    load[5] = (wrench[5] - cx * wy + cy * wx) / length
-    for i in range(n):
-        load_reserve = rows[i, 16]
-        if load_reserve != 0.0:
-            for k in range(3):
-                load[k] += load_reserve * rows[i, 3 + k]
-            load[3] += load_reserve * (rows[i, 1] * rows[i, 5] - rows[i, 2] * rows[i, 4])
-            load[4] += load_reserve * (rows[i, 2] * rows[i, 3] - rows[i, 0] * rows[i, 5])
-            load[5] += load_reserve * (rows[i, 0] * rows[i, 4] - rows[i, 1] * rows[i, 3])
-    size = 0.0
-    for k in range(6):
-        size += load[k] * load[k]
-    size = math.sqrt(size)
-    if size == 0.0:  # then what presses anyway says what is large
-        for i in range(n):
-            size = max(size, rows[i, 14], rows[i, 16])
-        if size == 0.0:
-            size = 1.0
+    size = scale_load(rows, center, length, wrench, load)
     out[7] = size
-    inverse = 1.0 / size
-    for k in range(6):
-        load[k] *= inverse
     for i in range(n):
-        for k in range(14):
+        for k in range(LO):
             scaled[i, k] = rows[i, k]
-        scaled[i, 14], scaled[i, 15], scaled[i, 16] = (
-            rows[i, 14] * inverse,
-            rows[i, 15] * inverse,
-            rows[i, 16] * inverse,
-        )
+        for k in range(LO, ROW):
+            scaled[i, k] = rows[i, k] / size
     used, left = descend(scaled, load, eps, 0.0, load, TOLERANCE, MAX_EVALUATIONS, y, forces, work)
     effort = 0.0
     rx, ry, rz, mx, my, mz = wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5]
@@ -110,7 +83,7 @@ def _solve(
     gap = 0.0  # the primal less the dual objective
     for k in range(6):
         gap += y[k] * work[12, k]
-    if used > 0 or (left <= ENOUGH and abs(gap) * size * size <= GAP * effort):
+    if used > 0 or (left <= ENOUGH and abs(gap) <= GAP * (effort / size / size)):
         return 1, abs(used)
     return (-1 if work[12, FARKAS] > 0.0 else 0), abs(used)
 

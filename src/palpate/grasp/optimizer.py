@@ -13,11 +13,12 @@ Wegbreit 2007) may still be in force. Neither method here is that one, but whoev
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from threading import Lock
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, numbers, positive
+from palpate.errors import ConcurrentUseError, FloatArray, InvalidValueError, numbers, positive
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
@@ -29,8 +30,13 @@ if TYPE_CHECKING:
 __all__ = ["GraspForceOptimizer"]
 
 
+_CONCURRENT = "this optimizer is solving in another thread: give each thread its own (copy.copy makes one)"
+
+
 class GraspForceOptimizer:
     """Finds the forces of a grasp for one load after another.
+
+    One thread at a time: another that asks meanwhile gets a `ConcurrentUseError`. Copies share nothing.
 
     Attributes:
         objective: What is optimised.
@@ -54,6 +60,7 @@ class GraspForceOptimizer:
         self.objective = _objective(objective)
         self._weight = positive("effort_weight", effort_weight, "")
         self._solver: Convex | Curved | None = None
+        self._in_use = Lock()
         self.update(grasp)
 
     @property
@@ -68,17 +75,23 @@ class GraspForceOptimizer:
 
         Raises:
             InvalidValueError: max_margin, and a contact without a largest force: the margin would grow for ever.
+            ConcurrentUseError: Another thread is solving with it.
         """
         if self.objective is Objective.MAX_MARGIN and not np.isfinite(grasp.force_max).all():
             raise InvalidValueError(
                 "max_margin: where force_max is infinite the margin grows for ever; give every contact one"
             )
-        self._grasp = grasp
-        kind = _solver_for(grasp)
-        if isinstance(self._solver, kind):
-            self._solver.update(grasp)
-        else:
-            self._solver = kind(grasp, self.objective, self._weight)
+        if not self._in_use.acquire(blocking=False):
+            raise ConcurrentUseError(_CONCURRENT)
+        try:
+            kind = _solver_for(grasp)
+            if isinstance(self._solver, kind):
+                self._solver.update(grasp)
+            else:
+                self._solver = kind(grasp, self.objective, self._weight)
+            self._grasp = grasp
+        finally:
+            self._in_use.release()
 
     def solve(self, external_wrench: FloatArray, warm_start: bool = True) -> GraspForces:
         """Return the forces for a load.
@@ -89,13 +102,25 @@ class GraspForceOptimizer:
 
         Raises:
             InvalidValueError: Not six numbers. What is not finite gives `SolveStatus.INVALID`.
+            ConcurrentUseError: Another thread is solving with it.
         """
         wrench = numbers("external_wrench", external_wrench)
         if wrench.shape != (6,):
             raise InvalidValueError(f"external_wrench has shape {wrench.shape}: must be (6,) [N, N m]")
         if self._solver is None or not np.isfinite(wrench).all():
             return self._invalid()
-        return self._solver.solve(wrench, warm=warm_start)
+        if not self._in_use.acquire(blocking=False):
+            raise ConcurrentUseError(_CONCURRENT)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                found = self._solver.solve(wrench, warm=warm_start)
+        finally:
+            self._in_use.release()
+        return found if np.isfinite(found.forces).all() and not math.isnan(found.objective) else self._invalid()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle as what it was made from: the copy begins cold."""
+        return type(self), (self._grasp, self.objective, self._weight)
 
     def _invalid(self) -> GraspForces:
         nothing, nan = np.zeros((len(self._grasp), 4)), np.full(6, math.nan)

@@ -19,7 +19,7 @@ class SolveStatus(Enum):
     MAX_ITERATIONS = "max iterations"
     """Undecided; forces keep all limits of the contacts and hold the load but for `equilibrium_residual`."""
     INVALID = "invalid"
-    """The load is not finite; forces are zero."""
+    """The load is not finite, or so large that forces or effort would not be; forces are zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +35,10 @@ class GraspForces:
         iterations: Of whatever solved it.
         status: How it ended.
         load_factor: Largest factor of the load that could be held; None where it was not asked for.
-        certificate: Unit y (6,), where nothing holds: y . (G w + w_ext) > 0 for all forces within the limits; None
-            otherwise, and from max_margin.
+        certificate: Unit y (6,), where nothing holds: y . (G w + w_ext) > 0 for all forces within the limits, in
+            exact arithmetic on the numbers given; None otherwise, and from max_margin.
+        reach: Sum of the normal forces, at contacts without a largest one, up to which the certificate holds [N];
+            infinite if it needs no bound, None without a certificate.
     """
 
     forces: FloatArray
@@ -48,3 +50,4 @@ class GraspForces:
     status: SolveStatus
     load_factor: float | None = None
     certificate: FloatArray | None = None
+    reach: float | None = None

@@ -2,14 +2,63 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE, ROW, T1, T2, E, N, P
 
-__all__ = ["ScaledGrasp"]
+__all__ = ["ScaledGrasp", "scale_load"]
+
+LEAST_UNIT = 1e-250
+"""[N] Loads far below count as none: their squares do not exist."""
+
+
+@njit(cache=True, error_model="numpy")
+def scale_load(rows: Any, center: Any, length: float, wrench: Any, load: Any) -> float:
+    """Fill the scaled load (6,); return its unit of force [N]: the load's size, or a preload's if that is more.
+
+    A preload far above the load balances itself only to rounding, which the load's tolerance must not judge.
+
+    Args:
+        rows: Contacts, shape (n, ROW), forces in newtons.
+        center: Point about which moments are taken, shape (3,) [m].
+        length: Unit of lengths [m].
+        wrench: The load about the object's origin, shape (6,) [N, N m].
+        load: Array for the result.
+    """
+    cx, cy, cz = center[0], center[1], center[2]
+    wx, wy, wz = wrench[0], wrench[1], wrench[2]
+    load[0], load[1], load[2] = wx, wy, wz
+    load[3] = (wrench[3] - cy * wz + cz * wy) / length
+    load[4] = (wrench[4] - cz * wx + cx * wz) / length
+    load[5] = (wrench[5] - cx * wy + cy * wx) / length
+    pressed = 0.0
+    for i in range(rows.shape[0]):
+        kept = rows[i, RESERVE]
+        if kept != 0.0:
+            for k in range(3):
+                load[k] += kept * rows[i, N + k]
+            load[3] += kept * (rows[i, P + 1] * rows[i, N + 2] - rows[i, P + 2] * rows[i, N + 1])
+            load[4] += kept * (rows[i, P + 2] * rows[i, N] - rows[i, P] * rows[i, N + 2])
+            load[5] += kept * (rows[i, P] * rows[i, N + 1] - rows[i, P + 1] * rows[i, N])
+        pressed = max(pressed, rows[i, LO], kept)
+    largest = 0.0
+    for k in range(6):
+        largest = max(largest, abs(load[k]))
+    total = 0.0
+    if largest > LEAST_UNIT:
+        for k in range(6):
+            total += (load[k] / largest) ** 2
+    size = max(largest * math.sqrt(total), pressed)
+    if not size > LEAST_UNIT:
+        size = 1.0
+    for k in range(6):
+        load[k] /= size
+    return size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,24 +104,14 @@ class ScaledGrasp:
         return type(self)(rows, self.center, self.length)
 
     def load(self, wrench: FloatArray) -> tuple[FloatArray, float]:
-        """Return the load in units of its own size, shape (6,), and that size [N].
+        """Return the load in units of what matters, shape (6,), and that unit [N]: see `scale_load`.
 
         Args:
             wrench: About the object's origin, shape (6,) [N, N m].
         """
-        x, y, z, *moment = wrench.tolist()
-        a, b, c = self.center.tolist()
-        turned = (b * z - c * y, c * x - a * z, a * y - b * x)
-        load = np.array([x, y, z, *((m - t) / self.length for m, t in zip(moment, turned, strict=True))])
-        reserve = self.rows[:, RESERVE]
-        if reserve.any():
-            pressed = reserve[:, None] * self.rows[:, N : N + 3]
-            load[:3] += pressed.sum(axis=0)
-            load[3:] += np.cross(self.rows[:, P : P + 3], pressed).sum(axis=0)
-        size = math.sqrt(float(load @ load))
-        if size == 0.0:
-            size = max(float(self.rows[:, [LO, RESERVE]].max()), 0.0) or 1.0
-        return load / size, size
+        load = np.empty(6)
+        size = scale_load(self.rows, self.center, self.length, wrench, load)
+        return load, size
 
     def sized(self, size: float) -> FloatArray:
         """Return the rows with forces in units of `size` [N], shape (n, ROW)."""

@@ -1,0 +1,129 @@
+"""What is claimed of a load is true of the numbers given, at any scale, from any thread, and from a copy."""
+
+import copy
+import math
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import ConcurrentUseError
+from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
+from support.grasp_families import around, grasp_of, instances
+
+OBJECTIVES = [each.value for each in Objective]
+LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
+
+
+def paired(seed, force_min, force_max):
+    """Two or four contacts in opposite pairs: whatever they press with at least balances itself."""
+    rng = np.random.default_rng(seed)
+    places, axes = around(2 * int(rng.integers(1, 3)), rng)
+    half = len(places) // 2
+    places[half:], axes[half:] = -places[:half], -axes[:half]
+    return grasp_of(places, axes, 0.5, 0.004, rng, force_min=force_min, force_max=force_max)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 15.0), st.sampled_from(OBJECTIVES))
+def test_a_preload_far_above_the_load_holds_it(seed, decades, objective):
+    """It was called infeasible, with a certificate, where the preload was more than 1e9 times the load."""
+    grasp = paired(seed, 10.0, 1e3)
+    load = LOAD / np.linalg.norm(LOAD) * 10.0 ** (-decades)
+    result = GraspForceOptimizer(grasp, objective).solve(load)
+    assert result.status is SolveStatus.SOLVED
+    if objective != "load_factor":
+        assert np.abs(grasp.grasp_map @ result.forces.ravel() + load).max() < 1e-8
+        assert (result.forces[:, 0] >= 10.0 * (1.0 - 1e-9)).all()
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.integers(-100, 300), st.sampled_from(OBJECTIVES))
+def test_forces_are_as_large_as_the_load_at_any_scale(seed, decades, objective):
+    grasp, scale = paired(seed, 0.0, 50.0), 10.0**decades
+    large = replace(grasp, force_max=50.0 * scale)
+    one, many = (GraspForceOptimizer(g, objective).solve(w) for g, w in ((grasp, LOAD), (large, LOAD * scale)))
+    assert many.status is one.status
+    assert not math.isnan(many.objective)
+    assert many.forces[:, 0] / scale == pytest.approx(one.forces[:, 0], rel=1e-4, abs=1e-6)
+
+
+def test_where_forces_overflow_nothing_is_called_solved():
+    for objective in ("min_effort", "min_peak", "load_factor"):
+        found = GraspForceOptimizer(paired(3, 0.0, math.inf), objective).solve(np.full(6, 1e308))
+        assert found.status is SolveStatus.INVALID
+        assert not found.forces.any()
+
+
+def least_value(grasp, load, y, reach):
+    """The least of y . (G w + load) at 50 digits; contacts without a largest force share `reach`."""
+    with mpmath.workdps(50):
+        total = mpmath.fdot(map(mpmath.mpf, y), map(mpmath.mpf, load))
+        worst = mpmath.mpf(0)
+        for i in range(len(grasp)):
+            columns = [[mpmath.mpf(each) for each in row] for row in grasp.frames[i].T]
+            px, py, pz = map(mpmath.mpf, grasp.positions[i])
+            a, b, c, u, v, w = map(mpmath.mpf, y)
+            at = [a + v * pz - w * py, b + w * px - u * pz, c + u * py - v * px]
+            g = [mpmath.fdot(at, column) for column in columns]
+            g.append(mpmath.mpf(grasp.spin_length[i]) * mpmath.fdot([u, v, w], columns[0]))
+            pays = g[0] - mpmath.mpf(grasp.friction[i]) * mpmath.norm(g[1:])
+            if pays >= 0:
+                total += pays * mpmath.mpf(grasp.force_min[i])
+            elif math.isinf(grasp.force_max[i]):
+                worst = min(worst, pays)
+            else:
+                total += pays * mpmath.mpf(grasp.force_max[i])
+        return total + (worst * mpmath.mpf(reach) if worst < 0 else 0)
+
+
+def test_certificates_hold_at_50_digits_up_to_their_reach():
+    seen = 0
+    for each in instances(seed=4, per_family=1):
+        for grasp in (each.grasp, replace(each.grasp, force_max=math.inf)):
+            result = GraspForceOptimizer(grasp).solve(each.load)
+            if result.certificate is None:
+                continue
+            seen += 1
+            assert result.reach is not None
+            assert least_value(grasp, each.load, result.certificate, 0.999 * min(result.reach, 1e300)) > 0
+    assert seen > 10
+
+
+def test_threads_that_share_an_optimizer_get_what_is_right_or_an_error():
+    grasp = paired(5, 0.0, 50.0)
+    for objective in ("min_effort", "min_peak"):
+        shared = GraspForceOptimizer(grasp, objective)
+        expected = shared.solve(LOAD, warm_start=False).forces
+
+        def solve(optimizer, expected=expected):
+            refused = 0
+            for _ in range(500):
+                try:
+                    assert (optimizer.solve(LOAD, warm_start=False).forces == expected).all()
+                except ConcurrentUseError:
+                    refused += 1
+            return refused
+
+        with ThreadPoolExecutor(4) as threads:
+            list(threads.map(solve, [shared] * 4))
+            assert sum(threads.map(solve, [copy.copy(shared) for _ in range(4)])) == 0
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_copies_solve_alike_and_their_arrays_stay_read_only(copied):
+    grasp = paired(6, 0.0, 50.0)
+    again = copied(grasp)
+    assert isinstance(again, GraspContacts)
+    for field in fields(grasp):
+        value = getattr(again, field.name)
+        if value is not None:
+            assert not value.flags.writeable
+            assert (value == getattr(grasp, field.name)).all()
+    one = GraspForceOptimizer(grasp, "min_peak")
+    assert (copied(one).solve(LOAD).forces == one.solve(LOAD).forces).all()
