@@ -6,7 +6,6 @@ import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,19 +13,10 @@ from hypothesis import strategies as st
 
 from palpate.errors import ConcurrentUseError
 from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
-from support.grasp_families import around, grasp_of, instances
+from support.grasp_families import instances, least_value, paired
 
 OBJECTIVES = [each.value for each in Objective]
 LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
-
-
-def paired(seed, force_min, force_max):
-    """Two or four contacts in opposite pairs: whatever they press with at least balances itself."""
-    rng = np.random.default_rng(seed)
-    places, axes = around(2 * int(rng.integers(1, 3)), rng)
-    half = len(places) // 2
-    places[half:], axes[half:] = -places[:half], -axes[:half]
-    return grasp_of(places, axes, 0.5, 0.004, rng, force_min=force_min, force_max=force_max)
 
 
 @settings(max_examples=40)
@@ -58,28 +48,6 @@ def test_where_forces_overflow_nothing_is_called_solved():
         found = GraspForceOptimizer(paired(3, 0.0, math.inf), objective).solve(np.full(6, 1e308))
         assert found.status is SolveStatus.INVALID
         assert not found.forces.any()
-
-
-def least_value(grasp, load, y, reach):
-    """The least of y . (G w + load) at 50 digits; contacts without a largest force share `reach`."""
-    with mpmath.workdps(50):
-        total = mpmath.fdot(map(mpmath.mpf, y), map(mpmath.mpf, load))
-        worst = mpmath.mpf(0)
-        for i in range(len(grasp)):
-            columns = [[mpmath.mpf(each) for each in row] for row in grasp.frames[i].T]
-            px, py, pz = map(mpmath.mpf, grasp.positions[i])
-            a, b, c, u, v, w = map(mpmath.mpf, y)
-            at = [a + v * pz - w * py, b + w * px - u * pz, c + u * py - v * px]
-            g = [mpmath.fdot(at, column) for column in columns]
-            g.append(mpmath.mpf(grasp.spin_length[i]) * mpmath.fdot([u, v, w], columns[0]))
-            pays = g[0] - mpmath.mpf(grasp.friction[i]) * mpmath.norm(g[1:])
-            if pays >= 0:
-                total += pays * mpmath.mpf(grasp.force_min[i])
-            elif math.isinf(grasp.force_max[i]):
-                worst = min(worst, pays)
-            else:
-                total += pays * mpmath.mpf(grasp.force_max[i])
-        return total + (worst * mpmath.mpf(reach) if worst < 0 else 0)
 
 
 def test_certificates_hold_at_50_digits_up_to_their_reach():

@@ -1,8 +1,10 @@
 """Grasps to solve, easy and hard, and what an independent solver of cone programmes says of them."""
 
+import math
 from dataclasses import dataclass, replace
 
 import clarabel
+import mpmath
 import numpy as np
 from scipy import sparse
 
@@ -99,6 +101,37 @@ def instances(seed, per_family, factors=FACTORS):
             found += 1
             for factor in factors:
                 yield Instance(family, factor, grasp, load * (most / factor))
+
+
+def paired(seed, force_min, force_max):
+    """Two or four contacts in opposite pairs: whatever they press with at least balances itself."""
+    rng = np.random.default_rng(seed)
+    places, axes = around(2 * int(rng.integers(1, 3)), rng, rough=0.05)
+    half = len(places) // 2
+    places[half:], axes[half:] = -places[:half], -axes[:half]
+    return grasp_of(places, axes, 0.5, 0.004, rng, force_min=force_min, force_max=force_max)
+
+
+def least_value(grasp, load, y, reach):
+    """The least of y . (G w + load) at 50 digits; contacts without a largest force share `reach`."""
+    with mpmath.workdps(50):
+        total = mpmath.fdot(map(mpmath.mpf, y), map(mpmath.mpf, load))
+        worst = mpmath.mpf(0)
+        for i in range(len(grasp)):
+            columns = [[mpmath.mpf(each) for each in row] for row in grasp.frames[i].T]
+            px, py, pz = map(mpmath.mpf, grasp.positions[i])
+            a, b, c, u, v, w = map(mpmath.mpf, y)
+            at = [a + v * pz - w * py, b + w * px - u * pz, c + u * py - v * px]
+            g = [mpmath.fdot(at, column) for column in columns]
+            g.append(mpmath.mpf(grasp.spin_length[i]) * mpmath.fdot([u, v, w], columns[0]))
+            pays = g[0] - mpmath.mpf(grasp.friction[i]) * mpmath.norm(g[1:])
+            if pays >= 0:
+                total += pays * mpmath.mpf(grasp.force_min[i])
+            elif math.isinf(grasp.force_max[i]):
+                worst = min(worst, pays)
+            else:
+                total += pays * mpmath.mpf(grasp.force_max[i])
+        return total + (worst * mpmath.mpf(reach) if worst < 0 else 0)
 
 
 class Reference:
