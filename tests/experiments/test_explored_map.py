@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.raster import cloud_of, sphere_cap
+from palpate.estimation import Assumption, BrokenAssumption, Verdict
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import felt_in_scan
@@ -20,7 +21,7 @@ from palpate.experiments.explore.named_shape import named_shape, white_tilt
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.scans import scan_on
 from palpate.experiments.explore.tables import shape_rows
-from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
+from palpate.mapping import Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
 from palpate.mapping.mesh_figures import voxel_for
 from palpate.sim import SphereObject
@@ -115,7 +116,7 @@ def test_the_shape_is_named_or_it_is_none_of_these(name, kind, robot):
 
 def test_a_fit_that_has_not_converged_names_a_shape_but_claims_no_size():
     shape = found("sphere").map.shape
-    unsure = dataclasses.replace(shape.fit, status=FitStatus.NOT_CONVERGED)
+    unsure = dataclasses.replace(shape.fit, verdict=Verdict((BrokenAssumption(Assumption.CONVERGED, "", ""),)))
     told = dataclasses.replace(
         shape, choice=dataclasses.replace(shape.choice, fits={**shape.choice.fits, shape.kind: unsure})
     )

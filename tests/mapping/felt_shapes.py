@@ -247,7 +247,7 @@ ANSWER = {
     "cylinder": "cylinder",
     "ellipsoid": "ellipsoid",
     "box": "box",
-    "torus": None,
+    "torus": "torus",
     "cone": None,
     "bumps": None,
     "freeform": None,

@@ -19,6 +19,7 @@ class Assumption(StrEnum):
     EVEN_INFLUENCE = "no few data carry the estimate"
     NO_OUTLIERS = "no data are far from all others"
     RESOLVED = "the sampling is finer than what is measured"
+    CONSISTENT = "independent kinds of data agree"
     UNIQUE = "nothing else explains the data as well"
     PLAUSIBLE = "values are plausible in their units"
 

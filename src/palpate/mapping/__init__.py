@@ -6,7 +6,6 @@ from palpate.mapping.files import write_cloud_csv as write_cloud_csv
 from palpate.mapping.files import write_cloud_ply as write_cloud_ply
 from palpate.mapping.files import write_height_map_csv as write_height_map_csv
 from palpate.mapping.height_map import HeightMap as HeightMap
-from palpate.mapping.primitives import FitStatus as FitStatus
 from palpate.mapping.primitives import PrimitiveChoice as PrimitiveChoice
 from palpate.mapping.primitives import PrimitiveFit as PrimitiveFit
 from palpate.mapping.primitives import PrimitiveKind as PrimitiveKind

@@ -28,6 +28,7 @@ from palpate.mapping import (
 from palpate.mapping.curvature_layers import curvature_layers
 from palpate.mapping.layers import VertexDirection, VertexLayer
 from palpate.mapping.mesh_figures import voxel_for
+from palpate.mapping.primitives.fit import TIP_SIZE_SD
 from palpate.sim import SceneObject
 
 MOST_VERTICES = 60_000
@@ -185,7 +186,10 @@ def explored_map(
     progress("which shape it is")
     apart = shape_spacing(cloud, config.gap)
     rows_of = points_per_row(cloud.thinned(apart), scan.row, apart)
-    shape = named_shape(cloud, apart, rows_of, budget, surface.model)
+    # the truth is known of what is simulated, and so is the tip
+    shape = named_shape(
+        cloud, apart, rows_of, budget, surface.model, offset_sd=TIP_SIZE_SD if target is None else 0.0
+    )
     progress("comparing with the truth")
     reachable = ReachableSurface.unknown() if target is None else ReachableSurface.of(target, config, scan)
     return ExploredMap(

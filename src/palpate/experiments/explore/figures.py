@@ -32,6 +32,11 @@ def _broken(exploration: "Exploration") -> str | None:
     return None if found is None else ", ".join(each.assumption.name for each in found.verdict.broken)
 
 
+def _unsure(exploration: "Exploration") -> str | None:
+    shape = None if exploration.map is None else exploration.map.shape
+    return None if shape is None else ", ".join(each.assumption.name for each in shape.verdict.broken)
+
+
 FIGURES = (
     Figure("map_rms_m", "map to true surface, RMS", "m", _of_map(lambda found: found.rms)),
     Figure("force_rms_n", "true normal force, RMS error", "N", lambda found: found.force_rms),
@@ -46,5 +51,6 @@ FIGURES = (
     Figure("contacts", "contacts", "", lambda found: len(found.cloud)),
     Figure("marks", "marks", "", lambda found: len(found.marks)),
     Figure("shape", "shape", "", _shape),
+    Figure("shape_broken", "assumptions of the shape that broke", "", _unsure),
     Figure("simulated_s", "simulated time", "s", lambda found: found.run.duration),
 )

@@ -1,14 +1,15 @@
 """Which geometric primitive an object is, within the error budget of the finger."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import HELD, Assumption, BrokenAssumption, Verdict
 from palpate.experiments.explore.map_budget import MapBudget
 from palpate.mapping import (
-    FitStatus,
     PrimitiveChoice,
     PrimitiveFit,
     PrimitiveKind,
@@ -16,17 +17,29 @@ from palpate.mapping import (
     TouchCloud,
     choose_primitive,
 )
+from palpate.mapping.primitives.choose import CLEAR, alternatives, unclear
 from palpate.mapping.primitives.shape import PrimitiveShape
 
 DEVIATIONS = 1.96
 """Standard deviations that hold 95 %."""
 
+SHORTEST = 1e-9
+"""[m] that a budget is taken for at least."""
+
+OF_RESIDUALS = frozenset(
+    {
+        Assumption.WHITE_IN_TIME,
+        Assumption.WHITE_IN_PLACE,
+        Assumption.WHITE_IN_DIRECTION,
+        Assumption.CONSISTENT,
+        Assumption.NO_OUTLIERS,
+    }
+)
+"""Of no concern where residuals are within the budget: it is in every band already."""
+
 NOISY = 2.0
 """A shape may miss the contacts by so many standard deviations of their noise, root mean square: it is known to no
 better than a factor of two (see `palpate.mapping.surface_map.learn`)."""
-
-_NO_SHAPE = (FitStatus.NO_SUCH_SHAPE, FitStatus.AT_LIMIT)
-"""A fit that has not converged counts: along a valley that is flat within a micrometre nothing converges."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,21 +48,26 @@ class NamedShape:
 
     Statistics alone (`choice`) take every error that neighbours share for a shape that was missed, also if
     the sensor's calibration explains it, and an artefact of a tenth of a micrometre for an ellipsoid's third axis.
-    So a finger's budget decides: shapes within it cannot be distinguished, and the simplest of them is chosen.
+    So a finger's budget decides: shapes within it cannot be distinguished, and the simplest of them is chosen if
+    it is a special case of the others; else it is unclear which it is.
 
     Attributes:
-        kind: The simplest shape that misses the contacts by no more than the limits; None: none of these.
+        kind: Which it is; None: none of these, or unclear which.
+        possible: The shapes that it may be, the simplest first.
         choice: Every fit, and the choice by statistics alone.
         limit: Largest root mean square distance of the contacts [m].
         limit_tilt: Likewise of their normals [rad].
-        common: What may be off in every length besides [m]: the budget of the map.
+        budget: What may be off besides.
+        verdict: Whether shape and sizes can be used.
     """
 
     kind: PrimitiveKind | None
+    possible: tuple[PrimitiveKind, ...]
     choice: PrimitiveChoice = field(repr=False)  # every contact of every fit: a screen full
     limit: float
     limit_tilt: float
-    common: float
+    budget: MapBudget
+    verdict: Verdict = HELD
 
     @property
     def fit(self) -> PrimitiveFit[PrimitiveShape] | None:
@@ -68,23 +86,19 @@ class NamedShape:
 
     def _band(self, sd: FloatArray) -> FloatArray:
         """Infinite where the fit has not converged: its deviations are those of some place in a valley."""
-        if self.fit is not None and self.fit.status is FitStatus.NOT_CONVERGED:
+        if self.fit is not None and self.fit.verdict.breaks(Assumption.CONVERGED):
             return np.full(len(sd), np.inf)
-        return DEVIATIONS * sd + self.common
-
-    def is_within(self, kind: PrimitiveKind) -> bool:
-        """Whether the contacts may be of such a shape."""
-        fit = self.choice.fits[kind]
-        return self.is_near(kind) and fit.normal_sd <= self.limit_tilt
-
-    def is_near(self, kind: PrimitiveKind) -> bool:
-        """Whether the points may be of such a shape, whatever their normals."""
-        fit = self.choice.fits[kind]
-        return fit.status not in _NO_SHAPE and fit.position_sd <= self.limit
+        return DEVIATIONS * sd + self.budget.total
 
 
 def named_shape(
-    cloud: TouchCloud, apart: float, contacts_per_row: float, budget: MapBudget, model: SurfaceModel
+    cloud: TouchCloud,
+    apart: float,
+    contacts_per_row: float,
+    budget: MapBudget,
+    model: SurfaceModel,
+    *,
+    offset_sd: float = 0.0,
 ) -> NamedShape | None:
     """Return which shape contacts have, or None where they are too few, or all in one place.
 
@@ -94,18 +108,48 @@ def named_shape(
         contacts_per_row: They share one error: each row counts as one observation.
         budget: What all may be off.
         model: Noise of contacts, as learned by a map.
+        offset_sd: By how much all contacts may be off along their normals [m], as the tip has another size.
     """
     try:
-        choice = choose_primitive(cloud.thinned(apart), correlation_points=max(1.0, contacts_per_row))
+        choice = choose_primitive(
+            cloud.thinned(apart), correlation_points=max(1.0, contacts_per_row), offset_sd=offset_sd
+        )
     except InvalidValueError:
         return None
     limit = math.hypot(budget.total, NOISY * model.noise)
     # the map's is of means over stretches; here each contact counts by itself
-    tilt = math.hypot(budget.tilt, NOISY * max(model.tilt, white_tilt(cloud)))
-    found = NamedShape(None, choice, limit, tilt, budget.total)
+    limit_tilt = math.hypot(budget.tilt, NOISY * max(model.tilt, white_tilt(cloud)))
     simplest = sorted(choice.fits, key=lambda kind: choice.fits[kind].unknowns)
-    kind = next((each for each in simplest if found.is_within(each)), None)
-    return NamedShape(kind, choice, limit, found.limit_tilt, found.common)
+    # a fit that has not converged counts: along a valley that is flat within a micrometre nothing converges
+    near = tuple(kind for kind in simplest if choice.fits[kind].exists and choice.fits[kind].position_sd <= limit)
+    within = [kind for kind in near if choice.fits[kind].normal_sd <= limit_tilt]
+    if not within:
+        return NamedShape(None, near, choice, limit, limit_tilt, budget, Verdict(tuple(_leaning(near))))
+    first = within[0]
+    worse = {kind: _excess(choice.fits[kind], choice.fits[first], budget) for kind in within}
+    likely = {kind: choice.criterion[kind] for kind in within}
+    others = {*alternatives(first, worse, 1.0), *alternatives(first, likely, CLEAR)}
+    possible = (first, *(kind for kind in within if kind in others))
+    if others:
+        return NamedShape(None, possible, choice, limit, limit_tilt, budget, Verdict(tuple(unclear(possible))))
+    fit = choice.fits[first]
+    covered = fit.position_sd <= budget.total and fit.normal_sd <= budget.tilt
+    broken = (each for each in fit.verdict.broken if not (covered and each.assumption in OF_RESIDUALS))
+    return NamedShape(first, possible, choice, limit, limit_tilt, budget, Verdict(tuple(broken)))
+
+
+def _excess(fit: PrimitiveFit[PrimitiveShape], over: PrimitiveFit[PrimitiveShape], budget: MapBudget) -> float:
+    """By how much a fit misses more than another, over what the budget explains."""
+    off = math.sqrt(max(fit.position_sd**2 - over.position_sd**2, 0.0))
+    turned = math.sqrt(max(fit.normal_sd**2 - over.normal_sd**2, 0.0))
+    return max(off / max(budget.total, SHORTEST), turned / budget.tilt)
+
+
+def _leaning(near: tuple[PrimitiveKind, ...]) -> Iterator[BrokenAssumption]:
+    if near:
+        found = f"points are those of {' or '.join(kind.value for kind in near)}, normals are not"
+        remedy = "check the sensor's calibration, or feel more of the object"
+        yield BrokenAssumption(Assumption.CONSISTENT, found, remedy)
 
 
 def white_tilt(cloud: TouchCloud) -> float:

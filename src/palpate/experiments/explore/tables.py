@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 
+from palpate.estimation import Assumption
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.named_shape import NamedShape
-from palpate.mapping import FitStatus, PrimitiveFit, PrimitiveKind
+from palpate.mapping import PrimitiveFit, PrimitiveKind
 from palpate.mapping.layers import VertexLayer
 from palpate.mapping.primitives.shape import TURNS, PrimitiveShape
 from palpate.robots.known_truth import NOT_KNOWN
@@ -134,9 +135,8 @@ def shape_name(shape: NamedShape, felt_little: bool = False) -> str:
     """Return the shape in a word or three; `felt_little` is `ExploredMap.felt_little`."""
     if shape.kind is not None:
         return shape.kind.value
-    near = [kind.value for kind in shape.choice.fits if shape.is_near(kind)]
-    if near and not felt_little:
-        return f"unclear: {' or '.join(near)}"
+    if shape.possible and not felt_little:
+        return f"unclear: {' or '.join(kind.value for kind in shape.possible)}"
     return "unclear" if felt_little else "none of these"
 
 
@@ -145,12 +145,12 @@ def shape_sentence(shape: NamedShape, felt_little: bool = False) -> str:
     if felt_little and shape.kind is None:
         return f"Too little was felt to decide which shape it is. {shape_sentence(shape)}"
     limits = f"{_mm(shape.limit)} mm and {math.degrees(shape.limit_tilt):.2g} degrees"
-    if shape.fit is None and any(map(shape.is_near, shape.choice.fits)):
-        near = f"points are within {_mm(shape.limit)} mm of what was felt, normals are not"
-        return f"It is {shape_name(shape)}: {near}."
+    if shape.kind is None and shape.possible:
+        return f"It is {shape_name(shape)}: {shape.verdict.broken[0].finding}; {shape.verdict.broken[0].remedy}."
     if shape.fit is None:
         return f"None of these shapes comes within {limits} (RMS) of what was felt."
-    others = [kind.value for kind in shape.choice.fits if kind is not shape.kind and shape.is_within(kind)]
+    fits = shape.choice.fits
+    others = [kind.value for kind in fits if kind is not shape.kind and _is_within(shape, fits[kind])]
     also = f" Shapes with more parameters fit as well: {', '.join(others)}." if others else ""
     article = "an" if shape_name(shape)[0] in "aeiou" else "a"
     return (
@@ -177,8 +177,7 @@ def shape_rows(shape: NamedShape) -> tuple[Row, ...]:
         turned = fit.turn_sd[:2][np.isfinite(fit.turn_sd[:2])]
         note = f"± {math.degrees(1.96 * float(turned.max())):.2g} degrees" if len(turned) else ""
         rows.append(("its own z axis", f"{x:z.4f}, {y:z.4f}, {z:z.4f}", "", note))
-    if fit.status is not FitStatus.OK:
-        rows.append(("known", "weakly", "", f"too little of it was felt ({fit.status.name})"))
+    rows += [("not to be used", "", "", str(each)) for each in shape.verdict.broken]
     return tuple(rows)
 
 
@@ -188,18 +187,22 @@ def candidate_rows(shape: NamedShape) -> tuple[Row, ...]:
 
 
 def _candidate(shape: NamedShape, kind: PrimitiveKind, fit: PrimitiveFit[PrimitiveShape]) -> Row:
-    if fit.status is FitStatus.NO_SUCH_SHAPE:
+    if fit.verdict.breaks(Assumption.ENOUGH_DATA):
         return (kind.value, "-", "", "not seen: no two faces were felt")
     tilt = f"normals miss by {math.degrees(fit.normal_sd):.2g} degrees"
     if kind is shape.kind:
         verdict = "chosen"
-    elif shape.is_within(kind):
+    elif _is_within(shape, fit):
         verdict = "possible, but not the simplest"
-    elif fit.status in (FitStatus.AT_LIMIT, FitStatus.NOT_CONVERGED):
+    elif not fit.exists or fit.verdict.breaks(Assumption.CONVERGED):
         verdict = "no good fit"
     else:
         verdict = "too far off"
     return (kind.value, _mm(fit.position_sd), "mm", f"{verdict}; {tilt}")
+
+
+def _is_within(shape: NamedShape, fit: PrimitiveFit[PrimitiveShape]) -> bool:
+    return fit.exists and fit.position_sd <= shape.limit and fit.normal_sd <= shape.limit_tilt
 
 
 def _plus_minus(band: float) -> str:

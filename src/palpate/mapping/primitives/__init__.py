@@ -1,11 +1,10 @@
-"""Planes, spheres, cylinders, ellipsoids and boxes from touch, and which of them it is."""
+"""Planes, spheres, cylinders, ellipsoids, boxes and tori from touch, and which of them it is."""
 
 from palpate.mapping.primitives.box import BoxShape as BoxShape
 from palpate.mapping.primitives.choose import PrimitiveChoice as PrimitiveChoice
 from palpate.mapping.primitives.choose import choose_primitive as choose_primitive
 from palpate.mapping.primitives.cylinder import CylinderShape as CylinderShape
 from palpate.mapping.primitives.ellipsoid import EllipsoidShape as EllipsoidShape
-from palpate.mapping.primitives.fit import FitStatus as FitStatus
 from palpate.mapping.primitives.fit import PrimitiveFit as PrimitiveFit
 from palpate.mapping.primitives.fit import fit_ball as fit_ball
 from palpate.mapping.primitives.fit import fit_ellipsoid as fit_ellipsoid
@@ -15,3 +14,4 @@ from palpate.mapping.primitives.shape import PrimitiveKind as PrimitiveKind
 from palpate.mapping.primitives.shape import PrimitiveShape as PrimitiveShape
 from palpate.mapping.primitives.sphere import SphereShape as SphereShape
 from palpate.mapping.primitives.structure import Structure as Structure
+from palpate.mapping.primitives.torus import TorusShape as TorusShape

@@ -1,47 +1,33 @@
-"""Shapes fitted to contacts, with covariance and status."""
+"""Shapes fitted to contacts, with covariance and verdict."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any, Generic
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import Assumption, BrokenAssumption, Verdict
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.primitives.box import BoxShape, box_starts
 from palpate.mapping.primitives.cylinder import CylinderShape, cylinder_starts
 from palpate.mapping.primitives.ellipsoid import EllipsoidShape, ellipsoid_starts
+from palpate.mapping.primitives.fit_checks import determination, residual_checks
 from palpate.mapping.primitives.plane import PlaneShape, plane_starts
 from palpate.mapping.primitives.shape import PrimitiveKind, PrimitiveShape
 from palpate.mapping.primitives.solve import Shape, Solution, linearised, log_likelihood, solve
 from palpate.mapping.primitives.sphere import SphereShape, sphere_starts
-
-WEAK_RELATIVE_SD = 0.1
-"""Above this standard deviation of a size, relative to it, the points say little about it."""
+from palpate.mapping.primitives.torus import TorusShape, torus_starts
 
 UNDETERMINED_SD = 1e6
 """A combination of unknowns with a standard deviation above so many of the best determined one's is not determined
 by the points; rounding alone gives about 1e8."""
 
 
-class FitStatus(IntEnum):
-    """Whether a fitted shape can be relied on."""
-
-    OK = 0
-    """Converged, and the points determine every size that they touch both ends of."""
-    WEAK = 1
-    """Converged, but a size is known to no better than `WEAK_RELATIVE_SD` (a shallow cap), or left open (a box of
-    which two faces were touched)."""
-    AT_LIMIT = 2
-    """A size ran to its limit: as good as flat, or endless, at the level of the noise."""
-    UNDETERMINED = 3
-    """Some pose or size does not matter to these points: its standard deviation is infinite."""
-    NOT_CONVERGED = 4
-    """The iteration gave up."""
-    NO_SUCH_SHAPE = 5
-    """The points show nothing to begin with: no two faces of a box. There is no shape then."""
+TIP_SIZE_SD = 5e-5
+"""What all points may be off along their normals because the tip has another size [m]: a caliper reads a turned or
+printed tip to 0.1 mm, which is two standard deviations."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +35,11 @@ class PrimitiveFit(Generic[Shape]):
     """A shape nearest to points and normals, in the frame of the points.
 
     The covariance takes errors as independent from point to point apart from `correlation_points`, with sizes
-    estimated from the residuals. A constant offset of every point along the normal, or a constant outward tilt of
-    normals, goes into the sizes unseen: carry such a bias as a term of its own.
+    estimated from the residuals, and a constant offset of every point along its normal of which only the standard
+    deviation is known: no contact shows it.
 
     Attributes:
-        shape: The shape. Not to be used if the status is NO_SUCH_SHAPE.
+        shape: The shape; of NaN where the points show nothing to begin with, as no two faces of a box.
         covariance: Of (shift along the shape's axes [m], turn about them [rad], sizes [m]), shape (6 + s, 6 + s).
             Zero for motions that leave the surface as it is (a turned sphere, a plane shifted along itself),
             infinite variance for what the points leave open.
@@ -61,7 +47,7 @@ class PrimitiveFit(Generic[Shape]):
         normal_sd: Error of a normal in each direction, from the residuals [rad].
         condition: Ratio of the worst to the best determined combination of unknowns, by standard deviation,
             lengths in units of the extent of the points.
-        status: See `FitStatus`.
+        verdict: Whether it can be used.
         point_count: Number of points used.
         distance: Signed distance of each point from the surface, positive outside, shape (n,) [m].
         tilt: Measured less fitted normal of each point, in the frame of the points, shape (n, 3); reduced where
@@ -75,12 +61,17 @@ class PrimitiveFit(Generic[Shape]):
     position_sd: float
     normal_sd: float
     condition: float
-    status: FitStatus
+    verdict: Verdict
     point_count: int
     distance: FloatArray
     tilt: FloatArray
     unknowns: int
     log_likelihood: float
+
+    @property
+    def exists(self) -> bool:
+        """Whether the points show such a shape at all: neither none to begin with, nor one at a limit."""
+        return not (self.verdict.breaks(Assumption.ENOUGH_DATA) or self.verdict.breaks(Assumption.WITHIN_BOUNDS))
 
     @property
     def center_sd(self) -> FloatArray:
@@ -109,25 +100,34 @@ _STARTS: Mapping[PrimitiveKind, tuple[type[PrimitiveShape], Callable[[FloatArray
     PrimitiveKind.CYLINDER: (CylinderShape, cylinder_starts),
     PrimitiveKind.ELLIPSOID: (EllipsoidShape, ellipsoid_starts),
     PrimitiveKind.BOX: (BoxShape, box_starts),
+    PrimitiveKind.TORUS: (TorusShape, torus_starts),
 }
 
 
-def fit_ball(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[SphereShape]:
+def fit_ball(
+    cloud: TouchCloud, *, correlation_points: float = 1.0, offset_sd: float = TIP_SIZE_SD
+) -> PrimitiveFit[SphereShape]:
     """Return the sphere nearest to points and normals, see `fit_primitive`; `fit_sphere` goes by points alone.
 
     On a cap of 15 degrees normals make the radius four times as good; but where they all lean outwards by half a
     degree, points alone are three times better.
     """
-    return _fit(cloud, PrimitiveKind.SPHERE, correlation_points)
+    return _fit(cloud, PrimitiveKind.SPHERE, correlation_points, offset_sd)
 
 
-def fit_ellipsoid(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[EllipsoidShape]:
+def fit_ellipsoid(
+    cloud: TouchCloud, *, correlation_points: float = 1.0, offset_sd: float = TIP_SIZE_SD
+) -> PrimitiveFit[EllipsoidShape]:
     """Return the ellipsoid nearest to points and normals; see `fit_primitive`."""
-    return _fit(cloud, PrimitiveKind.ELLIPSOID, correlation_points)
+    return _fit(cloud, PrimitiveKind.ELLIPSOID, correlation_points, offset_sd)
 
 
 def fit_primitive(
-    cloud: TouchCloud, kind: PrimitiveKind, *, correlation_points: float = 1.0
+    cloud: TouchCloud,
+    kind: PrimitiveKind,
+    *,
+    correlation_points: float = 1.0,
+    offset_sd: float = TIP_SIZE_SD,
 ) -> PrimitiveFit[PrimitiveShape]:
     """Return the shape of one kind that is nearest to points and normals.
 
@@ -138,19 +138,24 @@ def fit_primitive(
         cloud: What was felt; thin a dense one first (`TouchCloud.thinned`), a few hundred points do.
         kind: Which shape.
         correlation_points: Over how many neighbouring points errors are alike, as in `fit_sphere`.
+        offset_sd: By how much all points may be off along their normals at once [m]; 0 where the tip's size is
+            exact.
 
     Raises:
-        InvalidValueError: Fewer points than unknowns, all points in one place, or `correlation_points` below 1.
+        InvalidValueError: Fewer points than unknowns, all points in one place, `correlation_points` below 1, or
+            `offset_sd` below 0.
     """
-    return _fit(cloud, kind, correlation_points)
+    return _fit(cloud, kind, correlation_points, offset_sd)
 
 
-def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float) -> PrimitiveFit[Any]:
+def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float, offset_sd: float) -> PrimitiveFit[Any]:
     """Fit in units of the points' size about their middle, and bring the result back."""
     if not (np.isfinite(correlation_points) and correlation_points >= 1.0):
         raise InvalidValueError(
             f"correlation_points = {correlation_points!r}: must be a finite number, 1 or above"
         )
+    if not (np.isfinite(offset_sd) and offset_sd >= 0.0):
+        raise InvalidValueError(f"offset_sd = {offset_sd!r} m: must be a finite length, 0 or above")
     form, starts = _STARTS[kind]
     if len(cloud) < form.MIN_POINTS:
         raise InvalidValueError(
@@ -169,17 +174,21 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float) -> P
     found: Solution[Any] = solve(candidates, points, cloud.normal)
     if kind is PrimitiveKind.ELLIPSOID:
         found = _renamed(found, points, cloud.normal)
-    free, condition, undetermined = _covariance(found, correlation_points)
+    free, condition, undetermined = _covariance(found, correlation_points, offset_sd / scale)
     covariance = _in_sizes(found.shape, free, scale)
     shape = found.shape.placed(origin, scale, cloud.position)
-    status = _status(found, shape, covariance, undetermined)
+    sizes_sd = np.sqrt(covariance.diagonal()[6:])
+    broken = (
+        *determination(found, shape, sizes_sd, undetermined),
+        *residual_checks(found, points, cloud.normal, correlation_points),
+    )
     return PrimitiveFit(
         shape=shape,
         covariance=covariance,
         position_sd=scale * found.distance_sd,
         normal_sd=found.normal_sd,
         condition=condition,
-        status=status,
+        verdict=Verdict(broken),
         point_count=len(cloud),
         distance=scale * found.at.distance,
         tilt=found.trust[:, np.newaxis] * found.at.normal @ found.shape.rotation.T,
@@ -188,7 +197,9 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float) -> P
     )
 
 
-def _covariance(found: Solution[Any], correlation_points: float) -> tuple[FloatArray, float, bool]:
+def _covariance(
+    found: Solution[Any], correlation_points: float, offset_sd: float
+) -> tuple[FloatArray, float, bool]:
     """Return the covariance of the free unknowns, its condition, and whether something is left open."""
     J = found.jacobian
     count = J.shape[1]
@@ -200,7 +211,10 @@ def _covariance(found: Solution[Any], correlation_points: float) -> tuple[FloatA
         return np.full((count, count), np.inf), condition, True
     spread = axes[~lost].T / singular[~lost]
     variance = correlation_points * effective / (effective - count)
-    covariance = variance * (spread @ spread.T)
+    together = np.zeros((len(found.trust), 4))
+    together[:, 0] = offset_sd / found.distance_sd
+    moved = spread @ (spread.T @ (J.T @ together.ravel()))
+    covariance = variance * (spread @ spread.T) + np.outer(moved, moved)
     open_ended = (np.abs(axes[lost]) > 1e-3).any(axis=0)
     covariance[open_ended, open_ended] = np.inf
     return covariance, condition, bool(lost.any())
@@ -224,22 +238,6 @@ def _in_sizes(shape: PrimitiveShape, free: FloatArray, scale: float) -> FloatArr
     return np.asarray(covariance)
 
 
-def _status(found: Solution[Any], shape: PrimitiveShape, covariance: FloatArray, undetermined: bool) -> FitStatus:
-    if not found.converged:
-        return FitStatus.NOT_CONVERGED
-    if isinstance(found.shape, BoxShape):
-        if found.shape.at_limit:
-            return FitStatus.WEAK
-    elif found.shape.at_limit:
-        return FitStatus.AT_LIMIT
-    if undetermined:
-        return FitStatus.UNDETERMINED
-    sd, sizes = np.sqrt(covariance.diagonal()[6:]), shape.sizes
-    if isinstance(shape, BoxShape):  # a rounding of next to nothing is known well enough
-        sd, sizes = sd[:3][np.isfinite(sd[:3])], sizes[:3][np.isfinite(sd[:3])]
-    return FitStatus.WEAK if bool((sd > WEAK_RELATIVE_SD * sizes).any()) else FitStatus.OK
-
-
 def _renamed(found: Solution[EllipsoidShape], points: FloatArray, normals: FloatArray) -> Solution[EllipsoidShape]:
     """The same ellipsoid, its axes in order of length."""
     shape = found.shape.sorted_axes()
@@ -258,7 +256,9 @@ def _no_shape(form: type[PrimitiveShape], cloud: TouchCloud) -> PrimitiveFit[Any
         position_sd=float("inf"),
         normal_sd=float("inf"),
         condition=float("inf"),
-        status=FitStatus.NO_SUCH_SHAPE,
+        verdict=Verdict(
+            (BrokenAssumption(Assumption.ENOUGH_DATA, "no two faces were felt", "feel round an edge of it"),)
+        ),
         point_count=len(cloud),
         distance=np.full(len(cloud), np.nan),
         tilt=np.full((len(cloud), 3), np.nan),

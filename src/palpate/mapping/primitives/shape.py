@@ -21,6 +21,7 @@ class PrimitiveKind(Enum):
     CYLINDER = "cylinder"
     ELLIPSOID = "ellipsoid"
     BOX = "box"
+    TORUS = "torus"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,178 @@
+"""Whether a fitted shape can be used: what determines it, and whether its residuals are noise."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.special import chdtrc, ndtri
+
+from palpate.errors import FloatArray
+from palpate.estimation import (
+    Assumption,
+    BrokenAssumption,
+    white_in_direction,
+    white_in_place,
+    white_in_time,
+)
+from palpate.mapping.primitives.box import BoxShape
+from palpate.mapping.primitives.shape import PrimitiveShape
+from palpate.mapping.primitives.solve import FINEST, Shape, Solution
+
+WEAK_RELATIVE_SD = 0.1
+"""Above this standard deviation of a size, relative to it, the points say little about it."""
+
+CHANCE = 1e-3
+"""Probability under noise alone below which a test counts as failed: six tests refuse about 1 fit in 200."""
+
+MOST_LEVERAGE = 0.5
+"""Of one contact on its own residual, from which on the fit follows it (Huber, "Robust Statistics", 1981)."""
+
+APART = 3.0
+"""Contacts share their errors over so many correlation lengths; tests take means over these."""
+
+FEWEST = 10
+"""Such means for tests of whiteness."""
+
+MEDIAN_ERROR = 1.17
+"""Relative standard deviation of a scale from a median of n absolute values, times the root of n."""
+
+FEEL_MORE = "feel more of the object, where it curves"
+
+
+def determination(
+    found: Solution[Shape], shape: PrimitiveShape, sizes_sd: FloatArray, lost: bool
+) -> Iterator[BrokenAssumption]:
+    """Return what keeps the points from determining the shape.
+
+    Args:
+        found: In scaled units.
+        shape: The same in metres.
+        sizes_sd: Of its sizes [m].
+        lost: Whether some combination of unknowns does not matter to the points.
+    """
+    if not found.converged:
+        yield BrokenAssumption(Assumption.CONVERGED, "the fit still moved when its steps ran out", FEEL_MORE)
+    sd, sizes = sizes_sd, shape.sizes
+    if isinstance(shape, BoxShape):
+        # a rounding of next to nothing is known well enough, and a length with one end felt is reported as open
+        sd, sizes = sd[:3], np.where(np.isfinite(sd[:3]) | found.shape.at_limit, sizes[:3], np.inf)
+    elif found.shape.at_limit:
+        longest = ", ".join(f"{1e3 * size:.3g} mm" for size in sizes)
+        yield BrokenAssumption(
+            Assumption.WITHIN_BOUNDS,
+            f"sizes of {longest} are at a limit: the points show a simpler shape",
+            "take the simpler shape, or " + FEEL_MORE,
+        )
+    weak = sd > WEAK_RELATIVE_SD * sizes
+    if lost or weak.any():
+        names = [f"{name} ± {1e3 * s:.2g} mm" for name, s, off in zip(shape.SIZES, sd, weak, strict=False) if off]
+        most = f", at most {100.0 * WEAK_RELATIVE_SD:g} % of each" if names else ""
+        yield BrokenAssumption(
+            Assumption.CONDITIONED, (", ".join(names) or "a turn or shift does not matter") + most, FEEL_MORE
+        )
+
+
+def residual_checks(
+    found: Solution[Shape], points: FloatArray, normals: FloatArray, correlation_points: float
+) -> Iterator[BrokenAssumption]:
+    """Return what makes the residuals look like something else than noise.
+
+    Args:
+        found: In scaled units.
+        points: In the order they were felt, shape (n, 3), in the same units.
+        normals: Measured, shape (n, 3).
+        correlation_points: Over how many points errors are alike.
+    """
+    tilt = found.trust[:, np.newaxis] * found.at.normal @ found.shape.rotation.T
+    tilt = tilt @ np.linalg.eigh(points.T @ points)[1]  # along axes that turn with the points
+    columns = [column for column in (found.at.distance, *tilt.T) if math.sqrt(np.mean(column**2)) > FINEST]
+    if not columns:
+        return
+    yield from _far_off(found.at.distance, tilt)
+    # few contacts lie on the edges of a box, and little hangs on its rounding
+    yield from _influence(found.jacobian[:, :-1] if isinstance(found.shape, BoxShape) else found.jacobian)
+    yield from _disagreement(found, correlation_points)
+    length = math.ceil(APART * correlation_points) if correlation_points > 1.0 else 1
+    count = len(points) // length
+    if count < FEWEST:
+        return
+    places, residuals = _means(points, length), _means(np.column_stack(columns), length)
+    facing = _means(normals @ found.shape.rotation - found.at.normal, length)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), FINEST)
+    tests = {
+        Assumption.WHITE_IN_TIME: [white_in_time(residuals)],
+        Assumption.WHITE_IN_PLACE: [white_in_place(places, each) for each in residuals.T],
+        Assumption.WHITE_IN_DIRECTION: [white_in_direction(facing, each) for each in residuals.T],
+    }
+    remedies = {
+        Assumption.WHITE_IN_TIME: "look for a drift, or give correlation_points",
+        Assumption.WHITE_IN_PLACE: "the object has another shape, or texture",
+        Assumption.WHITE_IN_DIRECTION: "check the tip's size, the sensor's calibration, or take another shape",
+    }
+    for assumption, chances in tests.items():
+        chance = min(chances) * len(chances)
+        if chance < CHANCE:
+            found_that = f"chance alone does so in {100.0 * chance:.2g} % of fits, at least {100.0 * CHANCE:g} %"
+            yield BrokenAssumption(assumption, found_that, remedies[assumption])
+
+
+def _far_off(distance: FloatArray, tilt: FloatArray) -> Iterator[BrokenAssumption]:
+    """Contacts off by more than the largest of n would be, at a scale from medians."""
+    n = len(distance)
+    loose = 1.0 + 3.0 * MEDIAN_ERROR / math.sqrt(n)
+    limits = (-float(ndtri(0.25 * CHANCE / n)), math.sqrt(-2.0 * math.log(0.5 * CHANCE / n)))
+    medians = (float(ndtri(0.75)), math.sqrt(2.0 * math.log(2.0)))
+    for what, size, limit, median in zip(
+        ("point", "normal"), (np.abs(distance), np.linalg.norm(tilt, axis=1)), limits, medians, strict=True
+    ):
+        sd = max(float(np.median(size)) / median, FINEST)
+        far = size > loose * limit * sd
+        if far.any():
+            yield BrokenAssumption(
+                Assumption.NO_OUTLIERS,
+                f"{what}s of {np.count_nonzero(far)} of {n} contacts are off by up to {size.max() / sd:.3g} "
+                f"standard deviations, at most {loose * limit:.2g}; the worst is number {int(size.argmax())}",
+                "leave these out, or look at what is there",
+            )
+
+
+def _influence(jacobian: FloatArray) -> Iterator[BrokenAssumption]:
+    U, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
+    leverage = (U[:, singular > 1e-9 * singular[0]] ** 2).sum(axis=1)
+    if leverage.max() > MOST_LEVERAGE:
+        yield BrokenAssumption(
+            Assumption.EVEN_INFLUENCE,
+            f"contact {int(leverage.argmax()) // 4} decides {100.0 * leverage.max():.0f} % of its own residual, "
+            f"at most {100.0 * MOST_LEVERAGE:.0f} %",
+            "feel more contacts near it",
+        )
+
+
+def _disagreement(found: Solution[Shape], correlation_points: float) -> Iterator[BrokenAssumption]:
+    """A score test: at the fit, what points pull at the unknowns, normals pull back; more than noise would?
+
+    The gradient g of the points' part has covariance A_p (A_p + A_n)^-1 A_n, for information A of points and
+    normals.
+    """
+    rows = found.jacobian.reshape(len(found.trust), 4, -1)
+    of_points = rows[:, 0]
+    P, N = of_points.T @ of_points, np.einsum("nij,nik->jk", rows[:, 1:], rows[:, 1:])
+    g = of_points.T @ (found.at.distance / found.distance_sd)
+    scale = 1.0 / np.sqrt(np.maximum((P + N).diagonal(), FINEST))
+    P, N, g = P * np.outer(scale, scale), N * np.outer(scale, scale), g * scale
+    values, axes = np.linalg.eigh(P @ np.linalg.pinv(P + N, rcond=1e-9, hermitian=True) @ N)
+    shared = values > 1e-6
+    if not shared.any():
+        return
+    square = float(((axes[:, shared].T @ g) ** 2 / values[shared]).sum()) / correlation_points
+    if chdtrc(int(shared.sum()), square) < CHANCE:
+        yield BrokenAssumption(
+            Assumption.CONSISTENT,
+            f"points and normals ask for shapes {math.sqrt(square):.3g} standard deviations apart",
+            "look for a drift, for leaning normals, or take another shape",
+        )
+
+
+def _means(rows: FloatArray, length: int) -> FloatArray:
+    count = len(rows) // length
+    return np.asarray(rows[: count * length].reshape(count, length, -1).mean(axis=1))
