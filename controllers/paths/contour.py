@@ -3,6 +3,7 @@
 import math
 
 from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.features import FeatureLimits
 from palpate.controllers.paths.legs import Circuit, Hop, Leg, LegEnd, LegResult
 from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
@@ -53,7 +54,7 @@ class Contour:
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._mark_recorder = MarkRecorder()
+        self._mark_recorder = MarkRecorder(FeatureLimits(together=0.0))
         self._next = 0
         self.closed = False
         self.beginning: Vector | None = None

@@ -1,18 +1,35 @@
 """Edges, steps, holes and concavities too tight for the tip, from how contact and tip move.
 
-With an outward normal n the middle of a spherical tip is c + R n, so as it rolls dp = dc + R dn. On a convex edge
-the contact stays and the tip moves, dc = 0; in a concavity as tight as the tip, the tip stays and the contact
-moves, dp = 0, and where it is tighter the contact jumps across the tip. Both hold for every convex tip that keeps
-its orientation; only how far the normal turns differs.
+With an outward normal n the middle of a spherical tip is c + R n, so as it rolls dp = dc + R dn. On a surface of
+radius r, positive where it is convex, dc = r dn: the contact goes where the normal turns to on a convex edge, and
+against it in a concavity. On a sharp edge the contact stays and the tip moves, dc = 0; in a concavity as tight as
+the tip, the tip stays and the contact moves, dp = 0, and where it is tighter the contact jumps across the tip or,
+felt at both points at once, moves across as if it were as tight as the tip. This holds for every convex tip that
+keeps its orientation, but for how far the normal turns.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.marks import Mark, PathEvent
-from palpate.errors import positive
+from palpate.errors import not_negative, positive
 from palpate.spatial import Vector, add, dot, norm, scale, subtract
+
+STILL = math.radians(1.5)
+"""A turn begins where the normal was last within so much of the anchor's: three standard deviations of one."""
+
+QUIET = 1e-3
+"""Path length of the tip without a turn after which a feature has ended [m]."""
+
+MOST = math.radians(120.0)
+"""A radius is taken of no longer an arc: from its chord, which says nothing of a full turn."""
+
+RESTS = 0.1
+"""In a concavity as sharp as the tip, the tip moves by less than this share of what the contact does."""
+
+SHARP = 0.1
+"""A convex edge is sharp if its radius is below this share of what the tip rolled about it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,19 +42,58 @@ class FeatureLimits:
         window: A jump must happen while the tip moves less than this [m].
         contrast: On an edge the contact moves this many times less than the tip; in a corner, more: a convex
             radius below R / (contrast - 1), a concave one below R contrast / (contrast - 1).
-        together: Features within this path length of the tip belong together [m]: about the width of the tip.
+        together: Features within this path length of the tip belong together [m], as a step or a hole: about the
+            width of the tip; 0: each is by itself.
         step: Least difference of heights that makes a step [m].
     """
 
     turn: float = math.radians(15.0)
     window: float = 3e-4
-    contrast: float = 4.0
+    contrast: float = 2.5
     together: float = 8e-3
     step: float = 3e-4
 
     def __post_init__(self) -> None:
-        for name, unit in (("turn", "rad"), ("window", "m"), ("contrast", ""), ("together", "m"), ("step", "m")):
+        for name, unit in (("turn", "rad"), ("window", "m"), ("contrast", ""), ("step", "m")):
             positive(name, getattr(self, name), unit)
+        not_negative("together", self.together, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """A turn of the normal n, in which the contact c and the tip p move.
+
+    Attributes:
+        event: What it is.
+        level: The last period on the surface before it.
+        begun: Where it begins.
+        ended: Where it ends.
+        position: Where it was noticed [m].
+        angle: By how much the normal turned [rad].
+    """
+
+    event: PathEvent | None
+    level: ContactPeriod
+    begun: ContactPeriod
+    ended: ContactPeriod
+    position: Vector
+    angle: float
+
+    @property
+    def radius(self) -> float:
+        """Of the surface, positive where it is convex [m]."""
+        return radius_between(self.begun.contact, self.ended.contact, self.begun, self.ended)
+
+    @property
+    def rolled(self) -> float:
+        """Of the path of the tip, likewise [m]."""
+        return radius_between(self.begun.tip, self.ended.tip, self.begun, self.ended)
+
+
+def radius_between(a: Vector, b: Vector, begun: ContactPeriod, ended: ContactPeriod) -> float:
+    """Return the radius of an arc from a to b, over which the normal turned as between two periods [m]."""
+    dn = subtract(ended.normal, begun.normal)
+    return dot(subtract(b, a), dn) / dot(dn, dn)
 
 
 class FeatureWatch:
@@ -46,74 +102,95 @@ class FeatureWatch:
     def __init__(self, limits: FeatureLimits | None = None) -> None:
         self._limits = limits or FeatureLimits()
         self._least_cos = math.cos(self._limits.turn)
-        self._before: ContactPeriod | None = None  # where the window began
-        self._anchor: ContactPeriod | None = None  # since when the contact stays
+        self._anchor: ContactPeriod | None = None  # since when contact and tip do not move alike
         self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
-        self._level: ContactPeriod | None = None  # the last before the present group of features
-        self._found: list[tuple[PathEvent, Vector]] = []
+        self._still: ContactPeriod | None = None  # the last with the anchor's normal
+        self._turning: _Turn | None = None
+        self._found: list[_Turn] = []
         self._since = 0.0  # path length of the tip since the last of them
         self._last: ContactPeriod | None = None
-        self._edge_reported = False
 
     def feel(self, felt: ContactPeriod) -> Mark | None:
         """Take one period; return what was completed, usually nothing."""
-        last, before, anchor = self._last, self._before, self._anchor
+        last, anchor, still = self._last, self._anchor, self._still
         self._last = felt
-        if last is None or before is None or anchor is None:
-            self._before = self._anchor = felt
+        if last is None or anchor is None or still is None:
+            self._anchor = self._still = felt
             return None
-        limits = self._limits
-        self._since += norm(subtract(felt.tip, last.tip))
-        moved, went = norm(subtract(felt.contact, before.contact)), norm(subtract(felt.tip, before.tip))
-        if moved > limits.contrast * went and dot(felt.normal, before.normal) < self._least_cos:
-            self._note(PathEvent.TIGHT, scale(0.5, add(felt.contact, before.contact)), before)
-            self._before = self._anchor = felt
-            self._edge_reported = False
-            return None
-        if went >= limits.window:
-            self._before = felt
+        cosine, contrast = dot(felt.normal, anchor.normal), self._limits.contrast
         moved, went = norm(subtract(felt.contact, anchor.contact)), norm(subtract(felt.tip, anchor.tip))
-        if went > limits.window and limits.contrast * moved > went:
-            self._calm, self._anchor, self._edge_reported = anchor, felt, False
-        elif not self._edge_reported and dot(felt.normal, anchor.normal) < self._least_cos:
-            self._edge_reported = True
-            self._note(PathEvent.EDGE, felt.contact, self._calm or anchor)
-        if self._found and self._since > limits.together:
-            return self.close()
-        return None
+        if cosine < self._least_cos:
+            jumped = dot(felt.normal, last.normal) < self._least_cos
+            self._turned(self._calm or anchor, last if jumped else still, felt)
+            self._anchor = self._still = felt
+        elif went > self._limits.window and contrast * moved > went and contrast * went > moved:
+            self._since += went
+            self._calm = anchor
+            self._anchor = self._still = felt
+        elif cosine >= math.cos(STILL):
+            self._still = felt
+        if self._since > max(self._limits.together, QUIET):
+            self._finish()
+        return self._emit() if self._since >= self._limits.together else None
 
     def close(self) -> Mark | None:
         """Return what is still open, at the end of a leg; then start afresh."""
-        found, level, now = self._found, self._level, self._last
-        self._found, self._level = [], None
-        if not found or level is None or now is None:
-            return None
-        kinds = {event for event, _ in found}
-        position = found[0][1]
-        rise = dot(subtract(now.contact, level.contact), level.normal)
-        both = PathEvent.STEP if abs(rise) > self._limits.step else PathEvent.HOLE
-        event = both if len(kinds) > 1 else found[0][0]
-        return Mark(event, position, _reason(event, rise))
+        self._finish()
+        return self._emit()
 
     def leave(self) -> Mark | None:
         """Return what is still open, and forget where the tip was: it lifts."""
         mark = self.close()
-        self._before = self._anchor = self._calm = self._last = None
-        self._edge_reported = False
+        self._anchor = self._calm = self._still = self._last = None
         return mark
 
-    def _note(self, event: PathEvent, position: Vector, level: ContactPeriod) -> None:
-        if not self._found:
-            self._level = level
-        self._found.append((event, position))
-        self._since = 0.0
+    def _turned(self, level: ContactPeriod, begun: ContactPeriod, felt: ContactPeriod) -> None:
+        """Take a turn of the normal from one period to another."""
+        turn = _Turn(None, level, begun, felt, felt.contact, math.acos(min(dot(begun.normal, felt.normal), 1.0)))
+        if self._limits.contrast * abs(turn.radius) < turn.rolled:
+            turn = replace(turn, event=PathEvent.EDGE)
+        elif -turn.radius > self._limits.contrast * abs(turn.rolled):
+            middle = scale(0.5, add(felt.contact, begun.contact))
+            rests = abs(turn.rolled) < RESTS * abs(turn.radius)
+            turn = replace(turn, event=PathEvent.TIGHT if rests else PathEvent.FILLET, position=middle)
+        before = self._turning
+        if turn.event is not None:
+            self._since = 0.0
+        if before is None or before.event is not turn.event:
+            self._finish()
+            self._turning = turn
+        elif before.angle + turn.angle < MOST:
+            self._turning = replace(before, ended=felt, angle=before.angle + turn.angle)
+
+    def _finish(self) -> None:
+        turn, self._turning = self._turning, None
+        if turn is not None and turn.event is not None:
+            self._found.append(turn)
+
+    def _emit(self) -> Mark | None:
+        found, now = self._found, self._last
+        if not found or now is None:
+            return None
+        self._found = []
+        first, level = found[0], found[0].level
+        if first.event is not None and len({turn.event is PathEvent.EDGE for turn in found}) == 1:
+            turn = max(found, key=lambda each: each.angle)
+            return Mark(first.event, first.position, _bend(turn), turn.radius)
+        rise = dot(subtract(now.contact, level.contact), level.normal)
+        if abs(rise) > self._limits.step:
+            side = "higher" if rise > 0.0 else "lower"
+            reason = f"beyond an edge the surface goes on {1e3 * abs(rise):.2f} mm {side}"
+            return Mark(PathEvent.STEP, first.position, reason)
+        return Mark(PathEvent.HOLE, first.position, "an opening narrower than the tip: its bottom was not felt")
 
 
-def _reason(event: PathEvent, rise: float) -> str:
-    if event is PathEvent.EDGE:
-        return "the tip rolled over a convex edge"
-    if event is PathEvent.TIGHT:
-        return "the contact jumped across the tip: what lies between is tighter than the tip and was not felt"
-    if event is PathEvent.STEP:
-        return f"beyond an edge the surface goes on {1e3 * abs(rise):.2f} mm {'higher' if rise > 0.0 else 'lower'}"
-    return "an opening narrower than the tip: its bottom was not felt"
+def _bend(turn: _Turn) -> str:
+    """Return how the surface is bent there, in words."""
+    size = 1e3 * abs(turn.radius)
+    if turn.event is PathEvent.TIGHT:
+        return f"concave, sharper than the tip, which touched at two points: a radius of at most {size:.2f} mm"
+    if turn.event is PathEvent.FILLET:
+        return f"concave, a radius of {size:.2f} mm"
+    if turn.radius < SHARP * turn.rolled:
+        return f"convex, sharp: a radius of at most {1e3 * SHARP * turn.rolled:.2f} mm"
+    return f"convex, a radius of {size:.2f} mm"
