@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from palpate.controllers.paths import ContactPeriod, FeatureWatch, PathEvent
+from palpate.controllers.paths import ContactPeriod, FeatureLimits, FeatureWatch, PathEvent
 
 R = 4e-3
 
@@ -76,6 +78,39 @@ def test_the_tighter_concavity_is_distinguished_from_the_one_that_fits():
 
     assert [mark.event for mark in marks(bowl(0.5 * R))] == [PathEvent.TIGHT]
     assert marks(bowl(2.5 * R), ends=(-0.009, 0.009)) == []
+
+
+def followed(radius, tip, turn):
+    """A tip rolls along a line, an arc of a radius (positive: convex) and another line."""
+    for s in np.arange(-3e-3, abs(radius) * turn + 3e-3, 2e-5):
+        angle = math.copysign(min(max(s / max(abs(radius), 1e-9), 0.0), turn), radius)
+        along = min(s, 0.0) + max(s - abs(radius) * turn, 0.0)
+        out = np.array([math.sin(angle), 0.0, math.cos(angle)])
+        contact = radius * (out - [0.0, 0.0, 1.0]) + along * np.array([out[2], 0.0, -out[0]])
+        yield ContactPeriod(tuple(contact + tip * out), tuple(contact), tuple(out))
+
+
+@given(
+    radius=st.one_of(st.floats(2e-4, 0.6), st.floats(-1.6, -1.15)),
+    turn=st.floats(0.7, 2.5),
+    tip=st.floats(2e-3, 1e-2),
+)
+def test_a_mark_has_sign_and_radius_of_what_was_passed(radius, turn, tip):
+    watch, found = FeatureWatch(FeatureLimits(together=0.0)), []
+    for felt in followed(radius * tip, tip, turn):
+        mark = watch.feel(felt)
+        found += [mark] if mark else []
+    last = watch.leave()
+    (mark,) = found + ([last] if last else [])
+    assert mark.event is (PathEvent.EDGE if radius > 0.0 else PathEvent.FILLET)
+    assert mark.reason.startswith("convex" if radius > 0.0 else "concave")
+    assert mark.radius == pytest.approx(radius * tip, rel=0.05, abs=0.1 * tip)
+
+
+def test_a_corner_sharper_than_the_tip_is_no_edge_and_says_so():
+    (mark,) = marks(lambda x: np.abs(x))
+    assert (mark.event, mark.radius) == (PathEvent.TIGHT, pytest.approx(-R, rel=0.02))
+    assert "touched at two points: a radius of at most 4.0" in mark.reason
 
 
 def test_a_lift_between_two_places_is_no_jump():

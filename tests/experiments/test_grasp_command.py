@@ -4,6 +4,7 @@ import math
 from dataclasses import fields, replace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,6 +15,7 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.need import least_grip_of_two
 from palpate.errors import InvalidValueError
+from palpate.estimation import Assumption, BrokenAssumption
 from palpate.experiments.grasp.belief import COVERED, planned_with
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.experiment import GraspObject
@@ -26,7 +28,13 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer
-from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, friction_file_text
+from palpate.friction.friction_file import (
+    FrictionEstimate,
+    FrictionFile,
+    How,
+    friction_file_text,
+    load_friction_file,
+)
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
 from palpate.reporting.page import report_page
@@ -163,6 +171,17 @@ def test_a_grasp_is_never_planned_with_more_than_its_margin_covers(mu, below, of
         assert planned * (1.0 - covered) <= value * max(1.0 - share, 1.0 - covered) * (1.0 + 1e-12)
         if share <= covered:
             assert planned == pytest.approx(value)
+
+
+def test_friction_that_was_not_ok_is_refused_with_what_broke(tmp_path):
+    broken = BrokenAssumption(Assumption.WHITE_IN_DIRECTION, "mu is 0.5 along x, 0.3 along y", "take the least")
+    good = found(finding(0.4, 0.39, 0.41), finding(0.003, 0.0029, 0.0031))
+    rubbed = msgspec.structs.replace(good, broken=(broken,))
+    file = tmp_path / "friction.yaml"
+    file.write_text(friction_file_text(rubbed))
+    assert load_friction_file(file) == rubbed
+    with pytest.raises(InvalidValueError, match="0.5 along x.*take the least.*--believed-friction"):
+        plan_of(friction_file=file)
 
 
 def test_what_rubbing_found_is_planned_with_and_kept_for_the_replay(tmp_path):

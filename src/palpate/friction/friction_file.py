@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.errors import InvalidValueError, positive
+from palpate.estimation import BrokenAssumption
 from palpate.friction.limit_surface import LimitSurface
 from palpate.strict_decode import decode_file, load
 from palpate.yaml_text import yaml_text
@@ -82,6 +83,7 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
             at the slowest speed.
         loads: What was found at each load: what lies beyond the least and the largest nobody has rubbed.
         speeds: And at each speed, of one load.
+        broken: Assumptions that did not hold; none: numbers and intervals can be used.
     """
 
     palpate_friction: int
@@ -94,6 +96,7 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     static_friction: FrictionEstimate | None = None
     loads: tuple[LoadFinding, ...] = ()
     speeds: tuple[SpeedFinding, ...] = ()
+    broken: tuple[BrokenAssumption, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0.0 < self.friction.value <= LARGEST_FRICTION:

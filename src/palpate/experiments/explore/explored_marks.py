@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 import os
 from collections import Counter
 
@@ -24,15 +25,18 @@ def not_felt(marks: tuple[Mark, ...]) -> tuple[Mark, ...]:
 
 
 def write_marks_csv(marks: tuple[Mark, ...], path: str | os.PathLike[str]) -> None:
-    """Write marks as CSV, in order: x_m, y_m, z_m in the base frame, event, reason.
+    """Write marks as CSV, in order: x_m, y_m, z_m in the base frame, event, radius_m, reason.
+
+    The radius is that of the surface, positive where it is convex; empty where none was felt.
 
     Raises:
         OSError: The file cannot be written.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("x_m", "y_m", "z_m", "event", "reason"))
+    writer.writerow(("x_m", "y_m", "z_m", "event", "radius_m", "reason"))
     for mark in marks:
-        writer.writerow((*(f"{value:.6f}" for value in mark.position), mark.event.value, mark.reason))
+        radius = f"{mark.radius:z.6f}" if math.isfinite(mark.radius) else ""
+        writer.writerow((*(f"{value:.6f}" for value in mark.position), mark.event.value, radius, mark.reason))
     with replacing(path) as file:
         file.write(text.getvalue().encode())

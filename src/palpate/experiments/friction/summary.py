@@ -76,6 +76,7 @@ def friction_file(
             )
             for each in found.speeds
         ),
+        broken=found.verdict.broken,
     )
 
 

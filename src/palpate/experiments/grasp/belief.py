@@ -4,6 +4,7 @@ import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.errors import InvalidValueError
+from palpate.estimation import Verdict
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
 from palpate.experiments.grasp.grip_laws import LIMIT_SURFACE
 from palpate.experiments.grasp.nudged import NotedNudge
@@ -85,8 +86,13 @@ def planned_with(found: FrictionFile) -> LimitSurface:
     grip any load needs. What 1 costs where the truth is 2 is 41 % at most.
 
     Raises:
-        InvalidValueError: Nothing is known of spinning.
+        InvalidValueError: Nothing is known of spinning, or an assumption did not hold by which it was found.
     """
+    if found.broken:
+        raise InvalidValueError(
+            f"these numbers are not to be used: {Verdict(found.broken)}; rub again, or type what you believe "
+            "(--believed-friction, --believed-spin-length)"
+        )
     measured = found.limit_surface()  # refuses, if nothing is known of spinning
     assert found.spin_length is not None
     mu, e = (

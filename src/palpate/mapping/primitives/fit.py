@@ -13,7 +13,7 @@ from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.primitives.box import BoxShape, box_starts
 from palpate.mapping.primitives.cylinder import CylinderShape, cylinder_starts
 from palpate.mapping.primitives.ellipsoid import EllipsoidShape, ellipsoid_starts
-from palpate.mapping.primitives.fit_checks import determination, residual_checks
+from palpate.mapping.primitives.fit_checks import SmoothErrors, determination, residual_checks
 from palpate.mapping.primitives.plane import PlaneShape, plane_starts
 from palpate.mapping.primitives.shape import PrimitiveKind, PrimitiveShape
 from palpate.mapping.primitives.solve import Shape, Solution, linearised, log_likelihood, solve
@@ -35,8 +35,8 @@ class PrimitiveFit(Generic[Shape]):
     """A shape nearest to points and normals, in the frame of the points.
 
     The covariance takes errors as independent from point to point apart from `correlation_points`, with sizes
-    estimated from the residuals, and a constant offset of every point along its normal of which only the standard
-    deviation is known: no contact shows it.
+    estimated from the residuals, and allow for what no contact shows: a tip of another size, and a robot and an
+    object that are not quite true (`SmoothErrors`).
 
     Attributes:
         shape: The shape; of NaN where the points show nothing to begin with, as no two faces of a box.
@@ -138,8 +138,8 @@ def fit_primitive(
         cloud: What was felt; thin a dense one first (`TouchCloud.thinned`), a few hundred points do.
         kind: Which shape.
         correlation_points: Over how many neighbouring points errors are alike, as in `fit_sphere`.
-        offset_sd: By how much all points may be off along their normals at once [m]; 0 where the tip's size is
-            exact.
+        offset_sd: By how much all points may be off along their normals at once [m], and 0.3 of it smoothly over
+            place and time; 0 where tip and robot are exact.
 
     Raises:
         InvalidValueError: Fewer points than unknowns, all points in one place, `correlation_points` below 1, or
@@ -174,13 +174,14 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float, offs
     found: Solution[Any] = solve(candidates, points, cloud.normal)
     if kind is PrimitiveKind.ELLIPSOID:
         found = _renamed(found, points, cloud.normal)
-    free, condition, undetermined = _covariance(found, correlation_points, offset_sd / scale)
+    smooth = SmoothErrors.of(points, cloud.normal, offset_sd / scale)
+    free, condition, undetermined = _covariance(found, correlation_points, smooth)
     covariance = _in_sizes(found.shape, free, scale)
     shape = found.shape.placed(origin, scale, cloud.position)
     sizes_sd = np.sqrt(covariance.diagonal()[6:])
     broken = (
         *determination(found, shape, sizes_sd, undetermined),
-        *residual_checks(found, points, cloud.normal, correlation_points),
+        *residual_checks(found, points, cloud.normal, correlation_points, smooth),
     )
     return PrimitiveFit(
         shape=shape,
@@ -198,7 +199,7 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float, offs
 
 
 def _covariance(
-    found: Solution[Any], correlation_points: float, offset_sd: float
+    found: Solution[Any], correlation_points: float, smooth: SmoothErrors
 ) -> tuple[FloatArray, float, bool]:
     """Return the covariance of the free unknowns, its condition, and whether something is left open."""
     J = found.jacobian
@@ -211,10 +212,9 @@ def _covariance(
         return np.full((count, count), np.inf), condition, True
     spread = axes[~lost].T / singular[~lost]
     variance = correlation_points * effective / (effective - count)
-    together = np.zeros((len(found.trust), 4))
-    together[:, 0] = offset_sd / found.distance_sd
-    moved = spread @ (spread.T @ (J.T @ together.ravel()))
-    covariance = variance * (spread @ spread.T) + np.outer(moved, moved)
+    inverse = spread @ spread.T
+    moved = smooth.moved(found, inverse)
+    covariance = variance * inverse + moved @ moved.T
     open_ended = (np.abs(axes[lost]) > 1e-3).any(axis=0)
     covariance[open_ended, open_ended] = np.inf
     return covariance, condition, bool(lost.any())

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc, ndtri
@@ -26,6 +27,12 @@ CHANCE = 1e-3
 
 MOST_LEVERAGE = 0.5
 """Of one contact on its own residual, from which on the fit follows it (Huber, "Robust Statistics", 1981)."""
+
+THIN = 0.1
+"""Of the points' size: what they extend by less along an axis is no place."""
+
+SMOOTH_SHARE = 0.3
+"""Of the standard deviation of the tip's size: 0.015 mm for each way in which robot and object are not true."""
 
 APART = 3.0
 """Contacts share their errors over so many correlation lengths; tests take means over these."""
@@ -73,7 +80,11 @@ def determination(
 
 
 def residual_checks(
-    found: Solution[Shape], points: FloatArray, normals: FloatArray, correlation_points: float
+    found: Solution[Shape],
+    points: FloatArray,
+    normals: FloatArray,
+    correlation_points: float,
+    smooth: "SmoothErrors",
 ) -> Iterator[BrokenAssumption]:
     """Return what makes the residuals look like something else than noise.
 
@@ -82,6 +93,7 @@ def residual_checks(
         points: In the order they were felt, shape (n, 3), in the same units.
         normals: Measured, shape (n, 3).
         correlation_points: Over how many points errors are alike.
+        smooth: Errors that are no noise, as far as they are allowed for.
     """
     tilt = found.trust[:, np.newaxis] * found.at.normal @ found.shape.rotation.T
     tilt = tilt @ np.linalg.eigh(points.T @ points)[1]  # along axes that turn with the points
@@ -91,11 +103,15 @@ def residual_checks(
     yield from _far_off(found.at.distance, tilt)
     # few contacts lie on the edges of a box, and little hangs on its rounding
     yield from _influence(found.jacobian[:, :-1] if isinstance(found.shape, BoxShape) else found.jacobian)
-    yield from _disagreement(found, correlation_points)
+    yield from _disagreement(found, correlation_points, smooth)
+    yield from smooth.check(found, correlation_points)
     length = math.ceil(APART * correlation_points) if correlation_points > 1.0 else 1
     count = len(points) // length
     if count < FEWEST:
         return
+    if smooth.sd.any():
+        left = smooth.left(found, correlation_points)
+        columns = [left[:, 0], *(left[:, 1:] @ found.shape.rotation.T @ np.linalg.eigh(points.T @ points)[1]).T]
     places, residuals = _means(points, length), _means(np.column_stack(columns), length)
     facing = _means(normals @ found.shape.rotation - found.at.normal, length)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), FINEST)
@@ -114,6 +130,69 @@ def residual_checks(
         if chance < CHANCE:
             found_that = f"chance alone does so in {100.0 * chance:.2g} % of fits, at least {100.0 * CHANCE:g} %"
             yield BrokenAssumption(assumption, found_that, remedies[assumption])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SmoothErrors:
+    """What may move points along their normals without looking like noise, as k functions of unit size.
+
+    First the same for all (a tip of another size), then what changes with place as a quadric does (a robot or an
+    object that is not quite true), then drifts of the robot along three axes as polynomials of their order.
+
+    Attributes:
+        functions: Shape (n, k).
+        sd: Of their factors, shape (k,) [m, or scaled].
+    """
+
+    functions: FloatArray
+    sd: FloatArray
+
+    @classmethod
+    def of(cls, points: FloatArray, normals: FloatArray, offset_sd: float) -> "SmoothErrors":
+        """Return those of points about their middle in units of their size, in the order they were felt."""
+        x, y, z = points.T
+        place = np.column_stack([x, y, z, x * x, y * y, z * z, x * y, y * z, z * x])
+        place -= place.mean(axis=0)
+        place /= np.maximum(np.sqrt((place**2).mean(axis=0)), THIN)
+        order = np.linspace(-1.0, 1.0, len(points))
+        drifts = [math.sqrt(2 * k + 1) * np.polynomial.Legendre.basis(k)(order) for k in (1, 2, 3)]
+        drift = np.column_stack([each[:, np.newaxis] * normals for each in drifts])
+        sd = offset_sd * np.repeat([1.0, SMOOTH_SHARE, SMOOTH_SHARE], [1, place.shape[1], drift.shape[1]])
+        return cls(np.column_stack([np.ones(len(points)), place, drift]), sd)
+
+    def moved(self, found: Solution[Shape], inverse: FloatArray) -> FloatArray:
+        """Return by how much each moves the unknowns, shape (unknowns, k); `inverse` is that of J'J."""
+        J = found.jacobian.reshape(len(found.trust), 4, -1)[:, 0]
+        return np.asarray(inverse @ (J.T @ (self.functions * self.sd / found.distance_sd)))
+
+    def left(self, found: Solution[Shape], correlation_points: float) -> FloatArray:
+        """Return residuals without what these most likely make of them, over their errors, shape (n, 4)."""
+        U, singular, _ = np.linalg.svd(found.jacobian, full_matrices=False)
+        U = U[:, singular > 1e-9 * singular[0]]
+        rows = np.zeros((len(found.trust), 4, len(self.sd)))
+        rows[:, 0] = self.functions * self.sd / found.distance_sd
+        made = rows.reshape(-1, len(self.sd))
+        made = made - U @ (U.T @ made)
+        residual, noise = found.residual, correlation_points * np.eye(len(self.sd))
+        factors = np.linalg.solve(made.T @ made + noise, made.T @ residual)
+        return np.asarray(residual - made @ factors).reshape(-1, 4)
+
+    def check(self, found: Solution[Shape], correlation_points: float) -> Iterator[BrokenAssumption]:
+        """A score test: whether residuals follow these by more than noise and what is allowed for."""
+        U, singular, _ = np.linalg.svd(found.jacobian, full_matrices=False)
+        U = U[:, singular > 1e-9 * singular[0]].reshape(len(found.trust), 4, -1)[:, 0]
+        F = self.functions / found.distance_sd
+        A = F.T @ F - (F.T @ U) @ (U.T @ F)  # of what the unknowns cannot follow
+        values, axes = np.linalg.eigh(correlation_points * A + (A * self.sd**2) @ A)
+        pulled = axes.T @ (F.T @ (found.at.distance / found.distance_sd))
+        shown = values > 1e-6 * values.max()
+        square = float((pulled[shown] ** 2 / values[shown]).sum())
+        if chdtrc(int(shown.sum()), square) < CHANCE:
+            yield BrokenAssumption(
+                Assumption.WHITE_IN_TIME,
+                f"points are off smoothly over place or time, chi^2 {square:.0f} of {int(shown.sum())}",
+                "look for a drift, or take another shape",
+            )
 
 
 def _far_off(distance: FloatArray, tilt: FloatArray) -> Iterator[BrokenAssumption]:
@@ -148,7 +227,9 @@ def _influence(jacobian: FloatArray) -> Iterator[BrokenAssumption]:
         )
 
 
-def _disagreement(found: Solution[Shape], correlation_points: float) -> Iterator[BrokenAssumption]:
+def _disagreement(
+    found: Solution[Shape], correlation_points: float, smooth: SmoothErrors
+) -> Iterator[BrokenAssumption]:
     """A score test: at the fit, what points pull at the unknowns, normals pull back; more than noise would?
 
     The gradient g of the points' part has covariance A_p (A_p + A_n)^-1 A_n, for information A of points and
@@ -160,11 +241,14 @@ def _disagreement(found: Solution[Shape], correlation_points: float) -> Iterator
     g = of_points.T @ (found.at.distance / found.distance_sd)
     scale = 1.0 / np.sqrt(np.maximum((P + N).diagonal(), FINEST))
     P, N, g = P * np.outer(scale, scale), N * np.outer(scale, scale), g * scale
-    values, axes = np.linalg.eigh(P @ np.linalg.pinv(P + N, rcond=1e-9, hermitian=True) @ N)
+    inverse = np.linalg.pinv(P + N, rcond=1e-9, hermitian=True)
+    allowed = scale[:, np.newaxis] * (of_points.T @ (smooth.functions * smooth.sd / found.distance_sd))
+    allowed -= P @ inverse @ allowed
+    values, axes = np.linalg.eigh(correlation_points * P @ inverse @ N + allowed @ allowed.T)
     shared = values > 1e-6
     if not shared.any():
         return
-    square = float(((axes[:, shared].T @ g) ** 2 / values[shared]).sum()) / correlation_points
+    square = float(((axes[:, shared].T @ g) ** 2 / values[shared]).sum())
     if chdtrc(int(shared.sum()), square) < CHANCE:
         yield BrokenAssumption(
             Assumption.CONSISTENT,

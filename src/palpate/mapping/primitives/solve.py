@@ -83,6 +83,12 @@ class Solution(Generic[Shape]):
         weights = _weights(self.distance_sd, self.normal_sd, self.trust)
         return _stacked(self.at.distance_slope, self.at.normal_slope, weights)
 
+    @property
+    def residual(self) -> FloatArray:
+        """Residuals over their errors, as rows of `jacobian`, shape (4 n,)."""
+        weights = _weights(self.distance_sd, self.normal_sd, self.trust)
+        return _stacked(self.at.distance[:, np.newaxis], self.at.normal[:, :, np.newaxis], weights)[:, 0]
+
 
 def solve(starts: list[Shape], points: FloatArray, normals: FloatArray) -> Solution[Shape]:
     """Return the shape nearest to `points` and `normals`, both (n, 3), scaled to unit size.
