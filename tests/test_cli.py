@@ -14,6 +14,7 @@ from palpate import __version__
 from palpate.cli import CommandGroup, TypedCommand, main
 from palpate.commands.command_result import ExitCode
 from palpate.errors import InvalidValueError, OverrunError
+from palpate.estimation import Assumption, BrokenAssumption
 from palpate.robots.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
 from support.typed_mistakes import answer_to
@@ -366,3 +367,12 @@ def test_a_robot_file_that_cannot_be_read_is_wrong_input_everywhere(command, tmp
     monkeypatch.setattr("palpate.robots.robot.load_text", refused)
     assert main([command, "--robot", str(file), "--dry-run"]) == ExitCode.MISTAKE
     assert "cannot be read: Permission denied" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
+def test_an_exploration_whose_map_is_not_to_be_used_exits_with_1(tmp_path, monkeypatch, capsys):
+    broken = BrokenAssumption(Assumption.WITHIN_BOUNDS, "length at its limit", "feel a larger part")
+    monkeypatch.setattr("palpate.mapping.surface_map.surface_map.at_bounds", lambda *_: (broken,))
+    assert main(["explore", *SMALL, "--json", "--out", str(tmp_path)]) == 1
+    assert "WITHIN_BOUNDS" in capsys.readouterr().out

@@ -70,7 +70,7 @@ def test_each_strategy_leaves_its_files_and_says_how_it_ended(done):
     names = {path.name for path in out.iterdir()}
     assert {"report.html", "contacts.csv", "contacts.ply", "marks.csv", "height_map.csv"} <= names
     assert (out / "report.html").read_text().startswith("Finished: ")
-    assert (out / "marks.csv").read_text() == "x_m,y_m,z_m,event,reason\n"
+    assert (out / "marks.csv").read_text() == "x_m,y_m,z_m,event,radius_m,reason\n"
     assert ("map.ply" in names) or strategy == "taps"
     rows = list(csv.DictReader((out / "contacts.csv").read_text().splitlines()))
     distance = [math.hypot(*(float(row[f"{axis}_m"]) for axis in "xyz")) - 0.012 for row in rows]

@@ -180,7 +180,7 @@ def test_friction_that_was_not_ok_is_refused_with_what_broke(tmp_path):
     file = tmp_path / "friction.yaml"
     file.write_text(friction_file_text(rubbed))
     assert load_friction_file(file) == rubbed
-    with pytest.raises(InvalidValueError, match="0.5 along x.*take the least.*--believed-friction"):
+    with pytest.raises(InvalidValueError, match=r"0\.5 along x.*take the least.*--believed-friction"):
         plan_of(friction_file=file)
 
 
