@@ -156,6 +156,34 @@ def test_an_ellipsoid_from_a_shallow_cap_is_bounded_and_says_that_it_is_weak():
         assert np.abs(fit.distance).max() < 3e-4
 
 
+def spoiled(name, position, normal, rng):
+    n = np.arange(len(position))
+    if name == "a jump":
+        return position + np.outer(3e-4 * (n > 80), [0.6, 0.0, 0.8]), normal
+    if name == "an outlier":
+        return position + np.outer(1e-3 * (n == 50), [0.6, 0.0, 0.8]), normal
+    if name == "leaning normals":
+        return position, normal + np.array([0.03, 0.0, 0.0])
+    return position + 1e-4 * np.sin(position[:, :1] / 4e-3) * normal, normal
+
+
+@pytest.mark.parametrize("name", ["a jump", "an outlier", "leaning normals", "waves"])
+def test_what_is_no_noise_is_reported_and_noise_is_not(name):
+    rng = np.random.default_rng(2)
+    good, alike = felt(*PATHS[PrimitiveKind.SPHERE](rng), rng, 3e-5, NORMAL_SD, place=False)
+    position, normal = spoiled(name, good.position, good.normal, rng)
+    bad = cloud_at(position, normal / np.linalg.norm(normal, axis=1, keepdims=True))
+    assert fit_ball(good, correlation_points=alike).verdict.ok
+    assert not fit_ball(bad, correlation_points=alike).verdict.ok
+
+
+def test_a_tip_of_another_size_stays_inside_the_interval():
+    rng = np.random.default_rng(2)
+    good, alike = felt(*PATHS[PrimitiveKind.SPHERE](rng), rng, 1e-5, NORMAL_SD)
+    larger = fit_ball(cloud_at(good.position + 1e-4 * good.normal, good.normal), correlation_points=alike)
+    assert abs(larger.shape.radius - 0.02) < 2.6 * larger.sizes_sd[0]
+
+
 def test_what_is_flat_is_no_sphere_no_cylinder_and_no_box():
     rng = np.random.default_rng(0)
     cloud, _ = felt(*felt_shapes.plane(rng, 0.04), rng, 1e-5, NORMAL_SD)

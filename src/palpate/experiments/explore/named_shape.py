@@ -66,7 +66,7 @@ class NamedShape:
     choice: PrimitiveChoice = field(repr=False)  # every contact of every fit: a screen full
     limit: float
     limit_tilt: float
-    budget: MapBudget
+    budget: MapBudget = field(repr=False)
     verdict: Verdict = HELD
 
     @property
