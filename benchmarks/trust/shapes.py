@@ -1,33 +1,22 @@
-"""Whether the intervals of fitted shapes hold the truth, or the verdict warns.
-
-    python benchmarks/trust/shapes.py [--seeds 60] [--each] [--only NAME]
+"""Named shapes, as an exploration fits and chooses them.
 
 200 contacts along a path over a shape of 20 to 60 mm that lies anywhere: noise of 0.03 mm that keeps over 1 mm of
 path, normals of 0.5 degrees, a tip whose size is known to 0.05 mm, and, where coverage counts, smooth errors of
-0.015 mm each. Place, direction and sizes of the shape are compared with their intervals. A fit is honest if its
-verdict is OK and every value within 4 standard deviations, reported if the verdict is not OK (or the data are
-refused), silently wrong else; where shapes are chosen, another one than the true one with verdict OK is silently
-wrong, too.
-
-Each seed of a violation takes the next kind of shape; --each makes a row of every kind.
-Ends with 1 if anything is silently wrong in more than 1 % of the seeds, or if a coverage lies outside of 93 to
-98 % where the assumptions hold. Set OPENBLAS_NUM_THREADS=1.
+0.015 mm each. Place, direction and sizes of the shape are compared with their intervals; where shapes are chosen,
+another one than the true one is silently wrong, too. Each seed of a violation takes the next kind of shape.
 """
 
-import argparse
 import itertools
 import math
 import sys
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 from scipy.spatial.transform import Rotation
+from trust.study import Case, Run, Study, first_finding
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
 from mapping import felt_shapes
@@ -38,12 +27,9 @@ from palpate.mapping.primitives.fit import TIP_SIZE_SD
 from palpate.mapping.primitives.fit_checks import SmoothErrors
 
 NOISE, ALIKE = 3e-5, 1e-3
-SILENT, WORST, COVERED, TWO_SIDED = 4.0, 0.01, (0.93, 0.98), 1.959964
+TWO_SIDED = 1.959964
 TIP = 8e-3
 """Radius of the fingertip."""
-
-MORE = 2
-"""Times as many seeds where coverage counts."""
 
 Rng = np.random.Generator
 Path2 = tuple[FloatArray, FloatArray]
@@ -90,13 +76,12 @@ def torus_patch(share: float) -> Path2:
 
 
 @dataclass(frozen=True)
-class Case:
-    """One kind of data.
+class Felt:
+    """What is done to the data.
 
     Attributes:
-        name: Of the row.
         change: Of what is felt.
-        holds: Whether the assumptions hold, so that coverage counts.
+        smooth: Whether smooth errors of robot and object, as large as assumed, are added.
         paths: Over the shapes.
         offset: Of the tip's size [m]; None: within what is assumed.
         alike: Over what length noise is alike [m]; what is assumed is 1 mm.
@@ -104,9 +89,8 @@ class Case:
         count: Contacts.
     """
 
-    name: str
     change: Change = lambda rng, p, n: (p, n)
-    holds: bool = False
+    smooth: bool = False
     paths: dict[PrimitiveKind, Callable[[Rng], Path2]] | None = None
     offset: float | None = None
     alike: float = ALIKE
@@ -237,50 +221,8 @@ def dented(depth: float) -> Change:
     return change
 
 
-CASES = (
-    Case("nothing", holds=True),
-    Case("half of each shape", paths=patch(0.5)),
-    Case("a quarter of each shape", paths=patch(0.25)),
-    Case("an eighth of each shape", paths=patch(0.125)),
-    Case("25 contacts", count=25),
-    Case("the shape is chosen", chosen=True),
-    Case("the shape is chosen, half", chosen=True, paths=patch(0.5)),
-    Case("the shape is chosen, a quarter", chosen=True, paths=patch(0.25)),
-    Case("one contact 1 mm off", outliers(1, 1e-3)),
-    Case("3 % of contacts 0.3 mm off", outliers(6, 3e-4)),
-    Case("10 % of contacts 0.1 mm off", outliers(20, 1e-4)),
-    Case("noise with heavy tails", tails),
-    Case("normals ever noisier", rough_normals),
-    Case("drift of 0.05 mm", drifting(np.array([0.0, 5e-5]))),
-    Case("drift of 0.2 mm", drifting(np.array([0.0, 2e-4]))),
-    Case("drift of 1 mm", drifting(np.array([0.0, 1e-3]))),
-    Case("jump of 0.2 mm", drifting(lambda rng, n: 2e-4 * (np.arange(n) >= rng.integers(n // 4, 3 * n // 4)))),
-    Case("walk of 0.2 mm", walk(2e-4)),
-    Case("texture of 2 mm, 0.01 mm", texture(1e-5, 2e-3)),
-    Case("texture of 2 mm, 0.05 mm", texture(5e-5, 2e-3)),
-    Case("texture of 8 mm, 0.02 mm", texture(2e-5, 8e-3)),
-    Case("texture of 8 mm, 0.1 mm", texture(1e-4, 8e-3)),
-    Case("tip 0.1 mm larger", offset=1e-4),
-    Case("tip 0.1 mm smaller", offset=-1e-4),
-    Case("sensor's origin off by 0.1 mm", shifted_origin(1e-4)),
-    Case("sensor's origin off by 0.5 mm", shifted_origin(5e-4)),
-    Case("sensor mounted 0.5 degrees off", mounted(0.5)),
-    Case("sensor mounted 2 degrees off", mounted(2.0)),
-    Case("normals lean outwards by 0.5 degrees", outward(0.5)),
-    Case("normals lean outwards by 2 degrees", outward(2.0)),
-    Case("rows off by 0.02 mm", rows_apart(2e-5)),
-    Case("rows off by 0.1 mm", rows_apart(1e-4)),
-    Case("noise alike over 5 mm", alike=5e-3),
-    Case("contacts lag by 0.2 mm", back_and_forth(2e-4)),
-    Case("waves of 40 mm, 0.02 mm", texture(2e-5, 4e-2)),
-    Case("waves of 40 mm, 0.1 mm", texture(1e-4, 4e-2)),
-    Case("a dent of 0.05 mm", dented(5e-5)),
-    Case("a dent of 0.3 mm", dented(3e-4)),
-)
-
-
 def felt(
-    kind: PrimitiveKind, case: Case, rng: Rng
+    kind: PrimitiveKind, case: Felt, rng: Rng
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
     """Return points, normals, where the shape is and how it is turned, and the correlation that is assumed."""
     position, normal, arc = evenly(*(case.paths or PATHS)[kind](rng), case.count)
@@ -288,7 +230,7 @@ def felt(
     R, c = felt_shapes.random_rotation(rng), rng.uniform(-0.5, 0.5, 3)
     smooth = SmoothErrors.of((position - position.mean(axis=0)) / np.ptp(position), normal, TIP_SIZE_SD)
     factors = smooth.sd * rng.normal(size=len(smooth.sd))
-    off = smooth.functions[:, 1:] @ factors[1:] if case.holds else 0.0
+    off = smooth.functions[:, 1:] @ factors[1:] if case.smooth else 0.0
     position, normal = case.change(
         rng, (position + np.reshape(offset + off, (-1, 1)) * normal) @ R.T, normal @ R.T
     )
@@ -322,66 +264,80 @@ def deviations(fit: PrimitiveFit, kind: PrimitiveKind, c: FloatArray, R: FloatAr
     return np.asarray(off[counted] / sd[counted])
 
 
-def one(kind: PrimitiveKind, case: Case, seed: int) -> tuple[bool, FloatArray, list[str], bool]:
-    """Return whether the verdict is OK, all deviations, what is broken, and whether the shape is wrong."""
+def one(kind: PrimitiveKind, case: Felt, seed: int) -> Run:
+    """Feel a shape once, and fit it or choose one for it."""
     rng = np.random.default_rng([seed, sum(map(ord, kind.value))])
     position, normal, c, R, alike = felt(kind, case, rng)
     try:
         cloud = cloud_at(position, normal)
         if case.chosen:
             choice = choose_primitive(cloud, correlation_points=alike)
-            names = [each.assumption.name for each in choice.verdict.broken]
             if choice.kind is not kind:
-                return choice.verdict.ok, np.zeros(0), names, choice.kind is not None
-            return choice.verdict.ok, deviations(choice.fits[kind], kind, c, R), names, False
-        fit = fit_primitive(cloud, kind, correlation_points=alike)
+                furthest = 0.0 if choice.kind is None else math.inf
+                return Run(choice.verdict.ok, furthest, {}, first_finding(choice.verdict))
+            fit, verdict = choice.fits[kind], choice.verdict
+        else:
+            fit = fit_primitive(cloud, kind, correlation_points=alike)
+            verdict = fit.verdict
     except InvalidValueError:
-        return False, np.zeros(0), ["refused"], False
+        return Run(ok=False, furthest=0.0, finding="refused")
     if not fit.exists:
-        return False, np.zeros(0), [each.assumption.name for each in fit.verdict.broken], False
-    return fit.verdict.ok, deviations(fit, kind, c, R), [e.assumption.name for e in fit.verdict.broken], False
+        return Run(verdict.ok, math.inf, {}, first_finding(verdict))
+    off = np.abs(deviations(fit, kind, c, R))
+    return Run(verdict.ok, float(off.max()), {"all": float((off <= TWO_SIDED).mean())}, first_finding(verdict))
 
 
-def main() -> int:
-    """Print a row per case; 1 if anything is silently wrong, or a coverage missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=60)
-    parser.add_argument("--each", action="store_true", help="a row of every kind of shape")
-    parser.add_argument("--only", default="")
-    asked = parser.parse_args()
-    table, missed = Table(title="Shapes"), 0
-    for heading in ("data", "honest", "reported", "silently wrong", "in 95 %", "largest OK |z|", "what broke"):
-        table.add_column(heading, justify="left" if heading in ("data", "what broke") else "right")
-    rows = [
-        (case, kinds)
-        for case in CASES
-        if asked.only in case.name
-        for kinds in ([(kind,) for kind in PrimitiveKind] if asked.each or case.holds else [tuple(PrimitiveKind)])
-    ]
-    for case, kinds in track(rows, "fitting", transient=True):
-        broken: Counter[str] = Counter()
-        silent, honest, worst, z = 0, 0, 0.0, []
-        count = asked.seeds * (MORE if case.holds else 1)
-        for seed in range(count):
-            ok, off, names, wrong = one(kinds[seed % len(kinds)], case, seed)
-            broken.update(names)
-            largest = float(np.abs(off).max(initial=0.0))
-            silent += ok and (wrong or largest > SILENT)
-            honest += ok and not wrong and largest <= SILENT
-            worst = max(worst, largest * ok)
-            z.append(off)
-        inside = float(np.mean(np.abs(np.concatenate(z)) <= TWO_SIDED))
-        missed += silent > WORST * count or (case.holds and not COVERED[0] <= inside <= COVERED[1])
-        table.add_row(
-            case.name + (f", {kinds[0].value}" if len(kinds) == 1 else ""),
-            *(f"{100.0 * n / count:.1f} %" for n in (honest, count - honest - silent, silent)),
-            f"{100.0 * inside:.1f} %",
-            f"{worst:.1f}",
-            ", ".join(f"{name} {100.0 * n / count:.0f}" for name, n in broken.most_common(3)),
-        )
-    Console(width=150).print(table)
-    return int(missed > 0)
+def case(name: str, *args: Any, **changes: Any) -> Case:
+    """Return a kind of data, by what is done to them, on all shapes by turns."""
+    done, kinds = Felt(*args, **changes), tuple(PrimitiveKind)
+    return Case(name, lambda seed: one(kinds[seed % len(kinds)], done, seed))
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+STUDY = Study(
+    "shape",
+    (
+        *(
+            Case(
+                f"as assumed, {kind.value}", lambda seed, kind=kind: one(kind, Felt(smooth=True), seed), holds=True
+            )
+            for kind in PrimitiveKind
+        ),
+        case("half of each shape", paths=patch(0.5)),
+        case("a quarter of each shape", paths=patch(0.25)),
+        case("an eighth of each shape", paths=patch(0.125)),
+        case("25 contacts", count=25),
+        case("the shape is chosen", chosen=True),
+        case("the shape is chosen, half", chosen=True, paths=patch(0.5)),
+        case("the shape is chosen, a quarter", chosen=True, paths=patch(0.25)),
+        case("one contact 1 mm off", outliers(1, 1e-3)),
+        case("3 % of contacts 0.3 mm off", outliers(6, 3e-4)),
+        case("10 % of contacts 0.1 mm off", outliers(20, 1e-4)),
+        case("noise with heavy tails", tails),
+        case("normals ever noisier", rough_normals),
+        case("drift of 0.05 mm", drifting(np.array([0.0, 5e-5]))),
+        case("drift of 0.2 mm", drifting(np.array([0.0, 2e-4]))),
+        case("drift of 1 mm", drifting(np.array([0.0, 1e-3]))),
+        case("jump of 0.2 mm", drifting(lambda rng, n: 2e-4 * (np.arange(n) >= rng.integers(n // 4, 3 * n // 4)))),
+        case("walk of 0.2 mm", walk(2e-4)),
+        case("texture of 2 mm, 0.01 mm", texture(1e-5, 2e-3)),
+        case("texture of 2 mm, 0.05 mm", texture(5e-5, 2e-3)),
+        case("texture of 8 mm, 0.02 mm", texture(2e-5, 8e-3)),
+        case("texture of 8 mm, 0.1 mm", texture(1e-4, 8e-3)),
+        case("tip 0.1 mm larger", offset=1e-4),
+        case("tip 0.1 mm smaller", offset=-1e-4),
+        case("sensor's origin off by 0.1 mm", shifted_origin(1e-4)),
+        case("sensor's origin off by 0.5 mm", shifted_origin(5e-4)),
+        case("sensor mounted 0.5 degrees off", mounted(0.5)),
+        case("sensor mounted 2 degrees off", mounted(2.0)),
+        case("normals lean outwards by 0.5 degrees", outward(0.5)),
+        case("normals lean outwards by 2 degrees", outward(2.0)),
+        case("rows off by 0.02 mm", rows_apart(2e-5)),
+        case("rows off by 0.1 mm", rows_apart(1e-4)),
+        case("noise alike over 5 mm", alike=5e-3),
+        case("contacts lag by 0.2 mm", back_and_forth(2e-4)),
+        case("waves of 40 mm, 0.02 mm", texture(2e-5, 4e-2)),
+        case("waves of 40 mm, 0.1 mm", texture(1e-4, 4e-2)),
+        case("a dent of 0.05 mm", dented(5e-5)),
+        case("a dent of 0.3 mm", dented(3e-4)),
+    ),
+)
