@@ -56,7 +56,8 @@ def _(
 def _(
     surface: Composite, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
 ) -> None:
-    solve_composite(surface.packed, surface.domains, surface.tolerance, wrenches, hard, result, status)
+    shape = (surface.packed, surface.domains, surface.centers, surface.tolerance)
+    solve_composite(*shape, wrenches, hard, result, status)
 
 
 @solve.register

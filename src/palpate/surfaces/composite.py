@@ -54,12 +54,14 @@ class Composite:
         patches: At least one.
         packed: Coefficients of every patch, shape (p, Packed.SIZE).
         domains: Half spaces of every patch, filled up with empty rows, shape (p, k, 4).
+        centers: Of every patch, and last their mean, shape (p + 1, 3) [m].
         tolerance: Absolute seam tolerance [m].
     """
 
     patches: Sequence[Patch]
     packed: FloatArray = field(init=False)
     domains: FloatArray = field(init=False)
+    centers: FloatArray = field(init=False)
     tolerance: float = field(init=False)
     _text: str = field(init=False)
 
@@ -76,11 +78,14 @@ class Composite:
             domains[i, : len(patch.half_spaces)] = patch.half_spaces
         sizes = [min(patch.surface.half_lengths) for patch in patches]
         packed = np.stack([patch.surface.packed for patch in patches])
-        for array in (domains, packed):
+        own = [patch.surface.center for patch in patches]
+        centers = np.array([*own, np.mean(own, axis=0)])
+        for array in (domains, packed, centers):
             array.setflags(write=False)
         object.__setattr__(self, "patches", patches)
         object.__setattr__(self, "packed", packed)
         object.__setattr__(self, "domains", domains)
+        object.__setattr__(self, "centers", centers)
         object.__setattr__(self, "tolerance", SEAM_TOLERANCE * max(sizes))
 
     def __repr__(self) -> str:

@@ -24,13 +24,25 @@ def _violation(x, y, z, domain):
     return worst
 
 
+@njit(error_model="numpy")
+def _relative_size(w, c, center):
+    """Return |(|f|, |m| / |c|)|, moment and centroid about a center: what a condition number is relative to."""
+    x, y, z = c[0] - center[0], c[1] - center[1], c[2] - center[2]
+    mx = w[3] - (center[1] * w[2] - center[2] * w[1])
+    my = w[4] - (center[2] * w[0] - center[0] * w[2])
+    mz = w[5] - (center[0] * w[1] - center[1] * w[0])
+    moment = math.sqrt(mx * mx + my * my + mz * mz) / math.sqrt(x * x + y * y + z * z)
+    return math.hypot(math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]), moment)
+
+
 @njit(error_model="numpy", cache=True)
-def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
+def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result, status):
     """Solve n wrenches on every patch of a tip and keep, for each, the patch least outside its domain.
 
     Args:
         packed: Coefficients of the patches, shape (p, Packed.SIZE).
         domains: Half spaces (a, b) of the patches, a.x <= b, shape (p, k, 4); rows of zeros hold everywhere.
+        centers: Of the patches, and last the tip's, which the condition is about, shape (p + 1, 3) [m].
         tolerance: Largest violation of a contact on the tip [m].
         wrenches: Shape (n, 6), C order.
         hard: As in `solve_quadric`.
@@ -41,6 +53,8 @@ def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
     found = np.empty(15 * BLOCK)
     code = np.empty(BLOCK, np.int8)
     best = np.empty(BLOCK)
+    chosen = np.zeros(BLOCK, np.int64)
+    middle = centers[len(packed)]
     for start in range(0, total, BLOCK):
         n = min(BLOCK, total - start)
         for patch in range(len(packed)):
@@ -51,6 +65,7 @@ def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
                     violation = _violation(found[3 * i], found[3 * i + 1], found[3 * i + 2], domains[patch])
                 if patch == 0 or violation < best[i]:
                     best[i] = violation
+                    chosen[i] = patch
                     status[start + i] = code[i]
                     for field in range(4):
                         for c in range(3):
@@ -58,6 +73,10 @@ def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
                     for field in range(3):
                         result[(12 + field) * stride + start + i] = found[(12 + field) * n + i]
         for i in range(n):
+            own = centers[chosen[i]]
+            if status[start + i] == _OK and (own[0] != middle[0] or own[1] != middle[1] or own[2] != middle[2]):
+                w, c = wrenches[start + i], result[3 * (start + i) : 3 * (start + i) + 3]
+                result[14 * stride + start + i] *= _relative_size(w, c, middle) / _relative_size(w, c, own)
             if status[start + i] == _OK and best[i] > tolerance:
                 status[start + i] = _OUTSIDE
                 for field in (0, 1, 3):

@@ -155,8 +155,8 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         return delta * (mean + math.sqrt(max(mean * mean - gauss, 0.0)))
 
     @jit
-    def step_from(law, f, n, phi, Q, r, h):
-        """Solve (phi [n]x (I - delta W) - Q W - ...) d = -r for d; also determinant and largest curvature."""
+    def system_at(law, f, n, phi, Q, h):
+        """Tangent basis, shape operator in it (ee, eg, gg), and phi [n]x (I - delta W) - Q W - ... row by row."""
         # a tangent basis without a branch cut near any axis that matters (Duff et al. 2017)
         sign = math.copysign(1.0, n[2])
         a = -1.0 / (sign + n[2])
@@ -190,13 +190,50 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         j01 = -turn * (1.0 - delta * wgg) - Q * weg + rate * side * fg * ag
         j10 = turn * (1.0 - delta * wee) - Q * weg - rate * side * fe * ae
         j11 = -turn * delta * weg - Q * wgg - rate * side * fe * ag
+        return e, g, (wee, weg, wgg), (j00, j01, j10, j11)
+
+    @jit
+    def solved(j, re, rg):
+        """Solve the system for -r."""
+        determinant = j[0] * j[3] - j[1] * j[2]
+        return -(j[3] * re - j[1] * rg) / determinant, -(j[0] * rg - j[2] * re) / determinant
+
+    @jit
+    def step_from(law, f, n, phi, Q, r, h):
+        """Newton's step along the surface."""
+        e, g, _w, j = system_at(law, f, n, phi, Q, h)
         re = r[0] * e[0] + r[1] * e[1] + r[2] * e[2]
         rg = r[0] * g[0] + r[1] * g[1] + r[2] * g[2]
-        determinant = j00 * j11 - j01 * j10
-        de = -(j11 * re - j01 * rg) / determinant
-        dg = -(j00 * rg - j10 * re) / determinant
-        step = (de * e[0] + dg * g[0], de * e[1] + dg * g[1], de * e[2] + dg * g[2])
-        return step, determinant, 0.5 * (wee + wgg + math.hypot(wee - wgg, 2.0 * weg))
+        de, dg = solved(j, re, rg)
+        return de * e[0] + dg * g[0], de * e[1] + dg * g[1], de * e[2] + dg * g[2]
+
+    @jit
+    def condition_at(law, f, n, phi, Q, h, c, moment):
+        """Frobenius norm of dc/d(f, m), columns in units of |f| = 1 and |m|, over |c|."""
+        e, g, w, j = system_at(law, f, n, phi, Q, h)
+        delta, rate = indentation(law, phi)
+        fe = f[0] * e[0] + f[1] * e[1] + f[2] * e[2]
+        fg = f[0] * g[0] + f[1] * g[1] + f[2] * g[2]
+        we, wg = w[0] * fe + w[1] * fg, w[1] * fe + w[2] * fg
+        total = 0.0
+        for k in range(5):  # the moment along e and g, the force along e, g and n
+            u = e if k == 2 else (g if k == 3 else n)
+            b = (u[1] * c[2] - u[2] * c[1], u[2] * c[0] - u[0] * c[2], u[0] * c[1] - u[1] * c[0])
+            if k == 4:
+                b = (
+                    b[0] - rate * (n[1] * f[2] - n[2] * f[1]),
+                    b[1] - rate * (n[2] * f[0] - n[0] * f[2]),
+                    b[2] - rate * (n[0] * f[1] - n[1] * f[0]),
+                )
+            be = b[0] * e[0] + b[1] * e[1] + b[2] * e[2]
+            bg = b[0] * g[0] + b[1] * g[1] + b[2] * g[2]
+            if k < 2:
+                be, bg = (moment, 0.0) if k == 0 else (0.0, moment)
+            de, dg = solved(j, be, bg)
+            sunk = rate * ((1.0 if k == 4 else 0.0) + we * de + wg * dg)
+            ce, cg = de - delta * (w[0] * de + w[1] * dg), dg - delta * (w[1] * de + w[2] * dg)
+            total += ce * ce + cg * cg + sunk * sunk
+        return math.sqrt(total / (c[0] * c[0] + c[1] * c[1] + c[2] * c[2]))
 
     @jit
     def newton(p, law, f, m, start):
@@ -211,7 +248,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
             if error <= RESIDUAL * (size + reach):
                 break
-            d, _determinant, _bend = step_from(law, f, n, phi, Q, r, h)
+            d = step_from(law, f, n, phi, Q, r, h)
             length = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
             if not length < math.inf:
                 break
@@ -349,7 +386,8 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         for i in range(total):
             w = wrenches[i]
             n = c = (math.nan, math.nan, math.nan)
-            along = phi = Q = determinant = bend = delta = moment = math.nan
+            along = phi = Q = delta = moment = math.nan
+            h = (math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
             code = _OK
             for j in range(6):
                 if not math.isfinite(w[j]):
@@ -399,20 +437,18 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                         c, residual = soften(p, law, f, m, c)
                 code = _NOT_CONVERGED
                 if residual <= ACCEPTED:
-                    n, phi, Q, rest, h = frame_at(p, law, f, m, c)
-                    _d, determinant, bend = step_from(law, f, n, phi, Q, rest, h)
+                    n, phi, Q, _rest, h = frame_at(p, law, f, m, c)
                     delta, _rate = indentation(law, phi)
-                    if phi < -MIN_PUSH and delta * bend < 1.0:
+                    if phi < -MIN_PUSH and softness(law, n, phi, h) < 1.0:
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
                 if code != _OK and abs(s) <= MIN_SPIN * moment and axis_misses(p, axes, f, m):
                     code = _NO_CONTACT
             if code == _OK:
                 c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])
-                reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
                 push = -phi * force
                 spin = along * phi if hard else Q
-                condition = (abs(Q) * bend + abs(phi)) / abs(determinant) * (1.0 + moment / reach)
+                condition = condition_at(law, f, n, phi, Q, h, c, moment)
                 for j in range(3):
                     nj = r[j, 0] * n[0] + r[j, 1] * n[1] + r[j, 2] * n[2]
                     result[3 * i + j] = center[j] + r[j, 0] * c[0] + r[j, 1] * c[1] + r[j, 2] * c[2]

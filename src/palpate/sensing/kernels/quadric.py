@@ -285,25 +285,40 @@ def centroid(q, n, t):
 
 @njit(error_model="numpy")
 def derive(q, n, hard, t):
-    """Take normal, normal force, spin torque, condition and status from c, g and K."""
+    """Take normal, normal force, spin torque, condition and status from c, g and K.
+
+    The condition is |S| |(|f|, |m| / |c|)|, see `palpate.sensing.solver`, of the Frobenius norm of S = dc/dm:
+    |S|^2 = (q^2 (k1^2 + k2^2) + 2 phi^2) / (phi^2 + q^2 k1 k2)^2 with phi = f.n, q the spin torque and k1, k2 the
+    principal curvatures, whose sum is (tr A^2 - n'A^2 n) / |A^2 c| and whose product D^2 / |A^2 c|^4.
+    """
     A0, A1, A2 = q[_A], q[_A + 1], q[_A + 2]
     AA0, AA1, AA2 = q[_A2], q[_A2 + 1], q[_A2 + 2]
     bounded = q[_DET] != 0.0
+    squared_determinant = q[_DET] * q[_DET]
     for i in range(n):
         f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
+        m0, m1, m2 = t[M + i], t[M + BLOCK + i], t[M + 2 * BLOCK + i]
+        c0, c1, c2 = t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i]
         aa, bb = t[AA + i], t[BB + i]
         # f.n = g / |A^2 c|, q.n = K |A^2 c|
-        v0, v1, v2 = AA0 * t[C + i], AA1 * t[C + BLOCK + i], AA2 * t[C + 2 * BLOCK + i]
+        v0, v1, v2 = AA0 * c0, AA1 * c1, AA2 * c2
         gradient = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
         inverse = 1.0 / gradient
         normal_force = -t[G + i] * inverse
         spin = t[K + i] * gradient
-        t[N + i] = v0 * inverse
-        t[N + BLOCK + i] = v1 * inverse
-        t[N + 2 * BLOCK + i] = v2 * inverse
+        n0, n1, n2 = v0 * inverse, v1 * inverse, v2 * inverse
+        t[N + i] = n0
+        t[N + BLOCK + i] = n1
+        t[N + 2 * BLOCK + i] = n2
         t[PUSH + i] = normal_force
         t[SPIN + i] = -t[SPIN + i] * normal_force if hard else spin
-        t[KAPPA + i] = math.sqrt((aa + bb) * t[MODULUS_INVERSE + i])
+        squares = inverse * inverse
+        bend = (AA0 * (1.0 - n0 * n0) + AA1 * (1.0 - n1 * n1) + AA2 * (1.0 - n2 * n2)) * inverse
+        bend = bend * bend - 2.0 * squared_determinant * squares * squares
+        turned = spin * spin * bend + 2.0 * normal_force * normal_force
+        lever = (m0 * m0 + m1 * m1 + m2 * m2) / (c0 * c0 + c1 * c1 + c2 * c2)
+        size = f0 * f0 + f1 * f1 + f2 * f2 + lever
+        t[KAPPA + i] = math.sqrt(turned * size) * (gradient * gradient) * t[MODULUS_INVERSE + i]
 
         exists = t[P_ + i] > 0.0 or (bounded and t[S + i] != 0.0)
         some_force = f0 != 0.0 or f1 != 0.0 or f2 != 0.0
@@ -313,29 +328,6 @@ def derive(q, n, hard, t):
         code = code if some_force else NO_FORCE
         code = code if (t[FINITE + i] == 0.0 and not lost) else INVALID
         t[STATUS + i] = code
-
-
-@njit(error_model="numpy")
-def unbounded_condition(q, n, t):
-    """Take the condition number where the affine map has no scale: along infinite semi-axes.
-
-    From dc/dm = S, |S| <= (phi + |Q| W) / phi^2 with phi the normal force, Q the spin torque and W the curvature
-    of the cross-section, and dc/df = -S [c]x.
-    """
-    cofactor_squared = q[_COF2] + q[_COF2 + 1] + q[_COF2 + 2]
-    for i in range(n):
-        f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
-        m0, m1, m2 = t[M + i], t[M + BLOCK + i], t[M + 2 * BLOCK + i]
-        c0, c1, c2 = t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i]
-        # |A^2 c| = |f.A^2 c| / |f.n|
-        push = t[PUSH + i]
-        gradient = abs(t[G + i]) / push
-        curvature = cofactor_squared / (gradient * gradient * gradient)
-        spread = (1.0 + abs(t[SPIN + i]) * curvature / push) / push
-        force = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
-        moment = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
-        reach = math.sqrt(c0 * c0 + c1 * c1 + c2 * c2)
-        t[KAPPA + i] = spread * (force + moment / reach)
 
 
 @njit(error_model="numpy", cache=True)
@@ -373,8 +365,6 @@ def solve_quadric(q, wrenches, hard, result, status):
             centroid(q, n, t)
             restore_quick(n, t)
         derive(q, n, hard, t)
-        if q[_DET] == 0.0:
-            unbounded_condition(q, n, t)
         if not aligned:
             to_sensor_axes(q, n, t)
         finish(n, length_exponent, t)
