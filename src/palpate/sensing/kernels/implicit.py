@@ -8,6 +8,8 @@ is shortened until the residual falls and the force still pushes.
 The start is the exact solution on the ellipsoid with the same half lengths. Should the iteration get stuck, the
 moment is led from one for which the start is exact, m_0 = c_0 x f + (s/phi_0) n_0 with s = f.m, to the measured
 one: s stays the same in between, and with it the sign of the spin, so that the path never meets the singularity.
+Should that get stuck too, other starts follow: where the wrench axis comes in, which is exact without spin, and
+where an ellipsoid meets the force, or the moment, squarely.
 
 A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x likewise: moving x
 by d moves c by (I - delta W) d and, through the normal force, along n. It makes sense while delta W stays below 1.
@@ -42,11 +44,17 @@ INTERMEDIATE = 1e-6
 MAX_STEPS = 40
 """Of Newton's iteration; 5 to 8 are usual."""
 
+USUAL_STEPS = 12
+"""Of Newton's iteration along a ray, after which it takes turns with bisection."""
+
 MIN_PUSH = 1e-9
 """Normal force, relative to the force, below which rounding decides on which side a finger is touched."""
 
 MIN_SPIN = 1e-14
 """f.m, relative to |f||m|, that cannot be distinguished from zero."""
+
+STARTING_PUSH = 1e-6
+"""The same where an iteration starts."""
 
 LONGEST_STEP = 0.5
 """Of a Newton step, relative to the distance from the centre."""
@@ -88,7 +96,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
     def project(p, x, y, z):
         """Move a point along its ray from the centre onto the surface: Newton between brackets."""
         low, high, t = 0.0, math.inf, 1.0
-        for _ in range(100):
+        for step in range(100):
             value, gx, gy, gz = level(p, t * x, t * y, t * z)
             if value <= 0.0:
                 low = t
@@ -96,7 +104,8 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 high = t
             slope = gx * x + gy * y + gz * z
             new = t - value / slope if slope > 0.0 else math.inf
-            if not low < new < high:
+            # far out, where a value grows like an exponential, Newton is slow
+            if not low < new < high or (step > USUAL_STEPS and step % 2 == 0):
                 new = 2.0 * t if math.isinf(high) else 0.5 * (low + high)
             if abs(new - t) <= 2e-16 * t:
                 return new
@@ -237,9 +246,10 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
 
     @jit
     def newton(p, law, f, m, start):
-        """Iterate from a pushing point; returns the last point and its relative residual."""
+        """Iterate from a point; returns the last and its relative residual, infinite where the force does not push."""
         c = start
         size = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+        spun = f[0] * m[0] + f[1] * m[1] + f[2] * m[2]
         n, phi, Q, r, h = frame_at(p, law, f, m, c)
         error = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
         if not softness(law, n, phi, h) < 1.0:
@@ -261,7 +271,8 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 new = (t * x, t * y, t * z)
                 n2, phi2, Q2, r2, h2 = frame_at(p, law, f, m, new)
                 error2 = math.sqrt(r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2])
-                falls = phi2 < 0.0 and error2 < (1.0 - 0.1 * share) * error
+                pushes = phi2 < 0.0 or Q2 * spun < 0.0
+                falls = pushes and error2 < (1.0 - 0.1 * share) * error
                 if falls and softness(law, n2, phi2, h2) < 1.0:
                     better = True
                     break
@@ -270,12 +281,11 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 break
             c, n, phi, Q, r, h, error = new, n2, phi2, Q2, r2, h2, error2
         reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-        return c, error / (size + reach)
+        return c, (error / (size + reach) if phi < -MIN_PUSH else math.inf)
 
     @jit
-    def lead(p, law, f, m, start, s):
+    def lead(p, law, f, m, start, n, phi, s):
         """Follow the contact while the moment goes from one that the start explains to the measured one."""
-        n, phi, _Q, _r, _h = frame_at(p, law, f, m, start)
         k = s / phi
         delta, _rate = indentation(law, phi)
         x, y, z = start[0] - delta * n[0], start[1] - delta * n[1], start[2] - delta * n[2]
@@ -314,30 +324,37 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         return c, residual
 
     @jit
-    def axis_misses(p, axes, f, m):
-        """Whether the wrench axis stays outside: its least value, by golden section."""
+    def along_axis(p, axes, f, m):
+        """Where the wrench axis comes from outside onto the surface, and its least value, above zero if it misses."""
         rx, ry, rz = f[1] * m[2] - f[2] * m[1], f[2] * m[0] - f[0] * m[2], f[0] * m[1] - f[1] * m[0]
         # nearest to the centre at r: where it hits, it hits within the tip's size of there
         reach = 2.0 * max(max(axes[0], axes[1]), axes[2])
         low, high = -reach, reach
         golden = 0.5 * (math.sqrt(5.0) - 1.0)
         a, b = high - golden * (high - low), low + golden * (high - low)
-        at_a = evaluate(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
-        at_b = evaluate(p, rx + b * f[0], ry + b * f[1], rz + b * f[2])[0]
+        at_a = level(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
+        at_b = level(p, rx + b * f[0], ry + b * f[1], rz + b * f[2])[0]
         for _ in range(80):
             if at_a < at_b:
                 high, b, at_b = b, a, at_a
                 a = high - golden * (high - low)
-                at_a = evaluate(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
+                at_a = level(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
             else:
                 low, a, at_a = a, b, at_b
                 b = low + golden * (high - low)
-                at_b = evaluate(p, rx + b * f[0], ry + b * f[1], rz + b * f[2])[0]
-        return min(at_a, at_b) > 0.0
+                at_b = level(p, rx + b * f[0], ry + b * f[1], rz + b * f[2])[0]
+        least, inside, outside = min(at_a, at_b), (a if at_a < at_b else b), -reach
+        for _ in range(60):
+            t = 0.5 * (inside + outside)
+            if level(p, rx + t * f[0], ry + t * f[1], rz + t * f[2])[0] < 0.0:
+                inside = t
+            else:
+                outside = t
+        return (rx + inside * f[0], ry + inside * f[1], rz + inside * f[2]), least
 
     @jit
-    def start_on(p, law, axes, f, m):
-        """A pushing point to start from: the ellipsoid's contact, else the point that the force meets squarely."""
+    def on_ellipsoid(axes, f, m):
+        """The contact on the ellipsoid of the same half lengths."""
         a = (m[0] / (axes[1] * axes[2]), m[1] / (axes[0] * axes[2]), m[2] / (axes[0] * axes[1]))
         b = (f[0] / axes[0], f[1] / axes[1], f[2] / axes[2])
         bb = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
@@ -351,19 +368,45 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         y = k * a[1] + g * b[1] + b[2] * a[0] - b[0] * a[2]
         z = k * a[2] + g * b[2] + b[0] * a[1] - b[1] * a[0]
         scale = 1.0 / (k * k + bb)
-        c = (x * scale * axes[0], y * scale * axes[1], z * scale * axes[2])
-        for attempt in range(2):
-            if attempt == 1:
-                c = (-f[0] * axes[0] ** 2, -f[1] * axes[1] ** 2, -f[2] * axes[2] ** 2)
-                reach = math.sqrt(c[0] ** 2 + c[1] ** 2 + c[2] ** 2)
-                c = (c[0] / reach, c[1] / reach, c[2] / reach)
-            if math.isfinite(c[0] + c[1] + c[2]) and abs(c[0]) + abs(c[1]) + abs(c[2]) > 0.0:
-                t = project(p, c[0], c[1], c[2])
-                c = (t * c[0], t * c[1], t * c[2])
-                _n, phi, _Q, _r, _h = frame_at(p, law, f, m, c)
-                if phi < -1e-6:
-                    return c
-        return c
+        return x * scale * axes[0], y * scale * axes[1], z * scale * axes[2]
+
+    @jit
+    def squarely(axes, v, sign):
+        """The point at which an ellipsoid's normal is v or its opposite."""
+        c = (sign * v[0] * axes[0] ** 2, sign * v[1] * axes[1] ** 2, sign * v[2] * axes[2] ** 2)
+        reach = math.sqrt(c[0] ** 2 + c[1] ** 2 + c[2] ** 2)
+        size = axes[0] / reach
+        return (c[0] * size, c[1] * size, c[2] * size)
+
+    @jit
+    def search(p, law, axes, f, m, s):
+        """Solve from one start after the other: the ellipsoid's contact, the force, the wrench axis, the moment.
+
+        Returns the last point, its residual, and the least value on the wrench axis where that was looked for.
+        """
+        c, residual, least = (math.nan, math.nan, math.nan), math.inf, -1.0
+        for attempt in range(4):
+            if attempt == 0:
+                start = on_ellipsoid(axes, f, m)
+            elif attempt == 2:
+                start, least = along_axis(p, axes, f, m)
+                if least > 0.0:
+                    continue
+            else:
+                start = squarely(axes, f, -1.0) if attempt == 1 else squarely(axes, m, -1.0 if s > 0.0 else 1.0)
+            if not (math.isfinite(start[0] + start[1] + start[2]) and start[0] ** 2 + start[1] ** 2 + start[2] ** 2):
+                continue
+            t = project(p, start[0], start[1], start[2])
+            start = (t * start[0], t * start[1], t * start[2])
+            n, phi, _Q, _r, _h = frame_at(p, law, f, m, start)
+            if not (phi < -STARTING_PUSH or (attempt == 2 and phi < 0.0)):
+                continue
+            c, residual = newton(p, law, f, m, start)
+            if not residual <= ACCEPTED:
+                c, residual = lead(p, law, f, m, start, n, phi, s)
+            if residual <= ACCEPTED:
+                break
+        return c, residual, least
 
     @jit
     def solve(p, axes, center, rotation, stiffness, exponent, wrenches, hard, result, status):
@@ -423,26 +466,24 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 if hard:
                     m = (m[0] - s * f[0], m[1] - s * f[1], m[2] - s * f[2])
                     s = 0.0
-                residual = math.inf
+                residual, least = math.inf, -1.0
                 if math.isfinite(m[0] + m[1] + m[2]):
-                    start = start_on(p, law, axes, f, m)
-                    c, residual = newton(p, law, f, m, start)
-                    if not residual <= ACCEPTED:
-                        c, residual = lead(p, law, f, m, start, s)
-                    if not residual <= ACCEPTED and stiffness < math.inf:
-                        rigid = (math.inf, 1.0, force)
-                        c, residual = newton(p, rigid, f, m, start)
-                        if not residual <= ACCEPTED:
-                            c, residual = lead(p, rigid, f, m, start, s)
+                    now = law
+                    while True:
+                        c, residual, least = search(p, now, axes, f, m, s)
+                        if residual <= ACCEPTED or now[0] == math.inf:
+                            break
+                        now = (math.inf, 1.0, force)
+                    if now[0] != stiffness:
                         c, residual = soften(p, law, f, m, c)
                 code = _NOT_CONVERGED
                 if residual <= ACCEPTED:
                     n, phi, Q, _rest, h = frame_at(p, law, f, m, c)
                     delta, _rate = indentation(law, phi)
-                    if phi < -MIN_PUSH and softness(law, n, phi, h) < 1.0:
+                    if softness(law, n, phi, h) < 1.0:
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
-                if code != _OK and abs(s) <= MIN_SPIN * moment and axis_misses(p, axes, f, m):
+                if code != _OK and abs(s) <= MIN_SPIN * moment and least > 0.0:
                     code = _NO_CONTACT
             if code == _OK:
                 c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])
