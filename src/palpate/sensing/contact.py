@@ -28,6 +28,9 @@ class ContactStatus(IntEnum):
     """The wrench is not finite, or no float64 can hold its contact."""
     NOT_CONVERGED = 5
     """An iterative solver (implicit or compliant surface) found no contact that it can vouch for."""
+    AMBIGUOUS = 6
+    """Several contacts of a mesh explain the wrench as well: its interpolated normals turn back, or it is too coarse
+    for so tangential a force."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,12 +8,14 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.kernels.composite import solve_composite
-from palpate.sensing.kernels.implicit import solver_for
+from palpate.sensing.kernels.facets import vouch
+from palpate.sensing.kernels.implicit import STARTS, solver_for
 from palpate.sensing.kernels.projective import solve_projective
 from palpate.sensing.kernels.quadric import solve_quadric
 from palpate.surfaces.compliant import CompliantTip
 from palpate.surfaces.composite import Composite
 from palpate.surfaces.implicit import Implicit
+from palpate.surfaces.mesh import MeshSurface
 from palpate.surfaces.open_quadric import OpenQuadric
 from palpate.surfaces.quadric import CenteredQuadric
 from palpate.surfaces.shapes import Sphere
@@ -71,24 +73,34 @@ def _(
 def _(
     surface: Implicit, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
 ) -> None:
-    _iterate(surface, math.inf, 1.0, wrenches, hard, result, status)
+    _iterate(surface, math.inf, 1.0, STARTS, wrenches, hard, result, status)
+
+
+@solve.register
+def _(
+    surface: MeshSurface, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
+) -> None:
+    _iterate(surface, math.inf, 1.0, 1, wrenches, hard, result, status)
+    facets = (surface.parameters, surface.turning_order, surface.turning_spins)
+    vouch(*facets, surface.center, surface.rotation, wrenches, hard, result, status)
 
 
 @solve.register
 def _(
     surface: CompliantTip, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
 ) -> None:
-    _iterate(surface, surface.stiffness, surface.exponent, wrenches, hard, result, status)
+    _iterate(surface, surface.stiffness, surface.exponent, STARTS, wrenches, hard, result, status)
 
 
 def _iterate(
     surface: Implicit | CompliantTip,
     stiffness: float,
     exponent: float,
+    starts: int,
     wrenches: FloatArray,
     hard: bool,
     result: FloatArray,
     status: npt.NDArray[np.int8],
 ) -> None:
     shape = (surface.parameters, surface.half_lengths, surface.center, surface.rotation)
-    solver_for(surface.evaluate, surface.level)(*shape, stiffness, exponent, wrenches, hard, result, status)
+    solver_for(surface.evaluate, surface.level)(*shape, stiffness, exponent, starts, wrenches, hard, result, status)

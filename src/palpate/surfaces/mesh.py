@@ -34,7 +34,13 @@ LONGEST_WALK = 10_000
 MOST_FACETS = 20_000
 """Of a file: whether it is convex costs each of them each vertex, 1 s in all."""
 
-_HEADER = 4
+STEEPEST = 2.0
+"""Tangential over normal force of contacts that may be the only one without a look at every facet; less where
+facets are turned so far against their normals, on a tip so slender, that the force may leave through another one."""
+
+
+HEADER, ROW = 4, 24
+"""Entries of the packed mesh before the facets, and of each."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,6 +55,10 @@ class MeshSurface(Implicit):
         center: Origin of the mesh's frame in the sensor frame, shape (3,) [m].
         rotation: Columns are the mesh's axes in sensor coordinates, shape (3, 3).
 
+    Attributes:
+        turning_order: Facets, first those that the least spin turns over, see `turning`.
+        turning_spins: That spin over the normal force, in the same order [m].
+
     Raises:
         InvalidValueError: The mesh is open, not convex, or does not enclose its origin.
     """
@@ -56,6 +66,8 @@ class MeshSurface(Implicit):
     vertices: FloatArray
     triangles: IndexArray
     normals: FloatArray | None = field(default=None)
+    turning_order: IndexArray = field(init=False)
+    turning_spins: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64)
@@ -84,7 +96,10 @@ class MeshSurface(Implicit):
         for name, array in (("vertices", vertices), ("triangles", triangles), ("normals", normals)):
             array.setflags(write=False)
             object.__setattr__(self, name, array)
-        self._settle(evaluate_mesh, _packed(vertices, normals, triangles, neighbours), size)
+        self._settle(evaluate_mesh, _packed(vertices, normals, triangles, neighbours, self.facet_turn), size)
+        for name, array in zip(("turning_order", "turning_spins"), turning(self.parameters), strict=True):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     @property
     def facet_turn(self) -> float:
@@ -188,15 +203,18 @@ def _vertex_normals(vertices: FloatArray, triangles: IndexArray, facets: FloatAr
 
 
 def _packed(
-    vertices: FloatArray, normals: FloatArray, triangles: IndexArray, neighbours: IndexArray
+    vertices: FloatArray, normals: FloatArray, triangles: IndexArray, neighbours: IndexArray, turn: float
 ) -> FloatArray:
-    """Header (numbers of triangles, entries), then 24 numbers a triangle, then the grid of directions."""
+    """Header (number of triangles, size, least normal force of `STEEPEST`), then each triangle's corners, normals and neighbours, then the grid of directions."""
     count = len(triangles)
-    rows = np.empty((count, 24))
+    rows = np.empty((count, ROW))
     rows[:, 0:9] = vertices[triangles].reshape(count, 9)
     rows[:, 9:18] = normals[triangles].reshape(count, 9)
     rows[:, 18:21] = neighbours
     rows[:, 21:24] = 0.0
+    nearest = np.sum(_facet_normals(vertices, triangles) * vertices[triangles[:, 0]], axis=1).min()
+    slender = np.linalg.norm(vertices, axis=1).max() / nearest
+    push = max(1.0 / math.hypot(1.0, STEEPEST), slender * math.sin(turn))
     middles = vertices[triangles].mean(axis=1)
     middles /= np.linalg.norm(middles, axis=1, keepdims=True)
     ticks = (np.arange(GRID) + 0.5) / GRID * 2.0 - 1.0
@@ -210,11 +228,41 @@ def _packed(
             directions[:, (axis + 2) % 3] = ticks
             directions /= np.linalg.norm(directions, axis=1, keepdims=True)
             grid[face, i] = np.argmax(directions @ middles.T, axis=1)
-    return np.concatenate([[count, 0.0, 0.0, 0.0], rows.ravel(), grid.ravel()])
+    return np.concatenate([[count, np.abs(vertices).max(), push, 0.0], rows.ravel(), grid.ravel()])
+
+
+def turning(p: FloatArray) -> tuple[IndexArray, FloatArray]:
+    """Return which facets the least spin over normal force turns over first, and that spin [m].
+
+    With the force's tangential part up to `STEEPEST` times the normal one, D = det[d1 x f + t M1, d2 x f +
+    t M2, N] is at least A phi^2 - B |t phi| - C t^2; B is zero for the normals of a smooth surface.
+    """
+    count = int(p[0])
+    rows = p[HEADER : HEADER + ROW * count].reshape(count, ROW)
+    v, n = rows[:, :9].reshape(count, 3, 3), rows[:, 9:18].reshape(count, 3, 3)
+    d1, d2 = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
+    M1, M2 = n[:, 1] - n[:, 0], n[:, 2] - n[:, 0]
+    facet = np.cross(d1, d2)
+    A, B = np.full(count, np.inf), np.zeros(count)
+    for k in range(3):
+        N = n[:, k]
+        # f = phi N + tangential
+        normal = np.sum(facet * N, axis=1)
+        aside = np.linalg.norm(facet - normal[:, None] * N, axis=1)
+        A = np.minimum(A, normal - STEEPEST * aside)
+        mixed = np.cross(np.cross(M2, N), d1) + np.cross(np.cross(N, M1), d2)
+        straight = np.abs(np.sum(mixed * N, axis=1))
+        B = np.maximum(B, straight + STEEPEST * np.linalg.norm(mixed - np.sum(mixed * N, axis=1)[:, None] * N, axis=1))
+    C = np.maximum(-np.linalg.det(n), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = 2.0 * A / (B + np.sqrt(B * B + 4.0 * A * C))
+    q = np.where(A > 0.0, np.where(B + C > 0.0, q, np.inf), 0.0)
+    order = np.argsort(q, kind="stable")
+    return order, q[order]
 
 
 @njit(error_model="numpy", cache=True)
-def _facet_on_ray(p: Any, x: Any, y: Any, z: Any) -> Any:
+def facet_on_ray(p: Any, x: Any, y: Any, z: Any) -> Any:
     """Return the facet that the ray from the origin meets, and the corners' weights there."""
     count = int(p[0])
     largest, axis, sign, u, v = abs(x), 0, x, y, z
@@ -225,10 +273,10 @@ def _facet_on_ray(p: Any, x: Any, y: Any, z: Any) -> Any:
     face = 2 * axis + (0 if sign > 0.0 else 1)
     i = min(int((u / largest + 1.0) * 0.5 * GRID), GRID - 1)
     j = min(int((v / largest + 1.0) * 0.5 * GRID), GRID - 1)
-    facet = int(p[_HEADER + 24 * count + (face * GRID + i) * GRID + j])
+    facet = int(p[HEADER + ROW * count + (face * GRID + i) * GRID + j])
     w0 = w1 = w2 = 0.0
     for _ in range(LONGEST_WALK):
-        r = _HEADER + 24 * facet
+        r = HEADER + ROW * facet
         ax, ay, az = p[r], p[r + 1], p[r + 2]
         bx, by, bz = p[r + 3], p[r + 4], p[r + 5]
         cx, cy, cz = p[r + 6], p[r + 7], p[r + 8]
@@ -250,8 +298,8 @@ def evaluate_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
     """How much too long the ray to a point is, relative, with the smooth normal and its change as derivatives."""
     if x == 0.0 and y == 0.0 and z == 0.0:
         return (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    facet, b0, b1, b2 = _facet_on_ray(p, x, y, z)
-    r = _HEADER + 24 * facet
+    facet, b0, b1, b2 = facet_on_ray(p, x, y, z)
+    r = HEADER + ROW * facet
     cx = b0 * p[r] + b1 * p[r + 3] + b2 * p[r + 6]
     cy = b0 * p[r + 1] + b1 * p[r + 4] + b2 * p[r + 7]
     cz = b0 * p[r + 2] + b1 * p[r + 5] + b2 * p[r + 8]

@@ -38,6 +38,9 @@ RESIDUAL = 1e-14
 ACCEPTED = 1e-12
 """Largest such residual that counts as a contact."""
 
+MOST_EXACT = 1e-13
+"""The same where something else finds what Newton's iteration does not."""
+
 INTERMEDIATE = 1e-6
 """The same for the contacts between the easy moment and the measured one."""
 
@@ -52,6 +55,9 @@ MIN_PUSH = 1e-9
 
 MIN_SPIN = 1e-14
 """f.m, relative to |f||m|, that cannot be distinguished from zero."""
+
+STARTS = 4
+"""See `search`."""
 
 STARTING_PUSH = 1e-6
 """The same where an iteration starts."""
@@ -379,13 +385,13 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         return (c[0] * size, c[1] * size, c[2] * size)
 
     @jit
-    def search(p, law, axes, f, m, s):
+    def search(p, law, axes, f, m, s, starts):
         """Solve from one start after the other: the ellipsoid's contact, the force, the wrench axis, the moment.
 
         Returns the last point, its residual, and the least value on the wrench axis where that was looked for.
         """
         c, residual, least = (math.nan, math.nan, math.nan), math.inf, -1.0
-        for attempt in range(4):
+        for attempt in range(starts):
             if attempt == 0:
                 start = on_ellipsoid(axes, f, m)
             elif attempt == 2:
@@ -402,14 +408,14 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             if not (phi < -STARTING_PUSH or (attempt == 2 and phi < 0.0)):
                 continue
             c, residual = newton(p, law, f, m, start)
-            if not residual <= ACCEPTED:
+            if not residual <= ACCEPTED and starts > 1:
                 c, residual = lead(p, law, f, m, start, n, phi, s)
             if residual <= ACCEPTED:
                 break
         return c, residual, least
 
     @jit
-    def solve(p, axes, center, rotation, stiffness, exponent, wrenches, hard, result, status):
+    def solve(p, axes, center, rotation, stiffness, exponent, starts, wrenches, hard, result, status):
         """Solve n wrenches on one surface.
 
         Args:
@@ -419,6 +425,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
             stiffness: Of the law delta = (f_n / stiffness)^exponent; infinite for a rigid surface.
             exponent: Of the same law.
+            starts: `STARTS`, or 1 for Newton's iteration alone, where others find what that does not.
             wrenches: As in `solve_quadric`, and so are the others.
             hard: See there.
             result: See there.
@@ -470,14 +477,14 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 if math.isfinite(m[0] + m[1] + m[2]):
                     now = law
                     while True:
-                        c, residual, least = search(p, now, axes, f, m, s)
+                        c, residual, least = search(p, now, axes, f, m, s, starts)
                         if residual <= ACCEPTED or now[0] == math.inf:
                             break
                         now = (math.inf, 1.0, force)
                     if now[0] != stiffness:
                         c, residual = soften(p, law, f, m, c)
                 code = _NOT_CONVERGED
-                if residual <= ACCEPTED:
+                if residual <= (ACCEPTED if starts > 1 else MOST_EXACT):
                     n, phi, Q, _rest, h = frame_at(p, law, f, m, c)
                     delta, _rate = indentation(law, phi)
                     if softness(law, n, phi, h) < 1.0:
