@@ -60,12 +60,12 @@ def contact_jacobians(contacts: Contacts, surface: SurfaceAtContacts) -> Contact
     n_cross_f, Wf = np.cross(n, f), np.einsum("ijk,ik->ij", W, f)
     df = np.broadcast_to(np.eye(3, 6), (len(c), 3, 6))
     n_df = np.einsum("ij,ijk->ik", n, df)
-    dmu = np.concatenate((-_cross_matrices(c), np.broadcast_to(np.eye(3), P.shape)), axis=2)
+    dmu = np.concatenate((-cross_matrices(c), np.broadcast_to(np.eye(3), P.shape)), axis=2)
     yielding = surface.yielding[:, None, None] * n_cross_f[:, :, None]
 
     # in units of the force, whose square may leave float64 where S does not
     size = np.hypot(np.hypot(f[:, 0], f[:, 1]), f[:, 2])
-    M = (Q / size)[:, None, None] * W - (phi / size)[:, None, None] * _cross_matrices(n)
+    M = (Q / size)[:, None, None] * W - (phi / size)[:, None, None] * cross_matrices(n)
     M += yielding / size[:, None, None] * Wf[:, None, :]
     trace = np.trace(M, axis1=1, axis2=2)
     determinant = 0.5 * (trace**2 - np.einsum("ijk,ikj->i", M, M))
@@ -85,7 +85,7 @@ def contact_jacobians(contacts: Contacts, surface: SurfaceAtContacts) -> Contact
     )
 
 
-def _cross_matrices(a: FloatArray) -> FloatArray:
+def cross_matrices(a: FloatArray) -> FloatArray:
     """Return [a] with [a] b = a x b for each row, shape (n, 3, 3)."""
     matrices = np.zeros((len(a), 3, 3))
     matrices[:, 0, 1], matrices[:, 0, 2] = -a[:, 2], a[:, 1]
