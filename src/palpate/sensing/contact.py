@@ -29,8 +29,8 @@ class ContactStatus(IntEnum):
     NOT_CONVERGED = 5
     """An iterative solver (implicit or compliant surface) found no contact that it can vouch for."""
     AMBIGUOUS = 6
-    """Several contacts of a mesh explain the wrench as well: its interpolated normals turn back, or it is too coarse
-    for so tangential a force."""
+    """Several contacts explain the wrench as well: normals of a mesh turn back, or its facets are too coarse for
+    so tangential a force; or rounding decides which patch of a composite such a force touches."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

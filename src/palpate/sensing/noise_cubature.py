@@ -120,7 +120,9 @@ def _block_departure(
     worst = np.zeros(len(rows))
     for name, dimension in QUANTITIES.items():
         linear = np.einsum("iak,ilk->ila", getattr(jacobians, name)[rows].reshape(len(rows), dimension, 6), nodes)
-        moved = getattr(solved, name).reshape(*shape, dimension) - getattr(contacts, name)[rows].reshape(-1, 1, dimension)
+        moved = getattr(solved, name).reshape(*shape, dimension) - getattr(contacts, name)[rows].reshape(
+            -1, 1, dimension
+        )
         residual = np.where(reached[:, :, None], moved - linear, 0.0)
         residual[(np.abs(residual) <= ROUNDING * sizes[name][:, None, None]).all(axis=(1, 2))] = 0.0
         moments[name][rows] = residual.transpose(0, 2, 1) @ residual / nodes.shape[1]

@@ -103,4 +103,6 @@ def _iterate(
     status: npt.NDArray[np.int8],
 ) -> None:
     shape = (surface.parameters, surface.half_lengths, surface.center, surface.rotation)
-    solver_for(surface.evaluate, surface.level)(*shape, stiffness, exponent, starts, wrenches, hard, result, status)
+    solver_for(surface.evaluate, surface.level)(
+        *shape, stiffness, exponent, starts, wrenches, hard, result, status
+    )

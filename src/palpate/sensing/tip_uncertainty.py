@@ -1,9 +1,9 @@
 """How uncertain the model of a fingertip is, and what that does to the contacts that are found on it.
 
-A tip that sits elsewhere than believed, by d, has its contact where the believed one has it for the moment m - d x f,
-moved by d. One that is turned by theta about its center has the contact of the wrench turned back. One that is larger
-by e along its normals has that of the moment m + e f x n, moved by e n; so has one that yields by e less. Hence the
-derivatives with respect to the model are those with respect to the wrench, combined.
+A tip that sits elsewhere than believed, by d, has its contact where the believed one has it for the moment
+m - d x f, moved by d. One that is turned by theta about its center has the contact of the wrench turned back. One
+that is larger by e along its normals has that of the moment m + e f x n, moved by e n; so has one that yields by e
+less. Hence the derivatives with respect to the model are those with respect to the wrench, combined.
 """
 
 from dataclasses import dataclass

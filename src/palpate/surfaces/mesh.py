@@ -35,8 +35,8 @@ MOST_FACETS = 20_000
 """Of a file: whether it is convex costs each of them each vertex, 1 s in all."""
 
 STEEPEST = 2.0
-"""Tangential over normal force of contacts that may be the only one without a look at every facet; less where
-facets are turned so far against their normals, on a tip so slender, that the force may leave through another one."""
+"""Tangential over normal force of contacts that may be the only one without a look at every facet; less
+where facets are turned so far against their normals, on a tip so slender, that a force may leave through one."""
 
 
 HEADER, ROW = 4, 24
@@ -205,7 +205,10 @@ def _vertex_normals(vertices: FloatArray, triangles: IndexArray, facets: FloatAr
 def _packed(
     vertices: FloatArray, normals: FloatArray, triangles: IndexArray, neighbours: IndexArray, turn: float
 ) -> FloatArray:
-    """Header (number of triangles, size, least normal force of `STEEPEST`), then each triangle's corners, normals and neighbours, then the grid of directions."""
+    """Header, each triangle's corners, normals and neighbours, the grid of directions.
+
+    The header is the number of triangles, the size, and the normal force that `STEEPEST` is about.
+    """
     count = len(triangles)
     rows = np.empty((count, ROW))
     rows[:, 0:9] = vertices[triangles].reshape(count, 9)
@@ -252,7 +255,9 @@ def turning(p: FloatArray) -> tuple[IndexArray, FloatArray]:
         A = np.minimum(A, normal - STEEPEST * aside)
         mixed = np.cross(np.cross(M2, N), d1) + np.cross(np.cross(N, M1), d2)
         straight = np.abs(np.sum(mixed * N, axis=1))
-        B = np.maximum(B, straight + STEEPEST * np.linalg.norm(mixed - np.sum(mixed * N, axis=1)[:, None] * N, axis=1))
+        B = np.maximum(
+            B, straight + STEEPEST * np.linalg.norm(mixed - np.sum(mixed * N, axis=1)[:, None] * N, axis=1)
+        )
     C = np.maximum(-np.linalg.det(n), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         q = 2.0 * A / (B + np.sqrt(B * B + 4.0 * A * C))

@@ -1,13 +1,13 @@
 """All contacts of a wrench on a triangle mesh with interpolated normals, facet by facet, compiled.
 
-On a facet, point and normal are weighted means of the corners' v_i and N_i, and so the balance m = c x f + lambda N
-reads sum_i b_i (u_i - lambda N_i) = 0 with u_i = m - v_i x f: the weights b span the null space of a 3x3 matrix whose
-determinant is a cubic in lambda. So every contact is found, none by iteration, and a second one is not overlooked.
+On a facet, point and normal are weighted means of the corners' v_i and N_i, and so the balance
+m = c x f + lambda N reads sum_i b_i (u_i - lambda N_i) = 0 with u_i = m - v_i x f: the weights b span the null space of a 3x3 matrix
+whose determinant is a cubic in lambda. So every contact is found, and a second one is not overlooked.
 
-Interpolated normals are those of no smooth surface: where they turn back across a facet, or face the force on a facet
-that does not, a wrench may have several contacts. Each is a regular point of m as a function of (b, lambda), whose
-orientations add up to one; so a second contact needs a facet that can be turned over, and where none can there is
-one. A mesh knows which spin turns which facets over (`palpate.surfaces.mesh.turning`).
+Interpolated normals are those of no smooth surface: where they turn back across a facet, or face the force on a
+facet that does not, a wrench may have several contacts. Each is a regular point of m as a function of (b, lambda),
+whose orientations add up to one; so a second contact needs a facet that can be turned over, and where none can
+there is one. A mesh knows which spin turns which facets over (`palpate.surfaces.mesh.turning`).
 """
 
 import math
@@ -16,6 +16,7 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
+from palpate.sensing.kernels.implicit import MIN_PUSH
 from palpate.surfaces.mesh import HEADER, ROW, facet_on_ray
 
 _OK = int(ContactStatus.OK)
@@ -28,9 +29,6 @@ INSIDE = 1e-9
 
 SAME = 1e-6
 """Contacts on edges that are nearer than this, relative to the size of the tip, are one found from both sides."""
-
-MIN_PUSH = 1e-9
-"""See `palpate.sensing.kernels.implicit`."""
 
 MARGIN = 4.0
 """By so much more spin over normal force a second contact may have than the first."""
@@ -58,7 +56,7 @@ def _corner(p, row, i, f, m):
 
 @njit(error_model="numpy")
 def _apart(low, high, u, n):
-    """Whether the three vectors u_i - lambda N_i lie on one side of a coordinate plane, for every lambda between."""
+    """Whether the three u_i - lambda N_i lie on one side of a coordinate plane, for every lambda between."""
     for k in range(3):
         least, most = math.inf, -math.inf
         for i in range(3):
@@ -133,7 +131,11 @@ def _refined(u, n, b1, b2, t):
         -(b0 * n[0][2] + b1 * n[1][2] + b2 * n[2][2]),
     )
     whole = _determinant(d1, d2, e)
-    s1, s2, st = _determinant(rest, d2, e) / whole, _determinant(d1, rest, e) / whole, _determinant(d1, d2, rest) / whole
+    s1, s2, st = (
+        _determinant(rest, d2, e) / whole,
+        _determinant(d1, rest, e) / whole,
+        _determinant(d1, d2, rest) / whole,
+    )
     return b1 - s1, b2 - s2, t - st, whole
 
 
@@ -252,8 +254,16 @@ def _condition(p, known, f, m, c):
     u2, n2, _ = _corner(p, row, 2, f, m)
     t = known[4]
     b0, b1, b2 = known[1], known[2], known[3]
-    g1 = (u1[0] - u0[0] - t * (n1[0] - n0[0]), u1[1] - u0[1] - t * (n1[1] - n0[1]), u1[2] - u0[2] - t * (n1[2] - n0[2]))
-    g2 = (u2[0] - u0[0] - t * (n2[0] - n0[0]), u2[1] - u0[1] - t * (n2[1] - n0[1]), u2[2] - u0[2] - t * (n2[2] - n0[2]))
+    g1 = (
+        u1[0] - u0[0] - t * (n1[0] - n0[0]),
+        u1[1] - u0[1] - t * (n1[1] - n0[1]),
+        u1[2] - u0[2] - t * (n1[2] - n0[2]),
+    )
+    g2 = (
+        u2[0] - u0[0] - t * (n2[0] - n0[0]),
+        u2[1] - u0[1] - t * (n2[1] - n0[1]),
+        u2[2] - u0[2] - t * (n2[2] - n0[2]),
+    )
     g3 = (
         b0 * n0[0] + b1 * n1[0] + b2 * n2[0],
         b0 * n0[1] + b1 * n1[1] + b2 * n2[1],
@@ -278,7 +288,7 @@ def _condition(p, known, f, m, c):
 
 @njit(error_model="numpy", cache=True)
 def vouch(p, order, spins, center, rotation, wrenches, hard, result, status):
-    """Check contacts that were found on a mesh, find those that were not, and mark those that are not the only one.
+    """Check contacts found on a mesh, find those that were not, and mark those that are not the only one.
 
     Args:
         p: The packed mesh.

@@ -252,7 +252,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
 
     @jit
     def newton(p, law, f, m, start):
-        """Iterate from a point; returns the last and its relative residual, infinite where the force does not push."""
+        """Iterate from a point; returns the last and its relative residual, infinite where the force pulls."""
         c = start
         size = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
         spun = f[0] * m[0] + f[1] * m[1] + f[2] * m[2]
@@ -331,7 +331,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
 
     @jit
     def along_axis(p, axes, f, m):
-        """Where the wrench axis comes from outside onto the surface, and its least value, above zero if it misses."""
+        """Where the wrench axis comes in through the surface, and its least value, above zero if it misses."""
         rx, ry, rz = f[1] * m[2] - f[2] * m[1], f[2] * m[0] - f[0] * m[2], f[0] * m[1] - f[1] * m[0]
         # nearest to the centre at r: where it hits, it hits within the tip's size of there
         reach = 2.0 * max(max(axes[0], axes[1]), axes[2])
@@ -400,7 +400,9 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                     continue
             else:
                 start = squarely(axes, f, -1.0) if attempt == 1 else squarely(axes, m, -1.0 if s > 0.0 else 1.0)
-            if not (math.isfinite(start[0] + start[1] + start[2]) and start[0] ** 2 + start[1] ** 2 + start[2] ** 2):
+            if not (
+                math.isfinite(start[0] + start[1] + start[2]) and start[0] ** 2 + start[1] ** 2 + start[2] ** 2
+            ):
                 continue
             t = project(p, start[0], start[1], start[2])
             start = (t * start[0], t * start[1], t * start[2])
