@@ -107,7 +107,7 @@ def test_noise_gives_standard_deviations_and_whether_to_trust_them(tmp_path):
         np.testing.assert_allclose(numbers(row, "normal_force_sd_N")[0], np.sqrt(told.normal_force[i]))
         np.testing.assert_allclose(numbers(row, "spin_torque_sd_Nm")[0], np.sqrt(told.spin_torque[i]))
         assert row["uncertainty"] == "VALID"
-    assert convert(tmp_path, HEADER + "\n0,0,-1,0,0,0", force_noise=0.3)[0]["uncertainty"] != "VALID"
+    assert convert(tmp_path, HEADER + "\n0,0,-1,0,0,0", force_noise=3.0)[0]["uncertainty"] != "VALID"
 
 
 def test_the_fingertip_is_the_one_that_was_described():

@@ -335,7 +335,7 @@ def held(tip, wrenches, true, covariance, model=None):
     return valid, np.column_stack(inside)
 
 
-@pytest.mark.parametrize("level", [0.01, 0.05, 0.1, 0.2, 0.4])
+@pytest.mark.parametrize("level", [0.01, 0.05, 0.1, 0.2])
 def test_valid_regions_of_95_percent_hold_at_any_noise(level):
     """VALID contacts alone: their noise is not what makes them VALID."""
     rng = np.random.default_rng(5)

@@ -1,6 +1,9 @@
 """Symmetries on every kind of fingertip: frames, units, mirrors, and what has no contact."""
 
+import importlib.util
 import math
+import sys
+from pathlib import Path
 
 import hypothesis
 import numpy as np
@@ -289,3 +292,38 @@ def test_without_spin_an_open_tip_is_touched_on_the_wrench_axis_or_not_at_all(na
         assert (~ok).any()
         reach = np.linalg.norm(found.centroid[ok], axis=1)
         assert (off[ok] <= 1e-10 * np.maximum(R, reach)).all()
+
+
+def trust_of_contacts():
+    """The trust study of contacts, which is no package."""
+    spec = importlib.util.spec_from_file_location(
+        "contacts", Path(__file__).parents[2] / "benchmarks/trust/contacts.py"
+    )
+    module = sys.modules.setdefault("contacts", importlib.util.module_from_spec(spec))
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_condition_is_the_amplification_for_every_kind_of_tip():
+    assert trust_of_contacts().conditions("e") == 0
+
+
+@pytest.mark.slow
+def test_contacts_of_meshes_and_symbolic_tips_are_found_or_ambiguous():
+    """None missed, none wrong beyond 1e-12 times the condition, with normal forces from 1e-3 of the tangential."""
+    assert trust_of_contacts().exact(20_000, "") == 0
+
+
+def test_grazing_composites_do_not_vouch_for_another_patch():
+    """The axis misses the cylinder by rounding, and the hemisphere explains what is left with next to no push."""
+    tip, rng = Capsule(R, 3 * R), np.random.default_rng(1)
+    n = 2000
+    turn = rng.uniform(0, 2 * np.pi, n)
+    normal = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(n)])
+    c = R * normal - R * np.column_stack([np.zeros((n, 2)), rng.uniform(0.1, 2.9, n)])
+    across = np.column_stack([-normal[:, 1], normal[:, 0], rng.normal(size=n)])
+    f = across - 10 ** rng.uniform(-9, -6, n)[:, None] * normal
+    found = contacts_from_wrenches(tip, np.hstack([f, np.cross(c, f)]))
+    off = np.linalg.norm(found.centroid - c, axis=1)[found.status == 0]
+    assert (off < 1e-4 * R).all()
+    assert (found.status != 0).any()

@@ -32,6 +32,12 @@ NONLINEARITY_LIMIT = 1.0
 """Departure from first order as large as that itself. Below it regions of 95 % held 92.6 to 97.8 % of random
 contacts on spheres, ellipsoids, cylinders and planes at noise of 1 to 50 % of the normal force, 40 000 at each."""
 
+STEEP_LIMIT = 0.5
+"""Relative standard deviation of the normal force, times tangential over normal force. The more tangential a
+force, the less noise it takes until its normal part looks several times as large as it is, and the contact
+straight: with tangential forces of up to 100 times the normal one and noise of 1 %, 52 of 150 contacts were
+silently wrong without this limit, none with it."""
+
 SYMMETRY_TOLERANCE = 1e-9
 """Largest asymmetry and negative eigenvalue of a covariance, relative to its largest entry: rounding and printing
 with ten digits pass, a wrong entry does not."""
@@ -191,6 +197,10 @@ def contacts_uncertainties(
 
     status = np.full(len(found), UncertaintyStatus.VALID, np.int8)
     status[missed.share > NONLINEARITY_LIMIT] = UncertaintyStatus.NONLINEAR
+    with np.errstate(all="ignore"):
+        slope = np.linalg.norm(contacts.tangential_force, axis=1) / contacts.normal_force
+        steep = slope * np.sqrt(covariances["normal_force"][:, 0, 0]) / contacts.normal_force
+    status[steep > STEEP_LIMIT] = UncertaintyStatus.NONLINEAR
     status[~np.isfinite(missed.share) | ~np.isfinite(total)] = UncertaintyStatus.DEGENERATE
     status[~found] = UncertaintyStatus.NO_CONTACT
     return ContactUncertainties(

@@ -76,15 +76,15 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
                         result[(12 + field) * stride + start + i] = found[(12 + field) * n + i]
         for i in range(n):
             own, f = centers[chosen[i]], wrenches[start + i]
-            push = result[12 * stride + start + i]
-            # where rounding decides whether another patch is touched, its own solution has next to no normal force
-            if status[start + i] == _OK and push * push < MIN_PUSH**2 * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]):
-                status[start + i] = _AMBIGUOUS
             if status[start + i] == _OK and (own[0] != middle[0] or own[1] != middle[1] or own[2] != middle[2]):
                 w, c = wrenches[start + i], result[3 * (start + i) : 3 * (start + i) + 3]
                 result[14 * stride + start + i] *= _relative_size(w, c, middle) / _relative_size(w, c, own)
             if status[start + i] == _OK and best[i] > tolerance:
                 status[start + i] = _OUTSIDE
+            push = result[12 * stride + start + i]
+            # where rounding decides whether another patch is touched, its own solution has next to no normal force
+            if status[start + i] == _OK and push * push < MIN_PUSH**2 * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]):
+                status[start + i] = _AMBIGUOUS
             if status[start + i] == _OUTSIDE or status[start + i] == _AMBIGUOUS:
                 for field in (0, 1, 3):
                     for c in range(3):

@@ -1,8 +1,8 @@
 """All contacts of a wrench on a triangle mesh with interpolated normals, facet by facet, compiled.
 
 On a facet, point and normal are weighted means of the corners' v_i and N_i, and so the balance
-m = c x f + lambda N reads sum_i b_i (u_i - lambda N_i) = 0 with u_i = m - v_i x f: the weights b span the null space of a 3x3 matrix
-whose determinant is a cubic in lambda. So every contact is found, and a second one is not overlooked.
+m = c x f + lambda N reads sum_i b_i (u_i - lambda N_i) = 0 with u_i = m - v_i x f: the weights b span the null
+space of a 3x3 matrix whose determinant is a cubic in lambda. So every contact is found, and no second one missed.
 
 Interpolated normals are those of no smooth surface: where they turn back across a facet, or face the force on a
 facet that does not, a wrench may have several contacts. Each is a regular point of m as a function of (b, lambda),

@@ -86,6 +86,10 @@ _COF2 = int(Packed.COFACTOR_SQUARED)
 _DET = int(Packed.DETERMINANT)
 _DET_INV = int(Packed.DETERMINANT_INVERSE)
 
+LARGEST_TURN = 1e100
+"""Share of a condition number that is the spin's, the normal force's being at most 1, up to which both are counted:
+its square stays within float64."""
+
 _LITTLE_CANCELLATION = 3.0
 """c, or the normal, may be this many times smaller than the terms it is summed from: float64 then is within some
 ten units in the last place."""
@@ -289,12 +293,12 @@ def derive(q, n, hard, t):
 
     The condition is |S| |(|f|, |m| / |c|)|, see `palpate.sensing.solver`, of the Frobenius norm of S = dc/dm:
     |S|^2 = (q^2 (k1^2 + k2^2) + 2 phi^2) / (phi^2 + q^2 k1 k2)^2 with phi = f.n, q the spin torque and k1, k2 the
-    principal curvatures, whose sum is (tr A^2 - n'A^2 n) / |A^2 c| and whose product D^2 / |A^2 c|^4.
+    principal curvatures, with sum (tr A^2 - n'A^2 n) / |A^2 c| and product (D / |A^2 c|^2)^2.
     """
     A0, A1, A2 = q[_A], q[_A + 1], q[_A + 2]
     AA0, AA1, AA2 = q[_A2], q[_A2 + 1], q[_A2 + 2]
     bounded = q[_DET] != 0.0
-    squared_determinant = q[_DET] * q[_DET]
+    determinant = q[_DET]
     for i in range(n):
         f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
         m0, m1, m2 = t[M + i], t[M + BLOCK + i], t[M + 2 * BLOCK + i]
@@ -312,13 +316,17 @@ def derive(q, n, hard, t):
         t[N + 2 * BLOCK + i] = n2
         t[PUSH + i] = normal_force
         t[SPIN + i] = -t[SPIN + i] * normal_force if hard else spin
-        squares = inverse * inverse
         bend = (AA0 * (1.0 - n0 * n0) + AA1 * (1.0 - n1 * n1) + AA2 * (1.0 - n2 * n2)) * inverse
-        bend = bend * bend - 2.0 * squared_determinant * squares * squares
-        turned = spin * spin * bend + 2.0 * normal_force * normal_force
+        gauss = determinant * inverse * inverse
+        bend = max(bend * bend - 2.0 * gauss * gauss, 0.0)
+        root = math.sqrt(t[MODULUS_INVERSE + i])
+        parts = gradient * root
+        push, turn = normal_force * parts, abs(spin) * math.sqrt(bend) * parts
+        some = min(turn, LARGEST_TURN)
+        turned = max(math.sqrt(some * some + 2.0 * push * push), turn)
         lever = (m0 * m0 + m1 * m1 + m2 * m2) / (c0 * c0 + c1 * c1 + c2 * c2)
         size = f0 * f0 + f1 * f1 + f2 * f2 + lever
-        t[KAPPA + i] = math.sqrt(turned * size) * (gradient * gradient) * t[MODULUS_INVERSE + i]
+        t[KAPPA + i] = max(turned, 1.0) * parts * math.sqrt(size)
 
         exists = t[P_ + i] > 0.0 or (bounded and t[S + i] != 0.0)
         some_force = f0 != 0.0 or f1 != 0.0 or f2 != 0.0
