@@ -97,9 +97,11 @@ class MeshSurface(Implicit):
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         self._settle(evaluate_mesh, _packed(vertices, normals, triangles, neighbours, self.facet_turn), size)
-        for name, array in zip(("turning_order", "turning_spins"), turning(self.parameters), strict=True):
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        order, spins = turning(self.parameters)
+        order.setflags(write=False)
+        spins.setflags(write=False)
+        object.__setattr__(self, "turning_order", order)
+        object.__setattr__(self, "turning_spins", spins)
 
     @property
     def facet_turn(self) -> float:

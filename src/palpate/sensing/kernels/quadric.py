@@ -87,7 +87,7 @@ _DET = int(Packed.DETERMINANT)
 _DET_INV = int(Packed.DETERMINANT_INVERSE)
 
 LARGEST_TURN = 1e100
-"""Share of a condition number that is the spin's, the normal force's being at most 1, up to which both are counted:
+"""Share of a condition number that is the spin's, the normal force's being at most 1, up to which both count:
 its square stays within float64."""
 
 _LITTLE_CANCELLATION = 3.0
