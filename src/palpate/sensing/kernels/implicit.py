@@ -489,7 +489,9 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 if residual <= (ACCEPTED if starts > 1 else MOST_EXACT):
                     n, phi, Q, _rest, h = frame_at(p, law, f, m, c)
                     delta, _rate = indentation(law, phi)
-                    if softness(law, n, phi, h) < 1.0:
+                    _e, _g, bent, _j = system_at(law, f, n, phi, Q, h)
+                    bend = 0.5 * (bent[0] + bent[2] + math.hypot(bent[0] - bent[2], 2.0 * bent[1]))
+                    if delta * bend < 1.0:  # `softness` to the last digits
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
                 if code != _OK and abs(s) <= MIN_SPIN * moment and least > 0.0:
