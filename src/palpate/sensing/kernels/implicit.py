@@ -56,6 +56,9 @@ MIN_PUSH = 1e-9
 MIN_SPIN = 1e-14
 """f.m, relative to |f||m|, that cannot be distinguished from zero."""
 
+SOFTEST = 1.0 - 1e-6
+"""Indentation times curvature of a contact: at 1 the yielding surface folds over, and every direction is a contact."""
+
 STARTS = 4
 """See `search`."""
 
@@ -489,9 +492,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 if residual <= (ACCEPTED if starts > 1 else MOST_EXACT):
                     n, phi, Q, _rest, h = frame_at(p, law, f, m, c)
                     delta, _rate = indentation(law, phi)
-                    _e, _g, bent, _j = system_at(law, f, n, phi, Q, h)
-                    bend = 0.5 * (bent[0] + bent[2] + math.hypot(bent[0] - bent[2], 2.0 * bent[1]))
-                    if delta * bend < 1.0:  # `softness` to the last digits
+                    if softness(law, n, phi, h) < SOFTEST:
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
                 if code != _OK and abs(s) <= MIN_SPIN * moment and least > 0.0:
