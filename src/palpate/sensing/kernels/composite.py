@@ -83,7 +83,11 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
                 status[start + i] = _OUTSIDE
             push = result[12 * stride + start + i]
             # where rounding decides whether another patch is touched, its own solution has next to no normal force
-            if status[start + i] == _OK and push * push < MIN_PUSH**2 * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]):
+            if (
+                len(packed) > 1
+                and status[start + i] == _OK
+                and push * push < MIN_PUSH**2 * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
+            ):
                 status[start + i] = _AMBIGUOUS
             if status[start + i] == _OUTSIDE or status[start + i] == _AMBIGUOUS:
                 for field in (0, 1, 3):

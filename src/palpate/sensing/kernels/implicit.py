@@ -57,7 +57,7 @@ MIN_SPIN = 1e-14
 """f.m, relative to |f||m|, that cannot be distinguished from zero."""
 
 SOFTEST = 1.0 - 1e-6
-"""Indentation times curvature of a contact: at 1 the yielding surface folds over, and every direction is a contact."""
+"""Indentation times curvature of a contact: at 1 the yielding surface folds over."""
 
 STARTS = 4
 """See `search`."""
