@@ -1,5 +1,5 @@
 """Every trust study, by its name."""
 
-from trust import friction, limit_surface, payload, shapes
+from trust import contacts, friction, limit_surface, payload, shapes
 
-STUDIES = {study.name: study for study in (payload.STUDY, friction.STUDY, limit_surface.STUDY, shapes.STUDY)}
+STUDIES = {each.STUDY.name: each.STUDY for each in (contacts, payload, friction, limit_surface, shapes)}

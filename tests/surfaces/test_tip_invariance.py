@@ -1,13 +1,11 @@
 """Symmetries on every kind of fingertip: frames, units, mirrors, and what has no contact."""
 
-import importlib.util
 import math
-import sys
-from pathlib import Path
 
 import hypothesis
 import numpy as np
 import pytest
+from contact_solutions import conditions, exact
 from hypothesis import strategies as st
 
 from palpate import (
@@ -294,24 +292,14 @@ def test_without_spin_an_open_tip_is_touched_on_the_wrench_axis_or_not_at_all(na
         assert (off[ok] <= 1e-10 * np.maximum(R, reach)).all()
 
 
-def trust_of_contacts():
-    """The trust study of contacts, which is no package."""
-    spec = importlib.util.spec_from_file_location(
-        "contacts", Path(__file__).parents[2] / "benchmarks/trust/contacts.py"
-    )
-    module = sys.modules.setdefault("contacts", importlib.util.module_from_spec(spec))
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_the_condition_is_the_amplification_for_every_kind_of_tip():
-    assert trust_of_contacts().conditions("e") == 0
+    assert conditions("e") == 0
 
 
 @pytest.mark.slow
 def test_contacts_of_meshes_and_symbolic_tips_are_found_or_ambiguous():
     """None missed, none wrong beyond 1e-12 times the condition, with normal forces from 1e-3 of the tangential."""
-    assert trust_of_contacts().exact(20_000, "") == 0
+    assert exact(20_000, "") == 0
 
 
 def test_grazing_composites_do_not_vouch_for_another_patch():

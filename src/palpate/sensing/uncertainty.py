@@ -10,7 +10,7 @@ is not known exactly adds its own part (`palpate.sensing.tip_uncertainty`).
 A limit on the nonlinearity selects contacts by their noise: those that look straighter than they are, because
 noise made the force look larger. With a limit of 0.1, and first order alone, regions of 95 % held 30 to 80 % of
 the few contacts that passed at 7 to 10 % noise. So the limit is where the covariances cease to hold, far beyond:
-`python benchmarks/trust/contacts.py`.
+`python benchmarks/trust contact`.
 """
 
 from dataclasses import dataclass
