@@ -22,8 +22,12 @@ from palpate.mapping.surface_map.stretches import Stretches
 STEEPEST_COS = 0.5
 """Stretches whose normal leans more than 60 degrees from a patch's axis are of another face."""
 
-JITTER = 1e-9
-"""Added to the diagonal relative to itself, against rounding: 3e-5 of a standard deviation."""
+JITTER = 1e-13
+"""Added to the diagonal relative to itself, against rounding: 3e-7 of a standard deviation. It is white noise to the
+search: 1e-9 made lengths of gentle surfaces grow until this noise was that of the means over stretches at edges."""
+
+COARSE_JITTER = 1e-9
+"""Instead, where a covariance is singular to rounding all the same."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,14 +131,15 @@ class Factored:
     mean_square: float
 
     @classmethod
-    def of(cls, data: PatchData, model: SurfaceModel, noise: FloatArray) -> "Factored":
-        """Factor surface and noise together."""
+    def of(cls, data: PatchData, model: SurfaceModel, noise: FloatArray, jitter: float = JITTER) -> "Factored":
+        """Factor surface and noise together; with `COARSE_JITTER` where they are singular with less."""
         K = surface_covariance(data.xy, data.xy, model)
         K += noise
-        K[np.diag_indices(len(K))] *= 1.0 + JITTER
+        K[np.diag_indices(len(K))] *= 1.0 + jitter
         lower, failed = dpotrf(K.T, lower=1, clean=0, overwrite_a=1)
         if failed:
-            return cls(lower, -np.inf, np.inf)
+            singular = cls(lower, -np.inf, np.inf)
+            return singular if jitter >= COARSE_JITTER else cls.of(data, model, noise, COARSE_JITTER)
         white, _ = dtrtrs(lower, data.values, lower=1)
         square = float(white @ white)
         return cls(lower, -0.5 * square - float(np.log(np.diagonal(lower)).sum()), square / len(white))
@@ -182,7 +187,7 @@ class SurfacePatch:
             middle: Up to this distance from its centre rows tell whether they agree [m].
 
         Raises:
-            FloatingPointError: The covariance is not positive definite, which `JITTER` excludes for finite data.
+            FloatingPointError: The covariance is not positive definite, which `COARSE_JITTER` excludes for finite data.
         """
         data = PatchData.over(frame, stretches)
         noise = data.noise(model)
