@@ -1,6 +1,8 @@
 """A map says when its model does not hold, and does not depend on units, origin, or single bad contacts."""
 
 import dataclasses
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,11 @@ from palpate.mapping.surface_map.evidence import evidence_gradient
 from palpate.mapping.surface_map.learn import Parameter, at_bounds
 from palpate.mapping.surface_map.model import BENDS
 from palpate.mapping.surface_map.patch import PatchData
-from palpate.mapping.surface_map.spikes import NEIGHBOURS
+from palpate.mapping.surface_map.spikes import LONGEST_RUN, NEIGHBOURS
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
+
+from mapping_surface.shapes import SHAPES, Errors, felt  # noqa: E402
 
 NOISE, TILT, KEPT = 3e-5, np.radians(0.5), 1e-3
 LENGTHS = ("length", "noise", "noise_length", "tilt_length", "plane")
@@ -90,6 +96,16 @@ def test_a_gentle_wave_has_a_length_that_is_no_limit_of_the_search(seed):
     assert (np.abs(found.distance) <= found.band())[found.observed].mean() > 0.88
 
 
+def test_a_box_with_rounded_edges_is_known_to_a_micrometre_without_noise():
+    """Its learned length once grew until what is added against rounding hid the edges: 1.4 um."""
+    shape = next(each for each in SHAPES if each.name == "rounded box")
+    made = SurfaceMap.learned(
+        felt(*shape.surface(*shape.rows(1e-3)), Errors(noise=0.0, tilt=0.0), np.random.default_rng(0))
+    )
+    found = made.query(shape.samples(1500, np.random.default_rng(0))[0])
+    assert np.sqrt(np.mean(np.square(found.distance[found.observed]))) < 0.9e-6
+
+
 def test_a_number_at_the_limit_of_the_search_is_named():
     start = SurfaceModel()
     assert not at_bounds(start, start)
@@ -143,6 +159,20 @@ def test_outliers_are_the_same_however_contacts_come():
     np.testing.assert_array_equal(parts.outliers, whole.outliers)
     assert len(whole.outliers) == len(bad)
     assert len(parts) == len(whole)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, LONGEST_RUN), st.sampled_from([-1e-3, 2e-4, 1e-3]))
+@settings(max_examples=30, deadline=None)
+def test_contacts_that_are_off_together_are_outliers_too(seed, count, size):
+    clean = noisy(sphere_cap(half=0.006, step=0.4e-4), seed % 7)
+    first = int(np.random.default_rng(seed).integers(20, 250))  # in the first row
+    bad = np.arange(first, first + count)
+    position = clean.position.copy()
+    position[bad] += size * clean.normal[bad]
+    made = SurfaceMap()
+    made.add(dataclasses.replace(clean, position=position))
+    np.testing.assert_array_equal(made.outliers, position[bad])
+    assert made.verdict.breaks(Assumption.NO_OUTLIERS)
 
 
 def test_an_edge_a_step_and_taps_are_no_outliers():

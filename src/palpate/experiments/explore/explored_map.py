@@ -22,6 +22,7 @@ from palpate.mapping import (
     MapSettings,
     SurfaceMap,
     SurfaceMesh,
+    SurfaceModel,
     TouchCloud,
     surface_mesh,
 )
@@ -172,7 +173,9 @@ def explored_map(
     progress("fitting the map")
     cloud = felt.cloud
     rows = neighbour_distance(cloud, scan, config.gap)
-    surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, bias=budget.total))
+    usual = SurfaceModel()  # normals that the sensor's calibration tilts from row to row are no relief
+    model = replace(usual, tilt=max(usual.tilt, budget.tilt))
+    surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, model=model, bias=budget.total))
     progress("cutting the mesh")
     voxel = voxel_for(cloud.position, config.map_spacing, MOST_VERTICES)
     mesh = ribbon_mesh(surface, voxel) if isinstance(scan, ContourScan) else surface_mesh(surface, voxel)

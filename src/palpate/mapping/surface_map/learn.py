@@ -41,7 +41,7 @@ PRIOR_SPREAD = np.log([4.0, 10.0, 4.0, 2.0, 4.0, 10.0])
 positions keeps is known to a factor of two (a property of finger and path), the rest hardly: normals may err anew
 at every sample."""
 
-REACH = np.log([1e3, 1e4, 1e5, 30.0, 1e5, 1e6])
+REACH = np.log([1e3, 1e4, 1e5, 1e3, 1e5, 1e6])
 """Limits of the search about the start, logarithms: so wide that the evidence is flat there, and the prior leads
 back, even without any noise (rounding then counts as 3 nm of it)."""
 
