@@ -4,8 +4,8 @@
 
 Twenty smooth height fields are felt in rows 1 mm apart, with noise of 0.03 mm and 0.5 degrees that keeps over 1 mm
 of path, as maps assume it; of each the share of errors inside the 95 % band (asked: 0.93 to 0.98), the
-RMS error, the processor's time, and the verdict. Violations: contacts 1 mm off, single or up to ten together (0: none), and detail finer than the
-rows, which lie 2 mm apart then.
+RMS error, the processor's time, and the verdict. Violations: contacts 1 mm off, single or up to ten together
+(0: none), and detail finer than the rows, which lie 2 mm apart then.
 
 To compare with another version, run it with that version's sources: PYTHONPATH=../other/src. Set
 OPENBLAS_NUM_THREADS=1.

@@ -21,7 +21,7 @@ from palpate.mapping.surface_map.spikes import LONGEST_RUN, NEIGHBOURS
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from mapping_surface.shapes import SHAPES, Errors, felt  # noqa: E402
+from mapping_surface.shapes import SHAPES, Errors, felt
 
 NOISE, TILT, KEPT = 3e-5, np.radians(0.5), 1e-3
 LENGTHS = ("length", "noise", "noise_length", "tilt_length", "plane")

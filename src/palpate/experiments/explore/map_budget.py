@@ -41,8 +41,8 @@ COMPRESSION_SHARE = 5e-3
 is exact, what slides presses by more than by penetration, 0.2 % in a scan of a sphere."""
 
 DAMPED_MASS = 5.0
-"""ASSUMPTION: contacts are damped as is critical for so much mass [kg] at most, as on the simulated stage: compression
-follows the force within 2 sqrt(mass compliance), 0.1 s at 2 kN/m and 0.03 s at 20 kN/m."""
+"""ASSUMPTION: contacts are damped as is critical for so much mass [kg] at most, that of the simulated stage:
+compression follows the force within 2 sqrt(mass compliance), 0.1 s at 2 kN/m and 0.03 s at 20 kN/m."""
 
 AVERAGED = 1e-3
 """Path over which contacts are averaged in a map [m], at the least: changes of the force cancel there."""
@@ -51,8 +51,8 @@ LEAST_TILT = 2.5e-3
 """[rad] that normals may always be off: what a tip of 8 mm rolls in a period of 1 ms at 20 mm/s."""
 
 ROUND, NO_TIP = 2.0, 1.0
-"""Curvature of tip and object together over that of the tip, an object nowhere sharper than the tip; and without the
-tip's part, which means over stretches take off where it is noise (`palpate.mapping.surface_map.stretches.cut`)."""
+"""Curvature of tip and object together over that of the tip, the object nowhere sharper than the tip; and without
+the tip's, which means over stretches take off where it is noise (`palpate.mapping.surface_map.stretches`)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,16 +46,18 @@ class Growth:
     load_exponent_sd: float
 
 
-def growth_of(loads: Sequence[float], lengths: Sequence[Estimate]) -> Growth:
+def growth_of(loads: Sequence[float], lengths: Sequence[Estimate], calibration: float = 0.0) -> Growth:
     """Return the power law through e at two loads or more, whose ln is a straight line.
 
     Args:
         loads: Normal forces [N].
         lengths: e at each of them [m].
+        calibration: Relative error that all of them share: that of c, and none of gamma.
     """
     x = np.log(np.array(loads))
     y = np.log([each.value for each in lengths])
-    sd = np.array([max(each.standard_deviation / each.value, 1e-6) for each in lengths])
+    own = [(each.standard_deviation / each.value) ** 2 - calibration**2 for each in lengths]
+    sd = np.sqrt(np.maximum(own, 1e-12))
     design: FloatArray = np.column_stack([np.ones_like(x), x])
     information = design.T @ (design / sd[:, None] ** 2)
     covariance = np.linalg.inv(information)
@@ -64,4 +66,5 @@ def growth_of(loads: Sequence[float], lengths: Sequence[Estimate]) -> Growth:
         misfit = float((((y - design @ line) / sd) ** 2).sum()) / (len(x) - 2)
         covariance = covariance * max(1.0, misfit)
     c = math.exp(float(line[0]))
-    return Growth(c, float(line[1]), c * math.sqrt(covariance[0, 0]), math.sqrt(covariance[1, 1]))
+    c_sd = c * math.hypot(math.sqrt(covariance[0, 0]), calibration)
+    return Growth(c, float(line[1]), c_sd, math.sqrt(covariance[1, 1]))

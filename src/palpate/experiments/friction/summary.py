@@ -46,7 +46,8 @@ def friction_file(
         return None
     friction = _friction(found)
     static = static_finding(found)
-    length, gamma, p = _spinning(found, max(friction.upper, 0.0 if static is None else static.upper))
+    most = max(friction.upper, 0.0 if static is None else static.upper)
+    length, gamma, p = _spinning(found, most, errors.calibration)
     if found.fitted is not None:
         # mu is that of the strokes: their interval knows the sensor
         surface, (_, c_sd, gamma_sd, p_sd) = found.fitted.surface, found.fitted.standard_deviations
@@ -98,13 +99,14 @@ def _friction(found: FrictionFound) -> FrictionEstimate:
 
 
 def _spinning(
-    found: FrictionFound, most: float
+    found: FrictionFound, most: float, calibration: float
 ) -> tuple[FrictionEstimate | None, FrictionEstimate, FrictionEstimate]:
     """c, gamma and p from pure twists.
 
     Args:
         found: By one run.
         most: The largest mu that a torque may have been borne with; infinite where only a least is known.
+        calibration: See `SensorErrors`.
     """
     gamma = FrictionEstimate(value=0.0, lower=0.0, upper=LARGEST_LOAD_EXPONENT, how=How.ASSUMED)
     p = FrictionEstimate(value=ASSUMED_EXPONENT, lower=LEAST_EXPONENT, upper=LARGEST_EXPONENT, how=How.ASSUMED)
@@ -122,7 +124,7 @@ def _spinning(
     forces, lengths = [force for force, _ in known], [length for _, length in known]
     if max(forces) < 0.99 * MIN_LOAD_SPAN * min(forces):
         return _measured(pooled(lengths)), gamma, p
-    growth = growth_of(forces, lengths)
+    growth = growth_of(forces, lengths, calibration)
     exponent = min(max(growth.load_exponent, 0.0), LARGEST_LOAD_EXPONENT)
     gamma = _about(exponent, growth.load_exponent_sd, 0.0, LARGEST_LOAD_EXPONENT)
     if exponent == growth.load_exponent:

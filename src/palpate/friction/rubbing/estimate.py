@@ -71,3 +71,10 @@ class SensorErrors:
         not_negative("force_drift", self.force_drift, "N/s")
         not_negative("moment_drift", self.moment_drift, "N m/s")
         not_negative("calibration", self.calibration, "")
+
+    def of_friction(self, normal_force: float) -> float:
+        """Return the relative error of mu at a load [N], standard deviation.
+
+        A wrong zero or gain of the normal force makes the torque over it wrong alike: e has none of it.
+        """
+        return math.hypot(self.calibration, self.force_zero / normal_force)

@@ -148,8 +148,7 @@ def measure_friction(
     wait = float(np.mean([math.copysign(pair.wait, pair.direction @ pairs[0].direction) for pair in pairs]))
     turns = stick_slip(resistances, mu, errors.force_noise * math.hypot(1.0, mu) / normal_force)
     model = math.hypot(
-        errors.calibration * mu,
-        mu * errors.force_zero / normal_force,
+        mu * errors.of_friction(normal_force),
         0.5 * errors.force_drift * wait / normal_force,
         # between sticking and slipping the mean lies somewhere from kinetic to static
         0.0 if turns is None else STUCK_SHARE * max(0.0, turns.ratio - mu),

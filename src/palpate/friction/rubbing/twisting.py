@@ -140,18 +140,14 @@ def measure_spin(
     ]
     drift = 0.5 * errors.moment_drift * abs(float(np.mean(waits))) / (measured * normal_force)
     least = torque_share(x, max(1.0, norm_exponent - norm_exponent_error))
-    model = math.hypot(
-        errors.calibration,
-        errors.force_zero / normal_force,
-        drift,
-        steepness * sway,
-        math.log(share / least),
-    )
+    own = math.hypot(drift, steepness * sway, math.log(share / least))
+    known = errors.of_friction(normal_force)
     # f_t / mu f_n is wrong as mu is: that goes against mu's own part in e
     by_mu = 1.0 - x * steepness
     freedom = 7.0 * len(each)
     of_mu = friction.friction
     e = ratio / mu
+    of_speed = math.sqrt(max((of_mu.model / mu) ** 2 - known**2, 0.0))
     lever = float(np.mean([turn.lever for turn in each]))
     sensor = math.hypot(errors.moment_noise, lever * errors.force_noise) / normal_force
     turning = stick_slip([turn.resistance for turn in each], measured, sensor)
@@ -159,10 +155,15 @@ def measure_spin(
         Estimate(
             e,
             e * math.hypot(noise, by_mu * of_mu.noise / mu),
-            e * math.hypot(model, by_mu * of_mu.model / mu),
+            e * math.hypot(errors.calibration, own, by_mu * of_speed),
             freedom,
         ),
-        Estimate(ratio, ratio * math.hypot(noise, x * steepness * of_mu.noise / mu), ratio * model, freedom),
+        Estimate(
+            ratio,
+            ratio * math.hypot(noise, x * steepness * of_mu.noise / mu),
+            ratio * math.hypot(known, own),
+            freedom,
+        ),
         None if turning is None or turning.times < MIN_TURNS else turning.ratio / share,
         normal_force,
         float(np.mean([turn.spin for turn in each])),

@@ -23,8 +23,8 @@ STEEPEST_COS = 0.5
 """Stretches whose normal leans more than 60 degrees from a patch's axis are of another face."""
 
 JITTER = 1e-13
-"""Added to the diagonal relative to itself, against rounding: 3e-7 of a standard deviation. It is white noise to the
-search: 1e-9 made lengths of gentle surfaces grow until this noise was that of the means over stretches at edges."""
+"""Added to the diagonal relative to itself, against rounding: 3e-7 of a standard deviation. A search takes it for
+white noise: with 1e-9 it chose long lengths, whose heights are larger, for what stretches err at edges."""
 
 COARSE_JITTER = 1e-9
 """Instead, where a covariance is singular to rounding all the same."""
@@ -187,7 +187,8 @@ class SurfacePatch:
             middle: Up to this distance from its centre rows tell whether they agree [m].
 
         Raises:
-            FloatingPointError: The covariance is not positive definite, which `COARSE_JITTER` excludes for finite data.
+            FloatingPointError: The covariance is not positive definite, which `COARSE_JITTER` excludes where data
+                are finite.
         """
         data = PatchData.over(frame, stretches)
         noise = data.noise(model)
