@@ -30,7 +30,8 @@ farther apart than the second, have it between them: mu on a Stribeck curve fall
 AIM, BELOW, CRUDE, MOST_STROKES = 0.88, 1.2, 1.04, 3
 """Stroke over the slip speed of a twist that is slower than others, and the inverse of one that is faster: where
 mu falls with the speed, e by mu of other strokes is wrong; of that 0.4 at most is left from stroke
-to stroke. One that is slower by less than the second is near enough, and by more than the third surely slower."""
+to stroke. One that is slower by less than the second is near enough beside a faster one, and by more than the
+third surely slower."""
 
 RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""
@@ -246,10 +247,10 @@ class Survey:
             for _ in range(MOST_STROKES):
                 slower = max((one for one in done if one <= near * speed), default=0.0)
                 faster = min((one for one in done if one >= speed / near), default=math.inf)
-                if slower * BELOW >= speed or faster <= APART * slower:
+                if faster <= APART * slower or slower * BELOW >= speed <= max(done):
                     break
                 rub = wanted.stroke(load, speed * AIM if speed < wanted.speed else speed / AIM)
-                if rub.travel > wanted.most_travel:
+                if rub.travel > wanted.most_travel or any(abs(rub.speed / one - 1.0) < NEAR - 1.0 for one in done):
                     break
                 done.append(rub.speed)
                 yield from self._repeated(rub)

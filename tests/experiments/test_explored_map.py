@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
+import palpate.robots
 from mapping.raster import cloud_of, sphere_cap
 from palpate.estimation import Assumption, BrokenAssumption, Verdict
 from palpate.experiments.explore import explore
@@ -59,6 +61,19 @@ def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_cal
     for run in (found("sphere", noise=(0.01, 1e-4)), found("sphere", "stage-nano17")):
         assert run.map.covered >= 0.95
         assert np.median(run.map.mesh.band()) < 20e-6  # and not by claiming nothing
+
+
+@pytest.mark.parametrize("specimen", [3, 8])
+def test_tilts_of_a_sensor_within_its_makers_limits_are_no_relief(specimen, tmp_path):
+    """Both bands were 0.015 and 0.024 mm wide once, and one map unusable."""
+    robots, robot = Path(palpate.robots.__file__).parent, tmp_path / "robot.yaml"
+    text = (robots / "stage-nano17.yaml").read_text().replace("specimen: 0", f"specimen: {specimen}")
+    robot.write_text(text.replace("sensors/nano17.yaml", f"{robots}/sensors/nano17.yaml"))
+    name = "bumps" if specimen == 3 else "ellipsoid"
+    run = explore(ExploreConfig(robot=str(robot), object=name, width=0.015, depth=0.008, seed=specimen - 1))
+    assert run.map.verdict.ok
+    assert run.map.covered >= 0.95
+    assert run.map.band < 9e-6
 
 
 def test_a_budget_has_what_the_sensor_leaves_and_nothing_else():

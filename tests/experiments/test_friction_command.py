@@ -271,6 +271,11 @@ def test_growth_is_exact_on_a_power_law(gamma, c, loads):
     growth = growth_of(loads, [Estimate(c * f**gamma, 1e-3 * c, 1e-3 * c) for f in loads])
     assert growth.spin_length == pytest.approx(c, rel=1e-6)
     assert growth.load_exponent == pytest.approx(gamma, abs=1e-6)
+    shared = growth_of(
+        loads, [Estimate(c * f**gamma, 1e-3 * c * f**gamma, 9e-3 * c * f**gamma) for f in loads], 9e-3
+    )
+    assert shared.spin_length_sd > 9e-3 * c  # what is wrong at all loads alike
+    assert shared.load_exponent_sd < 3e-3 / np.ptp(np.log(loads))  # does not grow with them
 
 
 @settings(deadline=None, max_examples=50)
