@@ -22,9 +22,9 @@ from palpate.mapping.surface_map.stretches import Stretches
 STEEPEST_COS = 0.5
 """Stretches whose normal leans more than 60 degrees from a patch's axis are of another face."""
 
-JITTER = 1e-13
-"""Added to the diagonal relative to itself, against rounding: 3e-7 of a standard deviation. A search takes it for
-white noise: with 1e-9 it chose long lengths, whose heights are larger, for what stretches err at edges."""
+JITTER = 1e-12
+"""Added to the diagonal relative to itself, against rounding: 1e-6 of a standard deviation. A search takes it for
+white noise; with less, rounding shows: 1e-13 left maps the same in other units to 1e-4 only, this to 1e-6."""
 
 COARSE_JITTER = 1e-9
 """Instead, where a covariance is singular to rounding all the same."""
