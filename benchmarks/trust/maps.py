@@ -1,28 +1,18 @@
-"""How often the band of a surface map holds, where its assumptions hold and where they do not.
-
-    python benchmarks/trust/maps.py [--seeds 10] [--contacts 1000 10000] [--violations]
+"""Surface maps, as `SurfaceMap.learned` makes them of contacts.
 
 Twenty smooth height fields are felt in rows 1 mm apart, with noise of 0.03 mm and 0.5 degrees that keeps over 1 mm
-of path, as maps assume it; of each the share of errors inside the 95 % band (asked: 0.93 to 0.98), the
-RMS error, the processor's time, and the verdict. Violations: contacts 1 mm off, single or up to ten together
-(0: none), and detail finer than the rows, which lie 2 mm apart then.
-
-To compare with another version, run it with that version's sources: PYTHONPATH=../other/src. Set
-OPENBLAS_NUM_THREADS=1.
+of path, as maps assume it; each seed takes the next one. A map with verdict OK is silently wrong if more than
+1 % of places away from its rim lie beyond 4 standard deviations. Violations: contacts 1 mm off, single or together, and
+detail finer than the rows, which lie 2 mm apart then.
 """
 
-import argparse
 import dataclasses
-import sys
-import time
 from collections.abc import Callable
-from pathlib import Path
+from functools import partial
 
 import numpy as np
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
-
 from mapping_surface.shapes import STEP, Errors, Shape, felt
+from trust.study import Case, Run, Study, first_finding
 
 from palpate.errors import FloatArray
 from palpate.mapping import MapSettings, SurfaceMap, TouchCloud
@@ -64,6 +54,14 @@ FINE: dict[str, Height] = {
 QUIET = Errors(noise=1e-6, tilt=2e-3)
 """Of a simulated sensor."""
 
+ASSUMED = Errors()
+"""As maps assume them."""
+
+PLACES = 0.01
+"""Share of places that may lie further off than 4 standard deviations."""
+
+TWO_SIDED = 1.959964
+
 SAMPLES = 600
 """Places at which a map is asked."""
 
@@ -92,77 +90,48 @@ def with_outliers(cloud: TouchCloud, rng: np.random.Generator, together: int) ->
     return dataclasses.replace(cloud, position=position)
 
 
-@dataclasses.dataclass
-class Tally:
-    """What the seeds of one case show."""
-
-    inside: list[float] = dataclasses.field(default_factory=list)
-    square: list[float] = dataclasses.field(default_factory=list)
-    seconds: float = 0.0
-    contacts: int = 0
-    broken: list[str] = dataclasses.field(default_factory=list)
-
-    def add(self, shape: Shape, rows: float, errors: Errors, seed: int, *, outliers: int = 0) -> None:
-        """Map the shape once, and ask at places away from its rim."""
-        rng = np.random.default_rng(seed)
-        cloud = felt(*shape.surface(*shape.rows(rows)), errors, rng)
-        if outliers:
-            cloud = with_outliers(cloud, rng, outliers)
-        began = time.process_time()
-        made = SurfaceMap.learned(cloud, MapSettings.for_rows(rows))
-        self.seconds += time.process_time() - began
-        self.contacts += len(cloud)
-        found = made.query(shape.samples(SAMPLES, rng)[0])
-        error = found.distance[found.observed]
-        self.inside.append(float((np.abs(error) <= found.band()[found.observed]).mean()))
-        self.square.append(float((error**2).mean()))
-        verdict = getattr(made, "verdict", None)  # versions before had none
-        self.broken += [] if verdict is None else [each.assumption.name for each in verdict.broken]
-
-    @property
-    def row(self) -> str:
-        """As a line of a table."""
-        counts = " ".join(f"{name} {self.broken.count(name)}" for name in sorted(set(self.broken)))
-        return (
-            f"{np.mean(self.inside):6.3f} {min(self.inside):6.3f} {1e6 * np.mean(self.square) ** 0.5:8.2f} um "
-            f"{1e6 * self.seconds / self.contacts:7.1f} us/contact  {counts}"
-        )
+def mapped(shape: Shape, seed: int, rows: float = 1e-3, errors: Errors = ASSUMED, outliers: int = 0) -> Run:
+    """Map the shape once, and ask at places away from its rim."""
+    rng = np.random.default_rng(seed)
+    cloud = felt(*shape.surface(*shape.rows(rows)), errors, rng)
+    if outliers:
+        cloud = with_outliers(cloud, rng, outliers)
+    made = SurfaceMap.learned(cloud, MapSettings.for_rows(rows))
+    found = made.query(shape.samples(SAMPLES, rng)[0])
+    z = np.abs(found.distance[found.observed]) / found.band()[found.observed] * TWO_SIDED
+    furthest = float(np.quantile(z, 1.0 - PLACES))
+    return Run(made.verdict.ok, furthest, {"map": float((z <= TWO_SIDED).mean())}, first_finding(made.verdict))
 
 
-def main() -> int:
-    """Print a line per case: mean and least share inside, RMS, cost, verdicts; 1 if coverage is missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--contacts", type=float, nargs="+", default=[1e3, 1e4])
-    parser.add_argument("--violations", action="store_true", help="outliers and fine detail instead")
-    asked = parser.parse_args()
-    missed = 0
-    if asked.violations:
-        for name, height in FINE.items():
-            for label, errors in (("as assumed", Errors()), ("quiet", QUIET)):
-                tally = Tally()
-                for seed in range(asked.seeds):
-                    tally.add(shape_of(name, height, 7200, 2e-3), 2e-3, errors, seed)
-                missed += float(np.mean(tally.inside)) < 0.93
-                print(f"{name + ', ' + label:44s} {tally.row}", flush=True)
-        for outliers in (0, 1, 3, 10):
-            tally = Tally()
-            for seed in range(asked.seeds):
-                tally.add(shape_of("dome", SMOOTH["dome"], 4400, 1e-3), 1e-3, Errors(), seed, outliers=outliers)
-            print(f"{f'1 % of contacts 1 mm off, {outliers} together':44s} {tally.row}", flush=True)
-        return int(missed > 0)
-    for contacts in map(int, asked.contacts):
-        together = []
-        for name, height in SMOOTH.items():
-            tally = Tally()
-            for seed in range(asked.seeds):
-                tally.add(shape_of(name, height, contacts, 1e-3), 1e-3, Errors(), seed)
-            together += tally.inside
-            print(f"{contacts:7d} {name:12s} {tally.row}", flush=True)
-        missed += not 0.93 <= np.mean(together) <= 0.98
-        print(f"{contacts:7d} all          {np.mean(together):6.3f}", flush=True)
-    return int(missed > 0)
+def smooth(contacts: int, seed: int) -> Run:
+    """Map one of the smooth fields."""
+    name, height = list(SMOOTH.items())[seed % len(SMOOTH)]
+    return mapped(shape_of(name, height, contacts, 1e-3), seed)
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def fine(name: str, errors: Errors, seed: int) -> Run:
+    """Map what is finer than the rows."""
+    return mapped(shape_of(name, FINE[name], 7200, 2e-3), seed, 2e-3, errors)
+
+
+def off(together: int, seed: int) -> Run:
+    """Map a dome of which single contacts are off."""
+    return mapped(shape_of("dome", SMOOTH["dome"], 4400, 1e-3), seed, outliers=together)
+
+
+STUDY = Study(
+    "map",
+    (
+        Case("twenty smooth surfaces, 1e3 contacts", partial(smooth, 1000), holds=True),
+        Case("twenty smooth surfaces, 1e4 contacts", partial(smooth, 10_000), holds=True, weight=0.1),
+        *(
+            Case(f"{name}, {label}", partial(fine, name, errors), weight=0.05)
+            for name in FINE
+            for label, errors in (("noise as assumed", ASSUMED), ("without noise", QUIET))
+        ),
+        *(
+            Case(f"1 % of contacts 1 mm off, {together} together", partial(off, together), weight=0.05)
+            for together in (1, 3, 10)
+        ),
+    ),
+)
