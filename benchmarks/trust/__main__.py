@@ -35,7 +35,9 @@ def main() -> int:
     parser.add_argument("studies", nargs="*", choices=[[], *STUDIES], metavar="STUDY", help=", ".join(STUDIES))
     parser.add_argument("--seeds", type=int, default=200, help="of every case (default 200)")
     parser.add_argument("--only", default="", help="part of a case's name")
-    parser.add_argument("--write", action="store_true", help=f"keep the rows in {MEASURED.name}")
+    parser.add_argument(
+        "--write", action="store_true", help=f"keep the rows in {MEASURED.name}, which docs/trust.md shows"
+    )
     asked = parser.parse_args()
     chosen = [
         (study, case)
@@ -55,11 +57,22 @@ def main() -> int:
         table.add_row(*cells(row))
     Console(width=160).print(table)
     if asked.write:
-        with MEASURED.open("w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(HEADINGS)
-            writer.writerows(cells(row) for row in rows)
+        keep(rows)
     return int(any(miss for row in rows for miss in row.misses))
+
+
+def keep(rows: list[Row]) -> None:
+    """Write rows over those that were kept of the same data."""
+    known: dict[tuple[str, ...], tuple[str, ...]] = {}
+    if MEASURED.exists():
+        with MEASURED.open(newline="") as file:
+            known = {tuple(line[:2]): tuple(line) for line in list(csv.reader(file))[1:]}
+    known |= {(row.study, row.case): cells(row) for row in rows}
+    with MEASURED.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(HEADINGS)
+        wanted = [(study.name, case.name) for study in STUDIES.values() for case in study.cases]
+        writer.writerows(known[each] for each in wanted if each in known)
 
 
 def cells(row: Row) -> tuple[str, ...]:

@@ -2,8 +2,8 @@
 
 Twenty smooth height fields are felt in rows 1 mm apart, with noise of 0.03 mm and 0.5 degrees that keeps over 1 mm
 of path, as maps assume it; each seed takes the next one. A map with verdict OK is silently wrong if more than
-1 % of places away from its rim lie beyond 4 standard deviations. Violations: contacts 1 mm off, single or together, and
-detail finer than the rows, which lie 2 mm apart then.
+1 % of places away from its rim lie beyond 4 standard deviations. Violations: contacts 1 mm off, single or
+together, and detail finer than the rows, which lie 2 mm apart then.
 """
 
 import dataclasses
