@@ -80,7 +80,7 @@ def cells(row: Row) -> tuple[str, ...]:
     return (
         row.study,
         row.case,
-        "hold" if row.holds else "broken",
+        "hold" if row.holds else "broken" if row.shown else "broken, unseen",
         str(row.runs),
         *(f"{100 * share:.1f} %" for share in (row.honest, row.reported, row.silent)),
         ", ".join(f"{name} {100 * share:.1f} %" for name, share in row.coverage.items()),

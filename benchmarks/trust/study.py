@@ -54,6 +54,7 @@ class Row:
         silent: Share of runs with verdict OK, and a value beyond.
         coverage: Of the intervals by name, over runs with verdict OK.
         finding: What verdicts say most often.
+        shown: Whether the data can show what is broken.
     """
 
     study: str
@@ -65,11 +66,12 @@ class Row:
     silent: float
     coverage: Mapping[str, float]
     finding: str
+    shown: bool
 
     @property
     def misses(self) -> Iterator[str]:
         """What is not as asked."""
-        if self.silent > SHARE:
+        if self.silent > SHARE and self.shown:
             yield f"{self.study}, {self.case}: silently wrong in {self.silent:.1%} of {self.runs}"
         for name, share in self.coverage.items() if self.holds else ():
             # two standard deviations of what so many runs can tell
@@ -87,12 +89,14 @@ class Case:
         run: Makes a data set from a seed, and what comes of it.
         holds: Whether all assumptions hold.
         weight: Times as many seeds as other cases have.
+        shown: Whether the data can show at all what is broken; what they cannot, their user must state.
     """
 
     name: str
     run: Callable[[int], Run]
     holds: bool = False
     weight: float = 1.0
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -120,4 +124,5 @@ class Study:
             float((ok & far).mean()),
             {name: float(np.mean([inside[name] for inside in kept if name in inside])) for name in names},
             max(found, key=found.count, default=""),
+            case.shown,
         )

@@ -9,6 +9,6 @@ CASES = [(study, case) for study in STUDIES.values() for case in study.cases]
 @pytest.mark.parametrize(("study", "case"), CASES, ids=[f"{study.name}, {case.name}" for study, case in CASES])
 def test_a_result_is_honest_or_its_verdict_says_what_is_broken(study, case):
     row = study.row(case, 2)
-    assert row.silent == 0.0, row
+    assert row.silent == 0.0 or not case.shown, row
     # a false alarm in every hundred is borne, so two of two are none
     assert row.honest > 0.0 or not case.holds, row

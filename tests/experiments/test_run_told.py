@@ -167,7 +167,7 @@ def test_a_deviation_that_nobody_needs_is_not_spelt_out(raster):
 
 
 def test_where_little_was_felt_no_shape_is_ruled_out(raster):
-    shape = dataclasses.replace(raster.map.shape, kind=None, limit=0.0)
+    shape = dataclasses.replace(raster.map.shape, kind=None, possible=(), limit=0.0)
     for share, name in ((0.06, "unclear"), (1.0, "none of these")):
         felt = np.arange(len(raster.map.found)) < share * len(raster.map.found)
         cut = dataclasses.replace(raster, map=dataclasses.replace(raster.map, shape=shape, found=felt))
