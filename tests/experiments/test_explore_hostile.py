@@ -62,7 +62,7 @@ def test_another_stiffness_is_felt_on_landing_and_widens_the_band_by_what_it_doe
     assert account.stiffness == pytest.approx(200e3, rel=0.1)
     assert account.offset == pytest.approx(2.0 * (1 / 20e3 - 1 / 200e3), rel=0.02)
     assert stiff.map.budget.shown == account.offset
-    assert np.quantile(np.abs(stiff.map.error), 0.95) < stiff.map.budget.total  # as it says
+    assert np.abs(stiff.map.error).max() < stiff.map.budget.total
     assert "give --stiffness 200000" in outcome(stiff)
     rows = dict(exploration_report(stiff).settings)
     assert "N at this speed" in rows["a wall in its path"]

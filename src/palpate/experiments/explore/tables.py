@@ -65,12 +65,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         note = f"of {CM2 * found.reachable.area.sum():.3g} cm² that the tip could feel along its path"
         rows.append(("observed", f"{100.0 * found.observed_share:.1f}", "%", note))
     rows += [
-        (
-            "may be off everywhere",
-            _mm(budget.total),
-            "mm",
-            "the budget of what follows; the first and the third are independent",
-        ),
+        ("may be off everywhere", _mm(budget.total), "mm", "the budget, the sum of what follows"),
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
         ("- noise", _mm(budget.noise), "mm", "lateral errors of contacts shift them outwards"),
         ("- changing force", _mm(budget.compression), "mm", "tip and object are compressed with a delay"),
