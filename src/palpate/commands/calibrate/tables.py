@@ -11,7 +11,7 @@ from palpate.errors import FloatArray
 from palpate.estimation import Verdict
 from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
 from palpate.sensing.ft.arrays import AXES
-from palpate.sensing.ft.calibration import LARGEST_CONDITION, LARGEST_ERROR
+from palpate.sensing.ft.calibration_checks import LARGEST_CONDITION, LARGEST_ERROR
 from palpate.sensing.ft.payload import TWO_SIDED
 
 UNITS = ("N",) * 3 + ("N m",) * 3

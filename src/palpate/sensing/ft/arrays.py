@@ -67,3 +67,9 @@ def positive_entries(name: str, value: npt.ArrayLike, length: int, unit: str) ->
     if array.shape != (length,) or not (np.isfinite(array).all() and (array > 0.0).all()):
         raise InvalidValueError(f"{name} = {array.tolist()}: must be {length} finite numbers above 0 [{unit}]")
     return array
+
+
+def named_axes(turn: FloatArray) -> str:
+    """Return which axis each row of a matrix (3, 3) is nearest to, as (y, x, -z)."""
+    near = [int(i) for i in np.argmax(np.abs(turn), axis=1)]
+    return "(" + ", ".join(f"{'-' if turn[i, j] < 0.0 else ''}{'xyz'[j]}" for i, j in enumerate(near)) + ")"

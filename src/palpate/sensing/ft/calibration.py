@@ -12,19 +12,16 @@ The condition number of S in those units is the figure of merit of sensor design
 relative error of the channels grows in the wrench.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
+from palpate.estimation import Verdict
 from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries, same_length
+from palpate.sensing.ft.calibration_checks import UNKNOWNS, FittedLoads, calibration_verdict
 from palpate.sensing.ft.calibration_map import CalibrationMap
-
-UNKNOWNS = 7
-"""Per channel: its sensitivity to six loads, and its offset."""
 
 MIN_LOADS = UNKNOWNS + 1
 """One more than unknowns, so that the residuals tell something."""
@@ -36,25 +33,11 @@ weights and levers on a bench are known to about a thousandth."""
 LARGEST_LEVERAGE = 1.0 - 1e-6
 """Beyond, one load alone decides about a direction, and no other checks it."""
 
-LARGEST_CONDITION = 100.0
-"""Of a useful sensor: a channel error of 1 % then is one of the whole range in the worst direction."""
-
-LARGEST_ERROR = 0.02
-"""Root mean square error of loads left out, in units of the range; makers of such sensors claim 1 to 2 %."""
-
 SURE = 5.0
 """Standard errors by which the response of a sensor in any direction must differ from none."""
 
 SMALLEST_NOISE = 1e-6
 """Noise of a channel relative to its response, as weights are concerned: that of 20 bits."""
-
-
-FEWEST_TESTED = 4 * UNKNOWNS
-"""Loads from which on the residuals are independent enough to be tested for dependence in time; with fewer, loads
-that were left out are the test."""
-
-DEPENDENT = 1e-4
-"""Probability of residuals so much alike, below which they are held to depend on one another."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,9 +53,11 @@ class CalibrationFit:
         residual_max: Largest of them in size, shape (6,).
         left_out_rms: Likewise, each load predicted by a calibration from the others: the honest error, (6,).
         r_squared: Share of the known loads' variance that is explained, per axis, shape (6,).
-        matrix_sd: Standard errors of the entries of the calibration matrix, shape (6, k).
+        matrix_sd: Standard errors of the entries of the calibration matrix, given how channels are weighted where
+            there are more than six, with n - 7 degrees of freedom (Student's t), shape (6, k).
         raw_covariance: Of the channels' noise, shape (k, k) [raw unit^2].
         load_covariance: (X'X)^-1 of the design X = (wrench, 1), shape (7, 7).
+        doubt: Standard deviation by which the calibration is off at full range, in units of the range, shape (6,).
         verdict: Whether it can be relied on.
         load_count: Number of known loads used.
     """
@@ -88,6 +73,7 @@ class CalibrationFit:
     matrix_sd: FloatArray
     raw_covariance: FloatArray
     load_covariance: FloatArray
+    doubt: FloatArray
     verdict: Verdict
     load_count: int
 
@@ -172,13 +158,15 @@ def fit_calibration(
         without = coefficients - np.outer(spread @ design[i], residual[i]) / (1.0 - leverage[i])
         C_i, offset_i = _inverted(without, weight, mean, scale)
         left_out[i] = (readings[i] - typical - offset_i) @ C_i.T - loads[i]
-    left_out_rms = np.sqrt((left_out**2).mean(axis=0))
+    wrench_part = C @ covariance @ C.T
+    doubt = np.sqrt(np.diag(wrench_part)) / scale * np.sqrt(np.diag(spread)[:6].max())
     # To (wrench, 1) from ((wrench - mean)/scale, 1).
     unscale = np.diag([*(1.0 / scale), 1.0])
     unscale[:6, 6] = -mean / scale
     load_covariance = unscale.T @ spread @ unscale
     channel_part = C.T @ load_covariance[:6, :6] @ C
-    wrench_part = C @ covariance @ C.T
+    matched = np.where(noisy, weight, 0.0)[:, None] ** 2 * coefficients[:6].T
+    tested = FittedLoads(loads, scale, readings, q, root, residual, noisy, matched, left_out, doubt, condition)
     return CalibrationFit(
         map=CalibrationMap(tuple(map(tuple, C.tolist())), tuple((offset + typical).tolist())),
         sensitivity=coefficients[:6].T / scale,
@@ -186,45 +174,16 @@ def fit_calibration(
         load_condition=load_condition,
         residual_rms=np.sqrt((missed**2).mean(axis=0)),
         residual_max=np.abs(missed).max(axis=0),
-        left_out_rms=left_out_rms,
+        left_out_rms=np.sqrt((left_out**2).mean(axis=0)),
         r_squared=1.0 - (missed**2).sum(axis=0) / ((loads - loads.mean(axis=0)) ** 2).sum(axis=0),
         # dC = -C dS C to first order.
         matrix_sd=np.sqrt(np.outer(np.diag(wrench_part), np.diag(channel_part))),
         raw_covariance=covariance,
         load_covariance=load_covariance,
-        verdict=Verdict(tuple(_broken(left_out, left_out_rms / scale, condition, residual[:, noisy] / sd[noisy]))),
+        doubt=doubt,
+        verdict=calibration_verdict(tested),
         load_count=n,
     )
-
-
-def _broken(
-    left_out: FloatArray, relative_rms: FloatArray, condition: float, residual_in_sd: FloatArray
-) -> Iterator[BrokenAssumption]:
-    """Return what the loads contradict, worst first."""
-    worst = int(np.argmax(relative_rms))
-    if relative_rms[worst] > LARGEST_ERROR:
-        row = int(np.argmax(np.abs(left_out[:, worst])))
-        yield BrokenAssumption(
-            Assumption.NOISE_LEVEL,
-            f"loads that were left out are missed by {relative_rms[worst]:.1%} of the range of {AXES[worst]}, at "
-            f"most {LARGEST_ERROR:.0%}; load {row} the most",
-            "check the loads, their order and signs; else the sensor is not linear, or has hysteresis",
-        )
-    if condition > LARGEST_CONDITION:
-        yield BrokenAssumption(
-            Assumption.CONDITIONED,
-            f"condition number {condition:.3g}, at most {LARGEST_CONDITION:g}",
-            "the sensor hardly feels some direction: check its channels for one that is dead or doubled",
-        )
-    if len(residual_in_sd) < FEWEST_TESTED or not residual_in_sd.size:
-        return
-    rarity = white_in_time(residual_in_sd)
-    if rarity < DEPENDENT:
-        yield BrokenAssumption(
-            Assumption.WHITE_IN_TIME,
-            f"residuals follow one another: probability {rarity:.0e}, at least {DEPENDENT:g}",
-            "let the sensor warm up, and load in random order: the zero drifts, or there is hysteresis",
-        )
 
 
 def _inverted(

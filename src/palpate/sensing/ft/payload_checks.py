@@ -9,6 +9,7 @@ from scipy.special import chdtrc, fdtrc
 
 from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
+from palpate.sensing.ft.arrays import named_axes
 from palpate.sensing.ft.zero_drift import FEWEST_FOR_DRIFT, Explained, Whitened, ZeroDrift
 
 RARE = 1e-4
@@ -125,14 +126,14 @@ def _direction(fit: PayloadFit) -> Iterator[BrokenAssumption]:
         if np.linalg.det(turn) < 0.0:
             yield BrokenAssumption(
                 Assumption.UNIQUE,
-                f"forces fit the poses as {_axes(turn)}: mirrored, a left-handed frame or two axes swapped",
+                f"forces fit the poses as {named_axes(turn)}: mirrored, a left-handed frame or two axes swapped",
                 "put forces and moments into the right-handed frame of the poses",
             )
             return
         angle = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (np.trace(turn) - 1.0)))))
         yield BrokenAssumption(
             Assumption.UNIQUE,
-            f"forces fit the poses turned by {angle:.3g} degrees, as {_axes(turn)}",
+            f"forces fit the poses turned by {angle:.3g} degrees, as {named_axes(turn)}",
             "give the poses of the sensor's own frame: correct its mounting, the order of its axes, or --up, if "
             "the base is not level",
         )
@@ -148,12 +149,6 @@ def _linear(fit: Whitened, force: Whitened, extra: int) -> float:
     rest = float((fit.left**2).sum()) - of_a + fit.floor
     free = fit.freedom - extra
     return float(fdtrc(extra, free, of_a / extra / (rest / free))) if free > 0 else 1.0
-
-
-def _axes(turn: FloatArray) -> str:
-    """Name which axis of the poses each axis of the force is nearest to."""
-    near = [int(i) for i in np.argmax(np.abs(turn), axis=1)]
-    return "(" + ", ".join(f"{'-' if turn[i, j] < 0.0 else ''}{'xyz'[j]}" for i, j in enumerate(near)) + ")"
 
 
 def _bad_poses(fit: PayloadFit) -> Iterator[BrokenAssumption]:
