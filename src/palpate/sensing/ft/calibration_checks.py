@@ -49,8 +49,14 @@ CHANCE = 1e-3
 BENT = 3e-3
 """The same for each of six tests of lines, which move the matrix before they are plain."""
 
-LARGEST_SHIFT = 6.0
+LARGEST_SHIFT = 7.0
 """Standard deviations by which what stays unnoticed may move the matrix."""
+
+FEW = 3
+"""Loads that must not carry an estimate."""
+
+CARRIED = 0.8
+"""Of what is known of an axis may come from these."""
 
 SAME_SHOWN = 0.02
 """Of a channel's span: loads that should show so different readings cannot show the same one."""
@@ -228,6 +234,7 @@ def _residuals(fit: FittedLoads) -> Iterator[BrokenAssumption]:
             )
     yield from _linear(fit, scaled, shown)
     yield from _even_noise(fit, scaled)
+    yield from _few(fit, scaled)
     yield from _influence(fit, np.column_stack([np.eye(n), order]), shown.shape[1])
 
 
@@ -399,6 +406,20 @@ def _groups(weight: FloatArray) -> list[FloatArray]:
 def _of_one_weight(weight: FloatArray, scaled: FloatArray) -> FloatArray:
     """Return the loads of each weight, and zero for others, six columns for each."""
     return np.hstack([scaled[:, :0], *(each[:, None] * scaled for each in _groups(weight))])
+
+
+def _few(fit: FittedLoads, scaled: FloatArray) -> Iterator[BrokenAssumption]:
+    share = np.linalg.pinv(fit.root * np.column_stack([scaled, np.ones(len(scaled))]))[:6] ** 2
+    share /= share.sum(axis=1, keepdims=True)
+    carried = np.sort(share, axis=1)[:, -FEW:].sum(axis=1)
+    worst = int(np.argmax(carried))
+    if carried[worst] > CARRIED:
+        few = ", ".join(map(str, sorted(np.argsort(share[worst])[-FEW:].tolist())))
+        yield BrokenAssumption(
+            Assumption.EVEN_INFLUENCE,
+            f"{carried[worst]:.0%} of what is known of {AXES[worst]} come from loads {few}, at most {CARRIED:.0%}",
+            f"load {AXES[worst]} more often, and of both signs",
+        )
 
 
 def _influence(fit: FittedLoads, regressors: FloatArray, residuals: int) -> Iterator[BrokenAssumption]:
