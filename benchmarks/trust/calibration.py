@@ -213,9 +213,7 @@ def dead_channel(bench: Bench) -> None:
     bench.raw[:, bench.rng.integers(CHANNELS)] = NOISE * bench.rng.normal(size=len(bench.raw))
 
 
-def calibrated(
-    seed: int, change: Change, loads_of: Callable[[Rng, int], Rows], count: int, channels: int
-) -> Run:
+def calibrated(seed: int, change: Change, loads_of: Callable[[Rng, int], Rows], count: int, channels: int) -> Run:
     """Calibrate once."""
     rng = np.random.default_rng((seed, 5))
     left = np.linalg.qr(rng.normal(size=(channels, 6)))[0]

@@ -278,6 +278,14 @@ def test_a_load_of_the_wrong_sign_gives_no_matrix_to_use(tmp_path):
     assert "load 39" in not_used(task, "noise_level")
 
 
+def test_loads_in_other_axes_than_before_give_no_matrix_to_use(tmp_path):
+    rows, sensor = loads_csv(np.random.default_rng(3)), sensor_in(tmp_path)
+    task = MatrixConfig(written(tmp_path, rows), sensor, raw_unit="V", raw_range=(-10.0, 10.0))
+    assert run(task) == 0
+    written(tmp_path, rows.replace("fx_N,fy_N", "fy_N,fx_N").replace("mx_Nm,my_Nm", "my_Nm,mx_Nm"))
+    assert "(Fy, Fx, Fz, My, Mx, Mz)" in not_used(task, "consistent")
+
+
 def test_a_direction_without_loads_is_named(tmp_path):
     rng = np.random.default_rng(3)
     load = rng.uniform(-0.8, 0.8, (30, 6)) * RANGES
@@ -749,7 +757,7 @@ def try_files(count, seed, folder):
     rng = random.Random(seed)
     data = np.random.default_rng(seed)
     texts = [
-        ("matrix", loads_csv(data, n=12)),
+        ("matrix", loads_csv(data, n=24)),
         *(("payload", pose_csv(data, kind, n=8)) for kind in POSE_KINDS),
         ("tare", rest_csv(data, n=110)),
     ]

@@ -11,7 +11,7 @@ class Assumption(StrEnum):
     ENOUGH_DATA = "there are enough data"
     CONDITIONED = "the data determine every parameter"
     CONVERGED = "the iteration converged"
-    WITHIN_BOUNDS = "no parameter is at a bound"
+    WITHIN_BOUNDS = "nothing is at a bound"
     NOISE_LEVEL = "residuals are as large as the noise explains"
     WHITE_IN_TIME = "residuals do not depend on time"
     WHITE_IN_PLACE = "residuals do not depend on place"

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption
 from palpate.sensing.ft.calibration import fit_calibration
+from palpate.sensing.ft.calibration_checks import contradicted_axes
 
 RANGES = np.array([12.0, 12.0, 17.0, 0.12, 0.12, 0.12])
 
@@ -179,3 +180,48 @@ def test_what_is_doubtful_says_so():
     raw = known @ S.T + offset
     raw[3] = known[3] @ (0.7 * S.T) + offset  # a wrong weight
     assert fit_calibration(raw, known, ranges=RANGES).verdict.breaks(Assumption.NOISE_LEVEL)
+
+
+def broken(fit):
+    return {each.assumption: each for each in fit.verdict.broken}
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10_000), factor=st.sampled_from([-1.0, 0.5, 0.9, 1.1, 2.0]))
+def test_a_load_that_is_known_wrongly_is_named_with_its_factor(seed, factor):
+    rng = np.random.default_rng(seed)
+    S, offset = sensor(8, rng)
+    known = loads(40, rng)
+    known[7] = RANGES * rng.choice([-0.2, 0.2], 6)
+    raw = known @ S.T + offset + 1e-4 * rng.normal(size=(40, 8))
+    assert Assumption.NO_OUTLIERS not in broken(fit_calibration(raw, known, ranges=RANGES))
+    known[7] /= factor
+    found = broken(fit_calibration(raw, known, ranges=RANGES))[Assumption.NO_OUTLIERS]
+    assert "load 7 " in found.finding
+    assert float(found.remedy.split()[4]) == pytest.approx(factor, rel=0.02)
+
+
+def test_a_saturated_channel_is_named():
+    rng = np.random.default_rng(2)
+    S, offset = sensor(6, rng)
+    known = loads(40, rng)
+    raw = known @ S.T + offset + 1e-3 * rng.normal(size=(40, 6))
+    raw[:, 4] = np.minimum(raw[:, 4], np.quantile(raw[:, 4], 0.9))
+    assert "channel 4 " in broken(fit_calibration(raw, known, ranges=RANGES))[Assumption.WITHIN_BOUNDS].finding
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_other_axes_than_by_the_matrix_before_are_named_and_other_gains_are_none(seed):
+    rng = np.random.default_rng(seed)
+    S, offset = sensor(8, rng)
+    known = loads(40, rng)
+    raw = known @ S.T + offset + 1e-3 * rng.normal(size=(40, 8))
+    before = fit_calibration(raw, known, ranges=RANGES).map
+    worn = raw * rng.uniform(0.5, 2.0) + 0.02 * rng.normal(size=8)
+    assert not list(contradicted_axes(before, worn, known, RANGES))
+    order, signs = np.array([1, 2, 0, 4, 5, 3]), rng.choice([-1.0, 1.0], 6)
+    (found,) = contradicted_axes(before, worn, signs * known[:, order], RANGES)
+    assert found.assumption is Assumption.CONSISTENT
+    (found,) = contradicted_axes(before, worn, known * np.repeat([1.0, 1e3], 3), RANGES)
+    assert found.assumption is Assumption.PLAUSIBLE

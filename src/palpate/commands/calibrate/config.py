@@ -31,7 +31,8 @@ class MatrixConfig:
     Input: CSV with a header line, then one load per line. Columns by name, in any order: the raw channels raw_0,
     raw_1, ... (six or more; optionally with their unit, as in raw_0_V; or others, see --channels), and the known
     load fx, fy, fz, mx, my, mz, optionally with units as in fx_N, mx_mNm (without: N and N m). The load is what
-    acts on the tip side of the sensor, about its origin. Eight loads or more, in all directions, of both signs.
+    acts on the tip side of the sensor, about its origin. In all directions, of both signs, and in
+    the order in which they were taken, best a random one: 24 or more are wise, 14 the least that can be tested.
 
     Prints how good the calibration is and puts it into the sensor file; the old file is kept as SENSOR.YAML.bak.
     The bias is zero again: tare afterwards. A calibration that is not to be used, as one that does not predict

@@ -28,6 +28,7 @@ def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
         **_per_axis("residual_rms", fit.residual_rms),
         **_per_axis("residual_largest", fit.residual_max),
         **_per_axis("left_out_rms", fit.left_out_rms),
+        "relative_sd_at_range": fit.doubt,
         "r_squared": fit.r_squared,
     }
 

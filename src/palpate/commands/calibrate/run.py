@@ -55,6 +55,7 @@ from palpate.sensing.ft import (
 )
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.bias import MOVED_FACTOR
+from palpate.sensing.ft.calibration_checks import contradicted_axes
 from palpate.sensing.ft.pose_mistakes import likely_mistake
 from palpate.sensing.ft.poses import GRAVITY_SD, STANDARD_GRAVITY
 from palpate.spatial import ZERO, Vector, Wrench
@@ -132,9 +133,12 @@ def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
             )
     with _named(config.loads):
         fit = fit_calibration(raw, loads, ranges=sensor.axis_limits)
-    console.print(calibration_table(fit, sensor, raw_unit))
-    if not fit.verdict.ok:
-        return _not_used(fit.verdict, calibration_figures(fit), console)
+    verdict = fit.verdict
+    if known is not None:
+        verdict = verdict.and_also(contradicted_axes(known.map, raw, loads, np.array(sensor.axis_limits)))
+    console.print(calibration_table(fit, sensor, raw_unit, verdict))
+    if not verdict.ok:
+        return _not_used(verdict, calibration_figures(fit), console)
     with _named(config.loads):
         updated = with_calibration(
             sensor,
@@ -145,7 +149,7 @@ def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
             provenance=_provenance(sensor, f"matrix: {len(loads)} known loads, {config.loads.name}"),
         )
     files, warnings = _write(_target(config), updated, console)
-    return _used(fit.verdict, calibration_figures(fit), files, warnings)
+    return _used(verdict, calibration_figures(fit), files, warnings)
 
 
 # --- payload -----------------------------------------------------------------------------------------------------

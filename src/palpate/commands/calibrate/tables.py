@@ -17,13 +17,14 @@ from palpate.sensing.ft.payload import TWO_SIDED
 UNITS = ("N",) * 3 + ("N m",) * 3
 
 
-def calibration_table(fit: CalibrationFit, sensor: SensorFile, raw_unit: str) -> Table:
+def calibration_table(fit: CalibrationFit, sensor: SensorFile, raw_unit: str, verdict: Verdict) -> Table:
     """Return how good a calibration is."""
     table = _table(
         Text(f"Calibration from {fit.load_count} loads, {fit.map.channels} channels [{raw_unit}]"),
         Text(
             f"condition number {fit.condition:.3g} (limit {LARGEST_CONDITION:g}), of the loads "
-            f"{fit.load_condition:.3g}; {_words(fit.verdict)}"
+            f"{fit.load_condition:.3g}; at full range the matrix is uncertain by "
+            f"{TWO_SIDED * fit.doubt.max():.2%} (95 %); {_words(verdict)}"
         ),
         ("axis", "unit", "residual rms", "residual max", "left out rms", "limit", "R squared"),
     )

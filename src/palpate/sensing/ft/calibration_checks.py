@@ -1,8 +1,8 @@
 """Whether known loads and readings keep to what a calibration assumes.
 
 A reading that is linear in the load leaves residuals that nothing else explains. So everything that could be wrong
-is put as one more regressor, which least squares had none for: one load alone, the zero from some load on, the load
-before, squares of loads. Each must explain no more of any channel, or of any axis of the wrench, than chance does.
+is put as one more regressor, which least squares had none for: one load alone, the zero from some load on, the
+load before, squares of loads. Each must explain no more of any channel, or of any axis of the wrench, than chance.
 
 What is tested has a limit below which it stays unnoticed. By how much that may move the matrix is the external
 reliability of Baarda (1968, "A testing procedure for use in geodetic networks"): loads of which one, or a drift of
@@ -153,8 +153,8 @@ def _saturation(fit: FittedLoads) -> Iterator[BrokenAssumption]:
             if len(there) > 1 and spread > SAME_SHOWN * np.ptp(shown):
                 yield BrokenAssumption(
                     Assumption.WITHIN_BOUNDS,
-                    f"channel {j} shows {bound:g} under loads {', '.join(map(str, there[:4]))}, which should differ "
-                    f"by {spread:.2g}: it is saturated",
+                    f"channel {j} shows {bound:g} under loads {', '.join(map(str, there[:4]))}, for which a line "
+                    f"has up to {spread:.2g} between: it is saturated",
                     "load less there, or lower the amplification",
                 )
                 return
@@ -252,7 +252,7 @@ class _Explained:
 
     @classmethod
     def of(cls, fit: FittedLoads, regressors: FloatArray, shown: FloatArray) -> "_Explained":
-        """Return what regressors (n, m) explain of residuals of length 1, shape (n, p), and of all channels at once."""
+        """Return what regressors (n, m) explain of residuals of length 1, shape (n, p), and of all channels."""
         spare = len(shown) - UNKNOWNS - 1
         Z = fit.root * regressors
         left = Z - fit.basis @ (fit.basis.T @ Z)
@@ -265,8 +265,12 @@ class _Explained:
         channels = _independent(fit)
         k = channels.shape[1]
         if (free := spare + 1 - k) > 0:
-            whole = np.minimum(((left / np.where(used, length, 1.0)).T @ channels * used[:, None]) ** 2, 1.0).sum(axis=1)
-            of_all = np.asarray(fdtrc(k, free, np.minimum(whole, 1.0) / k / np.maximum((1.0 - whole) / free, 1e-12)))
+            whole = np.minimum(((left / np.where(used, length, 1.0)).T @ channels * used[:, None]) ** 2, 1.0).sum(
+                axis=1
+            )
+            of_all = np.asarray(
+                fdtrc(k, free, np.minimum(whole, 1.0) / k / np.maximum((1.0 - whole) / free, 1e-12))
+            )
             chance = np.column_stack([chance, of_all])
         worst = int(np.argmin(chance.min(axis=1)))
         return cls(worst, float(chance.min()) * np.count_nonzero(used) * chance.shape[1])
@@ -365,15 +369,13 @@ def _lines(fit: FittedLoads, scaled: FloatArray, expected: FloatArray) -> Iterat
 
 
 def _two_sided(pull: FloatArray | float, spare: int) -> FloatArray:
-    """Return the probability of so many standard deviations, which residuals of so many degrees of freedom gave."""
+    """Return the probability of so many standard deviations, if these have so many degrees of freedom."""
     share = np.asarray(pull) ** 2 / spare
     return np.asarray(2.0 * stdtr(spare - 1, -np.sqrt((spare - 1) * share / np.maximum(1.0 - share, 1e-12))))
 
 
 def _pull(fit: FittedLoads, regressors: FloatArray, shown: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return by how many standard deviations each regressor (n, m) explains its own residual (n, m), and their
-    correlations.
-    """
+    """Return by how many standard deviations regressors (n, m) explain their own residuals, and correlations."""
     Z = fit.root * regressors
     Z = Z - fit.basis @ (fit.basis.T @ Z)
     Z = Z / np.linalg.norm(Z, axis=0)

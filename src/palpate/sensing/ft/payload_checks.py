@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
 from palpate.sensing.ft.arrays import named_axes
 from palpate.sensing.ft.zero_drift import FEWEST_FOR_DRIFT, Explained, Whitened, ZeroDrift
