@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from scipy.stats import binom, multivariate_normal
 
 from palpate.errors import InvalidValueError
+from palpate.estimation import Assumption
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.recognition import RecognitionOutcome, recognise
+from palpate.friction.materials.recognition_checks import recognition_verdict
 from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence, twist_row
 from palpate.friction.materials.trials import drawn_touches
 from palpate.friction.rubbing.slip_load import SlipLoad
@@ -236,3 +238,21 @@ def test_a_fitted_surface_tells_materials_that_differ_in_p_alone():
 def test_what_cannot_be_is_refused(wrong, message):
     with pytest.raises(InvalidValueError, match=message):
         wrong()
+
+
+@pytest.mark.parametrize(
+    ("touches", "assumption"),
+    [
+        ([0.7] * 3, None),
+        ([0.42] * 3, Assumption.UNIQUE),
+        ([1.2] * 3, Assumption.NOISE_LEVEL),
+        ([0.7, 0.7, 0.7, 0.6], Assumption.EVEN_INFLUENCE),
+        ([], Assumption.ENOUGH_DATA),
+    ],
+    ids=["plain", "between a and b", "a stranger", "one touch that is off", "no touch"],
+)
+def test_the_verdict_names_why_a_material_is_not_to_be_relied_on(touches, assumption):
+    known = library(material("a", 0.4), material("b", 0.44), material("c", 0.7))
+    felt = [TouchEvidence.stroke(mu, 0.01, 0.02) for mu in touches]
+    verdict = recognition_verdict(recognise(known, felt), felt)
+    assert verdict.ok if assumption is None else verdict.breaks(assumption), verdict

@@ -43,7 +43,9 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
         figures.append(KeyFigure("friction over speed", slope, "", f"{len(result.found.speeds)} speeds{creep}"))
     known = result.recognised
     if known is not None:
-        figures.append(KeyFigure("surface", known.material, "", f"by the library {plan.config.library}"))
+        figures.append(
+            KeyFigure("surface", known.material, "", f"by the library {plan.config.library}; {known.verdict}")
+        )
     figures.append(KeyFigure("verdict", "OK" if verdict.ok else "not OK", "", str(verdict)))
     return (*figures, *run)
 

@@ -10,12 +10,14 @@ import msgspec
 import numpy as np
 
 from palpate.errors import InvalidValueError
+from palpate.estimation import Verdict
 from palpate.experiments.friction.config import LIBRARY_TEXT, FrictionConfig
 from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.pooled import pooled
 from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.friction.materials.next_touch import Advice, TouchAdvice, candidate_touches, next_touch
 from palpate.friction.materials.recognition import Recognition, RecognitionOutcome, recognise
+from palpate.friction.materials.recognition_checks import recognition_verdict
 from palpate.friction.materials.touch_evidence import STROKE_ROW, NeverSlipped, TouchEvidence, twist_row
 from palpate.friction.materials.trials import Confusion, confusion_of_touches
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
@@ -39,12 +41,14 @@ class Recognised:
     Attributes:
         recognition: Of its materials.
         advice: What to touch next.
+        verdict: Whether the material is beyond doubt.
         confusion: How often the likeliest materials are taken for each other after touches like these; None if
             nothing slipped.
     """
 
     recognition: Recognition
     advice: TouchAdvice
+    verdict: Verdict
     confusion: Confusion | None = None
 
     @property
@@ -131,7 +135,8 @@ def recognised(
     recognition = recognise(library, touches, calibration=config.usual_calibration)
     spins = (most_spin,) if most_spin > 0.0 else ()
     advice = next_touch(recognition, candidate_touches(config.rubbed_loads, (config.speed,), spins))
-    return Recognised(recognition, advice, _confused(recognition, touches, config))
+    verdict = recognition_verdict(recognition, touches, calibration=config.usual_calibration)
+    return Recognised(recognition, advice, verdict, _confused(recognition, touches, config))
 
 
 def _confused(

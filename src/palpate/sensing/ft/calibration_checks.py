@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import fdtrc, stdtr, stdtrit
 
 from palpate.errors import FloatArray
@@ -95,7 +96,7 @@ class FittedLoads:
     basis: FloatArray
     root: FloatArray
     residual: FloatArray
-    noisy: FloatArray
+    noisy: npt.NDArray[np.bool_]
     matched: FloatArray
     left_out: FloatArray
     doubt: FloatArray
@@ -388,7 +389,7 @@ def _even_noise(fit: FittedLoads, scaled: FloatArray) -> Iterator[BrokenAssumpti
     n = len(scaled)
     size = (_independent(fit) ** 2).sum(axis=1) / np.maximum(1.0 - (fit.basis**2).sum(axis=1), 1e-12)
     ranks = [np.argsort(np.argsort(each)) for each in (size, np.linalg.norm(scaled, axis=1))]
-    r = float(np.corrcoef(ranks)[0, 1])
+    r = float(np.asarray(np.corrcoef(ranks))[0, 1])
     rarity = float(stdtr(n - 2, -r * math.sqrt((n - 2) / max(1.0 - r * r, 1e-12))))
     if rarity < CHANCE:
         yield BrokenAssumption(
