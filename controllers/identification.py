@@ -8,7 +8,7 @@ that is what limits the gain, an admittance bears a larger one: see `palpate.con
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from palpate.controllers.measured_admittance import MeasuredAdmittance, measured
 from palpate.controllers.measured_loop import ForceResponse
 from palpate.controllers.tone import Tone, lag_of
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import Assumption, BrokenAssumption, Verdict
 
 LINEAR_WITHIN = 0.1
 """A contact counts as linear if its stiffness changes by less than this over the ramps, or by no more than its
@@ -29,6 +30,18 @@ MIN_SAMPLES = 100
 
 SIGMAS = 3.0
 """Standard deviations that a number must differ by to differ."""
+
+LARGEST_SD = 0.1
+"""Of a stiffness or of a response to a sine, relative: a tenth of the phase margin, nearly."""
+
+LARGEST_CHANGE = 0.2
+"""Of the stiffness from one half of the ramps to the other, relative, beyond `SURE` standard deviations."""
+
+SURE = 5.0
+"""Standard deviations: residuals of ramps are hardly white."""
+
+STEEPEST = 1.5
+"""Stiffness at an end of the ramps over that in the middle: half of the gain margin is then gone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +69,7 @@ class Identification:
         oscillation_frequency: At which that would be [Hz].
         gain: Of force control, with its margins.
         phase_margin_deg: As measured at that gain [degrees].
+        verdict: Whether force control may go by it.
         admittance: A law that bears a larger gain, where one is found; None where the direct law does as well.
     """
 
@@ -71,6 +85,7 @@ class Identification:
     oscillation_frequency: float
     gain: ForceGain
     phase_margin_deg: float
+    verdict: Verdict
     admittance: MeasuredAdmittance | None = None
 
 
@@ -135,6 +150,11 @@ def identify(
     delay = 0.5 * math.pi / (critical * series.value)
     near = min(tones, key=lambda tone: abs(tone.angular - frequency))
     relative = math.hypot(near.noise(2) / abs(near.amplitude(2)), series.sd / series.value)
+    middle = len(force) // 2
+    halves = [
+        _contact(force[part], depth[part], velocity[part])[0] for part in (slice(middle), slice(middle, None))
+    ]
+    steepest = 1.0 if linear else 1.0 + 2.0 * abs(curve.value) * half / stiffness.value
     return Identification(
         stiffness=stiffness,
         linear=linear,
@@ -148,8 +168,36 @@ def identify(
         oscillation_frequency=frequency / (2.0 * math.pi),
         gain=ForceGain(gain, series.value, delay),
         phase_margin_deg=response.phase_margin_deg(gain),
+        verdict=Verdict(tuple(_broken(relative, halves, steepest))),
         admittance=measured_admittance(response, series.value, loop_gain),
     )
+
+
+def _broken(relative: float, halves: Sequence[MeasuredValue], steepest: float) -> Iterator[BrokenAssumption]:
+    if relative > LARGEST_SD:
+        yield BrokenAssumption(
+            Assumption.CONDITIONED,
+            f"stiffness and delay are uncertain by {relative:.0%}, at most {LARGEST_SD:.0%}",
+            "press with more force, or with a sensor of less noise",
+        )
+    first, second = halves
+    change = abs(second.value - first.value)
+    if change > max(
+        LARGEST_CHANGE * min(abs(first.value), abs(second.value)), SURE * math.hypot(first.sd, second.sd)
+    ):
+        yield BrokenAssumption(
+            Assumption.WHITE_IN_TIME,
+            f"the stiffness is {first.value:.3g} N/m in the first half of the ramps, {second.value:.3g} in the "
+            f"second, at most {LARGEST_CHANGE:.0%} apart",
+            "let it land on a surface that stands still and does not give way",
+        )
+    if steepest > STEEPEST:
+        yield BrokenAssumption(
+            Assumption.WHITE_IN_PLACE,
+            f"at an end of the ramps the contact is {steepest:.2g} times as stiff as in the middle, at most "
+            f"{STEEPEST:g} times",
+            "press between forces that are nearer to each other",
+        )
 
 
 def _too_short(samples: int) -> InvalidValueError:

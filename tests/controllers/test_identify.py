@@ -1,6 +1,7 @@
 """Identification: known springs, servos and delays are found, within the uncertainty that is claimed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from palpate.controllers.identification import PressRecord, identify
 from palpate.controllers.measured_loop import ForceResponse
 from palpate.controllers.tone import Tone
 from palpate.errors import InvalidValueError
+from palpate.estimation import Assumption
 from palpate.runtime import Ending, Finger, Limits, Supervisor, Touch, run
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene, white_noise
@@ -136,6 +138,26 @@ def test_a_contact_that_stiffens_is_not_called_linear():
     found = identify(ramps(20e3, 50e3, 0.02, noise=3.1e-3, quadratic=quadratic), tones, 0.0)
     assert not found.linear
     assert found.stiffness_high - found.stiffness_low == pytest.approx(0.2 * 20e3, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("changed", "noise", "assumption"),
+    [
+        ({}, 0.0, None),
+        ({"quadratic": 1.5e8}, 0.0, Assumption.WHITE_IN_PLACE),
+        ({"second": 0.7}, 0.0, Assumption.WHITE_IN_TIME),
+        ({}, 6e4, Assumption.CONDITIONED),
+    ],
+    ids=["plain", "stiffens", "gives way", "noisy"],
+)
+def test_the_verdict_says_why_force_control_may_not_go_by_it(changed, noise, assumption):
+    second = changed.pop("second", 1.0)
+    record = ramps(20e3, 50e3, 0.02, noise=3.1e-3, **changed)
+    force = np.where(np.arange(2000) < 1000, record.force, second * record.force)
+    verdict = identify(
+        replace(record, force=force), tones_of(lambda w: 14e3 * np.exp(-0.02j * w), noise=noise), 0.0
+    ).verdict
+    assert verdict.ok if assumption is None else verdict.breaks(assumption), verdict
 
 
 @settings(max_examples=30, deadline=None, derandomize=True)

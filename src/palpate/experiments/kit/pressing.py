@@ -78,11 +78,14 @@ def pressed(
         longest: After which it is stopped [s].
 
     Raises:
-        InvalidValueError: The identification did not finish.
+        InvalidValueError: The identification did not finish, or is not to be used.
     """
     result = run(backend, Touch(finger), controller, Supervisor(limits), duration=longest)
     try:
-        return of(controller.result())
+        found = controller.result()
+        if not found.verdict.ok:
+            raise InvalidValueError(f"not to be used: {found.verdict}")
+        return of(found)
     except InvalidValueError as error:
         raise InvalidValueError(f"identify: {error} (the run: {result})") from None
 
