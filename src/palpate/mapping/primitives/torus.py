@@ -56,7 +56,7 @@ class TorusShape(PrimitiveShape):
         reach = np.maximum(np.linalg.norm(away, axis=1), NEAREST)[:, np.newaxis]
         normal = away / reach
         round_axis = np.column_stack([-outward[:, 1], outward[:, 0], outward[:, 2]])
-        round_tube = np.cross(round_axis, normal)
+        round_tube = np.asarray(np.cross(round_axis, normal), dtype=np.float64)
         leaning = (normal * outward).sum(axis=1, keepdims=True)
         bend = (
             _squared(round_tube) / reach[:, :, np.newaxis]

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Verdict
 from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries, same_length
-from palpate.sensing.ft.calibration_checks import UNKNOWNS, FittedLoads, calibration_verdict
+from palpate.sensing.ft.calibration_checks import UNKNOWNS, FittedCalibration, calibration_verdict
 from palpate.sensing.ft.calibration_map import CalibrationMap
 
 MIN_LOADS = UNKNOWNS + 1
@@ -166,7 +166,9 @@ def fit_calibration(
     load_covariance = unscale.T @ spread @ unscale
     channel_part = C.T @ load_covariance[:6, :6] @ C
     matched = np.where(noisy, weight, 0.0)[:, None] ** 2 * coefficients[:6].T
-    tested = FittedLoads(loads, scale, readings, q, root, residual, noisy, matched, left_out, doubt, condition)
+    tested = FittedCalibration(
+        loads, scale, readings, q, root, residual, noisy, matched, left_out, doubt, condition
+    )
     return CalibrationFit(
         map=CalibrationMap(tuple(map(tuple, C.tolist())), tuple((offset + typical).tolist())),
         sensitivity=coefficients[:6].T / scale,

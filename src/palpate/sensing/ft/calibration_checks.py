@@ -73,7 +73,7 @@ OTHER_UNIT = 30.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FittedLoads:
+class FittedCalibration:
     """What is tested; n loads, k channels.
 
     Attributes:
@@ -103,7 +103,7 @@ class FittedLoads:
     condition: float
 
 
-def calibration_verdict(fit: FittedLoads) -> Verdict:
+def calibration_verdict(fit: FittedCalibration) -> Verdict:
     """Return what the loads contradict, worst first."""
     tests = (_units, _saturation, _levers, _size, _residuals, _conditioning)
     return Verdict(tuple(broken for test in tests for broken in test(fit)))
@@ -134,7 +134,7 @@ def contradicted_axes(
         )
 
 
-def _units(fit: FittedLoads) -> Iterator[BrokenAssumption]:
+def _units(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     size = np.abs(fit.loads) / fit.ranges
     if size.max() > LARGEST_LOAD:
         i, j = np.unravel_index(int(np.argmax(size)), size.shape)
@@ -145,7 +145,7 @@ def _units(fit: FittedLoads) -> Iterator[BrokenAssumption]:
         )
 
 
-def _saturation(fit: FittedLoads) -> Iterator[BrokenAssumption]:
+def _saturation(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     expected = fit.raw - fit.residual / fit.root
     for j, (shown, linear) in enumerate(zip(fit.raw.T, expected.T, strict=True)):
         for bound in (shown.max(), shown.min()):
@@ -161,7 +161,7 @@ def _saturation(fit: FittedLoads) -> Iterator[BrokenAssumption]:
                 return
 
 
-def _levers(fit: FittedLoads) -> Iterator[BrokenAssumption]:
+def _levers(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     """A weight on a lever makes a moment at right angles to its force; find axes in which all loads do."""
     force, moment = fit.loads[:, :3], fit.loads[:, 3:]
     sizes = np.linalg.norm(force, axis=1), np.linalg.norm(moment, axis=1)
@@ -185,7 +185,7 @@ def _levers(fit: FittedLoads) -> Iterator[BrokenAssumption]:
         )
 
 
-def _size(fit: FittedLoads) -> Iterator[BrokenAssumption]:
+def _size(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     relative = fit.left_out / fit.ranges
     rms = np.sqrt((relative**2).mean(axis=0))
     worst = int(np.argmax(rms))
@@ -198,7 +198,7 @@ def _size(fit: FittedLoads) -> Iterator[BrokenAssumption]:
         )
 
 
-def _residuals(fit: FittedLoads) -> Iterator[BrokenAssumption]:
+def _residuals(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     n = len(fit.loads)
     if not fit.noisy.any():
         # what is exact to rounding has each spare load as a proof
@@ -252,7 +252,7 @@ class _Explained:
     rarity: float
 
     @classmethod
-    def of(cls, fit: FittedLoads, regressors: FloatArray, shown: FloatArray) -> "_Explained":
+    def of(cls, fit: FittedCalibration, regressors: FloatArray, shown: FloatArray) -> "_Explained":
         """Return what regressors (n, m) explain of residuals of length 1, shape (n, p), and of all channels."""
         spare = len(shown) - UNKNOWNS - 1
         Z = fit.root * regressors
@@ -277,14 +277,14 @@ class _Explained:
         return cls(worst, float(chance.min()) * np.count_nonzero(used) * chance.shape[1])
 
 
-def _independent(fit: FittedLoads) -> FloatArray:
+def _independent(fit: FittedCalibration) -> FloatArray:
     """Return residuals of noisy channels as orthonormal columns."""
     left = fit.residual[:, fit.noisy]
     u, singular, _ = np.linalg.svd(left / np.linalg.norm(left, axis=0), full_matrices=False)
     return np.asarray(u[:, singular > 1e-6 * singular[0]])
 
 
-def _bad_load(fit: FittedLoads, at: _Explained) -> BrokenAssumption:
+def _bad_load(fit: FittedCalibration, at: _Explained) -> BrokenAssumption:
     load, error = fit.loads[at.worst] / fit.ranges, fit.left_out[at.worst] / fit.ranges
     axis = int(np.argmax(np.abs(error)))
     factor = 1.0 + float(load @ error) / float(load @ load)
@@ -319,7 +319,7 @@ def _timed(timed: _Explained, n: int) -> Iterator[BrokenAssumption]:
     )
 
 
-def _linear(fit: FittedLoads, scaled: FloatArray, shown: FloatArray) -> Iterator[BrokenAssumption]:
+def _linear(fit: FittedCalibration, scaled: FloatArray, shown: FloatArray) -> Iterator[BrokenAssumption]:
     pairs = list(itertools.combinations_with_replacement(range(6), 2))
     products = np.column_stack([scaled[:, a] * scaled[:, b] for a, b in pairs])
     weight = np.linalg.norm(fit.loads[:, :3] / fit.ranges[:3].max(), axis=1, keepdims=True)
@@ -345,7 +345,7 @@ def _linear(fit: FittedLoads, scaled: FloatArray, shown: FloatArray) -> Iterator
     )
 
 
-def _lines(fit: FittedLoads, scaled: FloatArray, expected: FloatArray) -> Iterator[BrokenAssumption]:
+def _lines(fit: FittedCalibration, scaled: FloatArray, expected: FloatArray) -> Iterator[BrokenAssumption]:
     """Few tests, so that each finds less: axes beyond a line by what they show, channels by what they do."""
     spare = len(scaled) - UNKNOWNS
     names, chances = [], []
@@ -375,7 +375,7 @@ def _two_sided(pull: FloatArray | float, spare: int) -> FloatArray:
     return np.asarray(2.0 * stdtr(spare - 1, -np.sqrt((spare - 1) * share / np.maximum(1.0 - share, 1e-12))))
 
 
-def _pull(fit: FittedLoads, regressors: FloatArray, shown: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _pull(fit: FittedCalibration, regressors: FloatArray, shown: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return by how many standard deviations regressors (n, m) explain their own residuals, and correlations."""
     Z = fit.root * regressors
     Z = Z - fit.basis @ (fit.basis.T @ Z)
@@ -384,7 +384,7 @@ def _pull(fit: FittedLoads, regressors: FloatArray, shown: FloatArray) -> tuple[
     return (Z * shown).sum(axis=0) * math.sqrt(len(Z) - UNKNOWNS), (Z.T @ Z) * (shown.T @ shown)
 
 
-def _even_noise(fit: FittedLoads, scaled: FloatArray) -> Iterator[BrokenAssumption]:
+def _even_noise(fit: FittedCalibration, scaled: FloatArray) -> Iterator[BrokenAssumption]:
     """Spearman's rank correlation of the sizes of residuals and loads."""
     n = len(scaled)
     size = (_independent(fit) ** 2).sum(axis=1) / np.maximum(1.0 - (fit.basis**2).sum(axis=1), 1e-12)
@@ -411,7 +411,7 @@ def _of_one_weight(weight: FloatArray, scaled: FloatArray) -> FloatArray:
     return np.hstack([scaled[:, :0], *(each[:, None] * scaled for each in _groups(weight))])
 
 
-def _few(fit: FittedLoads, scaled: FloatArray) -> Iterator[BrokenAssumption]:
+def _few(fit: FittedCalibration, scaled: FloatArray) -> Iterator[BrokenAssumption]:
     share = np.linalg.pinv(fit.root * np.column_stack([scaled, np.ones(len(scaled))]))[:6] ** 2
     share /= share.sum(axis=1, keepdims=True)
     carried = np.sort(share, axis=1)[:, -FEW:].sum(axis=1)
@@ -425,7 +425,7 @@ def _few(fit: FittedLoads, scaled: FloatArray) -> Iterator[BrokenAssumption]:
         )
 
 
-def _influence(fit: FittedLoads, regressors: FloatArray, residuals: int) -> Iterator[BrokenAssumption]:
+def _influence(fit: FittedCalibration, regressors: FloatArray, residuals: int) -> Iterator[BrokenAssumption]:
     """By how much the smallest error of each kind that would be noticed may move an estimate."""
     n = len(fit.loads)
     Z = fit.root * regressors
@@ -453,7 +453,7 @@ def _influence(fit: FittedLoads, regressors: FloatArray, residuals: int) -> Iter
         )
 
 
-def _conditioning(fit: FittedLoads) -> Iterator[BrokenAssumption]:
+def _conditioning(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     if fit.condition > LARGEST_CONDITION:
         yield BrokenAssumption(
             Assumption.CONDITIONED,

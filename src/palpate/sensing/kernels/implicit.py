@@ -442,6 +442,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             w = wrenches[i]
             n = c = (math.nan, math.nan, math.nan)
             along = phi = Q = delta = moment = math.nan
+            f, law = (math.nan, math.nan, math.nan), (stiffness, exponent, math.nan)
             h = (math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
             code = _OK
             for j in range(6):
