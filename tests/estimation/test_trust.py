@@ -3,10 +3,19 @@
 import pytest
 from trust.studies import STUDIES
 
-CASES = [(study, case) for study in STUDIES.values() for case in study.cases]
+LONG = "map", "limit surface"
+"""Of which one run takes a second or two."""
+
+CASES = [
+    pytest.param(
+        study, case, id=f"{study.name}, {case.name}", marks=[pytest.mark.slow] if study.name in LONG else []
+    )
+    for study in STUDIES.values()
+    for case in study.cases
+]
 
 
-@pytest.mark.parametrize(("study", "case"), CASES, ids=[f"{study.name}, {case.name}" for study, case in CASES])
+@pytest.mark.parametrize(("study", "case"), CASES)
 def test_a_result_is_honest_or_its_verdict_says_what_is_broken(study, case):
     row = study.row(case, 2)
     assert row.silent == 0.0 or not case.shown, row

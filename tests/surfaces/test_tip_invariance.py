@@ -292,6 +292,7 @@ def test_without_spin_an_open_tip_is_touched_on_the_wrench_axis_or_not_at_all(na
         assert (off[ok] <= 1e-10 * np.maximum(R, reach)).all()
 
 
+@pytest.mark.slow
 def test_the_condition_is_the_amplification_for_every_kind_of_tip():
     assert conditions("e") == 0
 
