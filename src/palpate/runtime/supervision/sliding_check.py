@@ -9,10 +9,14 @@ import math
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision.direction_check import LARGEST_COSINE, disagreement
 from palpate.runtime.supervision.finding import Violation
-from palpate.spatial import as_vector, cross, dot, norm, rotate
+from palpate.spatial import ZERO, Vector, add, as_vector, cross, dot, norm, rotate, scale, subtract
 
 PATH = 3e-3
 """Over which friction is averaged [m]: six times the 0.5 mm that tip and arm give way before they slide."""
+
+STRAIGHT = 0.95
+"""Length of the mean direction over the last `PATH` from which on a path counts: 18 degrees on a circle of 9 mm.
+On a narrower one friction lags behind the direction, by what gives way and, in MuJoCo, by acceleration across."""
 
 SLOWEST = 1e-3
 """Speed along the surface [m/s] below which a tip may stick or creep."""
@@ -26,13 +30,14 @@ from pose to pose of the largest sensor that palpate describes (preset `wrist`).
 
 
 class SlidingCheck:
-    """Compares friction with the tip's motion over the first `PATH` that a finger slides; then rests."""
+    """Compares friction with the tip's motion over the first `PATH` of straight sliding; then rests."""
 
     def __init__(self) -> None:
         """Begin with nothing slid."""
         self._agreed = False
         self._time = math.nan
         self._path = self._along = self._across = self._pressing = 0.0
+        self._heading: Vector = ZERO
 
     def broken(self, now: Observation) -> Violation | None:
         """Take a period; return what is wrong, if anything."""
@@ -47,6 +52,10 @@ class SlidingCheck:
         speed = norm(across)
         step = speed * (self._time - before)
         if not (speed >= SLOWEST and step > 0.0):
+            return None
+        share = 1.0 if self._heading == ZERO else -math.expm1(-step / PATH)
+        self._heading = add(self._heading, scale(share, subtract(scale(1.0 / speed, across), self._heading)))
+        if norm(self._heading) < STRAIGHT:
             return None
         friction = rotate(arm.rotation_base_tip, as_vector(contact.tangential_force))
         self._path += step
