@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from trust.limit_surface import pushing_loads
 
 from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption
@@ -225,23 +226,9 @@ def test_what_cannot_be_fitted_or_planned_is_refused():
         fit_speed_curve([])
 
 
-def pushed(seed, inside, noise, n=60):
-    """Loads of mu = 0.35, e = 20 mm, p = 1.7: some far inside, with noise of another kind than scatter."""
-    rng, law, loads = np.random.default_rng(seed), law_of(0.35, 0.02, 0.0, 1.7), []
-    for _ in range(n):
-        force, angle = rng.uniform(8.0, 12.0), rng.uniform(0.0, 0.5 * math.pi)
-        speed, spin = 0.02 * math.cos(angle), math.sin(angle)
-        f, t = law.slipping_load(force, speed, spin)
-        share = rng.uniform(0.0, 1.0) if rng.random() < inside else 1.0
-        a, b = share * (1.0 + 0.1 * rng.normal(size=2))
-        f, t = a * f + noise * rng.normal(), b * t + 0.02 * noise * rng.normal()
-        loads.append(SlipLoad(force, f, t, speed, spin))
-    return loads
-
-
 @pytest.mark.parametrize(("inside", "noise"), [(0.0, 0.5), (0.5, 0.0), (0.8, 0.5)])
 def test_real_pushing_loads_never_collapse_and_those_that_do_not_slip_are_reported(inside, noise):
-    found = fit_limit_surface(pushed(1, inside, noise))
+    found = fit_limit_surface(pushing_loads(1, inside, noise)[0])
     assert 0.15 < found.surface.friction < 0.4
     held = abs(found.surface.friction - 0.35) < 4.0 * found.standard_deviations[0]
     assert held or not found.verdict.ok

@@ -1,6 +1,6 @@
 """What an estimator says of its own estimate: OK only if the assumptions of its model were tested, and held."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -43,6 +43,13 @@ class BrokenAssumption:
         return f"not so that {self.assumption}: {self.finding}; {self.remedy}"
 
 
+def ill_conditioned(condition: float, largest: float, remedy: str) -> Iterator[BrokenAssumption]:
+    """Return that a condition number is too large, if it is."""
+    if condition > largest:
+        finding = f"condition number {condition:.3g}, at most {largest:g}"
+        yield BrokenAssumption(Assumption.CONDITIONED, finding, remedy)
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """Which assumptions were tested and did not hold.
@@ -61,6 +68,11 @@ class Verdict:
     def breaks(self, assumption: Assumption) -> bool:
         """Return whether an assumption was found broken."""
         return any(each.assumption is assumption for each in self.broken)
+
+    @property
+    def names(self) -> str:
+        """Names of the assumptions that are broken, with commas between."""
+        return ", ".join(each.assumption.name for each in self.broken)
 
     def lines(self) -> tuple[str, ...]:
         """Return one sentence per broken assumption; "OK" if there is none."""

@@ -53,7 +53,9 @@ def certified_reach(
                 slope = [a + (up - down) * Fraction(b) for a, b in zip(slope, row, strict=True)]
                 proven -= (up + down) * Fraction(limit)
         slope[3] *= Fraction(float(grasp.spin_length[i]))
-        least = slope[0] - Fraction(float(grasp.friction[i])) * _root_above(sum(each * each for each in slope[1:]))
+        least = slope[0] - Fraction(float(grasp.friction[i])) * _root_above(
+            sum((g * g for g in slope[1:]), Fraction(0))
+        )
         most = float(grasp.force_max[i])
         if least >= 0:
             proven += least * Fraction(float(grasp.force_min[i]))
@@ -69,10 +71,9 @@ def certified_reach(
     return float(reach) if reach < Fraction(10) ** 300 else math.inf
 
 
-def _root_above(square: Fraction | int) -> Fraction:
+def _root_above(square: Fraction) -> Fraction:
     """Return a fraction that is at least the square root, and hardly more."""
     if square == 0:
         return Fraction(0)
-    square = Fraction(square)
     scaled = (square.numerator << (2 * _ROOT_BITS)) * square.denominator
     return Fraction(math.isqrt(scaled) + 1, square.denominator << _ROOT_BITS)

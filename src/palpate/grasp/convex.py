@@ -12,6 +12,7 @@ from palpate.grasp.balance import balance
 from palpate.grasp.certificate import certified_reach
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
+from palpate.grasp.grasp_proof import LARGEST_FORCES
 from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.least_violation import least_violation
@@ -27,10 +28,6 @@ ABSENT = 1e3
 SLACK = 1e-9
 """Share by which an actuator may be beyond its limit before forces that know nothing of it are refused; and of the
 load by which the largest margin may be below zero."""
-
-
-LEAST_REACH = 1e8
-"""Sum of forces, over load or preload, up to which a proof must hold at contacts without a largest force."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +85,9 @@ class Convex:
         return self._by_interior_point(wrench)
 
     def _by_interior_point(self, wrench: FloatArray) -> GraspForces:
-        load, size = self._load(self._objective, wrench)
+        load, size = self._scaled.load(wrench)
+        if self._objective is Objective.LOAD_FACTOR:
+            load, size = _direction(load, size)
         result = self._interior(self._objective, load, size)
         status = _STATUS[result.status]
         if status is SolveStatus.INFEASIBLE:
@@ -122,7 +121,7 @@ class Convex:
         forces, left = least_violation(self._scaled.sized(size), load, self._weight)
         if proof is None:
             proof = self._proof(wrench, left)
-        load, unit = self._load(Objective.LOAD_FACTOR, wrench)
+        load, unit = _direction(load, size)
         factor = self._interior(Objective.LOAD_FACTOR, load, unit)
         if self._actuators and factor.status is InteriorPointStatus.SOLVED:
             # what leaves least knows nothing of actuators; this keeps their limits
@@ -156,16 +155,8 @@ class Convex:
             scaled = result.multipliers[: len(self._grasp), -2 * self._actuators :] / dual
             push = scaled * size / np.repeat(limits, 2, axis=1) / length
         reach = certified_reach(self._grasp, wrench, turned / length, push)
-        least = LEAST_REACH * self._scaled.load(wrench)[1]
+        least = LARGEST_FORCES * self._scaled.load(wrench)[1]
         return _Proof(turned / length, reach) if reach >= least else None
-
-    def _load(self, objective: Objective, wrench: FloatArray) -> tuple[FloatArray, float]:
-        """Return the load and its unit; of load_factor only its direction counts, so that it is of length 1."""
-        load, size = self._scaled.load(wrench)
-        length = float(np.linalg.norm(load))
-        if objective is not Objective.LOAD_FACTOR or length == 0.0:
-            return load, size
-        return load / length, size * length
 
     def _prepare(self, contacts: int, actuators: int) -> None:
         """Build the interior points, unless those there are have room for as many contacts."""
@@ -222,6 +213,12 @@ class Convex:
             load_factor,
             certificate,
         )
+
+
+def _direction(load: FloatArray, size: float) -> tuple[FloatArray, float]:
+    """Return a load of length 1, and its unit: of load_factor only the direction counts."""
+    length = float(np.linalg.norm(load))
+    return (load / length, size * length) if length > 0.0 else (load, size)
 
 
 _STATUS = {

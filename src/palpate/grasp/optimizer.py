@@ -13,6 +13,7 @@ Wegbreit 2007) may still be in force. Neither method here is that one, but whoev
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,10 @@ __all__ = ["GraspForceOptimizer"]
 
 
 _CONCURRENT = "this optimizer is solving in another thread: give each thread its own (copy.copy makes one)"
+
+
+_HUGE = 1e150
+"""[N]. Larger loads may have forces, or an effort, that no float has: that is looked at afterwards."""
 
 
 class GraspForceOptimizer:
@@ -107,15 +112,18 @@ class GraspForceOptimizer:
         wrench = numbers("external_wrench", external_wrench)
         if wrench.shape != (6,):
             raise InvalidValueError(f"external_wrench has shape {wrench.shape}: must be (6,) [N, N m]")
-        if self._solver is None or not np.isfinite(wrench).all():
+        size = sum(map(abs, wrench.tolist()))
+        if self._solver is None or not size < math.inf:
             return self._invalid()
         if not self._in_use.acquire(blocking=False):
             raise ConcurrentUseError(_CONCURRENT)
         try:
-            with np.errstate(over="ignore", invalid="ignore"):
+            with np.errstate(over="ignore", invalid="ignore") if size > _HUGE else nullcontext():
                 found = self._solver.solve(wrench, warm=warm_start)
         finally:
             self._in_use.release()
+        if math.isfinite(found.objective):
+            return found
         return found if np.isfinite(found.forces).all() and not math.isnan(found.objective) else self._invalid()
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -3,7 +3,7 @@
 `Contact.condition` is by how much a relative error of force and moment is amplified in the centroid c, each of
 the three relative to its own size, with moments and places about the tip's centre. It is about the Frobenius
 norm of dc/d(f, m), in units of |f| and |m|, over |c|, and within a factor of 2 of the largest amplification
-(`python benchmarks/trust contact --only condition`: 0.7 to 1.4 times it); below 1 at the end of a slender
+(`python benchmarks/contact_solutions.py --only condition`: 0.7 to 1.4 times it); below 1 at the end of a slender
 tip. The size of an open quadric is added to |c|, which vanishes at its apex. It tells what errors of the
 *sensor* do: the solver itself adds a few units in the last place, whatever the condition.
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Assumption, BrokenAssumption
+from palpate.sensing.ft.arrays import OTHER_MOMENT_UNIT
 
 ARM = 10.0
 """Distances from the sensor to the far end of the tip, above which the arm of moments is in another unit: contacts
@@ -60,6 +61,6 @@ class MomentUnits:
                 Assumption.PLAUSIBLE,
                 f"{self._too_long} of {self._rows} moments have an arm above {self._longest:.3g} m, {ARM:g} "
                 "times as long as the fingertip reaches",
-                "name the unit in the header, mx_mNm if moments are in mN m",
+                OTHER_MOMENT_UNIT,
             )
             raise InvalidValueError(str(broken))

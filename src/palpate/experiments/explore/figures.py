@@ -29,12 +29,12 @@ def _shape(exploration: "Exploration") -> str | None:
 
 def _broken(exploration: "Exploration") -> str | None:
     found = exploration.map
-    return None if found is None else ", ".join(each.assumption.name for each in found.verdict.broken)
+    return None if found is None else found.verdict.names
 
 
 def _unsure(exploration: "Exploration") -> str | None:
     shape = None if exploration.map is None else exploration.map.shape
-    return None if shape is None else ", ".join(each.assumption.name for each in shape.verdict.broken)
+    return None if shape is None else shape.verdict.names
 
 
 FIGURES = (

@@ -102,15 +102,16 @@ def residual_checks(
         return
     yield from _far_off(found.at.distance, tilt)
     # few contacts lie on the edges of a box, and little hangs on its rounding
-    yield from _influence(found.jacobian[:, :-1] if isinstance(found.shape, BoxShape) else found.jacobian)
+    followed = _column_space(found.jacobian)
+    yield from _influence(_column_space(found.jacobian[:, :-1]) if isinstance(found.shape, BoxShape) else followed)
     yield from _disagreement(found, correlation_points, smooth)
-    yield from smooth.check(found, correlation_points)
+    yield from smooth.check(found, followed, correlation_points)
     length = math.ceil(APART * correlation_points) if correlation_points > 1.0 else 1
     count = len(points) // length
     if count < FEWEST:
         return
     if smooth.sd.any():
-        left = smooth.left(found, correlation_points)
+        left = smooth.left(found, followed, correlation_points)
         columns = [left[:, 0], *(left[:, 1:] @ found.shape.rotation.T @ np.linalg.eigh(points.T @ points)[1]).T]
     places, residuals = _means(points, length), _means(np.column_stack(columns), length)
     facing = _means(normals @ found.shape.rotation - found.at.normal, length)
@@ -165,22 +166,24 @@ class SmoothErrors:
         J = found.jacobian.reshape(len(found.trust), 4, -1)[:, 0]
         return np.asarray(inverse @ (J.T @ (self.functions * self.sd / found.distance_sd)))
 
-    def left(self, found: Solution[Shape], correlation_points: float) -> FloatArray:
-        """Return residuals without what these most likely make of them, over their errors, shape (n, 4)."""
-        U, singular, _ = np.linalg.svd(found.jacobian, full_matrices=False)
-        U = U[:, singular > 1e-9 * singular[0]]
+    def left(self, found: Solution[Shape], followed: FloatArray, correlation_points: float) -> FloatArray:
+        """Return residuals without what these most likely make of them, over their errors, shape (n, 4).
+
+        `followed` is what the unknowns can follow, orthonormal columns.
+        """
         rows = np.zeros((len(found.trust), 4, len(self.sd)))
         rows[:, 0] = self.functions * self.sd / found.distance_sd
         made = rows.reshape(-1, len(self.sd))
-        made = made - U @ (U.T @ made)
+        made = made - followed @ (followed.T @ made)
         residual, noise = found.residual, correlation_points * np.eye(len(self.sd))
         factors = np.linalg.solve(made.T @ made + noise, made.T @ residual)
         return np.asarray(residual - made @ factors).reshape(-1, 4)
 
-    def check(self, found: Solution[Shape], correlation_points: float) -> Iterator[BrokenAssumption]:
+    def check(
+        self, found: Solution[Shape], followed: FloatArray, correlation_points: float
+    ) -> Iterator[BrokenAssumption]:
         """A score test: whether residuals follow these by more than noise and what is allowed for."""
-        U, singular, _ = np.linalg.svd(found.jacobian, full_matrices=False)
-        U = U[:, singular > 1e-9 * singular[0]].reshape(len(found.trust), 4, -1)[:, 0]
+        U = followed.reshape(len(found.trust), 4, -1)[:, 0]
         F = self.functions / found.distance_sd
         A = F.T @ F - (F.T @ U) @ (U.T @ F)  # of what the unknowns cannot follow
         values, axes = np.linalg.eigh(correlation_points * A + (A * self.sd**2) @ A)
@@ -215,9 +218,14 @@ def _far_off(distance: FloatArray, tilt: FloatArray) -> Iterator[BrokenAssumptio
             )
 
 
-def _influence(jacobian: FloatArray) -> Iterator[BrokenAssumption]:
+def _column_space(jacobian: FloatArray) -> FloatArray:
+    """Return what unknowns can follow, as orthonormal columns."""
     U, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
-    leverage = (U[:, singular > 1e-9 * singular[0]] ** 2).sum(axis=1)
+    return np.asarray(U[:, singular > 1e-9 * singular[0]])
+
+
+def _influence(followed: FloatArray) -> Iterator[BrokenAssumption]:
+    leverage = (followed**2).sum(axis=1)
     if leverage.max() > MOST_LEVERAGE:
         yield BrokenAssumption(
             Assumption.EVEN_INFLUENCE,

@@ -8,6 +8,9 @@ from palpate.errors import FloatArray, InvalidValueError
 AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 """Names of a wrench's entries, for messages."""
 
+OTHER_MOMENT_UNIT = "name the unit in the header, mx_mNm if moments are in mN m"
+"""What to do where moments cannot be in N m."""
+
 
 def finite_rows(name: str, value: npt.ArrayLike, columns: int | None, unit: str) -> FloatArray:
     """Return `value` as a float64 array of shape (n, columns), all finite.

@@ -19,8 +19,8 @@ import numpy.typing as npt
 from scipy.special import fdtrc, stdtr, stdtrit
 
 from palpate.errors import FloatArray
-from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
-from palpate.sensing.ft.arrays import AXES, named_axes
+from palpate.estimation import Assumption, BrokenAssumption, Verdict, ill_conditioned, white_in_time
+from palpate.sensing.ft.arrays import AXES, OTHER_MOMENT_UNIT, named_axes
 from palpate.sensing.ft.calibration_map import CalibrationMap
 
 UNKNOWNS = 7
@@ -130,7 +130,7 @@ def contradicted_axes(
         yield BrokenAssumption(
             Assumption.PLAUSIBLE,
             f"by the matrix before, moments are {factor:.3g} times as large beside forces",
-            "name the unit in the header, mx_mNm if moments are in mN m",
+            OTHER_MOMENT_UNIT,
         )
 
 
@@ -141,7 +141,7 @@ def _units(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
         yield BrokenAssumption(
             Assumption.PLAUSIBLE,
             f"{AXES[j]} of load {i} is {size[i, j]:.3g} times the range, at most {LARGEST_LOAD:g}",
-            "name the unit in the header, mx_mNm if moments are in mN m, or correct the sensor's range",
+            f"{OTHER_MOMENT_UNIT}, or correct the sensor's range",
         )
 
 
@@ -454,12 +454,8 @@ def _influence(fit: FittedCalibration, regressors: FloatArray, residuals: int) -
 
 
 def _conditioning(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
-    if fit.condition > LARGEST_CONDITION:
-        yield BrokenAssumption(
-            Assumption.CONDITIONED,
-            f"condition number {fit.condition:.3g}, at most {LARGEST_CONDITION:g}",
-            "the sensor hardly feels some direction: check its channels for one that is dead or doubled",
-        )
+    remedy = "the sensor hardly feels some direction: check its channels for one that is dead or doubled"
+    yield from ill_conditioned(fit.condition, LARGEST_CONDITION, remedy)
     worst = int(np.argmax(fit.doubt))
     if fit.doubt[worst] > LARGEST_DOUBT:
         yield BrokenAssumption(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from palpate.estimation import Assumption, BrokenAssumption, Verdict, white_in_time
-from palpate.sensing.ft.arrays import named_axes
+from palpate.estimation import Assumption, BrokenAssumption, Verdict, ill_conditioned, white_in_time
+from palpate.sensing.ft.arrays import OTHER_MOMENT_UNIT, named_axes
 from palpate.sensing.ft.zero_drift import FEWEST_FOR_DRIFT, Explained, Whitened, ZeroDrift
 
 RARE = 1e-4
@@ -73,7 +73,9 @@ class PayloadFit:
 def payload_verdict(fit: PayloadFit) -> Verdict:
     """Return what the data contradict, worst first."""
     found = (_gravity(fit), _arm(fit), _direction(fit), _data(fit), _bad_poses(fit), _time(fit), _influence(fit))
-    more = (_differences(fit), _noise(fit), _determined(fit), _conditioned(fit))
+    remedy = "tilt the sensor about another axis, too, best onto all six sides"
+    conditioned = ill_conditioned(fit.condition, LARGEST_CONDITION, remedy)
+    more = (_differences(fit), _noise(fit), _determined(fit), conditioned)
     return Verdict(tuple(broken for each in (*found, *more) for broken in each))
 
 
@@ -93,7 +95,7 @@ def _arm(fit: PayloadFit) -> Iterator[BrokenAssumption]:
         yield BrokenAssumption(
             Assumption.PLAUSIBLE,
             f"the centre of mass is {arm:.3g} m from the sensor, at most {LONGEST_ARM:g} m",
-            "name the unit in the header, mx_mNm if moments are in mN m",
+            OTHER_MOMENT_UNIT,
         )
 
 
@@ -250,13 +252,4 @@ def _determined(fit: PayloadFit) -> Iterator[BrokenAssumption]:
             f"the zero moves ({drift if drift is not ZeroDrift.NONE else 'jumps'}) and leaves the mass uncertain "
             f"by {min(4.0 * sd / max(fit.mass, sd), 1.0):.1%}, at most {MASS_WITH_DRIFT:.0%}",
             "let the sensor warm up, and take more poses, opposite orientations in turn",
-        )
-
-
-def _conditioned(fit: PayloadFit) -> Iterator[BrokenAssumption]:
-    if fit.condition > LARGEST_CONDITION:
-        yield BrokenAssumption(
-            Assumption.CONDITIONED,
-            f"condition number {fit.condition:.3g}, at most {LARGEST_CONDITION:g}",
-            "tilt the sensor about another axis, too, best onto all six sides",
         )

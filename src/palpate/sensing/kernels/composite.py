@@ -7,6 +7,7 @@ import numpy as np
 from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.kernels.block import BLOCK
+from palpate.sensing.kernels.contact_rows import clear_contact
 from palpate.sensing.kernels.implicit import MIN_PUSH
 from palpate.sensing.kernels.quadric import solve_quadric
 
@@ -90,9 +91,4 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
             ):
                 status[start + i] = _AMBIGUOUS
             if status[start + i] == _OUTSIDE or status[start + i] == _AMBIGUOUS:
-                for field in (0, 1, 3):
-                    for c in range(3):
-                        result[3 * (field * stride + start + i) + c] = math.nan
-                result[12 * stride + start + i] = math.nan
-                result[13 * stride + start + i] = math.nan
-                result[14 * stride + start + i] = math.inf
+                clear_contact(result, stride, start + i)

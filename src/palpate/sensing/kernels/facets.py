@@ -16,6 +16,7 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
+from palpate.sensing.kernels.contact_rows import clear_contact, in_tip_frame
 from palpate.sensing.kernels.implicit import MIN_PUSH
 from palpate.surfaces.mesh import HEADER, ROW, facet_on_ray
 
@@ -309,20 +310,7 @@ def vouch(p, order, spins, center, rotation, wrenches, hard, result, status):
             continue
         w = wrenches[i]
         force = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        ox = (w[3] - (center[1] * w[2] - center[2] * w[1])) / force
-        oy = (w[4] - (center[2] * w[0] - center[0] * w[2])) / force
-        oz = (w[5] - (center[0] * w[1] - center[1] * w[0])) / force
-        fx, fy, fz = w[0] / force, w[1] / force, w[2] / force
-        f = (
-            r[0, 0] * fx + r[1, 0] * fy + r[2, 0] * fz,
-            r[0, 1] * fx + r[1, 1] * fy + r[2, 1] * fz,
-            r[0, 2] * fx + r[1, 2] * fy + r[2, 2] * fz,
-        )
-        m = (
-            r[0, 0] * ox + r[1, 0] * oy + r[2, 0] * oz,
-            r[0, 1] * ox + r[1, 1] * oy + r[2, 1] * oz,
-            r[0, 2] * ox + r[1, 2] * oy + r[2, 2] * oz,
-        )
+        f, m = in_tip_frame(w, center, r, force)
         s = f[0] * m[0] + f[1] * m[1] + f[2] * m[2]
         along = s
         if hard:
@@ -370,20 +358,8 @@ def vouch(p, order, spins, center, rotation, wrenches, hard, result, status):
             result[14 * stride + i] = condition
             status[i] = _OK
         elif count == 2:
-            for j in range(3):
-                result[3 * i + j] = math.nan
-                result[3 * (stride + i) + j] = math.nan
-                result[3 * (3 * stride + i) + j] = math.nan
-            result[12 * stride + i] = math.nan
-            result[13 * stride + i] = math.nan
-            result[14 * stride + i] = math.inf
+            clear_contact(result, stride, i)
             status[i] = _AMBIGUOUS
         elif status[i] == _OK:  # nothing found again: rounding at the limit of what can be resolved
-            for j in range(3):
-                result[3 * i + j] = math.nan
-                result[3 * (stride + i) + j] = math.nan
-                result[3 * (3 * stride + i) + j] = math.nan
-            result[12 * stride + i] = math.nan
-            result[13 * stride + i] = math.nan
-            result[14 * stride + i] = math.inf
+            clear_contact(result, stride, i)
             status[i] = _NOT_CONVERGED

@@ -24,6 +24,7 @@ from numba.core.dispatcher import Dispatcher
 
 from palpate.compiling import keep_closure, kept_name, njit
 from palpate.sensing.contact import ContactStatus
+from palpate.sensing.kernels.contact_rows import clear_contact, in_tip_frame
 from palpate.surfaces.implicit import Evaluate, Level
 
 _OK = int(ContactStatus.OK)
@@ -458,21 +459,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             elif not math.isfinite(force):
                 code = _INVALID
             if code == _OK:
-                ox = w[3] - (center[1] * w[2] - center[2] * w[1])
-                oy = w[4] - (center[2] * w[0] - center[0] * w[2])
-                oz = w[5] - (center[0] * w[1] - center[1] * w[0])
-                fx, fy, fz = w[0] / force, w[1] / force, w[2] / force
-                mx, my, mz = ox / force, oy / force, oz / force
-                f = (
-                    r[0, 0] * fx + r[1, 0] * fy + r[2, 0] * fz,
-                    r[0, 1] * fx + r[1, 1] * fy + r[2, 1] * fz,
-                    r[0, 2] * fx + r[1, 2] * fy + r[2, 2] * fz,
-                )
-                m = (
-                    r[0, 0] * mx + r[1, 0] * my + r[2, 0] * mz,
-                    r[0, 1] * mx + r[1, 1] * my + r[2, 1] * mz,
-                    r[0, 2] * mx + r[1, 2] * my + r[2, 2] * mz,
-                )
+                f, m = in_tip_frame(w, center, r, force)
                 s = f[0] * m[0] + f[1] * m[1] + f[2] * m[2]
                 along = s
                 law = (stiffness, exponent, force)
@@ -512,13 +499,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 result[13 * stride + i] = spin * force
                 result[14 * stride + i] = condition
             else:
-                for j in range(3):
-                    result[3 * i + j] = math.nan
-                    result[3 * (stride + i) + j] = math.nan
-                    result[3 * (3 * stride + i) + j] = math.nan
-                result[12 * stride + i] = math.nan
-                result[13 * stride + i] = math.nan
-                result[14 * stride + i] = math.inf
+                clear_contact(result, stride, i)
             status[i] = code
 
     return keep_closure(solve, name) if name else solve  # type: ignore[no-any-return]
