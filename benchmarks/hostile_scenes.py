@@ -25,6 +25,7 @@ from palpate.sim import MujocoBackend, SceneObject, Target, build_scene
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp
+from palpate.sim.tip import TipSurface
 from palpate.spatial import ZERO, Vector
 
 FAR_BELOW = (0.0, 0.0, -0.5)
@@ -45,11 +46,13 @@ class Truth:
         friction: Over what was assumed.
         stiffness: Likewise.
         object: The target that stands where the assumed object should; None: that object.
+        tip: The surface of the fingertip; None: that.
     """
 
     friction: float = 1.0
     stiffness: float = 1.0
     object: Callable[[SceneObject], Target] | None = None
+    tip: TipSurface | None = None
 
 
 def taken_away(direction: Vector, speed: float, begin: float) -> Callable[[SceneObject], Target]:
@@ -77,7 +80,8 @@ def in_truth(planned: ExplorationPlan, truth: Truth) -> Backend:
     fidelity = replace(scene.fidelity, time_step=scene.fidelity.time_step / finer)
     start = usual.start().arm.position_base_tip
     target = scene.target if truth.object is None else truth.object(planned.target)
-    other = build_scene(scene.tip, target, law, start, scene.carrier, fidelity)
+    tip = scene.tip if truth.tip is None else replace(scene.tip, surface=truth.tip)
+    other = build_scene(tip, target, law, start, scene.carrier, fidelity)
     sensor = sensor_for(planned.robot, planned.config)
     return MujocoBackend(other, planned.period, sensor, usual.pacer)
 

@@ -92,6 +92,12 @@ OUT_OF_BOUNDS = {
         "contact moment was 0.6",
         "0.5 N m",
     ),
+    "moment in N mm": (
+        Limits(),
+        {"wrench": (0.0, 0.0, 2.0, 16.0, 0.0, 0.0)},
+        "contact moment was 16 N m",
+        "2 N m; 8 m is no arm of 2 N on a finger: does the sensor give N m?",
+    ),
     "spin": (
         Limits(spin_torque=0.01),
         {"wrench": (0.0, 0.0, 2.0, 0.0, 0.0, 0.02)},

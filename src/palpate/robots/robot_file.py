@@ -15,6 +15,7 @@ from palpate.robots.robot_kind import RobotKind
 from palpate.robots.sensor_kind import SensorKind
 from palpate.robots.simulated_sensor_entry import NoiseEntry, SimulatedSensorEntry
 from palpate.robots.surface_entries import SurfaceKind
+from palpate.robots.surface_sd_entry import SurfaceSdEntry
 from palpate.runtime.robot_ranges import within
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft.sensor_file import PayloadEntry
@@ -35,6 +36,7 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
     Attributes:
         surface: The fingertip, in the sensor frame.
+        surface_sd: How well it is known; None: exactly in simulation, on a robot its size as a caliper reads it.
         payload: What the sensor carries; None if a sensor file says it.
         sensor: Path of a sensor file, relative to the robot file; None: what is known is what goes without saying
             of the simulated sensor.
@@ -44,6 +46,7 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     """
 
     surface: SurfaceKind
+    surface_sd: SurfaceSdEntry | None = None
     payload: PayloadEntry | None = None
     sensor: str | None = None
     noise: NoiseEntry | None = None

@@ -28,6 +28,9 @@ FINGERTIPS = {
 }
 """Options that describe a fingertip, and the sizes that they take."""
 
+DEVIATIONS = {"force_noise": "N", "moment_noise": "N m", "size_sd": "m", "position_sd": "m", "rotation_sd": "rad"}
+"""Options that give standard deviations, and their units."""
+
 
 @dataclass(frozen=True, slots=True)
 class ContactConfig:
@@ -42,8 +45,9 @@ class ContactConfig:
     lines and lines that start with # are skipped.
 
     Output, in SI units and the sensor frame: the copied columns, centroid, outward normal, force, normal force,
-    tangential force, spin torque, condition number and status; with noise given, standard deviations too. Where
-    the status is not OK there is no contact and its numbers are left empty (null in JSON).
+    tangential force, spin torque, condition number and status; where noise or
+    an uncertain fingertip is given, standard deviations too. Where the status is not OK there is no contact and its
+    numbers are left empty (null in JSON).
 
     Moments whose arm is far longer than the fingertip are in another unit, and are refused.
 
@@ -89,6 +93,12 @@ class ContactConfig:
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float = option(0.0, "N m")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
+    size_sd: float = option(0.0, "m")
+    """Standard deviation of the fingertip's size: how far its surface may lie further out [m]."""
+    position_sd: float = option(0.0, "m")
+    """Standard deviation of the fingertip's center in the sensor frame [m], each axis."""
+    rotation_sd: float = option(0.0, "rad")
+    """Standard deviation of the fingertip's rotation in the sensor frame [rad], about each axis."""
     not_finite: Literal["refuse", "mark"] = "refuse"
     """A row with nan or inf in its wrench: refuse the input, naming the line; or mark the row INVALID, go on."""
     format: Literal["csv", "jsonl"] = "csv"
@@ -109,11 +119,11 @@ class ContactConfig:
                 self._check_sizes(name, value if isinstance(value, tuple) else (value,))
         vector("center", self.center, 3, "m")
         vector("rotvec", self.rotvec, 3, "rad")
-        not_negative("force_noise", self.force_noise, "N")
-        not_negative("moment_noise", self.moment_noise, "N m")
-        if self.has_noise and self.model == "hard":
+        for name, unit in DEVIATIONS.items():
+            not_negative(name, getattr(self, name), unit)
+        if self.has_deviations and self.model == "hard":
             raise InvalidValueError(
-                "force_noise and moment_noise give standard deviations of the soft model only: leave them out, or "
+                f"{', '.join(DEVIATIONS)} give standard deviations of the soft model only: leave them out, or "
                 "--model soft"
             )
 
@@ -133,6 +143,6 @@ class ContactConfig:
         return open_kind or (self.ellipsoid is not None and math.inf in self.ellipsoid)
 
     @property
-    def has_noise(self) -> bool:
+    def has_deviations(self) -> bool:
         """Whether standard deviations are requested."""
-        return self.force_noise > 0.0 or self.moment_noise > 0.0
+        return any(getattr(self, name) > 0.0 for name in DEVIATIONS)

@@ -24,6 +24,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.output_folder import check_file
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.solver import Surface, contacts_from_wrenches
+from palpate.sensing.tip_uncertainty import TipUncertainty
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
 from palpate.surfaces import (
     Capsule,
@@ -117,7 +118,7 @@ def _carry_out(
     surface = fingertip(config)
     with _opened(config) as source:
         name = "standard input" if config.source == STANDARD_STREAM else str(config.source)
-        reader = WrenchReader(source, name, config.not_finite, taken=form.own_names(config.has_noise))
+        reader = WrenchReader(source, name, config.not_finite, taken=form.own_names(config.has_deviations))
         _convert(config, surface, reader, form, sink, counts)
 
 
@@ -179,18 +180,19 @@ def _convert(
     counts: "Counter[str]",
 ) -> None:
     noise = white_noise(config.force_noise, config.moment_noise)
+    tip = TipUncertainty(config.size_sd, config.position_sd, config.rotation_sd)
     units = MomentUnits(reach(config, surface), endless=config.endless)
     table: TableFormat | None = None
     text = ""
     for header, rows in reader.blocks():
         if table is None:
-            table = form(header.names, config.has_noise)
+            table = form(header.names, config.has_deviations)
             text = table.header()
         if rows:
             wrenches = np.array([row.wrench for row in rows])
             units.take(wrenches)
             contacts = contacts_from_wrenches(surface, wrenches, config.model)
-            deviations = contacts_uncertainties(surface, contacts, noise) if config.has_noise else None
+            deviations = contacts_uncertainties(surface, contacts, noise, tip) if config.has_deviations else None
             text += table.rows([row.copied for row in rows], contacts, deviations)
             sink.write(text.encode())
             sink.flush()

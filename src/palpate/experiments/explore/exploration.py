@@ -199,8 +199,10 @@ def _map(
         half_compliance=plan.half_compliance,
         force_noise=config.noise[0],
         moment_noise=config.noise[1],
+        tip=plan.tip_uncertainty,
     )
-    return explored_map(felt, target, plan.scan, config, replace(budget, shown=assumptions.offset), progress)
+    budget = replace(budget, shown=assumptions.offset)
+    return explored_map(felt, target, plan.scan, config, budget, plan.tip_uncertainty.size, progress)
 
 
 def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> FloatArray:

@@ -29,7 +29,6 @@ from palpate.mapping import (
 from palpate.mapping.curvature_layers import curvature_layers
 from palpate.mapping.layers import VertexDirection, VertexLayer
 from palpate.mapping.mesh_figures import voxel_for
-from palpate.mapping.primitives.fit import TIP_SIZE_SD
 from palpate.sim import SceneObject
 
 MOST_VERTICES = 60_000
@@ -158,6 +157,7 @@ def explored_map(
     scan: Scan,
     config: ExploreConfig,
     budget: MapBudget,
+    tip_size_sd: float = 0.0,
     progress: ProgressCallback = no_progress,
 ) -> ExploredMap:
     """Return the map of what was felt.
@@ -168,6 +168,7 @@ def explored_map(
         scan: Where it went.
         config: What was asked for.
         budget: From `map_budget`.
+        tip_size_sd: Standard deviation of the tip's size [m].
         progress: Called with the name of each step.
     """
     progress("fitting the map")
@@ -189,10 +190,7 @@ def explored_map(
     progress("which shape it is")
     apart = shape_spacing(cloud, config.gap)
     rows_of = points_per_row(cloud.thinned(apart), scan.row, apart)
-    # the truth is known of what is simulated, and so is the tip
-    shape = named_shape(
-        cloud, apart, rows_of, budget, surface.model, offset_sd=TIP_SIZE_SD if target is None else 0.0
-    )
+    shape = named_shape(cloud, apart, rows_of, budget, surface.model, offset_sd=tip_size_sd)
     progress("comparing with the truth")
     reachable = ReachableSurface.unknown() if target is None else ReachableSurface.of(target, config, scan)
     return ExploredMap(

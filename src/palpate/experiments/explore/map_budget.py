@@ -8,6 +8,7 @@ from palpate.errors import FloatArray
 from palpate.runtime import FingerDescription, SensorFinger
 from palpate.runtime.log import Record
 from palpate.sensing.solver import contacts_from_wrenches
+from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sensing.uncertainty import ContactUncertainties, contacts_uncertainties, white_noise
 
 CALIBRATION_SHARE = 0.01
@@ -57,6 +58,7 @@ class MapBudget:
         noise: Mean of the error by white noise, as a lateral error of the contact shifts it outwards [m].
         compression: Of tip and object during changes of the force [m]: compression is known for a steady force,
             and within milliseconds depends on damping; plus the unknown share of the steady compression.
+        tip: Of the fingertip that has another size, place or stiffness than is said [m].
         tilt: How far all normals may be off in one direction by the sensor's calibration [rad]; no part of the
             total.
         shown: By assumptions that the run itself disproved: a zero that moved, another stiffness (see
@@ -66,12 +68,18 @@ class MapBudget:
     calibration: float
     noise: float
     compression: float
+    tip: float
     tilt: float
     shown: float = 0.0
 
     @property
     def total(self) -> float:
         """The sum: all of them may have one sign [m]."""
+        return self.felt + self.tip
+
+    @property
+    def felt(self) -> float:
+        """The sum without the tip, which shifts all points alike [m]: the fit of a shape counts that by itself."""
         return self.calibration + self.noise + self.compression + self.shown
 
 
@@ -84,10 +92,9 @@ def map_budget(
     half_compliance: float,
     force_noise: float = 0.0,
     moment_noise: float = 0.0,
+    tip: TipUncertainty = EXACT,
 ) -> MapBudget:
     """Return the budget of a scan.
-
-    Tip size and stiffness are taken as known: errors of these are the user's to add.
 
     Args:
         record: Of the run.
@@ -97,10 +104,11 @@ def map_budget(
         half_compliance: Of tip and object together, half their compression per force [m/N].
         force_noise: Standard deviation of each force component [N], where no sensor file gives it.
         moment_noise: Likewise [N m].
+        tip: How well the fingertip is known.
     """
     felt = np.flatnonzero(kept)
     if not len(felt):
-        return MapBudget(0.0, 0.0, 0.0, LEAST_TILT)
+        return MapBudget(0.0, 0.0, 0.0, 0.0, LEAST_TILT)
     compliance = 2.0 * half_compliance
     change = np.abs(record.normal_force[felt] - set_force[felt])
     unsteady = compliance * float(np.percentile(change, PERCENT))
@@ -114,11 +122,15 @@ def map_budget(
     contacts = contacts_from_wrenches(finger.surface, asked)
     calibrated = contacts_uncertainties(finger.surface, contacts, unknown)
     pressed = DEVIATIONS * compliance * float(np.sqrt(np.nanmedian(calibrated.normal_force)))
+    modelled = contacts_uncertainties(finger.surface, contacts, np.zeros((6, 6)), tip)
+    outwards = np.einsum("ki,kij,kj->k", contacts.normal, modelled.centroid, contacts.normal)
+    tilted = _trace(calibrated.normal) + _trace(modelled.normal)
     return MapBudget(
         calibration=SIDEWAYS * _rise(calibrated) + pressed,
         noise=_rise(contacts_uncertainties(finger.surface, contacts, noise)),
         compression=compression,
-        tilt=LEAST_TILT + float(np.sqrt(SIDEWAYS * np.nanmedian(_trace(calibrated.normal)))),
+        tip=SIDEWAYS * _rise(modelled) + DEVIATIONS * float(np.sqrt(np.nanmedian(outwards))),
+        tilt=LEAST_TILT + float(np.sqrt(SIDEWAYS * np.nanmedian(tilted))),
     )
 
 

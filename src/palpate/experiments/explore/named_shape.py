@@ -88,7 +88,7 @@ class NamedShape:
         """Infinite where the fit has not converged: its deviations are those of some place in a valley."""
         if self.fit is not None and self.fit.verdict.breaks(Assumption.CONVERGED):
             return np.full(len(sd), np.inf)
-        return DEVIATIONS * sd + self.budget.total
+        return DEVIATIONS * sd + self.budget.felt
 
 
 def named_shape(
@@ -116,7 +116,7 @@ def named_shape(
         )
     except InvalidValueError:
         return None
-    limit = math.hypot(budget.total, NOISY * model.noise)
+    limit = math.hypot(budget.felt, NOISY * model.noise)
     # the map's is of means over stretches; here each contact counts by itself
     limit_tilt = math.hypot(budget.tilt, NOISY * max(model.tilt, white_tilt(cloud)))
     simplest = sorted(choice.fits, key=lambda kind: choice.fits[kind].unknowns)
@@ -133,7 +133,7 @@ def named_shape(
     if others:
         return NamedShape(None, possible, choice, limit, limit_tilt, budget, Verdict(tuple(unclear(possible))))
     fit = choice.fits[first]
-    covered = fit.position_sd <= budget.total and fit.normal_sd <= budget.tilt
+    covered = fit.position_sd <= budget.felt and fit.normal_sd <= budget.tilt
     broken = (each for each in fit.verdict.broken if not (covered and each.assumption in OF_RESIDUALS))
     return NamedShape(first, possible, choice, limit, limit_tilt, budget, Verdict(tuple(broken)))
 
@@ -142,7 +142,7 @@ def _excess(fit: PrimitiveFit[PrimitiveShape], over: PrimitiveFit[PrimitiveShape
     """By how much a fit misses more than another, over what the budget explains."""
     off = math.sqrt(max(fit.position_sd**2 - over.position_sd**2, 0.0))
     turned = math.sqrt(max(fit.normal_sd**2 - over.normal_sd**2, 0.0))
-    return max(off / max(budget.total, SHORTEST), turned / budget.tilt)
+    return max(off / max(budget.felt, SHORTEST), turned / budget.tilt)
 
 
 def _leaning(near: tuple[PrimitiveKind, ...]) -> Iterator[BrokenAssumption]:

@@ -43,6 +43,7 @@ from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, p
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.kinematics import FollowedPath, follow_path
 from palpate.mapping import Knowledge
+from palpate.mapping.primitives.fit import TIP_SIZE_SD
 from palpate.reporting.data import KeyFigure
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.fingertip import fingertip, only_finger
@@ -58,6 +59,7 @@ from palpate.runtime.servo_following import PositionServo
 from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.stopping import Stopping
 from palpate.runtime.truth import TruthSource
+from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sim import Scene, SceneObject, Target
 from palpate.sim.objects.target import as_target
 from palpate.sim.presets import EXPLORE
@@ -137,6 +139,14 @@ class ExplorationPlan(PlanDefaults):
     def fingers(self) -> tuple[FingerDescription, ...]:
         """See `Plan`: the one that explores, then those that hold the object."""
         return (self.finger, *self.holding)
+
+    @property
+    def tip_uncertainty(self) -> TipUncertainty:
+        """How well the fingertip is known: as the robot file says, else exactly if it is simulated."""
+        said = self.robot.file.fingers[0].surface_sd
+        if said is not None:
+            return said.uncertainty
+        return EXACT if self.scene is not None else TipUncertainty(size=TIP_SIZE_SD)
 
     @property
     def period(self) -> float:

@@ -69,6 +69,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
         ("- noise", _mm(budget.noise), "mm", "lateral errors of contacts shift them outwards"),
         ("- changing force", _mm(budget.compression), "mm", "tip and object are compressed with a delay"),
+        *([("- fingertip", _mm(budget.tip), "mm", "its size, place and stiffness")] if budget.tip else []),
         *(
             [("- as the run showed", _mm(budget.shown), "mm", "the zero moved, or another stiffness was felt")]
             if budget.shown >= SHOWN
@@ -81,7 +82,12 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
             f"learned; it keeps over {MILLI * model.noise_length:.2g} mm",
         ),
         ("noise of normals", f"{math.degrees(model.tilt):.2g}", "degrees", "learned"),
-        ("grid of the mesh", f"{MILLI * mesh.voxel:.3g}", "mm", "tip size and stiffness are taken as known"),
+        (
+            "grid of the mesh",
+            f"{MILLI * mesh.voxel:.3g}",
+            "mm",
+            "" if budget.tip else "the fingertip is taken for exactly known",
+        ),
     ]
     return tuple(rows)
 

@@ -28,12 +28,14 @@ class MonitoredQuantity:
         unit: Of the number.
         of: Takes it from an observation; not finite counts as out of bounds.
         cause: What has to be seen to where it is out of bounds.
+        remark: What an observation that is out of bounds shows besides; begins with a separator, or is empty.
     """
 
     name: str
     unit: str
     of: Callable[[Observation], float]
     cause: Cause = Cause.OTHER
+    remark: Callable[[Observation], str] = lambda _: ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +50,9 @@ class AtMost:
         value = self.measure.of(now)
         if value <= self.limit:
             return None
-        unit = self.measure.unit
-        return Violation(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}", self.measure.cause)
+        unit, remark = self.measure.unit, self.measure.remark(now)
+        limit = f"{self.limit:g} {unit}{remark}"
+        return Violation(self.measure.name, f"{value:.4g} {unit}", limit, self.measure.cause)
 
 
 LARGEST_JOINT = 1e3

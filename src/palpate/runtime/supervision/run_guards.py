@@ -24,6 +24,9 @@ from palpate.spatial import ZERO, norm
 OVERSHOOT = 1.1
 """By which factor the measured speed may exceed the commanded one's limit: servos overshoot, sensors are noisy."""
 
+LONGEST_ARM = 1.0
+"""[m] of a contact force about the sensor: no finger is so long, and mN m for N m lengthen an arm a thousandfold."""
+
 RELIEF = 0.1
 """A finger that felt too much is pressed, and backs off, as long as it feels more than this share of the limit:
 less than what a surface that follows it presses with before the tip responds."""
@@ -47,6 +50,14 @@ def _contact_moment(now: Observation) -> float:
         if not size <= largest:
             largest = size
     return largest
+
+
+def _lever_arm(now: Observation) -> str:
+    for finger in now.fingers:
+        force, moment = norm(finger.wrench[:3]), norm(finger.wrench[3:])
+        if moment > LONGEST_ARM * force > 0.0:
+            return f"; {moment / force:.3g} m is no arm of {force:.3g} N on a finger: does the sensor give N m?"
+    return ""
 
 
 def _spin_torque(now: Observation) -> float:
@@ -76,7 +87,7 @@ def _tip_turn(now: Observation) -> float:
 CONTACT_FORCE = MonitoredQuantity("contact force", "N", _contact_force, Cause.FORCE)
 """Of the finger that feels most."""
 
-CONTACT_MOMENT = MonitoredQuantity("contact moment", "N m", _contact_moment, Cause.FORCE)
+CONTACT_MOMENT = MonitoredQuantity("contact moment", "N m", _contact_moment, Cause.FORCE, _lever_arm)
 """About the origin of the sensor frame, of the finger that feels most; whether a contact explains it or not."""
 
 SPIN_TORQUE = MonitoredQuantity("spin torque", "N m", _spin_torque, Cause.FORCE)

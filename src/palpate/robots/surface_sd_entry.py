@@ -1,0 +1,43 @@
+"""How well the surface of a fingertip is known, in robot files."""
+
+import msgspec
+
+from palpate.errors import not_negative
+from palpate.runtime.robot_ranges import at_most
+from palpate.sensing.tip_uncertainty import TipUncertainty
+
+LARGEST_SD = 0.01
+"""[m] of size and position: beyond, it is a number in millimetres."""
+
+LARGEST_TURN = 0.5
+"""[rad]: beyond, it is a number in degrees."""
+
+
+class SurfaceSdEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Standard deviations of a fingertip's surface, independent of one another.
+
+    Attributes:
+        size: By how much it may lie further out along its normals: the radius of a sphere [m].
+        position: Of the tip in the sensor frame, each axis, or of the point that moments are about [m].
+        rotation: About each axis through its center [rad].
+        stiffness: Of a compliant tip, relative.
+    """
+
+    size: float = msgspec.field(name="size_m", default=0.0)
+    position: float = msgspec.field(name="position_m", default=0.0)
+    rotation: float = msgspec.field(name="rotation_rad", default=0.0)
+    stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        for key, value, most, unit in (
+            ("size_m", self.size, LARGEST_SD, "m"),
+            ("position_m", self.position, LARGEST_SD, "m"),
+            ("rotation_rad", self.rotation, LARGEST_TURN, "rad"),
+            ("stiffness", self.stiffness, 1.0, ""),
+        ):
+            at_most(key, not_negative(key, value, unit), most, unit)
+
+    @property
+    def uncertainty(self) -> TipUncertainty:
+        """The same, as covariances of contacts take it."""
+        return TipUncertainty(self.size, self.position, self.rotation, self.stiffness)
