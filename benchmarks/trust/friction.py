@@ -202,6 +202,7 @@ STUDY = Study(
         case("Stribeck, 40 %, --quick", static=1.4, quick=True),
         case("outliers, 0.1 % of samples", outliers=0.001),
         case("zero drifts by 5 mN/s", drift=5e-3),
+        case("zero drifts by 5 mN/s, --quick", drift=5e-3, quick=True),
         case("zero drifts by 50 mN/s", drift=5e-2),
         case("origin off by 0.5 mm", origin=0.5e-3),
         case("tip larger by 0.1 mm", tip=0.1e-3),

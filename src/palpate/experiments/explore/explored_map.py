@@ -92,8 +92,9 @@ class ExploredMap:
 
     @property
     def verdict(self) -> Verdict:
-        """Which assumptions of the map what was felt contradicts."""
-        return self.surface.verdict
+        """Which assumptions of the map what was felt contradicts; of a line, nothing beside it is claimed."""
+        broken = self.surface.verdict.broken
+        return Verdict(tuple(b for b in broken if not (self.is_line and b.assumption is Assumption.RESOLVED)))
 
     @property
     def usable(self) -> bool:

@@ -1,7 +1,7 @@
 """How the map of an exploration grew: key numbers at many moments, the map at a few; computed afterwards."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -119,7 +119,7 @@ def map_growth(
     until = record.time[np.minimum(np.searchsorted(path, np.array(SHARES) * path[-1]), len(path) - 1)]
     thin = _thinned(cloud)
     voxel = voxel_for(thin.position, finest, MOST_VERTICES)
-    surface = SurfaceMap(replace(learned.settings, model=learned.model))
+    surface = SurfaceMap(learned.settings, learned.model)
     meshes: list[SurfaceMesh] = []
     taken = 0
     for moment in until.tolist():

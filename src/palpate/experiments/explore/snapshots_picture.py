@@ -35,7 +35,7 @@ from palpate.reporting.style import (
     style_axes,
 )
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 """One per event, in the order in which they came: as many as there are events."""
 
 LARGEST_MARK, SMALLEST_MARK = 8.5, 5.0

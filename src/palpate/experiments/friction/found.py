@@ -20,6 +20,7 @@ from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.surface_fit import PLACE_ERROR, LimitSurfaceFit, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
 from palpate.friction.rubbing.uniformity import FrictionProfile, Uniformity, uniformity_of
+from palpate.friction.rubbing.zero_check import zero_check
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
 """Of p where it was not measured: that of pressure as under elastic bodies, from a sphere's to uniform, and how
@@ -138,7 +139,9 @@ def found_by(
     bare = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
     bare_speeds = _over_speed(pairs, bare, speed, errors, settling)
     uniform = _uniformity(pairs, bare, bare_speeds, speed, errors, settling)
-    verdict = uniform.verdict.and_also(_spiked(spikes, readings))
+    pure = (*bare.values(), *(each.friction for each in bare_speeds if each.speed != speed))
+    zero = zero_check([each for each in pure if isinstance(each, FrictionMeasured)], errors)
+    verdict = uniform.verdict.and_also((*_spiked(spikes, readings), *zero))
     frictions = {load: _counting(uniform, each) for load, each in bare.items()}
     speeds = tuple(replace(each, friction=_counting(uniform, each.friction)) for each in bare_speeds)
     points = [

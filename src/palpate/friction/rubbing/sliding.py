@@ -60,6 +60,7 @@ class FrictionMeasured:
         speed: Of the slip, mean [m/s].
         evidence: That it slipped.
         bend: How the normal turns along the strokes.
+        time: In the middle of the strokes [s].
         profiles: mu along each of them.
     """
 
@@ -70,6 +71,7 @@ class FrictionMeasured:
     speed: float
     evidence: SlipEvidence
     bend: NormalAlongLine
+    time: float = 0.0
     profiles: tuple[FrictionProfile, ...] = ()
 
     def normal_at(self, place: FloatArray) -> FloatArray:
@@ -165,6 +167,7 @@ def measure_friction(
             (pairs[0].there.force, pairs[0].back.force),
             pairs[0].direction,
         ),
+        float(np.mean([stroke.time.mean() for pair in strokes for stroke in pair.both])),
         tuple(pair.profile for pair in pairs),
     )
 

@@ -180,7 +180,7 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float, offs
     shape = found.shape.placed(origin, scale, cloud.position)
     sizes_sd = np.sqrt(covariance.diagonal()[6:])
     broken = (
-        *determination(found, shape, sizes_sd, undetermined),
+        *determination(found, shape, cloud.normal, sizes_sd, undetermined),
         *residual_checks(found, points, cloud.normal, correlation_points, smooth),
     )
     return PrimitiveFit(

@@ -40,6 +40,12 @@ APART = 3.0
 FEWEST = 10
 """Such means for tests of whiteness."""
 
+SHIFTED = 3.1
+"""Of a standard deviation that smooth errors may move an unknown: chance alone does that to 1 fit in 100."""
+
+LEANING_DEVIATIONS = 4.5
+"""Of the error of normals, by which one of them must lean to show a face: the most of 200 by chance are 3.5."""
+
 MEDIAN_ERROR = 1.17
 """Relative standard deviation of a scale from a median of n absolute values, times the root of n."""
 
@@ -47,13 +53,14 @@ FEEL_MORE = "feel more of the object, where it curves"
 
 
 def determination(
-    found: Solution[Shape], shape: PrimitiveShape, sizes_sd: FloatArray, lost: bool
+    found: Solution[Shape], shape: PrimitiveShape, normals: FloatArray, sizes_sd: FloatArray, lost: bool
 ) -> Iterator[BrokenAssumption]:
     """Return what keeps the points from determining the shape.
 
     Args:
         found: In scaled units.
         shape: The same in metres.
+        normals: Measured, shape (n, 3).
         sizes_sd: Of its sizes [m].
         lost: Whether some combination of unknowns does not matter to the points.
     """
@@ -62,6 +69,7 @@ def determination(
     sd, sizes = sizes_sd, shape.sizes
     if isinstance(shape, BoxShape):
         # a rounding of next to nothing is known well enough, and a length with one end felt is reported as open
+        yield from _chance_faces(shape, normals, found.normal_sd)
         sd, sizes = sd[:3], np.where(np.isfinite(sd[:3]) | found.shape.at_limit, sizes[:3], np.inf)
     elif found.shape.at_limit:
         longest = ", ".join(f"{1e3 * size:.3g} mm" for size in sizes)
@@ -76,6 +84,21 @@ def determination(
         most = f", at most {100.0 * WEAK_RELATIVE_SD:g} % of each" if names else ""
         yield BrokenAssumption(
             Assumption.CONDITIONED, (", ".join(names) or "a turn or shift does not matter") + most, FEEL_MORE
+        )
+
+
+def _chance_faces(shape: BoxShape, normals: FloatArray, normal_sd: float) -> Iterator[BrokenAssumption]:
+    """Faces that only normals within their noise lean towards."""
+    facing = normals @ shape.rotation
+    most = np.concatenate([-facing.min(axis=0), facing.max(axis=0)])
+    doubtful = shape.touched & (most < LEANING_DEVIATIONS * normal_sd)
+    if doubtful.any():
+        yield BrokenAssumption(
+            Assumption.CONDITIONED,
+            f"{np.count_nonzero(doubtful)} of its faces show only by normals that lean towards them, by at most "
+            f"{math.degrees(math.asin(float(most[doubtful].max()))):.2g} degrees, where their error is "
+            f"{math.degrees(normal_sd):.2g}",
+            FEEL_MORE,
         )
 
 
@@ -166,18 +189,33 @@ class SmoothErrors:
         J = found.jacobian.reshape(len(found.trust), 4, -1)[:, 0]
         return np.asarray(inverse @ (J.T @ (self.functions * self.sd / found.distance_sd)))
 
+    def rows(self, found: Solution[Shape]) -> FloatArray:
+        """Return what each makes of residuals over their errors, shape (4 n, k)."""
+        rows = np.zeros((len(found.trust), 4, len(self.sd)))
+        rows[:, 0] = self.functions * self.sd / found.distance_sd
+        return rows.reshape(-1, len(self.sd))
+
     def left(self, found: Solution[Shape], followed: FloatArray, correlation_points: float) -> FloatArray:
         """Return residuals without what these most likely make of them, over their errors, shape (n, 4).
 
         `followed` is what the unknowns can follow, orthonormal columns.
         """
-        rows = np.zeros((len(found.trust), 4, len(self.sd)))
-        rows[:, 0] = self.functions * self.sd / found.distance_sd
-        made = rows.reshape(-1, len(self.sd))
-        made = made - followed @ (followed.T @ made)
+        made = self.rows(found)
+        made -= followed @ (followed.T @ made)
         residual, noise = found.residual, correlation_points * np.eye(len(self.sd))
         factors = np.linalg.solve(made.T @ made + noise, made.T @ residual)
         return np.asarray(residual - made @ factors).reshape(-1, 4)
+
+    def shift(self, found: Solution[Shape], followed: FloatArray, correlation_points: float) -> FloatArray:
+        """Return how far what these most likely are moves each unknown, over what chance alone does to that."""
+        made = self.rows(found)
+        moved = np.linalg.lstsq(found.jacobian, made, rcond=1e-9)[0]
+        made -= followed @ (followed.T @ made)
+        G = made.T @ made
+        inverse = np.linalg.inv(G + correlation_points * np.eye(len(G)))
+        shift = moved @ inverse @ (made.T @ found.residual)
+        square = np.einsum("ij,jk,ik->i", moved @ inverse, G @ G + correlation_points * G, moved @ inverse)
+        return np.asarray(np.abs(shift) / np.sqrt(np.maximum(square, FINEST**2)))
 
     def check(
         self, found: Solution[Shape], followed: FloatArray, correlation_points: float
@@ -194,6 +232,15 @@ class SmoothErrors:
             yield BrokenAssumption(
                 Assumption.WHITE_IN_TIME,
                 f"points are off smoothly over place or time, chi^2 {square:.0f} of {int(shown.sum())}",
+                "look for a drift, or take another shape",
+            )
+            return
+        shift = self.shift(found, followed, correlation_points)
+        if shift.max() > SHIFTED:
+            yield BrokenAssumption(
+                Assumption.WHITE_IN_TIME,
+                f"what points are off by smoothly moves the shape {shift.max():.2g} times as far as it should, at "
+                f"most {SHIFTED:g}",
                 "look for a drift, or take another shape",
             )
 

@@ -44,9 +44,15 @@ class SurfaceMap:
     Adding two batches is the same as adding their sum; only patches within reach of what is new are fitted again.
     """
 
-    def __init__(self, settings: MapSettings | None = None) -> None:
+    def __init__(self, settings: MapSettings | None = None, model: SurfaceModel | None = None) -> None:
+        """Begin a map without contacts.
+
+        Args:
+            settings: How it is made; None: the usual ones.
+            model: What it believes, if another map has learned it; None: that of the settings.
+        """
         self._settings = settings or MapSettings()
-        self._model = self._settings.model
+        self._model = model or self._settings.model
         self._stretches = Stretches.none()
         self._open: PathContacts | None = None
         self._before = 0  # contacts of `_open` that are there only to judge the others by

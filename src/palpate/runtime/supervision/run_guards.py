@@ -25,7 +25,7 @@ OVERSHOOT = 1.1
 """By which factor the measured speed may exceed the commanded one's limit: servos overshoot, sensors are noisy."""
 
 LONGEST_ARM = 1.0
-"""[m] of a contact force about the sensor: no finger is so long, and mN m for N m lengthen an arm a thousandfold."""
+"""[m] of a contact force about the sensor: no finger is so long; mN m for N m make it a thousandfold."""
 
 RELIEF = 0.1
 """A finger that felt too much is pressed, and backs off, as long as it feels more than this share of the limit:
