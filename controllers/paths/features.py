@@ -175,7 +175,9 @@ class FeatureWatch:
         first, level = found[0], found[0].level
         if first.event is not None and len({turn.event is PathEvent.EDGE for turn in found}) == 1:
             turn = max(found, key=lambda each: each.angle)
-            return Mark(first.event, first.position, _bend(turn), turn.radius)
+            # on a sharp edge the contact wanders a little either way: its radius is 0, not concave
+            radius = max(turn.radius, 0.0) if first.event is PathEvent.EDGE else turn.radius
+            return Mark(first.event, first.position, _bend(turn), radius)
         rise = dot(subtract(now.contact, level.contact), level.normal)
         if abs(rise) > self._limits.step:
             side = "higher" if rise > 0.0 else "lower"

@@ -92,9 +92,9 @@ class ExploredMap:
 
     @property
     def verdict(self) -> Verdict:
-        """Which assumptions of the map what was felt contradicts; of a line, nothing beside it is claimed."""
+        """Which assumptions of the map what was felt contradicts; of a line, which claims no surface, outliers."""
         broken = self.surface.verdict.broken
-        return Verdict(tuple(b for b in broken if not (self.is_line and b.assumption is Assumption.RESOLVED)))
+        return Verdict(tuple(b for b in broken if not self.is_line or b.assumption is Assumption.NO_OUTLIERS))
 
     @property
     def usable(self) -> bool:

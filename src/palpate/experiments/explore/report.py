@@ -117,7 +117,8 @@ def _map(found: ExploredMap | None) -> tuple[Section, ...]:
 
     nothing = "Contacts are too far apart: nothing of the surface counts as observed."
     shown = Pictures(draw) if len(found.mesh.triangles) else Paragraph(nothing)
-    verdict = tuple(map(Paragraph, found.verdict.lines()))
+    # of a line nothing is claimed that could have held
+    verdict = () if found.is_line and found.verdict.ok else tuple(map(Paragraph, found.verdict.lines()))
     return (Section("The map", (*verdict, TextTable((*map_rows(found), *layer_rows(found))), shown)),)
 
 
