@@ -138,8 +138,10 @@ def found_by(
     strokes = {load: _strokes(pairs, load, speed) for load in loads}
     bare = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
     bare_speeds = _over_speed(pairs, bare, speed, errors, settling)
-    uniform = _uniformity(pairs, bare, bare_speeds, speed, errors, settling)
-    pure = (*bare.values(), *(each.friction for each in bare_speeds if each.speed != speed))
+    aside = [pair for pair in pairs if pair.rub.heading != 0.0 == pair.rub.spin and pair.rub.speed == speed]
+    across = [measure_friction([pair.pair], errors, settling) for pair in aside]
+    uniform = _uniformity(bare, bare_speeds, speed, aside[0].rub.normal_force if aside else None, across)
+    pure = (*bare.values(), *(each.friction for each in bare_speeds if each.speed != speed), *across)
     zero = zero_check([each for each in pure if isinstance(each, FrictionMeasured)], errors)
     verdict = uniform.verdict.and_also((*_spiked(spikes, readings), *zero))
     frictions = {load: _counting(uniform, each) for load, each in bare.items()}
@@ -195,18 +197,14 @@ def _spiked(spikes: int, readings: int) -> tuple[BrokenAssumption, ...]:
 
 
 def _uniformity(
-    pairs: Sequence[RubbedPair],
     frictions: dict[float, FrictionMeasured | FrictionBound],
     speeds: Sequence[AtSpeed],
     main: float,
-    errors: SensorErrors,
-    settling: float,
+    load: float | None,
+    across: Sequence[FrictionMeasured | FrictionBound],
 ) -> Uniformity:
     """How far mu is the same: between directions at one load and speed, and along every stroke."""
-    aside = [pair for pair in pairs if pair.rub.heading != 0.0 == pair.rub.spin and pair.rub.speed == main]
-    others = [measure_friction([pair.pair], errors, settling) for pair in aside]
-    load = aside[0].rub.normal_force if aside else None
-    here = [None if load is None else frictions.get(load), *others]
+    here = [None if load is None else frictions.get(load), *across]
     beside = [frictions[each] for each in frictions if each != load] + [
         each.friction for each in speeds if each.speed != main
     ]
