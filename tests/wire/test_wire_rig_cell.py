@@ -200,7 +200,7 @@ def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
     emulator, path = cell
     before = emulator.control.state()["position"]
     code = main(["doctor", str(path), "--duration", "0.4", "--json"])
-    assert emulator.control.state()["position"] == before
+    assert emulator.control.state()["position"] == pytest.approx(before, abs=1e-12)
     findings_read = json.loads(capsys.readouterr().out)
     assert findings_read["fit"] == (code == 0)
     bad = {one["device"] for one in findings_read["findings"] if one["verdict"] == "BAD"}
