@@ -107,13 +107,13 @@ def test_the_budget_for_noise_grows_with_its_square():
             kept=felt_in_scan(run.record),
             set_force=run.set_force,
             half_compliance=planned.half_compliance,
-            force_noise=factor * 0.01,
-            moment_noise=factor * 1e-4,
+            force_noise=factor * 1e-4,  # little: beyond, what is of second order counts
+            moment_noise=factor * 1e-6,
         ).noise
         for factor in (1.0, 2.0)
     ]
-    assert budgets[1] == pytest.approx(4.0 * budgets[0], rel=1e-3)  # and a little more, of second order
-    shift = 2.0 * ((1e-4 / 2.0) ** 2 + (0.008 * 0.01 / 2.0) ** 2)  # two directions, of moment and force, at 2 N
+    assert budgets[1] == pytest.approx(4.0 * budgets[0], rel=1e-6)
+    shift = 2.0 * ((1e-6 / 2.0) ** 2 + (0.008 * 1e-4 / 2.0) ** 2)  # two directions, of moment and force, at 2 N
     assert budgets[0] == pytest.approx(shift / 0.008, rel=0.5)
 
 

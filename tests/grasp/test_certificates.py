@@ -52,7 +52,7 @@ def test_where_forces_overflow_nothing_is_called_solved():
 
 def test_certificates_hold_at_50_digits_up_to_their_reach():
     seen = 0
-    for each in instances(seed=4, per_family=1, factors=(0.5, 0.999, 1.001)):
+    for each in instances(seed=4, per_family=1):
         for grasp in (each.grasp, replace(each.grasp, force_max=math.inf)):
             result = GraspForceOptimizer(grasp).solve(each.load)
             if result.certificate is None:
@@ -60,7 +60,7 @@ def test_certificates_hold_at_50_digits_up_to_their_reach():
             seen += 1
             assert result.reach is not None
             assert least_value(grasp, each.load, result.certificate, 0.999 * min(result.reach, 1e300)) > 0
-    assert seen > 8
+    assert seen > 10
 
 
 def test_threads_that_share_an_optimizer_get_what_is_right_or_an_error():

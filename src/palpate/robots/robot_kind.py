@@ -119,7 +119,9 @@ class RobotKind(OpenKind):
             InvalidValueError: It has none.
             DeviceError: Emulators do not come up.
         """
-        raise self._without("devices to connect to; give a robot that has, or type `palpate robot check`")
+        raise self._without(
+            "devices to connect to; give a robot file of kind rig (`palpate robot check` is for robots without)"
+        )
 
     def shown(self, robot: "Robot") -> "Robot":
         """Return the robot whose simulation shows what this one looks like."""

@@ -1,5 +1,7 @@
 """Options whose default is in the robot file: fingertip, noise and period."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -41,6 +43,23 @@ def on_robot(config: "Config", robot: Robot) -> "Config":
         return config
     known = values_of(robot)
     return replace(config, **{name: known[name] for name in left_out})
+
+
+@contextmanager
+def named_devices(name: str) -> Iterator[Robot]:
+    """Give the rig that the devices of a robot are; those that are emulated run meanwhile.
+
+    Raises:
+        InvalidValueError: There is no such robot, or it has no devices.
+        DeviceError: Emulators do not come up.
+    """
+    robot = load_named_robot(name)
+    try:
+        devices = robot.file.backend.devices(robot)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"robot = {name}: {error}") from None
+    with devices as rig:
+        yield rig
 
 
 def load_named_robot(name: str) -> Robot:

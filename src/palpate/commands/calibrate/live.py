@@ -107,10 +107,9 @@ def robot_backend(name: str) -> Iterator[Backend]:
     """
     # imported here: clients of devices take a second that the other tasks need not wait for
     from palpate.robots.rig import assembled
-    from palpate.robots.values import load_named_robot
+    from palpate.robots.values import named_devices
 
-    named = load_named_robot(name)
-    with named.file.backend.devices(named) as robot:
+    with named_devices(name) as robot:
         rig = assembled(robot, robot.file.period)
         if not rig.fingers[0].gives_wrenches:
             raise InvalidValueError(

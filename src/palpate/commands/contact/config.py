@@ -45,9 +45,9 @@ class ContactConfig:
     lines and lines that start with # are skipped.
 
     Output, in SI units and the sensor frame: the copied columns, centroid, outward normal, force, normal force,
-    tangential force, spin torque, condition number and status; where noise or
-    an uncertain fingertip is given, standard deviations too. Where the status is not OK there is no contact and
-    its numbers are left empty (null in JSON).
+    tangential force, spin torque, condition number and status; where noise or an uncertain fingertip is given,
+    standard deviations too. Where the status is not OK there is no contact and its numbers are left empty (null
+    in JSON).
 
     Moments whose arm is far longer than the fingertip are in another unit, and are refused.
 

@@ -20,7 +20,7 @@ from palpate.hw.devices import DeviceError
 from palpate.hw.finding import DeviceFinding, FindingVerdict
 from palpate.robots.rig import RigParts, parts_of, rig_entry
 from palpate.robots.robot import Robot
-from palpate.robots.values import load_named_robot
+from palpate.robots.values import named_devices
 
 STYLES = {FindingVerdict.GOOD: "green", FindingVerdict.NOTE: "yellow", FindingVerdict.BAD: "bold red"}
 
@@ -39,8 +39,7 @@ def run_doctor(config: DoctorConfig) -> CommandResult:
         InvalidValueError: There is no such robot, or it has no devices.
         DeviceError: Emulators do not come up.
     """
-    robot = load_named_robot(config.robot)
-    with robot.file.backend.devices(robot) as rig:
+    with named_devices(config.robot) as rig:
         rig.file.backend.check(rig)
         return _examine(config, rig)
 

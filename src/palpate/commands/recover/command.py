@@ -14,7 +14,7 @@ from palpate.commands.say import say
 from palpate.hw.condition import DeviceCondition, Recoverable
 from palpate.hw.devices import DeviceError
 from palpate.robots.rig import RigParts, parts_of
-from palpate.robots.values import load_named_robot
+from palpate.robots.values import named_devices
 
 Confirm = Callable[[str], bool]
 """Returns whether somebody agrees to an action."""
@@ -31,8 +31,7 @@ def run_recover(config: RecoverConfig) -> CommandResult:
         MissingLibraryError: This computer lacks the arm's client library.
         DeviceError: Emulators do not come up.
     """
-    robot = load_named_robot(config.robot)
-    with robot.file.backend.devices(robot) as rig:
+    with named_devices(config.robot) as rig:
         rig.file.backend.check(rig)
         return recovered(parts_of(rig), _confirmation(config))
 

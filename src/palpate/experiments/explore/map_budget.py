@@ -59,8 +59,8 @@ class MapBudget:
         compression: Of tip and object during changes of the force [m]: compression is known for a steady force,
             and within milliseconds depends on damping; plus the unknown share of the steady compression.
         tip: Of the fingertip that has another size, place or stiffness than is said [m].
-        tilt: How far all normals may be off in one direction by the sensor's calibration [rad]; no part of the
-            total.
+        tilt: How far all normals may be off in one direction by the sensor's calibration and the tip [rad]; no
+            part of the total.
         shown: By assumptions that the run itself disproved: a zero that moved, another stiffness (see
             `palpate.experiments.explore.assumption_check`) [m].
     """

@@ -69,7 +69,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
         ("- noise", _mm(budget.noise), "mm", "lateral errors of contacts shift them outwards"),
         ("- changing force", _mm(budget.compression), "mm", "tip and object are compressed with a delay"),
-        *([("- fingertip", _mm(budget.tip), "mm", "its size, place and stiffness")] if budget.tip else []),
+        ("- fingertip", _mm(budget.tip), "mm", _tip_note(budget.tip)),
         *(
             [("- as the run showed", _mm(budget.shown), "mm", "the zero moved, or another stiffness was felt")]
             if budget.shown >= SHOWN
@@ -82,12 +82,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
             f"learned; it keeps over {MILLI * model.noise_length:.2g} mm",
         ),
         ("noise of normals", f"{math.degrees(model.tilt):.2g}", "degrees", "learned"),
-        (
-            "grid of the mesh",
-            f"{MILLI * mesh.voxel:.3g}",
-            "mm",
-            "" if budget.tip else "the fingertip is taken for exactly known",
-        ),
+        ("grid of the mesh", f"{MILLI * mesh.voxel:.3g}", "mm", ""),
     ]
     return tuple(rows)
 
@@ -217,6 +212,10 @@ def _plus_minus(band: float) -> str:
 
 def _calibration_note(calibration: float) -> str:
     return "1 % of full load per axis, and its zero" if calibration else "taken for perfect but for noise"
+
+
+def _tip_note(tip: float) -> str:
+    return "of another size, place or stiffness" if tip else "taken for exactly known"
 
 
 def _mm(length: float) -> str:

@@ -96,7 +96,7 @@ def _chance_faces(shape: BoxShape, normals: FloatArray, normal_sd: float) -> Ite
         yield BrokenAssumption(
             Assumption.CONDITIONED,
             f"{np.count_nonzero(doubtful)} of its faces show only by normals that lean towards them, by at most "
-            f"{math.degrees(math.asin(float(most[doubtful].max()))):.2g} degrees, where their error is "
+            f"{math.degrees(math.asin(min(float(most[doubtful].max()), 1.0))):.2g} degrees, where their error is "
             f"{math.degrees(normal_sd):.2g}",
             FEEL_MORE,
         )
@@ -187,12 +187,16 @@ class SmoothErrors:
     def moved(self, found: Solution[Shape], inverse: FloatArray) -> FloatArray:
         """Return by how much each moves the unknowns, shape (unknowns, k); `inverse` is that of J'J."""
         J = found.jacobian.reshape(len(found.trust), 4, -1)[:, 0]
-        return np.asarray(inverse @ (J.T @ (self.functions * self.sd / found.distance_sd)))
+        return np.asarray(inverse @ (J.T @ self.on_points(found)))
 
-    def rows(self, found: Solution[Shape]) -> FloatArray:
+    def on_points(self, found: Solution[Shape]) -> FloatArray:
+        """Return by how much each moves points along their normals, over their error, shape (n, k)."""
+        return self.functions * self.sd / found.distance_sd
+
+    def on_residuals(self, found: Solution[Shape]) -> FloatArray:
         """Return what each makes of residuals over their errors, shape (4 n, k)."""
         rows = np.zeros((len(found.trust), 4, len(self.sd)))
-        rows[:, 0] = self.functions * self.sd / found.distance_sd
+        rows[:, 0] = self.on_points(found)
         return rows.reshape(-1, len(self.sd))
 
     def left(self, found: Solution[Shape], followed: FloatArray, correlation_points: float) -> FloatArray:
@@ -200,7 +204,7 @@ class SmoothErrors:
 
         `followed` is what the unknowns can follow, orthonormal columns.
         """
-        made = self.rows(found)
+        made = self.on_residuals(found)
         made -= followed @ (followed.T @ made)
         residual, noise = found.residual, correlation_points * np.eye(len(self.sd))
         factors = np.linalg.solve(made.T @ made + noise, made.T @ residual)
@@ -208,13 +212,14 @@ class SmoothErrors:
 
     def shift(self, found: Solution[Shape], followed: FloatArray, correlation_points: float) -> FloatArray:
         """Return how far what these most likely are moves each unknown, over what chance alone does to that."""
-        made = self.rows(found)
+        made = self.on_residuals(found)
         moved = np.linalg.lstsq(found.jacobian, made, rcond=1e-9)[0]
         made -= followed @ (followed.T @ made)
         G = made.T @ made
         inverse = np.linalg.inv(G + correlation_points * np.eye(len(G)))
-        shift = moved @ inverse @ (made.T @ found.residual)
-        square = np.einsum("ij,jk,ik->i", moved @ inverse, G @ G + correlation_points * G, moved @ inverse)
+        to_unknowns = moved @ inverse
+        shift = to_unknowns @ (made.T @ found.residual)
+        square = np.einsum("ij,jk,ik->i", to_unknowns, G @ G + correlation_points * G, to_unknowns)
         return np.asarray(np.abs(shift) / np.sqrt(np.maximum(square, FINEST**2)))
 
     def check(
@@ -297,7 +302,7 @@ def _disagreement(
     scale = 1.0 / np.sqrt(np.maximum((P + N).diagonal(), FINEST))
     P, N, g = P * np.outer(scale, scale), N * np.outer(scale, scale), g * scale
     inverse = np.linalg.pinv(P + N, rcond=1e-9, hermitian=True)
-    allowed = scale[:, np.newaxis] * (of_points.T @ (smooth.functions * smooth.sd / found.distance_sd))
+    allowed = scale[:, np.newaxis] * (of_points.T @ smooth.on_points(found))
     allowed -= P @ inverse @ allowed
     values, axes = np.linalg.eigh(correlation_points * P @ inverse @ N + allowed @ allowed.T)
     shared = values > 1e-6
