@@ -71,11 +71,12 @@ def determination(
         # a rounding of next to nothing is known well enough, and a length with one end felt is reported as open
         yield from _chance_faces(shape, normals, found.normal_sd)
         sd, sizes = sd[:3], np.where(np.isfinite(sd[:3]) | found.shape.at_limit, sizes[:3], np.inf)
-    elif found.shape.at_limit:
+    elif found.shape.at_limit or (len(sizes) > 0 and np.isinf(sizes_sd).all()):
+        # a torus with no radius that the points show is one by name alone: they may as well lie on a cone
         longest = ", ".join(f"{1e3 * size:.3g} mm" for size in sizes)
         yield BrokenAssumption(
             Assumption.WITHIN_BOUNDS,
-            f"sizes of {longest} are at a limit: the points show a simpler shape",
+            f"sizes of {longest} are at a limit: the points show a simpler shape, or a cone",
             "take the simpler shape, or " + FEEL_MORE,
         )
     weak = sd > WEAK_RELATIVE_SD * sizes
