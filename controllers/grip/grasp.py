@@ -184,7 +184,7 @@ class GraspController:
         return command
 
     def _set_down(self, now: Observation) -> Command:
-        p, forces = self._parameters, self.grip.step(now)
+        p, forces = self._parameters, self.grip.step(now, hanging=False)
         # twice in a row: one odd sample is no table
         borne, before = self._borne(now), self._pushed
         self._pushed = borne < FELT_DOWN

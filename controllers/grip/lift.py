@@ -133,7 +133,7 @@ class LiftController:
                 self._trusted = self._moved = now.time
                 self._go_on(Phase.LIFT if p.height > 0.0 else Phase.HOLD, now.time)
             return Command(ZERO, self.phase, (p.first_grip,) * len(now.fingers))
-        forces = self.grip.step(now, self._at_least())
+        forces = self.grip.step(now, self._at_least(), hanging=p.height > 0.0)
         if not self.grip.faulty:
             self._trusted = now.time
         elif now.time - self._trusted >= p.patience and not self.phase.is_final:

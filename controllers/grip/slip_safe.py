@@ -13,6 +13,7 @@ import math
 from palpate.controllers.grip.belief import NoSlipWatch, SlipWatch, SurfaceBelief
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
+from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.runtime.data import FingerObservation, Observation
@@ -35,6 +36,7 @@ class SlipSafeGrip:
         live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
         belief: What the contacts are taken to bear, with what it has learnt.
         watch: Who tells when a contact begins to slip.
+        hearing: Who hears that a load falls; None: nobody.
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip raised the grip.
@@ -48,6 +50,7 @@ class SlipSafeGrip:
         parameters: GripParameters | None = None,
         watch: SlipWatch | None = None,
         plan: GripPlan | None = None,
+        hearing: SlipHearing | None = None,
     ) -> None:
         """Take the pieces.
 
@@ -59,12 +62,14 @@ class SlipSafeGrip:
             watch: Tells when a contact begins to slip; nobody if not given.
             plan: From what is felt to what each finger is to press with, by that belief; one grip for all if not
                 given.
+            hearing: Hears a load that falls, and bounds that belief by what slips; nobody if not given.
         """
         if fingers < _TOO_FEW:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
         self.belief, self.watch = belief, watch or NoSlipWatch()
+        self.hearing = hearing
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -96,6 +101,8 @@ class SlipSafeGrip:
         self.live.restart()
         self.belief.start()
         self.watch.start()
+        if self.hearing is not None:
+            self.hearing.start()
         self._plan.start()
         self.regrips = 0
         nothing = self._correction = (0.0,) * self._fingers
@@ -105,12 +112,13 @@ class SlipSafeGrip:
         self._commanded = nothing
         self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
 
-    def step(self, now: Observation, at_least: float = 0.0) -> Forces:
+    def step(self, now: Observation, at_least: float = 0.0, *, hanging: bool = True) -> Forces:
         """Return with which force each finger is to press during the next period [N].
 
         Args:
             now: What is known.
             at_least: Least grip, whatever the load [N].
+            hanging: Whether nothing but the fingers bears the object: only then a load that falls means slip.
 
         Raises:
             InvalidValueError: Another number of fingers than the grip has.
@@ -122,7 +130,9 @@ class SlipSafeGrip:
         p, margin = self.parameters, self.live.value("margin")
         loads = tuple(_load_of(finger) for finger in now.fingers)
         onset, ongoing = self._listen(now.time, loads)
-        wanted = tuple(force + p.reserve for force in self._plan.wanted(now, loads, margin))
+        missing, stopping = self._hear(now.time, loads, hanging=hanging)
+        planned = self._plan.wanted(now, loads, margin, missing)
+        wanted = tuple(force * stopping + p.reserve for force in planned)
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
@@ -152,6 +162,14 @@ class SlipSafeGrip:
         unknown = ongoing and not any(onsets)
         self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
         return any(onsets), ongoing
+
+    def _hear(self, time: float, loads: Loads, *, hanging: bool) -> tuple[float, float]:
+        """What hangs over what is felt of it, and by how much more grip what slides is stopped."""
+        if self.hearing is None:
+            return 1.0, 1.0
+        if any(self.hearing.step(time, loads, hanging=hanging)):
+            self.regrips += 1
+        return self.hearing.missing, 1.0 + self.parameters.regrip if self.hearing.slipping else 1.0
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""

@@ -3,6 +3,8 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
+from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
+from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
 from palpate.estimation import Verdict
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
@@ -149,7 +151,7 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         tip: Of each finger: a sphere on its sensor's axis.
         period: Of control [s].
     """
-    noise = LoadNoise.of_touch(config.force_noise, config.moment_noise, tip_radius(tip), tip.center_of_mass[2])
+    noise = _noise(config, tip)
     if config.known in ("touched", "estimated"):
         return FingerSlips(lambda: MarginCrossing(believed, period, noise, CROSSING))
     of_mu, of_e = SPREADS[config.known]
@@ -160,6 +162,27 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         believed.norm_exponent,
     )
     return FingerSlips(lambda: ExcitedSlip(weakest, RIPPLE, period, noise, EXCITED))
+
+
+def hearing_of(
+    config: GraspConfig, believed: LimitSurface, belief: SlipBoundedSurface, tip: Tip, period: float
+) -> SlipHearing | None:
+    """Return what hears slip by the fall of the load; None for a grip that ignores spin, for comparison.
+
+    Args:
+        config: What was asked for.
+        believed: What contacts are believed to bear.
+        belief: Which is taught what they show.
+        tip: Of each finger: a sphere on its sensor's axis.
+        period: Of control [s].
+    """
+    if config.ignores_spin:
+        return None
+    return SlipHearing(believed, belief, period, _noise(config, tip), config.fingers)
+
+
+def _noise(config: GraspConfig, tip: Tip) -> LoadNoise:
+    return LoadNoise.of_touch(config.force_noise, config.moment_noise, tip_radius(tip), tip.center_of_mass[2])
 
 
 def tip_radius(tip: Tip) -> float:

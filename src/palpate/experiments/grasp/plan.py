@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.dithered_grip import DitheredGrip
 from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingController, SetDownParameters
 from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip, RobustGrip
@@ -15,6 +14,7 @@ from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, Nudged
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch, RecordingWatch
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
+from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.belief import (
@@ -22,6 +22,7 @@ from palpate.experiments.grasp.belief import (
     RIPPLE,
     belief_of,
     believed_surface,
+    hearing_of,
     shares,
     slips_of,
     tip_radius,
@@ -158,7 +159,7 @@ class GraspPlan(PlanDefaults):
         """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
         need = GRIP_LAWS[config.controller](self.most_rubbed)
-        grip = self._grip(belief, self._watch(), need)
+        grip = self._grip(SlipBoundedSurface(belief), self._watch(), need)
         lift = LiftController(grip, self.period, self.lift)
         lifting: LiftingController = lift
         first = GraspStage.CLOSE
@@ -169,17 +170,18 @@ class GraspPlan(PlanDefaults):
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
         return GraspController(lifting, grip, self.period, down, first=first)
 
-    def _grip(self, belief: SurfaceBelief, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
+    def _grip(self, belief: SlipBoundedSurface, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
+        hearing = hearing_of(config, self.believed, belief, self.hand.geometry.tips[0], period)
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
             plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
-            return SlipSafeGrip(n, belief, period, shared, watch, plan)
+            return SlipSafeGrip(n, belief, period, shared, watch, plan, hearing)
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
         if config.known == "untouched":
-            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common)
-        return SlipSafeGrip(n, belief, period, parameters, watch, common)
+            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common, hearing)
+        return SlipSafeGrip(n, belief, period, parameters, watch, common, hearing)
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":

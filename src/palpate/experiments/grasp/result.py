@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -261,13 +262,14 @@ class Grasp:
 def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
     """Return the result of a run, with that of its companion if there was one."""
     control, other = recorded.controller, planned.companion()
-    watch, belief = control.grip.watch, control.grip.belief
+    watch, hearing, belief = control.grip.watch, control.grip.hearing, control.grip.belief.believed
+    heard = () if hearing is None else hearing.alarms
     comparison = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
     return Grasp(
         planned,
         recorded.run,
         recorded.observer.truth(),
-        watch.alarms,
+        tuple(sorted((*watch.alarms, *heard), key=attrgetter("time"))),
         control.grip.regrips,
         comparison,
         control.met_early,

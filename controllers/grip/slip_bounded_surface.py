@@ -1,0 +1,51 @@
+"""A limit surface that is no larger than what slipping contacts have shown of it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from palpate.controllers.grip.belief import SurfaceBelief
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+
+
+class SlipBoundedSurface:
+    """What another belief says, its friction at most what each contact showed as it slipped. A `SurfaceBelief`.
+
+    Downwards at once: what slips shows its limit. A bound goes only with the grip, or when the slip that gave it
+    is refuted.
+    """
+
+    def __init__(self, belief: SurfaceBelief) -> None:
+        """Take what is believed otherwise."""
+        self.believed = belief
+        self.start()
+
+    def start(self) -> None:
+        """A new grip begins."""
+        self.believed.start()
+        self._bounds: dict[int, float] = {}
+        self._before: dict[int, float] = {}
+
+    def surface(self, finger: int) -> LimitSurface:
+        """See `SurfaceBelief`."""
+        surface, bound = self.believed.surface(finger), self._bounds.get(finger, math.inf)
+        return surface if surface.friction <= bound else replace(surface, friction=bound)
+
+    def watch(self, time: float, loads: Sequence[ContactLoad | None], onsets: Sequence[bool]) -> None:
+        """See `SurfaceBelief`."""
+        self.believed.watch(time, loads, onsets)
+
+    def show(self, friction: Sequence[float]) -> None:
+        """Take the friction that each contact shows as it slips; infinite where it shows none."""
+        for finger, value in enumerate(friction):
+            if value < self._bounds.get(finger, math.inf):
+                self._bounds[finger] = value
+
+    def keep(self) -> None:
+        """What was shown so far was so."""
+        self._before = dict(self._bounds)
+
+    def take_back(self) -> None:
+        """What was shown since the last `keep` was no slip."""
+        self._bounds = dict(self._before)

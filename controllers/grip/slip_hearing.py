@@ -1,0 +1,181 @@
+"""Slip heard by what the fingers feel together, and the friction that it shows.
+
+The fall of the load that hangs in the hand (`palpate.friction.slip.load_fall`) begins an episode. All contacts
+whose own load fell are then taken to slip, and bear all that they can: |(f_t, tau / e)| / f_n is their friction.
+What hung there before still hangs there.
+
+A grip that is raised for it tells whether that was so: friction grows with the grip, a load that has gone away
+does not. The episode ends when the load is borne again, or is refuted: it falls on while the grip rises, or is not
+borne in time.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+from palpate.controllers.grip.recording_watch import SlipAlarm
+from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
+from palpate.errors import positive
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.slip.kinds import kind_of_slip
+from palpate.friction.slip.load_fall import LoadFall
+from palpate.friction.slip.load_noise import LoadNoise
+
+MEAN = 0.006
+"""[s] Over which friction is averaged: a third of the 20 ms in which it is to be followed, six samples."""
+
+OWN_FALL = 0.03
+"""Share by which the load of a contact that slips has fallen: more than its part is known to, less than `FELL`."""
+
+BORNE, BORNE_FOR = 0.03, 0.03
+"""Share within which of what hung before the load is borne again, and for how long [s]: while an object that
+slides is stopped its friction passes that value by."""
+
+ANSWERED = 0.035
+"""[s] From the alarm to when a raised grip is felt and friction no longer falls: 20 ms, and 15 ms of the servos."""
+
+COMPARED = 0.015
+"""[s] Over which load and grip are compared then."""
+
+GRIP_ROSE, LOAD_FELL = 0.03, 0.03
+"""Shares by which the grip must have risen and the load have fallen in that time, to refute it."""
+
+LONGEST = 0.4
+"""[s] By when it must be borne: servos raise a grip by 15 N/s."""
+
+SHARES = 0.1
+"""[s] Time constant with which each contact's part is followed."""
+
+
+class SlipHearing:
+    """Hears slip of what a hand holds, and teaches what it shows. One call of `step` per period.
+
+    Attributes:
+        slipping: Whether an episode goes on.
+        missing: What hung before over what is felt now, 1 or above; 1 where nothing slips.
+        alarms: What was heard since the start.
+    """
+
+    def __init__(
+        self, surface: LimitSurface, belief: SlipBoundedSurface, period: float, noise: LoadNoise, fingers: int
+    ) -> None:
+        """Take how torque is weighed against force, and what noise there is.
+
+        Args:
+            surface: Only its e and exponents count.
+            belief: Which is taught what slipping contacts show.
+            period: Of control [s].
+            noise: Of one sample of one finger.
+            fingers: How many there are.
+        """
+        self._surface, self._belief, self._fingers = surface, belief, fingers
+        self._period = positive("period", period, "s")
+        one = math.hypot(noise.force, noise.torque / surface.spin_length)
+        self._fall = LoadFall(period, one * math.sqrt(fingers))
+        self._mean = deque[tuple[tuple[float, ...], tuple[float, ...]]](maxlen=max(round(MEAN / period), 1))
+        self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
+        self._follow = -math.expm1(-period / SHARES)
+        self.start()
+
+    def start(self) -> None:
+        """A new grip begins."""
+        self._fall.start()
+        self.alarms: tuple[SlipAlarm, ...] = ()
+        self._parts: tuple[float, ...] = ()
+        self._end()
+
+    def step(self, time: float, loads: Sequence[ContactLoad | None], *, hanging: bool = True) -> tuple[bool, ...]:
+        """Return for each finger whether slip is first heard there in this period.
+
+        Args:
+            time: Of the period [s].
+            loads: One per finger, sensor frame; None where there is none to be believed.
+            hanging: Whether nothing but the fingers bears the object.
+        """
+        felt = [load for load in loads if load is not None]
+        if len(felt) < self._fingers or not hanging:
+            self._fall.restart()
+            self._end()
+            return (False,) * self._fingers
+        sizes = tuple(self._size(load) for load in felt)
+        grips = tuple(load.normal_force for load in felt)
+        self._mean.append((sizes, grips))
+        if not self.slipping:
+            if self._fall.step(sum(sizes)):
+                self._begin(time)
+                return self._heard(time, felt)
+            self._parts = (
+                sizes
+                if len(self._parts) != self._fingers
+                else tuple(a + self._follow * (b - a) for a, b in zip(self._parts, sizes, strict=True))
+            )
+            return (False,) * self._fingers
+        onsets = self._heard(time, felt)
+        self._judge(time)
+        return onsets
+
+    def _heard(self, time: float, felt: Sequence[ContactLoad]) -> tuple[bool, ...]:
+        """Listen on; return which contacts are heard for the first time in this episode."""
+        before = self._shown
+        self._listen()
+        onsets = tuple(a == math.inf > b for a, b in zip(before, self._shown, strict=True))
+        self.alarms += tuple(
+            SlipAlarm(time, i, kind_of_slip(self._surface, felt[i])) for i, onset in enumerate(onsets) if onset
+        )
+        return onsets
+
+    def _begin(self, time: float) -> None:
+        self.slipping, self._began, self._borne = True, time, 0
+        self._belief.keep()
+        self._past.clear()
+
+    def _end(self) -> None:
+        self.slipping, self.missing = False, 1.0
+        self._shown = (math.inf,) * self._fingers
+        self._mean.clear()
+
+    def _listen(self) -> None:
+        """What slips shows its friction."""
+        n = len(self._mean)
+        sizes = [sum(each[0][i] for each in self._mean) / n for i in range(self._fingers)]
+        grips = [sum(each[1][i] for each in self._mean) / n for i in range(self._fingers)]
+        total = sum(sizes)
+        self.missing = max(self._fall.hung / total, 1.0) if total > 0.0 else 1.0
+        self._past.append((total, sum(grips)))
+        fell = [size < (1.0 - OWN_FALL) * part for size, part in zip(sizes, self._parts, strict=True)]
+        if not any(fell):
+            return
+        self._shown = tuple(
+            min(known, size / grip) if its and grip > 0.0 else known
+            for known, size, grip, its in zip(self._shown, sizes, grips, fell, strict=True)
+        )
+        self._belief.show(self._shown)
+
+    def _judge(self, time: float) -> None:
+        """Whether it is over."""
+        (load, grip), (load_before, grip_before) = self._past[-1], self._past[0]
+        within = abs(load - self._fall.hung) < BORNE * self._fall.hung
+        self._borne = self._borne + 1 if within else 0
+        if self._borne * self._period >= BORNE_FOR:
+            hung = self._fall.hung
+            self._fall.restart()
+            self._fall.hung = hung
+            self._end()
+            return
+        gone = time - self._began
+        against = grip > (1.0 + GRIP_ROSE) * grip_before and load < (1.0 - LOAD_FELL) * load_before
+        if (gone > ANSWERED and against) or gone > LONGEST:
+            below = load < self._fall.hung
+            if below:
+                self._fall.refuted()
+                self._belief.take_back()
+            else:
+                self._fall.restart()
+            self._end()
+
+    def _size(self, load: ContactLoad) -> float:
+        """|(f_t, tau / e)| [N]."""
+        surface = self._surface
+        ratio = surface.load_ratio(1.0, load.tangential_length, load.spin_torque)
+        return ratio * surface.friction
