@@ -17,6 +17,8 @@ from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.runtime.touch import Touch
 from palpate.sim.friction.bristle import KINETIC, STATIC
 from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import finger_name
+from palpate.sim.tip import TIP_GEOM
 
 ONSET_SLIP, ONSET_SPIN = 5e-6, math.radians(0.05)
 """[m], [rad] Above what an elastic contact gives way by when its load is shared anew."""
@@ -109,7 +111,13 @@ class _Friction:
 
     def __post_init__(self) -> None:
         scene, plant = self.backend.scene, self.backend._plant
-        self.at = list(self.change.fingers or range(scene.hand.fingers))
+        fingers = self.change.fingers or range(scene.hand.fingers)
+        if plant is None:
+            tips = [scene.model.geom(f"{finger_name(i)}_{TIP_GEOM}").id for i in fingers]
+            pairs = np.column_stack([scene.model.pair_geom1, scene.model.pair_geom2])
+            self.at = [int(np.flatnonzero((pairs == tip).any(axis=1))[0]) for tip in tips]
+        else:
+            self.at = list(fingers)
         self.rows = scene.model.pair_friction[:, :3] if plant is None else plant._served.laws[:, [STATIC, KINETIC]]
         self.first = self.rows.copy()
 

@@ -28,9 +28,8 @@ MEAN = 0.006
 OWN_FALL = 0.03
 """Share by which the load of a contact that slips has fallen: more than its part is known to, less than `FELL`."""
 
-BORNE, BORNE_FOR = 0.03, 0.03
-"""Share within which of what hung before the load is borne again, and for how long [s]: while an object that
-slides is stopped its friction passes that value by."""
+BORNE = 0.03
+"""Share within which of what hung before the load is borne again."""
 
 ANSWERED = 0.035
 """[s] From the alarm to when a raised grip is felt and friction no longer falls: 20 ms, and 15 ms of the servos."""
@@ -41,8 +40,8 @@ COMPARED = 0.015
 GRIP_ROSE, LOAD_FELL = 0.03, 0.03
 """Shares by which the grip must have risen and the load have fallen in that time, to refute it."""
 
-LONGEST = 0.4
-"""[s] By when it must be borne: servos raise a grip by 15 N/s."""
+LONGEST, STOPPED = 0.4, 0.15
+"""[s] By when it must be borne, servos raising a grip by 15 N/s, and by when what is borne stands still again."""
 
 SHARES = 0.1
 """[s] Time constant with which each contact's part is followed."""
@@ -71,8 +70,7 @@ class SlipHearing:
         """
         self._surface, self._belief, self._fingers = surface, belief, fingers
         self._period = positive("period", period, "s")
-        one = math.hypot(noise.force, noise.torque / surface.spin_length)
-        self._fall = LoadFall(period, one * math.sqrt(fingers))
+        self._noise, self._fall = noise, LoadFall(period)
         self._mean = deque[tuple[tuple[float, ...], tuple[float, ...]]](maxlen=max(round(MEAN / period), 1))
         self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
         self._follow = -math.expm1(-period / SHARES)
@@ -102,7 +100,7 @@ class SlipHearing:
         grips = tuple(load.normal_force for load in felt)
         self._mean.append((sizes, grips))
         if not self.slipping:
-            if self._fall.step(sum(sizes)):
+            if self._fall.step(sum(sizes), math.hypot(*(self._deviation(load) for load in felt))):
                 self._begin(time)
                 return self._heard(time, felt)
             self._parts = (
@@ -126,7 +124,7 @@ class SlipHearing:
         return onsets
 
     def _begin(self, time: float) -> None:
-        self.slipping, self._began, self._borne = True, time, 0
+        self.slipping, self._began, self._impulse, self._caught = True, time, 0.0, False
         self._belief.keep()
         self._past.clear()
 
@@ -143,6 +141,8 @@ class SlipHearing:
         total = sum(sizes)
         self.missing = max(self._fall.hung / total, 1.0) if total > 0.0 else 1.0
         self._past.append((total, sum(grips)))
+        if self._caught:
+            return
         fell = [size < (1.0 - OWN_FALL) * part for size, part in zip(sizes, self._parts, strict=True)]
         if not any(fell):
             return
@@ -155,19 +155,17 @@ class SlipHearing:
     def _judge(self, time: float) -> None:
         """Whether it is over."""
         (load, grip), (load_before, grip_before) = self._past[-1], self._past[0]
-        within = abs(load - self._fall.hung) < BORNE * self._fall.hung
-        self._borne = self._borne + 1 if within else 0
-        if self._borne * self._period >= BORNE_FOR:
-            hung = self._fall.hung
+        gone, hung = time - self._began, self._fall.hung
+        # of what was missing: the object's momentum, which friction beyond the load takes off again
+        self._impulse += (hung - load) * self._period
+        self._caught = self._caught or load > (1.0 - BORNE) * hung
+        if self._caught and (self._impulse <= 0.0 or gone > STOPPED):
             self._fall.restart()
-            self._fall.hung = hung
             self._end()
             return
-        gone = time - self._began
         against = grip > (1.0 + GRIP_ROSE) * grip_before and load < (1.0 - LOAD_FELL) * load_before
         if (gone > ANSWERED and against) or gone > LONGEST:
-            below = load < self._fall.hung
-            if below:
+            if not self._caught:
                 self._fall.refuted()
                 self._belief.take_back()
             else:
@@ -179,3 +177,9 @@ class SlipHearing:
         surface = self._surface
         ratio = surface.load_ratio(1.0, load.tangential_length, load.spin_torque)
         return ratio * surface.friction
+
+    def _deviation(self, load: ContactLoad) -> float:
+        """Of that, of one sample [N]."""
+        surface = self._surface
+        ratio = self._noise.of_ratio(surface, load.normal_force, load.tangential_length, load.spin_torque)
+        return ratio * surface.friction * load.normal_force

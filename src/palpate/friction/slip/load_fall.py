@@ -37,9 +37,9 @@ DOUBT_FADES = 1.0
 class LoadFall:
     """Tells when a load falls. One call of `step` per period."""
 
-    def __init__(self, period: float, noise: float) -> None:
-        """Take the period [s] and the standard deviation of one sample of the load [N]."""
-        self._period, self._variance = positive("period", period, "s"), positive("noise", noise, "N") ** 2
+    def __init__(self, period: float) -> None:
+        """Take the period [s]."""
+        self._period = positive("period", period, "s")
         self._rise, self._fall = -math.expm1(-period / RISES), -math.expm1(-period / FALLS)
         self._forget = math.exp(-period / DOUBT_FADES)
         self._test = PageTest(THRESHOLD, MOST)
@@ -63,8 +63,8 @@ class LoadFall:
         self._doubt = min(2.0 * self._doubt, MOST_DOUBT)
         self.restart()
 
-    def step(self, load: float) -> bool:
-        """Take one sample [N]; return whether the load falls."""
+    def step(self, load: float, deviation: float) -> bool:
+        """Take one sample and its standard deviation [N]; return whether the load falls."""
         self._seen += 1
         self._doubt = 1.0 + self._forget * (self._doubt - 1.0)
         # a plain mean at first: one sample says little
@@ -74,4 +74,4 @@ class LoadFall:
             return False
         between = (FELL * self._doubt - LEFT_OUT) * self.hung
         middle = 0.5 * (FELL * self._doubt + LEFT_OUT) * self.hung
-        return self._test.add(between / self._variance * (self.hung - load - middle))
+        return self._test.add(between / deviation**2 * (self.hung - load - middle))
