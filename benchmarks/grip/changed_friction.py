@@ -23,8 +23,8 @@ from palpate.sim.tip import TIP_GEOM
 ONSET_SLIP, ONSET_SPIN = 5e-6, math.radians(0.05)
 """[m], [rad] Above what an elastic contact gives way by when its load is shared anew."""
 
-STEADY = 0.4
-"""[s] From the last change of the pull to that of friction."""
+RISE, SETTLED = 0.4, 0.1
+"""[s] In which the pull grows, and from there to the change of friction."""
 
 DROPPED = 0.01
 """[m] Of slip."""
@@ -83,7 +83,7 @@ def drawn(seed: int, known: Knowledge, fingers: int, **more: object) -> GraspCon
         "load": "ramp",
         "pull_before": 0.0,
         "pull": float(draw.uniform(0.1, 0.5)),
-        "rise": STEADY,
+        "rise": RISE,
         "offset": float(draw.uniform(0.0, 0.006)),
         "seed": seed,
     }
@@ -133,13 +133,13 @@ class _Friction:
                 plant._served.laws[i, [STATIC, KINETIC]] = mu
 
 
-def hold(config: GraspConfig, change: FrictionChange | None = None, seconds: float = 0.5) -> Held:
+def hold(config: GraspConfig, change: FrictionChange | None = None, seconds: float = 0.38) -> Held:
     """Grip, lift, hold, change friction, and hold on.
 
     Args:
         config: What is held, and what is believed of it.
         change: Of friction, long after the lift; None: nothing, and all counts from the lift on.
-        seconds: From the change to the end.
+        seconds: From the change to the end; the pull goes away 0.4 s after the change.
     """
     planned = plan(config, None, {})
     return held(planned, change, seconds)
@@ -151,7 +151,7 @@ def held(planned: GraspPlan, change: FrictionChange | None, seconds: float) -> H
     assert isinstance(backend, HandBackend)
     controller, touch = planned.controller(), Touch(*planned.fingers)
     kept = planned.observer(controller, backend)
-    begins = planned.times.grows + planned.config.rising + STEADY / 4.0
+    begins = planned.times.grows + planned.config.rising + SETTLED
     friction = _Friction(backend, change or FrictionChange())
     sample = backend.start()
     now = touch.sense(sample)

@@ -79,11 +79,12 @@ class RobustGrip:
     def forces(self, grasp: GraspContacts, load: FloatArray) -> FloatArray | None:
         """See `GraspSolver`."""
         if self._robust is None:
-            of_mu, of_e = self._friction * grasp.friction, self._spin_length * grasp.spin_length
-            uncertainty = GraspUncertainty(np.outer(of_mu, of_mu), np.outer(of_e, of_e))
-            self._robust = RobustLeastEffort(grasp, uncertainty, self._probability)
-        else:
+            self._robust = RobustLeastEffort(grasp, self._uncertainty(grasp), self._probability)
+        elif np.array_equal(grasp.friction, self._planned.friction):
             self._robust.update(grasp)
+        else:  # another belief, as uncertain as the first
+            self._robust.update(grasp, self._uncertainty(grasp))
+        self._planned = grasp
         found = self._robust.solve(load)
         if found.outcome == Outcome.SOLVED:
             return found.forces
@@ -91,6 +92,10 @@ class RobustGrip:
         return self._worst.forces(
             replace(grasp, friction=mu * grasp.friction, spin_length=e * grasp.spin_length), load
         )
+
+    def _uncertainty(self, grasp: GraspContacts) -> GraspUncertainty:
+        of_mu, of_e = self._friction * grasp.friction, self._spin_length * grasp.spin_length
+        return GraspUncertainty(np.outer(of_mu, of_mu), np.outer(of_e, of_e))
 
 
 def _any_grasp(fingers: int) -> GraspContacts:

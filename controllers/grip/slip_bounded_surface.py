@@ -8,6 +8,10 @@ from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 
+LEAST_LEFT = 0.45
+"""Share of its friction that a contact can have lost at once: half, and the sensors' error. What loses more is heard
+again. A load that goes away shows less and less friction, until it is told from a slip."""
+
 
 class SlipBoundedSurface:
     """What another belief says, its friction at most what each contact showed as it slipped. A `SurfaceBelief`.
@@ -39,8 +43,10 @@ class SlipBoundedSurface:
     def show(self, friction: Sequence[float]) -> None:
         """Take the friction that each contact shows as it slips; infinite where it shows none."""
         for finger, value in enumerate(friction):
-            if value < self._bounds.get(finger, math.inf):
-                self._bounds[finger] = value
+            before = min(self._before.get(finger, math.inf), self.believed.surface(finger).friction)
+            bound = max(value, LEAST_LEFT * before)
+            if bound < self._bounds.get(finger, math.inf):
+                self._bounds[finger] = bound
 
     def keep(self) -> None:
         """What was shown so far was so."""

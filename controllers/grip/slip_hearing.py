@@ -13,6 +13,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
+from palpate.controllers.grip.hanging_load import HangingLoad, load_size
 from palpate.controllers.grip.recording_watch import SlipAlarm
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.errors import positive
@@ -20,7 +21,7 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.kinds import kind_of_slip
 from palpate.friction.slip.load_fall import LoadFall
-from palpate.friction.slip.load_noise import LoadNoise
+from palpate.runtime.data import Observation
 
 MEAN = 0.006
 """[s] Over which friction is averaged: a third of the 20 ms in which it is to be followed, six samples."""
@@ -57,7 +58,7 @@ class SlipHearing:
     """
 
     def __init__(
-        self, surface: LimitSurface, belief: SlipBoundedSurface, period: float, noise: LoadNoise, fingers: int
+        self, surface: LimitSurface, belief: SlipBoundedSurface, period: float, load: HangingLoad, fingers: int
     ) -> None:
         """Take how torque is weighed against force, and what noise there is.
 
@@ -65,13 +66,13 @@ class SlipHearing:
             surface: Only its e and exponents count.
             belief: Which is taught what slipping contacts show.
             period: Of control [s].
-            noise: Of one sample of one finger.
+            load: Measures what hangs.
             fingers: How many there are.
         """
         self._surface, self._belief, self._fingers = surface, belief, fingers
         self._period = positive("period", period, "s")
-        self._noise, self._fall = noise, LoadFall(period)
-        self._mean = deque[tuple[tuple[float, ...], tuple[float, ...]]](maxlen=max(round(MEAN / period), 1))
+        self._load, self._fall = load, LoadFall(period)
+        self._mean = deque[tuple[float, tuple[float, ...], tuple[float, ...]]](maxlen=max(round(MEAN / period), 1))
         self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
         self._follow = -math.expm1(-period / SHARES)
         self.start()
@@ -83,12 +84,14 @@ class SlipHearing:
         self._parts: tuple[float, ...] = ()
         self._end()
 
-    def step(self, time: float, loads: Sequence[ContactLoad | None], *, hanging: bool = True) -> tuple[bool, ...]:
+    def step(
+        self, now: Observation, loads: Sequence[ContactLoad | None], *, hanging: bool = True
+    ) -> tuple[bool, ...]:
         """Return for each finger whether slip is first heard there in this period.
 
         Args:
-            time: Of the period [s].
-            loads: One per finger, sensor frame; None where there is none to be believed.
+            now: What is known.
+            loads: Of it, one per finger, sensor frame; None where there is none to be believed.
             hanging: Whether nothing but the fingers bears the object.
         """
         felt = [load for load in loads if load is not None]
@@ -96,21 +99,22 @@ class SlipHearing:
             self._fall.restart()
             self._end()
             return (False,) * self._fingers
-        sizes = tuple(self._size(load) for load in felt)
+        sizes = tuple(load_size(self._surface, load) for load in felt)
+        hangs, deviation = self._load.measured(now, felt)
         grips = tuple(load.normal_force for load in felt)
-        self._mean.append((sizes, grips))
+        self._mean.append((hangs, sizes, grips))
         if not self.slipping:
-            if self._fall.step(sum(sizes), math.hypot(*(self._deviation(load) for load in felt))):
-                self._begin(time)
-                return self._heard(time, felt)
+            if self._fall.step(hangs, deviation):
+                self._begin(now.time)
+                return self._heard(now.time, felt)
             self._parts = (
                 sizes
                 if len(self._parts) != self._fingers
                 else tuple(a + self._follow * (b - a) for a, b in zip(self._parts, sizes, strict=True))
             )
             return (False,) * self._fingers
-        onsets = self._heard(time, felt)
-        self._judge(time)
+        onsets = self._heard(now.time, felt)
+        self._judge(now.time)
         return onsets
 
     def _heard(self, time: float, felt: Sequence[ContactLoad]) -> tuple[bool, ...]:
@@ -136,9 +140,9 @@ class SlipHearing:
     def _listen(self) -> None:
         """What slips shows its friction."""
         n = len(self._mean)
-        sizes = [sum(each[0][i] for each in self._mean) / n for i in range(self._fingers)]
-        grips = [sum(each[1][i] for each in self._mean) / n for i in range(self._fingers)]
-        total = sum(sizes)
+        sizes = [sum(each[1][i] for each in self._mean) / n for i in range(self._fingers)]
+        grips = [sum(each[2][i] for each in self._mean) / n for i in range(self._fingers)]
+        total = sum(each[0] for each in self._mean) / n
         self.missing = max(self._fall.hung / total, 1.0) if total > 0.0 else 1.0
         self._past.append((total, sum(grips)))
         if self._caught:
@@ -171,15 +175,3 @@ class SlipHearing:
             else:
                 self._fall.restart()
             self._end()
-
-    def _size(self, load: ContactLoad) -> float:
-        """|(f_t, tau / e)| [N]."""
-        surface = self._surface
-        ratio = surface.load_ratio(1.0, load.tangential_length, load.spin_torque)
-        return ratio * surface.friction
-
-    def _deviation(self, load: ContactLoad) -> float:
-        """Of that, of one sample [N]."""
-        surface = self._surface
-        ratio = self._noise.of_ratio(surface, load.normal_force, load.tangential_length, load.spin_torque)
-        return ratio * surface.friction * load.normal_force

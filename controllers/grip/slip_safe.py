@@ -130,7 +130,7 @@ class SlipSafeGrip:
         p, margin = self.parameters, self.live.value("margin")
         loads = tuple(_load_of(finger) for finger in now.fingers)
         onset, ongoing = self._listen(now.time, loads)
-        missing, stopping = self._hear(now.time, loads, hanging=hanging)
+        missing, stopping = self._hear(now, loads, hanging=hanging)
         planned = self._plan.wanted(now, loads, margin, missing)
         wanted = tuple(force * stopping + p.reserve for force in planned)
         self.faulty = None in loads
@@ -163,11 +163,11 @@ class SlipSafeGrip:
         self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
         return any(onsets), ongoing
 
-    def _hear(self, time: float, loads: Loads, *, hanging: bool) -> tuple[float, float]:
+    def _hear(self, now: Observation, loads: Loads, *, hanging: bool) -> tuple[float, float]:
         """What hangs over what is felt of it, and by how much more grip what slides is stopped."""
         if self.hearing is None:
             return 1.0, 1.0
-        if any(self.hearing.step(time, loads, hanging=hanging)):
+        if any(self.hearing.step(now, loads, hanging=hanging)):
             self.regrips += 1
         return self.hearing.missing, 1.0 + self.parameters.regrip if self.hearing.slipping else 1.0
 

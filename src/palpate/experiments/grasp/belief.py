@@ -3,6 +3,7 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
+from palpate.controllers.grip.hanging_load import HangingLoad, NetForce, SummedLoad
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
@@ -20,6 +21,7 @@ from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.friction.slip.margin_crossing import MarginCrossing, MarginParameters
+from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.tip import Tip
 from palpate.surfaces import Sphere
 
@@ -165,7 +167,7 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
 
 
 def hearing_of(
-    config: GraspConfig, believed: LimitSurface, belief: SlipBoundedSurface, tip: Tip, period: float
+    config: GraspConfig, believed: LimitSurface, belief: SlipBoundedSurface, hand: HandModel, period: float
 ) -> SlipHearing | None:
     """Return what hears slip by the fall of the load; None for a grip that ignores spin, for comparison.
 
@@ -173,12 +175,17 @@ def hearing_of(
         config: What was asked for.
         believed: What contacts are believed to bear.
         belief: Which is taught what they show.
-        tip: Of each finger: a sphere on its sensor's axis.
+        hand: That holds.
         period: Of control [s].
     """
     if config.ignores_spin:
         return None
-    return SlipHearing(believed, belief, period, _noise(config, tip), config.fingers)
+    load: HangingLoad
+    if config.fingers == THREE:
+        load = NetForce(hand, config.force_noise, config.fingers)
+    else:
+        load = SummedLoad(believed, _noise(config, hand.tips[0]))
+    return SlipHearing(believed, belief, period, load, config.fingers)
 
 
 def _noise(config: GraspConfig, tip: Tip) -> LoadNoise:

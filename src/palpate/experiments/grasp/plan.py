@@ -172,7 +172,7 @@ class GraspPlan(PlanDefaults):
 
     def _grip(self, belief: SlipBoundedSurface, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
-        hearing = hearing_of(config, self.believed, belief, self.hand.geometry.tips[0], period)
+        hearing = hearing_of(config, self.believed, belief, self.hand.geometry, period)
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
             plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
