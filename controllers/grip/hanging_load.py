@@ -32,7 +32,7 @@ class SummedLoad:
     """
 
     def __init__(self, surface: LimitSurface, noise: LoadNoise) -> None:
-        """Take how torque is weighed against force (mu has no part in it), and the noise of one finger's sample."""
+        """Take how torque is weighed against force (mu has no part in it), and the noise of one finger."""
         self._surface, self._noise = surface, noise
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[float, float]:
@@ -54,7 +54,7 @@ class NetForce:
     """
 
     def __init__(self, hand: HandKinematics, force_noise: float, fingers: int) -> None:
-        """Take where the fingertips are, the standard deviation of one force [N], and how many fingers there are."""
+        """Take where the fingertips are, the deviation of one force [N], and how many fingers there are."""
         self._hand, self._deviation = hand, force_noise * math.sqrt(fingers)
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[float, float]:

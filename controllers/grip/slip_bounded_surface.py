@@ -9,8 +9,8 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 
 LEAST_LEFT = 0.45
-"""Share of its friction that a contact can have lost at once: half, and the sensors' error. What loses more is heard
-again. A load that goes away shows less and less friction, until it is told from a slip."""
+"""Share of its friction that a contact can have lost at once: half, and the sensors' error. What loses more is
+heard again. A load that goes away shows less and less friction, until it is told from a slip."""
 
 
 class SlipBoundedSurface:

@@ -33,7 +33,7 @@ BORNE = 0.03
 """Share within which of what hung before the load is borne again."""
 
 ANSWERED = 0.035
-"""[s] From the alarm to when a raised grip is felt and friction no longer falls: 20 ms, and 15 ms of the servos."""
+"""[s] From the alarm to when a raised grip is felt and friction falls no longer: 20 ms, and 15 of the servos."""
 
 COMPARED = 0.015
 """[s] Over which load and grip are compared then."""
@@ -43,6 +43,12 @@ GRIP_ROSE, LOAD_FELL = 0.03, 0.03
 
 LONGEST, STOPPED = 0.4, 0.15
 """[s] By when it must be borne, servos raising a grip by 15 N/s, and by when what is borne stands still again."""
+
+STANDARD_GRAVITY, MOST_G = 9.80665, 0.5
+"""[m/s^2] (CGPM 1901), and the share of it by which a hand may accelerate: more is an odd sample."""
+
+SHOWS = 0.008
+"""[s] For which a slip is listened to at least."""
 
 SHARES = 0.1
 """[s] Time constant with which each contact's part is followed."""
@@ -74,6 +80,7 @@ class SlipHearing:
         self._load, self._fall = load, LoadFall(period)
         self._mean = deque[tuple[float, tuple[float, ...], tuple[float, ...]]](maxlen=max(round(MEAN / period), 1))
         self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
+        self._speeds = deque[tuple[float, float]](maxlen=max(round(MEAN / period), 2))
         self._follow = -math.expm1(-period / SHARES)
         self.start()
 
@@ -82,6 +89,7 @@ class SlipHearing:
         self._fall.start()
         self.alarms: tuple[SlipAlarm, ...] = ()
         self._parts: tuple[float, ...] = ()
+        self._speeds.clear()
         self._end()
 
     def step(
@@ -101,6 +109,7 @@ class SlipHearing:
             return (False,) * self._fingers
         sizes = tuple(load_size(self._surface, load) for load in felt)
         hangs, deviation = self._load.measured(now, felt)
+        hangs /= self._lifted_by(now)
         grips = tuple(load.normal_force for load in felt)
         self._mean.append((hangs, sizes, grips))
         if not self.slipping:
@@ -126,6 +135,14 @@ class SlipHearing:
             SlipAlarm(time, i, kind_of_slip(self._surface, felt[i])) for i, onset in enumerate(onsets) if onset
         )
         return onsets
+
+    def _lifted_by(self, now: Observation) -> float:
+        """Share of what hangs at rest that hangs while the hand accelerates: 1 + a / g."""
+        self._speeds.append((now.time, now.arm.velocity_base_tip[2]))
+        (began, before), (time, speed) = self._speeds[0], self._speeds[-1]
+        if time == began:
+            return 1.0
+        return 1.0 + min(max((speed - before) / (time - began) / STANDARD_GRAVITY, -MOST_G), MOST_G)
 
     def _begin(self, time: float) -> None:
         self.slipping, self._began, self._impulse, self._caught = True, time, 0.0, False
@@ -162,7 +179,7 @@ class SlipHearing:
         gone, hung = time - self._began, self._fall.hung
         # of what was missing: the object's momentum, which friction beyond the load takes off again
         self._impulse += (hung - load) * self._period
-        self._caught = self._caught or load > (1.0 - BORNE) * hung
+        self._caught = self._caught or (gone > SHOWS and load > (1.0 - BORNE) * hung)
         if self._caught and (self._impulse <= 0.0 or gone > STOPPED):
             self._fall.restart()
             self._end()
