@@ -71,6 +71,7 @@ class RobustGrip:
         self._probability = probability
         self._worst = MinimumGrip(fingers)
         self._robust: RobustLeastEffort | None = None
+        self._planned: GraspContacts | None = None
         self.forces(_any_grasp(fingers), ANY_LOAD)
         self._robust = None
         deviations = float(ndtri(probability))
@@ -80,7 +81,7 @@ class RobustGrip:
         """See `GraspSolver`."""
         if self._robust is None:
             self._robust = RobustLeastEffort(grasp, self._uncertainty(grasp), self._probability)
-        elif np.array_equal(grasp.friction, self._planned.friction):
+        elif self._planned is not None and np.array_equal(grasp.friction, self._planned.friction):
             self._robust.update(grasp)
         else:  # another belief, as uncertain as the first
             self._robust.update(grasp, self._uncertainty(grasp))

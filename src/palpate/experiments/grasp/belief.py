@@ -169,7 +169,10 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
 def hearing_of(
     config: GraspConfig, believed: LimitSurface, belief: SlipBoundedSurface, hand: HandModel, period: float
 ) -> SlipHearing | None:
-    """Return what hears slip by the fall of the load; None for a grip that ignores spin, for comparison.
+    """Return what hears slip by the fall of the load; None where nobody does.
+
+    That is a grip that ignores spin, for comparison, and one of three fingers with a ripple: it shakes their net
+    force, and the ripple itself tells slip there.
 
     Args:
         config: What was asked for.
@@ -178,7 +181,7 @@ def hearing_of(
         hand: That holds.
         period: Of control [s].
     """
-    if config.ignores_spin:
+    if config.ignores_spin or (config.fingers == THREE and config.known == "untouched"):
         return None
     load: HangingLoad
     if config.fingers == THREE:
