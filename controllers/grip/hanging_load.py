@@ -41,9 +41,10 @@ class SummedLoad:
         return sizes, math.hypot(*(self._deviation(load) for load in loads))
 
     def _deviation(self, load: ContactLoad) -> float:
+        # at least that of the torque: to first order it has no part where there is none, but its square has
         surface = self._surface
         ratio = self._noise.of_ratio(surface, load.normal_force, load.tangential_length, load.spin_torque)
-        return ratio * surface.friction * load.normal_force
+        return max(ratio * surface.friction * load.normal_force, self._noise.torque / surface.spin_length)
 
 
 class NetForce:
