@@ -87,7 +87,7 @@ class Rubber:
         return np.repeat([self.errors.force_zero, self.errors.moment_zero], 3)
 
     def wandered(self, seconds):
-        """Return the zero so much later: an Ornstein-Uhlenbeck process that moves by `force_drift` per second at first."""
+        """Return the zero so much later: it moves by `force_drift` at first, and keeps its spread."""
         kept = math.exp(-0.5 * (seconds * self.errors.force_drift / self.errors.force_zero) ** 2)
         return kept * self.zero + math.sqrt(1.0 - kept**2) * self.zero_sd * self.rng.normal(size=6)
 
