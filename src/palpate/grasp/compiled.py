@@ -17,6 +17,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Lock
 from typing import Any, Protocol
 
 import casadi
@@ -24,7 +25,7 @@ import casadi
 from palpate.atomic_file import replacing
 from palpate.compiling import compiling
 
-__all__ = ["Compiled", "Executor", "Interpreted"]
+__all__ = ["BUILDING", "Compiled", "Executor", "Interpreted"]
 
 FLAGS = ("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-semantic-interposition", "-fPIC", "-shared")
 """None of them changes a bit. Without the third and the fourth every square and square root is a call through the
@@ -33,6 +34,9 @@ another."""
 
 ROOM = "compiling-"
 """Begins the names of folders where a compiler works."""
+
+BUILDING = Lock()
+"""CasADi's symbols are counted without locks: graphs are built, and shared, by one thread at a time."""
 
 COMPILER_TIMEOUT = 120.0
 """Seconds after which a compiler is taken to hang; it needs two."""

@@ -160,12 +160,15 @@ def _add_transposed(G: Any, blocks: Any, columns: Any, where: Any, z: Any, out: 
 
 
 @njit(cache=True, error_model="numpy")
-def _factor(P: Any, A: Any, G: Any, blocks: Any, columns: Any, where: Any, w: Any, eta: Any, K: Any) -> None:
-    """Fill K with L and D of [[P + G'W^-2 G, A'], [A, 0]] = L D L', unit lower triangle and diagonal."""
-    n, e = P.shape[0], A.shape[0]
+def _factor(held: Any, A: Any, G: Any, blocks: Any, columns: Any, where: Any, w: Any, eta: Any, K: Any) -> None:
+    """Fill K with L and D of [[held + G'W^-2 G, A'], [A, 0]] = L D L', unit lower triangle and diagonal.
+
+    Held is P + A'A: where only equations know an unknown (theta, of load_factor), P and limits leave a hole.
+    """
+    n, e = held.shape[0], A.shape[0]
     for i in range(n):
         for j in range(i + 1):
-            K[i, j] = P[i, j]
+            K[i, j] = held[i, j]
     for i in range(e):
         for j in range(n):
             K[n + i, j] = A[i, j]
@@ -229,6 +232,9 @@ def _solved(
         unscaled(w, eta, blocks, left[size : size + m], t)
         unscaled(w, eta, blocks, t, u)
         step[:size] = left[:size]
+        for k in range(e):
+            for i in range(n):
+                step[i] += A[k, i] * left[n + k]
         _add_transposed(G, blocks, columns, where, u, step)
         for i in range(size):
             total = step[i]
@@ -292,6 +298,7 @@ def solve_conic(
     target, bent, t, ds, dz, gx = np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m)
     r_x, r_y, r_z, px, ay = np.empty(n), np.empty(e), np.empty(m), np.empty(n), np.empty(n)
     best, best_error = np.empty(size + 2 * m), math.inf
+    held = P + A.T @ A
     tau, kappa = 1.0, 1.0
     x[:], y[:], s[:], z[:] = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
@@ -371,7 +378,7 @@ def solve_conic(
         iterations += 1
 
         scale(s, z, blocks, w, eta, middle)
-        _factor(P, A, G, blocks, columns, where, w, eta, K)
+        _factor(held, A, G, blocks, columns, where, w, eta, K)
         for i in range(n):
             right[i] = -q[i]
         right[n:size], right[size:] = b, h

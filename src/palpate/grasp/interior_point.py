@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.attempts import ATTEMPTS, Attempt
-from palpate.grasp.compiled import Compiled, Executor
+from palpate.grasp.compiled import BUILDING, Compiled, Executor
 from palpate.grasp.grasp_proof import proof_value
 from palpate.grasp.interior_result import InteriorPointResult, InteriorPointStatus
 from palpate.grasp.objective import Objective
@@ -34,9 +33,6 @@ PROOF_TOLERANCE = 1e-8
 
 ENDLESS = 1e-10
 """Residual, over theta, of forces that grow with theta without limit."""
-
-_BUILDING = Lock()
-"""CasADi's symbols are counted without locks: graphs are built, and shared, by one thread at a time."""
 
 
 @lru_cache(maxsize=64)
@@ -65,7 +61,7 @@ class InteriorPoint:
             executor: What runs the functions; by default machine code, where there is a compiler.
         """
         executor = Compiled() if executor is None else executor
-        with _BUILDING:
+        with BUILDING:
             graphs, proof = _graphs(n, objective, actuators, effort_weight)
             begin, iterate, finish, proves = executor.prepare([graphs.begin, graphs.iterate, graphs.finish, proof])
         self._n, self._k = n, actuators

@@ -1,0 +1,285 @@
+"""Objectives and limits of one's own, as CasADi expressions in the forces: traced once, and sorted by what they are.
+
+What is linear, a convex quadratic, or a length below something linear, becomes numbers for `conic`; the rest is
+compiled with its derivatives, for `sequential`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.grasp.compiled import BUILDING, Compiled
+from palpate.grasp.coupled_limits import CoupledLimits
+
+__all__ = ["OwnTerms", "Quadratic", "SmoothTerms"]
+
+SX = casadi.SX
+
+SEMIDEFINITE = 1e-12
+"""Eigenvalue of a quadratic form, over its largest, down to which it counts as 0: below it is not convex."""
+
+_LESS = (casadi.OP_LE, casadi.OP_LT)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Quadratic:
+    """w'P w / 2 + q'w + c.
+
+    Attributes:
+        P: Positive semidefinite, shape (4 n, 4 n).
+        q: Shape (4 n,).
+        c: Constant.
+    """
+
+    P: FloatArray
+    q: FloatArray
+    c: float
+
+    def __call__(self, w: FloatArray) -> float:
+        """Return its value."""
+        return float(0.5 * w @ self.P @ w + self.q @ w + self.c)
+
+
+class SmoothTerms:
+    """What is not convex, or not known to be: an objective, equations and limits <= 0, with derivatives.
+
+    Attributes:
+        count: How many equations and limits.
+        is_equation: Which of them are = 0, shape (count,).
+        names: What a message calls them.
+        has_objective: Whether the objective is among it; otherwise that is 0.
+    """
+
+    def __init__(
+        self, w: Any, objective: Any | None, terms: list[tuple[Any, bool, str]], names: tuple[str, ...]
+    ) -> None:
+        """Derive and compile."""
+        self.count, self.names, self.has_objective = len(terms), names, objective is not None
+        self.is_equation = np.array([equation for _, equation, _ in terms], dtype=bool)
+        f = SX(0) if objective is None else objective
+        g = casadi.vertcat(SX(0, 1), *[term for term, _, _ in terms])
+        multipliers = SX.sym("multipliers", self.count)
+        lagrangian = f + casadi.dot(multipliers, g)
+        wanted = [f, casadi.gradient(f, w), g, casadi.jacobian(g, w), casadi.hessian(lagrangian, w)[0]]
+        once = casadi.cse([casadi.densify(each) for each in wanted])
+        (self._function,) = Compiled().prepare([casadi.Function("own_terms", [w, multipliers], once)])
+
+    def __call__(
+        self, w: FloatArray, multipliers: FloatArray
+    ) -> tuple[float, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return value and gradient of the objective, the terms, their Jacobian, and the Lagrangian's Hessian.
+
+        Args:
+            w: Shape (4 n,).
+            multipliers: Shape (count,).
+        """
+        f, slope, g, jacobian, hessian = self._function(w, multipliers)
+        return (
+            float(f),
+            slope.full().ravel(),
+            g.full().ravel(),
+            jacobian.full().reshape(self.count, w.size),
+            hessian.full(),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnTerms:
+    """What somebody wants of the forces.
+
+    Attributes:
+        objective: If it is a convex quadratic; None if there is none, or it is smooth.
+        limits: Those that are convex.
+        smooth: The rest; None if there is none.
+    """
+
+    objective: Quadratic | None
+    limits: CoupledLimits
+    smooth: SmoothTerms | None
+
+    @classmethod
+    def traced(
+        cls, contacts: int, objective: Callable[[Any], Any] | None, subject_to: Callable[[Any], Any] | None
+    ) -> OwnTerms:
+        """Call the functions with symbols.
+
+        Args:
+            contacts: n.
+            objective: Takes w, shape (n, 4); returns what is to be least.
+            subject_to: Takes w; returns a list of relations.
+
+        Raises:
+            InvalidValueError: One of them raises an error, or returns something else.
+        """
+        with BUILDING:
+            x = SX.sym("w", contacts, 4)
+            w = casadi.vec(x.T)
+            quadratic = smooth = None
+            if objective is not None:
+                value = _scalar("objective", _called("objective", objective, x), w)
+                quadratic = _convex(value, w)
+                smooth = value if quadratic is None else None
+            equations, blocks, rest = [], [], []
+            for name, relation in _relations(subject_to, x):
+                lower, upper, equal = _sides(name, relation, w)
+                term = lower - upper
+                if equal and casadi.is_linear(term, w):
+                    equations.append((*_row(term, w), name))
+                    continue
+                block = None if equal else _block(term, w)
+                if block is None:
+                    rest.append((term, equal, name))
+                else:
+                    blocks += [(G, h, name) for G, h in block]
+            limits = CoupledLimits.of(contacts, equations, blocks)
+            if smooth is None and not rest:
+                return cls(quadratic, limits, None)
+            return cls(quadratic, limits, SmoothTerms(w, smooth, rest, tuple(name for _, _, name in rest)))
+
+
+def _called(name: str, function: Callable[[Any], Any], x: Any) -> Any:
+    try:
+        return function(x)
+    except Exception as error:
+        raise InvalidValueError(
+            f"{name}: failed when called with the forces, a CasADi SX of shape {x.shape}: {error}; "
+            "it must be built of CasADi's functions, without `if` or `and` on forces"
+        ) from error
+
+
+def _scalar(name: str, value: Any, w: Any) -> Any:
+    try:
+        made = SX(value)
+    except (NotImplementedError, TypeError, RuntimeError):
+        raise InvalidValueError(
+            f"{name}: returned a {type(value).__name__}: must return a CasADi SX expression in the forces"
+        ) from None
+    if made.numel() != 1:
+        raise InvalidValueError(f"{name}: returned shape {made.shape}: must return one number, shape (1, 1)")
+    foreign = [str(each) for each in casadi.symvar(made) if not casadi.depends_on(w, each)]
+    if foreign:
+        raise InvalidValueError(f"{name}: has symbols {foreign} that are no forces; give numbers for them")
+    if made.is_constant() and not math.isfinite(float(made)):
+        raise InvalidValueError(f"{name}: is {float(made)}: must be finite")
+    return made
+
+
+def _relations(subject_to: Callable[[Any], Any] | None, x: Any) -> Iterable[tuple[str, Any]]:
+    if subject_to is None:
+        return
+    given = _called("subject_to", subject_to, x)
+    if not isinstance(given, list | tuple):
+        raise InvalidValueError(f"subject_to: returned a {type(given).__name__}: must return a list of relations")
+    for i, each in enumerate(given):
+        name = f"subject_to[{i}]"
+        if not isinstance(each, SX):
+            raise InvalidValueError(
+                f"{name}: is a {type(each).__name__}: must be a CasADi relation of the forces, such as w[0, 0] <= 5"
+            )
+        if each.numel() == 1:
+            yield name, each
+        else:
+            yield from ((f"{name}[{k}]", casadi.vec(casadi.densify(each))[k]) for k in range(each.numel()))
+
+
+def _sides(name: str, relation: Any, w: Any) -> tuple[Any, Any, bool]:
+    """Return (a, b, whether equal) of a <= b or a == b."""
+    equal = relation.is_op(casadi.OP_EQ)
+    if not equal and not any(relation.is_op(each) for each in _LESS):
+        raise InvalidValueError(
+            f"{name} = {relation}: must be a relation of the forces by <=, >= or ==, such as w[0, 0] <= 5"
+        )
+    return _scalar(name, relation.dep(0), w), _scalar(name, relation.dep(1), w), equal
+
+
+def _row(term: Any, w: Any) -> tuple[FloatArray, float]:
+    """Return a and b of a'w - b."""
+    slope, constant = casadi.linear_coeff(term, w)
+    return casadi.DM(slope).full().ravel(), -float(constant)
+
+
+def _form(term: Any, w: Any) -> tuple[FloatArray, FloatArray, float]:
+    P, q, c = casadi.quadratic_coeff(term, w)
+    square = casadi.DM(P).full()
+    return 0.5 * (square + square.T), casadi.DM(q).full().ravel(), float(casadi.DM(c))
+
+
+def _convex(term: Any, w: Any) -> Quadratic | None:
+    """Return an expression as a convex quadratic, if it is one."""
+    if not casadi.is_quadratic(term, w):
+        return None
+    form = Quadratic(*_form(term, w))
+    return None if _factor(form.P) is None else form
+
+
+def _factor(P: FloatArray) -> FloatArray | None:
+    """Return L with L'L = P, shape (rank, N); None if P is not positive semidefinite."""
+    values, vectors = np.linalg.eigh(P)
+    if not np.isfinite(P).all() or values[0] < -SEMIDEFINITE * max(values[-1], 0.0):
+        return None
+    kept = values > SEMIDEFINITE * values[-1]
+    return np.asarray(np.sqrt(values[kept])[:, None] * vectors[:, kept].T)
+
+
+def _block(term: Any, w: Any) -> list[tuple[FloatArray, FloatArray]] | None:
+    """Return term <= 0 as h - G w in cones, if it is linear, a convex quadratic, or has one length or size."""
+    if casadi.is_linear(term, w):
+        row, limit = _row(term, w)
+        return [(row[None], np.array([limit]))]
+    if casadi.is_quadratic(term, w):
+        return _below(*_form(term, w))
+    curved, linear = [], SX(0)
+    for factor, part in _summands(term):
+        if casadi.is_linear(part, w):
+            linear += factor * part
+        else:
+            curved.append((factor, part))
+    if len(curved) != 1 or curved[0][0] <= 0.0:
+        return None
+    ((factor, part),) = curved
+    row, limit = _row(linear, w)
+    if part.is_op(casadi.OP_FABS) and casadi.is_linear(part.dep(0), w):
+        size, zero = _row(part.dep(0), w)
+        return [((row + a * size)[None], np.array([limit + a * zero])) for a in (factor, -factor)]
+    if part.is_op(casadi.OP_SQRT) and casadi.is_quadratic(part.dep(0), w):
+        P, q, c = _form(part.dep(0), w)
+        # w'P w / 2 + q'w + c = |L (w, 1)|^2
+        length = _factor(np.block([[0.5 * P, 0.5 * q[:, None]], [0.5 * q[None], np.array([[c]])]]))
+        if length is not None:
+            rows = np.concatenate([row[None], -factor * length[:, :-1]])
+            return [(rows, np.append(limit, factor * length[:, -1]))]
+    return None
+
+
+def _below(P: FloatArray, q: FloatArray, c: float) -> list[tuple[FloatArray, FloatArray]] | None:
+    """Return w'P w / 2 + q'w + c <= 0 as a cone: with t = -(q'w + c), |(2 L w, t / k - k)| <= t / k + k."""
+    length = _factor(0.5 * P)
+    if length is None:
+        return None
+    k = math.sqrt(abs(c)) or math.sqrt(float(np.abs(q).max())) or 1.0
+    G = np.concatenate([q[None] / k, -2.0 * length, q[None] / k])
+    return [(G, np.concatenate([[k - c / k], np.zeros(len(length)), [-c / k - k]]))]
+
+
+def _summands(term: Any) -> Iterable[tuple[float, Any]]:
+    """Split a sum into (factor, expression)."""
+    left = [(1.0, term)]
+    while left:
+        factor, part = left.pop()
+        if part.is_op(casadi.OP_NEG):
+            left.append((-factor, part.dep(0)))
+        elif part.is_op(casadi.OP_ADD) or part.is_op(casadi.OP_SUB):
+            left += [(factor, part.dep(0)), (factor if part.is_op(casadi.OP_ADD) else -factor, part.dep(1))]
+        elif part.is_op(casadi.OP_TWICE):
+            left.append((2.0 * factor, part.dep(0)))
+        elif part.is_op(casadi.OP_MUL) and part.dep(0).is_constant():
+            left.append((factor * float(part.dep(0)), part.dep(1)))
+        else:
+            yield factor, part
