@@ -18,14 +18,14 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray
-from palpate.grasp.conic_blocks import blocked, divided, multiplied, room, scale, scaled, unscaled
+from palpate.grasp.conic_blocks import SUMS, blocked, divided, multiplied, room, scale, scaled, unscaled
 
 __all__ = ["ConicOutcome", "ConicProgramme", "ConicSolution", "solve_conic"]
 
 TOLERANCE = 1e-9
 """Residuals over the sizes of what they consist of, and gap over the objective, at which it counts as solved."""
 
-STOP_RATIO = 0.1
+STOP_RATIO = 1e-3
 """Share of it at which no more is tried; between here and 1 it goes on while that helps."""
 
 PROOF = 1e-9
@@ -40,8 +40,11 @@ SHY = 0.985
 FLOOR = 1e-14
 """Least pivot, over what it is the difference of: below is rounding."""
 
-REFINEMENTS = 3
+REFINEMENTS = 2
 """Of each direction, at most."""
+
+NEAR = 1e-3
+"""Room of the first point below which it is moved."""
 
 ENOUGH = 1e-13
 """Residual of a direction, over its right side, at which it is not refined."""
@@ -118,7 +121,7 @@ class ConicSolution:
     error: float
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def _columns(G: Any, blocks: Any) -> Any:
     """Return the unknowns that each block has to do with, one after the other, and where each block's begin."""
     count, unknowns = blocks.shape[0] - 1, G.shape[1]
@@ -136,7 +139,7 @@ def _columns(G: Any, blocks: Any) -> Any:
     return columns, where
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def _times(G: Any, blocks: Any, columns: Any, where: Any, x: Any, out: Any) -> None:
     """Fill out = G x."""
     for b in range(blocks.shape[0] - 1):
@@ -147,7 +150,7 @@ def _times(G: Any, blocks: Any, columns: Any, where: Any, x: Any, out: Any) -> N
             out[i] = total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def _add_transposed(G: Any, blocks: Any, columns: Any, where: Any, z: Any, out: Any) -> None:
     """Add G'z to out."""
     for b in range(blocks.shape[0] - 1):
@@ -159,7 +162,7 @@ def _add_transposed(G: Any, blocks: Any, columns: Any, where: Any, z: Any, out: 
             out[j] += total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def _factor(held: Any, A: Any, G: Any, blocks: Any, columns: Any, where: Any, w: Any, eta: Any, K: Any) -> None:
     """Fill K with L and D of [[held + G'W^-2 G, A'], [A, 0]] = L D L', unit lower triangle and diagonal.
 
@@ -215,10 +218,10 @@ def _factor(held: Any, A: Any, G: Any, blocks: Any, columns: Any, where: Any, w:
             K[i, j] = total * over
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def _solved(
     P: Any, A: Any, G: Any, blocks: Any, columns: Any, where: Any, w: Any, eta: Any, K: Any,
-    right: Any, out: Any, work: Any,
+    right: Any, out: Any, work: Any, rounds: int,
 ) -> None:  # fmt: skip
     """Fill out (x, y, z) with P x + A'y + G'z, A x, G x - W^2 z = right, refined while that helps."""
     n, e = P.shape[0], A.shape[0]
@@ -227,7 +230,7 @@ def _solved(
     out[:] = 0.0
     left[: size + m] = right
     before = math.inf
-    for _ in range(REFINEMENTS):
+    for now in range(rounds):
         # eliminate z = W^-2 (G x - right_z)
         unscaled(w, eta, blocks, left[size : size + m], t)
         unscaled(w, eta, blocks, t, u)
@@ -254,6 +257,8 @@ def _solved(
             step[size + i] = t[i] - u[i]
         for i in range(size + m):
             out[i] += step[i]
+        if now == rounds - 1:
+            break
         # what is left
         worst, most = 0.0, 0.0
         scaled(w, eta, blocks, out[size : size + m], t)
@@ -284,7 +289,18 @@ def _solved(
         before = worst
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def _move_inside(v: Any, blocks: Any) -> None:
+    """Add as much of the middle of all cones as it takes (Vandenberghe 2010, "The CVXOPT solvers", 5.3)."""
+    least = math.inf
+    for k in range(blocks.shape[0] - 1):
+        least = min(least, room(v, blocks[k], blocks[k + 1]))
+    if least < NEAR:
+        for k in range(blocks.shape[0] - 1):
+            v[blocks[k]] += 1.0 - least
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def solve_conic(
     P: Any, q: Any, A: Any, b: Any, G: Any, h: Any, blocks: Any, columns: Any, where: Any,
     x: Any, y: Any, s: Any, z: Any,
@@ -300,9 +316,17 @@ def solve_conic(
     best, best_error = np.empty(size + 2 * m), math.inf
     held = P + A.T @ A
     tau, kappa = 1.0, 1.0
-    x[:], y[:], s[:], z[:] = 0.0, 0.0, 0.0, 0.0
+    w[:], eta[:] = 0.0, 1.0
     for k in range(count):
-        s[blocks[k]], z[blocks[k]] = 1.0, 1.0
+        w[blocks[k]] = 1.0
+    # where limits cost their squares, moved inside
+    _factor(held, A, G, blocks, columns, where, w, eta, K)
+    right[:n], right[n:size], right[size:] = -q, b, h
+    _solved(P, A, G, blocks, columns, where, w, eta, K, right, step, work, 1)
+    x[:], y[:], z[:] = step[:n], step[n:size], step[size:]
+    s[:] = -z
+    _move_inside(s, blocks)
+    _move_inside(z, blocks)
     sizes_q, sizes_b, sizes_h = 0.0, 0.0, 0.0
     for i in range(n):
         sizes_q = max(sizes_q, abs(q[i]))
@@ -382,7 +406,7 @@ def solve_conic(
         for i in range(n):
             right[i] = -q[i]
         right[n:size], right[size:] = b, h
-        _solved(P, A, G, blocks, columns, where, w, eta, K, right, fixed, work)
+        _solved(P, A, G, blocks, columns, where, w, eta, K, right, fixed, work, 1 + REFINEMENTS)
         mu = (product + tau * kappa) / (count + 1)
         multiplied(middle, middle, blocks, target)
         sigma, d_kappa, ratio = 0.0, tau * kappa, 1.0
@@ -397,7 +421,7 @@ def solve_conic(
                 right[n + i] = -(1.0 - sigma) * r_y[i]
             for i in range(m):
                 right[size + i] = t[i] - (1.0 - sigma) * r_z[i]
-            _solved(P, A, G, blocks, columns, where, w, eta, K, right, step, work)
+            _solved(P, A, G, blocks, columns, where, w, eta, K, right, step, work, 1 + corrector * REFINEMENTS)
             above = -(1.0 - sigma) * r_tau + d_kappa / tau
             below = -kappa / tau - quadratic / (tau * tau)
             for i in range(n):

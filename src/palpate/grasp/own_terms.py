@@ -15,7 +15,7 @@ import casadi
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.grasp.compiled import BUILDING, Compiled
+from palpate.grasp.compiled import BUILDING, Compiled, in_place
 from palpate.grasp.coupled_limits import CoupledLimits
 
 __all__ = ["OwnTerms", "Quadratic", "SmoothTerms"]
@@ -69,7 +69,13 @@ class SmoothTerms:
         lagrangian = f + casadi.dot(multipliers, g)
         wanted = [f, casadi.gradient(f, w), g, casadi.jacobian(g, w), casadi.hessian(lagrangian, w)[0]]
         once = casadi.cse([casadi.densify(each) for each in wanted])
-        (self._function,) = Compiled().prepare([casadi.Function("own_terms", [w, multipliers], once)])
+        (function,) = Compiled().prepare([casadi.Function("own_terms", [w, multipliers], once)])
+        n = w.numel()
+        self._given = np.zeros(n), np.zeros(self.count)
+        # CasADi's matrices are column-major
+        shapes: list[tuple[int, ...]] = [(1,), (n,), (self.count,), (n, self.count), (n, n)]
+        self._found = [np.zeros(shape) for shape in shapes]
+        self._call = in_place(function, list(self._given), self._found)
 
     def __call__(
         self, w: FloatArray, multipliers: FloatArray
@@ -80,14 +86,10 @@ class SmoothTerms:
             w: Shape (4 n,).
             multipliers: Shape (count,).
         """
-        f, slope, g, jacobian, hessian = self._function(w, multipliers)
-        return (
-            float(f),
-            slope.full().ravel(),
-            g.full().ravel(),
-            jacobian.full().reshape(self.count, w.size),
-            hessian.full(),
-        )
+        self._given[0][:], self._given[1][:] = w, multipliers
+        self._call()
+        f, slope, g, jacobian, hessian = self._found
+        return float(f[0]), slope.copy(), g.copy(), jacobian.T.copy(), hessian.copy()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

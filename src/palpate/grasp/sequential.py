@@ -212,19 +212,18 @@ class Sequence:
         q[:size] = base.P @ point.v + base.q + point.slope - P[:size, :size] @ point.v
         equal = self._terms.is_equation
         limit = point.jacobian @ point.v - point.g
-        room = np.eye(count)
-        G = np.block(
-            [
-                [np.zeros((count, size)), -room],
-                [point.jacobian, -room],
-                [-point.jacobian[equal], -room[equal]],
-                [base.G, np.zeros((len(base.h), count))],
-            ]
-        )
-        h = np.concatenate([np.zeros(count), limit, -limit[equal], base.h])
-        more = len(h) - len(base.h)
-        A = np.concatenate([base.A, np.zeros((len(base.b), count))], axis=1)
-        blocks = np.concatenate([np.arange(more), more + base.blocks]).astype(np.int64)
+        more, equations = 2 * count + int(equal.sum()), int(equal.sum())
+        G, h = np.zeros((more + len(base.h), size + count)), np.empty(more + len(base.h))
+        # by how much it is exceeded >= 0; then g less that <= 0, and -g less that where g is to be 0
+        one = np.arange(count)
+        G[one, size + one] = G[count + one, size + one] = -1.0
+        G[count : 2 * count, :size], G[2 * count : more, :size] = point.jacobian, -point.jacobian[equal]
+        G[2 * count + np.arange(equations), size + one[equal]] = -1.0
+        h[:count], h[count : 2 * count], h[2 * count : more] = 0.0, limit, -limit[equal]
+        G[more:, :size], h[more:] = base.G, base.h
+        A = np.zeros((len(base.b), size + count))
+        A[:, :size] = base.A
+        blocks = np.concatenate([np.arange(more), more + base.blocks])
         return ConicProgramme(P, q, A, base.b, G, h, blocks).solve()
 
     def _multipliers(self, solution: ConicSolution) -> FloatArray:
