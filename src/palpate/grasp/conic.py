@@ -313,7 +313,7 @@ def solve_conic(
     right, fixed, step = np.empty(size + m), np.empty(size + m), np.empty(size + m)
     target, bent, t, ds, dz, gx = np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m)
     r_x, r_y, r_z, px, ay = np.empty(n), np.empty(e), np.empty(m), np.empty(n), np.empty(n)
-    best, best_error = np.empty(size + 2 * m), math.inf
+    best, best_error = np.zeros(size + 2 * m), math.inf
     held = P + A.T @ A
     tau, kappa = 1.0, 1.0
     w[:], eta[:] = 0.0, 1.0

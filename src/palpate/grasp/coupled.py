@@ -1,9 +1,10 @@
-"""Grasp forces where contacts share more than the object: actuators in common, limits and objectives of one's own."""
+"""Grasp forces where contacts share more than the object: common actuators, own limits, own objectives."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,20 +13,23 @@ from palpate.grasp.balance import balance
 from palpate.grasp.certificate import certified_reach
 from palpate.grasp.conic import ConicOutcome, ConicSolution
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.coupled_limits import CoupledLimits, actuator_limits, shared_limits
+from palpate.grasp.coupled_limits import actuator_limits, shared_limits
 from palpate.grasp.coupled_programme import CoupledProgramme
 from palpate.grasp.grasp_proof import LARGEST_FORCES
 from palpate.grasp.objective import Objective
-from palpate.grasp.own_terms import OwnTerms, Quadratic
+from palpate.grasp.own_terms import OwnTerms, Quadratic, SmoothTerms
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.sequential import Sequence, Stationary
+from palpate.grasp.sequential import ENDLESS, Sequence, Stationary
 from palpate.grasp.wanted import Wanted
 
 __all__ = ["Coupled"]
 
 SLACK = 1e-9
 """Largest margin below zero, over the load, that is none."""
+
+INVOLVED = 1e-6
+"""Multiplier of a proof, over the largest, up to which a limit is not named."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +45,8 @@ class Coupled:
         """Trace and compile, so that solving need not."""
         self._wanted = wanted
         self._terms: OwnTerms | None = None
+        self._contacts = 0
+        self._last: _Last | None = None
         self.update(grasp)
 
     def update(self, grasp: GraspContacts, wanted: Wanted | None = None) -> None:
@@ -78,7 +84,7 @@ class Coupled:
         assert self._terms is not None
         if self._terms.smooth is None:
             return self._convex(wrench, load, size)
-        return self._smooth(wrench, load, size, warm=warm)
+        return self._by_sequence(wrench, load, size, self._terms.smooth, warm=warm)
 
     def _stated(self, objective: Objective | Quadratic) -> CoupledProgramme:
         weight = self._wanted.effort_weight
@@ -90,14 +96,15 @@ class Coupled:
             return self._not_solved(wrench, load, size, solution, self._programme)
         return self._result(wrench, solution.x, solution.y, solution.iterations, self._programme.unit)
 
-    def _smooth(self, wrench: FloatArray, load: FloatArray, size: float, *, warm: bool) -> GraspForces:
-        assert self._terms is not None and self._terms.smooth is not None
+    def _by_sequence(
+        self, wrench: FloatArray, load: FloatArray, size: float, terms: SmoothTerms, *, warm: bool
+    ) -> GraspForces:
         last, used = self._last, 0
         self._last = None
         programme = self._programme
         units = programme.units * size
         if warm and last is not None:
-            sequence = Sequence(programme.of(load, size), units, self._terms.smooth, last.v)
+            sequence = Sequence(programme.of(load, size), units, terms, last.v)
             found = sequence.from_(last.v, last.multipliers)
             used = found.steps
             if not found.reason:
@@ -109,7 +116,7 @@ class Coupled:
         base = programme.of(load, size)
         start = np.zeros(base.q.size)
         start[: first.x.size] = first.x
-        sequence = Sequence(base, units, self._terms.smooth, start)
+        sequence = Sequence(base, units, terms, start)
         found = sequence.from_(start, None)
         used += found.steps
         if not found.reason:
@@ -120,8 +127,7 @@ class Coupled:
 
     def _local(self, wrench: FloatArray, sequence: Sequence, found: Stationary, used: int) -> GraspForces:
         self._last = _Last(found.v, found.multipliers)
-        assert self._terms is not None and self._terms.smooth is not None
-        unit = sequence.unit if self._terms.smooth.has_objective else self._programme.unit
+        unit = self._programme.unit * sequence.unit  # one of them is 1
         return replace(self._result(wrench, found.v, found.dual, used, unit), local=True)
 
     def _result(
@@ -157,65 +163,70 @@ class Coupled:
         return GraspForces(forces, value, margins, residual, dual, iterations, status, factor)
 
     def _not_solved(
-        self, wrench: FloatArray, load: FloatArray, size: float, solution: ConicSolution, programme: CoupledProgramme
+        self,
+        wrench: FloatArray,
+        load: FloatArray,
+        size: float,
+        solution: ConicSolution,
+        programme: CoupledProgramme,
     ) -> GraspForces:
         """Return forces within all convex limits that hold most of the load, and why not all of it."""
-        proof = self._proof(wrench, solution, programme) if solution.outcome == ConicOutcome.INFEASIBLE else None
         most = self._stated(Objective.LOAD_FACTOR)
         length = float(np.linalg.norm(load)) or 1.0
         bearable = most.of(load / length, size * length).solve()
-        factor, nan = None, np.full(6, math.nan)
-        w = np.zeros(4 * self._contacts)
+        factor, w = None, np.zeros(4 * self._contacts)
+        certificate, reach = self._proof(wrench, solution, programme)
+        infeasible, reason = certificate is not None, "undecided"
         if bearable.outcome == ConicOutcome.SOLVED:
             w, factor = most.forces(bearable.x), float(bearable.x[-1])
-            reason = f"limits leave {factor:.6g} of the load at most" if proof is not None else "undecided"
+            if solution.outcome == ConicOutcome.INFEASIBLE:
+                reason = f"the limits leave {factor:.6g} of the load at most"
         elif bearable.outcome == ConicOutcome.INFEASIBLE:
-            reason = f"limits exclude each other, whatever the load: {self._involved(bearable)}"
-        else:
-            reason = "undecided"
+            infeasible = self._reach(wrench, bearable, most, np.zeros(6)) > 0.0
+            certificate = reach = None
+            reason = f"limits exclude each other, whatever the load: {self._involved(bearable, most)}"
         if solution.outcome == ConicOutcome.UNBOUNDED:
-            reason = "the objective falls without end: give every contact a force_max"
-        elif proof is None and solution.outcome == ConicOutcome.INFEASIBLE:
-            reason += " (found, but not proven in exact arithmetic)"
+            reason = ENDLESS
+        elif solution.outcome == ConicOutcome.INFEASIBLE and not infeasible:
+            reason += "; exact arithmetic does not prove it"
         scaled, residual, margins = self._scaled, np.empty(6), np.empty(self._contacts)
-        forces = w.reshape(-1, 4)
-        weight = self._wanted.effort_weight
+        forces, weight = w.reshape(-1, 4), self._wanted.effort_weight
         balance(scaled.rows, scaled.center, scaled.length, wrench, weight, forces, residual, margins)
-        status = SolveStatus.MAX_ITERATIONS if proof is None else SolveStatus.INFEASIBLE
-        certificate, reach = (None, None) if proof is None else proof
-        used = solution.iterations
+        status = SolveStatus.INFEASIBLE if infeasible else SolveStatus.MAX_ITERATIONS
+        nan, used = np.full(6, math.nan), solution.iterations
         return GraspForces(
             forces, math.inf, margins, residual, nan, used, status, factor, certificate, reach, reason=reason
         )
 
     def _proof(
         self, wrench: FloatArray, solution: ConicSolution, programme: CoupledProgramme
-    ) -> tuple[FloatArray, float] | None:
+    ) -> tuple[FloatArray | None, float | None]:
         """Return y as a certificate, with its reach, if exact arithmetic agrees."""
         turned = self._scaled.multiplier(solution.y[:6])
         length = float(np.linalg.norm(turned))
-        if not length > 0.0:
-            return None
+        if solution.outcome != ConicOutcome.INFEASIBLE or not length > 0.0:
+            return None, None
+        reach = self._reach(wrench, solution, programme, turned)
+        return (turned / length, reach) if reach >= LARGEST_FORCES * programme.size else (None, None)
+
+    def _reach(
+        self, wrench: FloatArray, solution: ConicSolution, programme: CoupledProgramme, y: FloatArray
+    ) -> float:
+        """Return up to which forces y and the multipliers of coupled limits prove that nothing holds."""
         by_equation, by_row = programme.weights
-        # of newtons, where y multiplies a load over its size
-        unit = programme.size / length
+        unit = programme.size / (float(np.linalg.norm(y)) or 1.0)
         implied = self._limits.implied(
             solution.y[6:] * by_equation * unit, solution.z[programme.first :] * by_row * unit
         )
-        reach = certified_reach(self._grasp, wrench, turned / length, implied=implied)
-        return (turned / length, reach) if reach >= LARGEST_FORCES * programme.size else None
+        return certified_reach(self._grasp, wrench, y * (unit / programme.size), implied=implied)
 
-    def _involved(self, solution: ConicSolution) -> str:
+    def _involved(self, solution: ConicSolution, programme: CoupledProgramme) -> str:
         """Name the coupled limits that a proof counts on."""
-        e, names, blocks = len(self._limits.b), self._limits.names, self._programme.blocks
-        weights = np.abs(solution.y[6:]).tolist()
-        coupled = blocks[-1 - len(self._limits.sizes) :]
-        z = np.abs(solution.z[-int(coupled[-1] - coupled[0]) :] if len(coupled) > 1 else np.zeros(0))
-        weights += [float(z[a - coupled[0] : b - coupled[0]].max()) for a, b in zip(coupled[:-1], coupled[1:], strict=True)]
-        most = max(weights, default=0.0)
-        assert len(weights) == len(names) and e <= len(names)
-        counted = [name for name, weight in zip(names, weights, strict=True) if weight > 1e-6 * most > 0.0]
-        return ", ".join(counted) or "bounds of normal forces"
+        z, starts = np.abs(solution.z[programme.first :]), np.cumsum([0, *self._limits.sizes])
+        weights = [*np.abs(solution.y[6:]).tolist(), *(float(z[a:b].max()) for a, b in pairwise(starts.tolist()))]
+        least = INVOLVED * max(weights, default=0.0)
+        names = zip(self._limits.names, weights, strict=True)
+        return ", ".join(name for name, weight in names if weight > least) or "bounds of normal forces"
 
 
 def _check(grasp: GraspContacts) -> None:

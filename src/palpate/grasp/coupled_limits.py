@@ -87,7 +87,9 @@ class CoupledLimits:
         a, b = [Fraction(0)] * self.G.shape[1], Fraction(0)
         for weight, row, limit in rows:
             if weight:
-                a = [each + weight * Fraction(entry) if entry else each for each, entry in zip(a, row, strict=True)]
+                a = [
+                    each + weight * Fraction(entry) if entry else each for each, entry in zip(a, row, strict=True)
+                ]
                 b += weight * Fraction(limit)
         return a, b
 

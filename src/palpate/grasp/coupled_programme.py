@@ -6,6 +6,8 @@ one: see `statement`.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from palpate.errors import FloatArray
@@ -75,7 +77,7 @@ class CoupledProgramme:
         starts = np.cumsum([0, *limits.sizes])
         block = np.repeat(np.arange(len(limits.sizes)), limits.sizes)
         each = _largest(coupled)
-        sizes_g = np.array([each[a:b].max() for a, b in zip(starts[:-1], starts[1:], strict=True)])[block]
+        sizes_g = np.array([each[a:b].max() for a, b in pairwise(starts.tolist())])[block]
         self._G = np.concatenate(
             [-normal, normal[bounded], peaks, cones.reshape(4 * n, size), coupled / sizes_g[:, None]]
         )

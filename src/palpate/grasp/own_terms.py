@@ -1,4 +1,4 @@
-"""Objectives and limits of one's own, as CasADi expressions in the forces: traced once, and sorted by what they are.
+"""Objectives and limits of one's own, as CasADi expressions in the forces: traced once, and sorted.
 
 What is linear, a convex quadratic, or a length below something linear, becomes numbers for `conic`; the rest is
 compiled with its derivatives, for `sequential`.
@@ -183,7 +183,7 @@ def _relations(subject_to: Callable[[Any], Any] | None, x: Any) -> Iterable[tupl
         name = f"subject_to[{i}]"
         if not isinstance(each, SX):
             raise InvalidValueError(
-                f"{name}: is a {type(each).__name__}: must be a CasADi relation of the forces, such as w[0, 0] <= 5"
+                f"{name}: is a {type(each).__name__}: must be a relation of the forces, such as w[0, 0] <= 5"
             )
         if each.numel() == 1:
             yield name, each

@@ -14,8 +14,9 @@ class SolveStatus(Enum):
     SOLVED = "solved"
     """Optimal, within all limits."""
     INFEASIBLE = "infeasible"
-    """No forces within the limits hold the load: `certificate` proves it, or a largest margin below zero. Forces
-    keep all limits and leave least of the load; those of max_margin balance it, and exceed the limits least."""
+    """No forces within the limits hold the load: `certificate` proves it, or a largest margin below zero; where
+    limits exclude each other whatever the load, `reason` names them, and forces are zero. Otherwise forces keep
+    all limits and leave least of the load; those of max_margin balance it, and exceed the limits least."""
     MAX_ITERATIONS = "max iterations"
     """Undecided; forces keep all limits of the contacts and hold the load but for `equilibrium_residual`."""
     INVALID = "invalid"

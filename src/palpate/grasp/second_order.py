@@ -23,7 +23,7 @@ def descent_within(
     """Return a unit direction in which a stationary point falls, shape (N,); None if there is none.
 
     Limits with a multiplier above their slack are taken to hold; a cone that is touched away from its apex bends
-    by z0 / |s1| across (Bonnans & Ramirez 2005, "Perturbation analysis of second-order cone programming problems").
+    by z0 / |s1| across (Bonnans & Ramirez 2005, "Perturbation analysis of second-order cone programming").
 
     Args:
         base: Limits that are convex; its blocks are the last of the solution's.

@@ -2,10 +2,10 @@
 
     least  f(w) + v'P v / 2 + q'v   with   A v = b,   h - G v in cones,   g(w) <= 0 or = 0,   w = S v
 
-Each step solves `conic` with f and g replaced by their Taylor series: of second order with the Lagrangian's Hessian,
+Each step solves `conic` with f and g replaced by Taylor series: of second order with the Lagrangian's Hessian,
 made convex within A dv = 0 by turning negative eigenvalues positive (Gill, Murray & Wright 1981, "Practical
 Optimization", 4.4.2.1), and with g as a penalty so that there always is one (Fletcher 1985, "An l1 penalty method
-for nonlinear constraints"). Friction cones are never rounded or linearised, so that their apex is no special place.
+for nonlinear constraints"). Friction cones are never rounded or linearised: their apex is no special place.
 Nothing is called solved without its optimality conditions, of first and second order, at the very forces given.
 """
 
@@ -21,7 +21,7 @@ from palpate.grasp.conic import ConicOutcome, ConicProgramme, ConicSolution
 from palpate.grasp.own_terms import SmoothTerms
 from palpate.grasp.second_order import descent_within
 
-__all__ = ["Sequence", "Stationary"]
+__all__ = ["ENDLESS", "Sequence", "Stationary"]
 
 TOLERANCE = 1e-8
 """Of the optimality conditions, with objective and limits of about one."""
@@ -35,14 +35,40 @@ FIRST_PENALTY, LAST_PENALTY = 10.0, 1e7
 FLAT = 1e-7
 """Least curvature, over the largest: keeps steps finite where the objective is straight."""
 
+STAYS = 1e-6
+"""Step, over the forces, that is none."""
+
 SHORTEST = 1e-6
 """Share of a step below which there is no use."""
 
 ASIDE = (0.1, -0.1)
 """Steps along a direction in which a saddle falls, over the load."""
 
+ENDLESS = "the objective falls without end: give every contact a force_max"
+
 SADDLES = 3
 """Left at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """Objective and terms at v, with derivatives.
+
+    Attributes:
+        v: Unknowns, shape (N,).
+        f: The objective.
+        slope: Its gradient, shape (N,).
+        g: The terms, shape (count,).
+        jacobian: Theirs, shape (count, N).
+        hessian: The Lagrangian's, shape (N, N).
+    """
+
+    v: FloatArray
+    f: float
+    slope: FloatArray
+    g: FloatArray
+    jacobian: FloatArray
+    hessian: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +80,9 @@ class Stationary:
         dual: Multipliers of A v = b.
         multipliers: Of g, shape (count,).
         steps: Convex problems solved.
-        error: By how much the optimality conditions are missed, over the tolerance.
-        violated: By how much each g is beyond its limit, scaled, shape (count,).
+        merit: Objective, with the price of limits that are exceeded.
+        point: The terms there.
+        last: The convex problem that led there; None if there was none.
         reason: Why it is not solved; "" if it is.
     """
 
@@ -63,20 +90,10 @@ class Stationary:
     dual: FloatArray
     multipliers: FloatArray
     steps: int
-    error: float
-    violated: FloatArray
     merit: float
+    point: _Point
+    last: ConicSolution | None
     reason: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Point:
-    v: FloatArray
-    f: float
-    slope: FloatArray
-    g: FloatArray
-    jacobian: FloatArray
-    hessian: FloatArray
 
 
 class Sequence:
@@ -96,8 +113,8 @@ class Sequence:
         first = self._at(start, np.zeros(terms.count))
         if terms.has_objective:
             self._over_f = 1.0 / (max(_most(first.slope), _most(first.hessian)) or 1.0)
-        self._over_g = 1.0 / np.maximum(np.abs(first.jacobian).max(axis=1, initial=0.0), np.abs(first.g))
-        self._over_g[~np.isfinite(self._over_g)] = 1.0
+        large = np.maximum(np.abs(first.jacobian).max(axis=1, initial=0.0), np.abs(first.g))
+        self._over_g = 1.0 / np.where((large > 0.0) & (large < np.inf), large, 1.0)
         # directions in which nothing changes that A holds
         _, values, rows = np.linalg.svd(base.A)
         rank = int((values > 1e-12 * values[0]).sum())
@@ -112,11 +129,10 @@ class Sequence:
         """Return a local optimum near v, or how far it came."""
         found = self._descend(v, multipliers)
         for _ in range(SADDLES):
-            if found.reason:
+            if found.reason or found.last is None:
                 return found
-            point = self._at(found.v, found.multipliers)
-            solution = self._step(point, found.multipliers, self._penalty)
-            away = descent_within(self._base, solution, self._curvature(point), point.jacobian, found.multipliers)
+            curvature, jacobian = self._base.P + found.point.hessian, found.point.jacobian
+            away = descent_within(self._base, found.last, curvature, jacobian, found.multipliers)
             if away is None:
                 return found
             tried = [self._descend(found.v + aside * away, None) for aside in ASIDE]
@@ -132,16 +148,16 @@ class Sequence:
         multipliers = np.zeros(terms.count) if multipliers is None else multipliers
         self._penalty = max(FIRST_PENALTY, 2.0 * _most(multipliers))
         now, best, steps, dual = self._at(v, multipliers), math.inf, 0, np.zeros(base.b.size)
-        reason = f"no local optimum after {MAX_STEPS} convex problems"
-        error, least = math.inf, math.inf
-        for steps in range(1, MAX_STEPS + 1):
+        reason, solution = f"no local optimum after {MAX_STEPS} convex problems", None
+        for _ in range(MAX_STEPS):
+            steps += 1
             if not _finite(now):
                 reason = "objective or limits have no value or no slope at some forces"
                 break
-            solution = self._step(now, multipliers, self._penalty)
+            solution = self._step(now, self._penalty)
             if solution.outcome != ConicOutcome.SOLVED and not solution.error < 1e3:
                 reason = (
-                    "the objective falls without end: give every contact a force_max"
+                    ENDLESS
                     if solution.outcome == ConicOutcome.UNBOUNDED
                     else "a convex problem on the way was not solved"
                 )
@@ -150,19 +166,17 @@ class Sequence:
             reached, multipliers = solution.x[:size], self._multipliers(solution)
             dual = solution.y
             full = self._at(reached, multipliers)
-            if not _finite(full):
-                full_error = math.inf
-            else:
-                full_error = self._error(full, solution, multipliers)
-            if full_error <= 1.0:
-                now, error, reason = full, full_error, ""
+            error = self._error(full, solution, multipliers) if _finite(full) else math.inf
+            if error <= 1.0:
+                now, reason = full, ""
                 break
             beyond = solution.x[size:]
-            if _most(beyond) > TOLERANCE and np.linalg.norm(reached - now.v) < 1e-6 * (1.0 + np.linalg.norm(now.v)):
+            stays = _most(reached - now.v) < STAYS * (1.0 + _most(now.v))
+            if stays and _most(beyond) > TOLERANCE:
                 if self._penalty >= LAST_PENALTY:
                     worst = int(np.argmax(beyond))
                     reason = f"near here no forces keep {terms.names[worst]} with all other limits"
-                    now, error = full, full_error
+                    now = full
                     break
                 self._penalty *= 100.0
             merit, step = self._merit(now), reached - now.v
@@ -170,21 +184,16 @@ class Sequence:
             share = 1.0
             while share > SHORTEST:
                 tried = full if share == 1.0 else self._at(now.v + share * step, multipliers)
-                if share == 1.0 and full_error < 0.5 * best:
+                if share == 1.0 and error < 0.5 * best:
                     break
                 if self._merit(tried) <= merit - 1e-4 * share * max(promised, 0.0):
                     break
                 share *= 0.5
             else:
-                least = min(least, full_error)
                 reason = "no step lowers the objective any more, and the optimality conditions are missed"
-                error = full_error
                 break
-            best = min(best, full_error)
-            now, error = tried, full_error
-        return Stationary(
-            now.v, dual, multipliers, steps, error, self._violation(now), self._merit(now), reason
-        )
+            best, now = min(best, error), tried
+        return Stationary(now.v, dual, multipliers, steps, self._merit(now), now, solution, reason)
 
     def _at(self, v: FloatArray, multipliers: FloatArray) -> _Point:
         """Return all terms, scaled, and the Lagrangian's Hessian for scaled multipliers."""
@@ -197,14 +206,11 @@ class Sequence:
         square[:n, :n] = self._over_f * units[:, None] * hessian * units
         return _Point(v, self._over_f * f, full, self._over_g * g, wide, square)
 
-    def _curvature(self, point: _Point) -> FloatArray:
-        return np.asarray(self._base.P + point.hessian)
-
-    def _step(self, point: _Point, multipliers: FloatArray, penalty: float) -> ConicSolution:
+    def _step(self, point: _Point, penalty: float) -> ConicSolution:
         """Solve the convex problem at a point; unknowns are v, then by how much each g is exceeded."""
         base, count, size = self._base, self._terms.count, point.v.size
         Z = self._along
-        values, vectors = np.linalg.eigh(Z.T @ self._curvature(point) @ Z)
+        values, vectors = np.linalg.eigh(Z.T @ (base.P + point.hessian) @ Z)
         values = np.maximum(np.abs(values), FLAT * max(_most(values), 1e-3))
         turned = Z @ vectors
         P, q = np.zeros((size + count, size + count)), np.full(size + count, penalty)
@@ -252,14 +258,24 @@ class Sequence:
         """Return by how much the optimality conditions are missed, over the tolerance."""
         base = self._base
         z = solution.z[-len(base.h) :]
-        parts = (base.P @ point.v + base.q, point.slope, base.A.T @ solution.y, base.G.T @ z, point.jacobian.T @ multipliers)
+        parts = (
+            base.P @ point.v + base.q,
+            point.slope,
+            base.A.T @ solution.y,
+            base.G.T @ z,
+            point.jacobian.T @ multipliers,
+        )
         lacking = _most(sum(parts, np.zeros(point.v.size))) / max(1.0, *(_most(each) for each in parts))
         slack = base.h - base.G @ point.v
+        first = base.blocks[:-1]
+        tails = np.add.reduceat(slack**2, first) - slack[first] ** 2
+        beyond = np.sqrt(np.maximum(tails, 0.0)) - slack[first]
+        lost = max(float(beyond.max()), _most(base.A @ point.v - base.b)) / max(1.0, _most(slack))
         # of cones the product is the sum over a block
-        product = np.add.reduceat(slack * z, base.blocks[:-1])
+        product = np.add.reduceat(slack * z, first)
         products = max(_most(product), _most(np.where(self._terms.is_equation, 0.0, multipliers * point.g)))
         products /= max(1.0, _most(z), _most(multipliers))
-        return max(lacking, products, _most(self._violation(point)), 1e-3 * solution.error * TOLERANCE) / TOLERANCE
+        return max(lacking, products, _most(self._violation(point)), lost) / TOLERANCE
 
 
 def _most(array: FloatArray) -> float:

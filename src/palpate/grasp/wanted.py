@@ -56,7 +56,8 @@ class Wanted:
     @property
     def is_coupled(self) -> bool:
         """Whether anything is wanted beyond a named objective."""
-        return not (self.own_objective is self.subject_to is self.shared_actuators is None)
+        given = (self.own_objective, self.subject_to, self.shared_actuators)
+        return any(each is not None for each in given)
 
     def __copy__(self) -> Wanted:
         """Return itself: nothing of it changes."""
@@ -75,8 +76,8 @@ class Wanted:
         for name, function in (("objective", self.own_objective), ("subject_to", self.subject_to)):
             if function is not None and not _found_by_name(function):
                 raise InvalidValueError(
-                    f"{name} = {function!r}: cannot be pickled, since no other process finds it by its name; define "
-                    "it by `def` at the top of a module instead of as a lambda or inside a function"
+                    f"{name} = {function!r}: cannot be pickled, since no other process finds it by its name; "
+                    "define it by `def` at the top of a module, not as a lambda or inside a function"
                 )
         objective = self.objective if self.own_objective is None else self.own_objective
         return Wanted.of, (objective, self.effort_weight, self.subject_to, copy.copy(self.shared_actuators))
