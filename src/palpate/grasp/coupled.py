@@ -28,7 +28,7 @@ __all__ = ["Coupled"]
 SLACK = 1e-9
 """Largest margin below zero, over the load, that is none."""
 
-INVOLVED = 1e-6
+INVOLVED = 1e-3
 """Multiplier of a proof, over the largest, up to which a limit is not named."""
 
 
@@ -175,11 +175,18 @@ class Coupled:
         length = float(np.linalg.norm(load)) or 1.0
         bearable = most.of(load / length, size * length).solve()
         factor, w = None, np.zeros(4 * self._contacts)
-        certificate, reach = self._proof(wrench, solution, programme)
+        certificate: FloatArray | None = None
+        reach: float | None = None
+        if solution.outcome == ConicOutcome.INFEASIBLE:
+            certificate, reach = self._proof(wrench, solution, programme)
         infeasible, reason = certificate is not None, "undecided"
         if bearable.outcome == ConicOutcome.SOLVED:
             w, factor = most.forces(bearable.x), float(bearable.x[-1])
-            if solution.outcome == ConicOutcome.INFEASIBLE:
+            if certificate is None and solution.outcome != ConicOutcome.UNBOUNDED:
+                # what bounds the factor proves as much, also where the load is hardly too large
+                certificate, reach = self._proof(wrench, bearable, most)
+                infeasible = certificate is not None
+            if factor < 1.0:
                 reason = f"the limits leave {factor:.6g} of the load at most"
         elif bearable.outcome == ConicOutcome.INFEASIBLE:
             infeasible = self._reach(wrench, bearable, most, np.zeros(6)) > 0.0
@@ -204,7 +211,7 @@ class Coupled:
         """Return y as a certificate, with its reach, if exact arithmetic agrees."""
         turned = self._scaled.multiplier(solution.y[:6])
         length = float(np.linalg.norm(turned))
-        if solution.outcome != ConicOutcome.INFEASIBLE or not length > 0.0:
+        if not length > 0.0:
             return None, None
         reach = self._reach(wrench, solution, programme, turned)
         return (turned / length, reach) if reach >= LARGEST_FORCES * programme.size else (None, None)

@@ -130,6 +130,8 @@ class OwnTerms:
                 smooth = value if quadratic is None else None
             equations, blocks, rest = [], [], []
             for name, relation in _relations(subject_to, x):
+                if relation.is_constant() and float(relation) == 1.0:
+                    continue  # CasADi knows that it always holds
                 lower, upper, equal = _sides(name, relation, w)
                 term = lower - upper
                 if equal and casadi.is_linear(term, w):
@@ -193,6 +195,8 @@ def _relations(subject_to: Callable[[Any], Any] | None, x: Any) -> Iterable[tupl
 
 def _sides(name: str, relation: Any, w: Any) -> tuple[Any, Any, bool]:
     """Return (a, b, whether equal) of a <= b or a == b."""
+    if relation.is_constant() and float(relation) == 0.0:
+        raise InvalidValueError(f"{name}: does not hold, whatever the forces; CasADi has simplified it to 0")
     equal = relation.is_op(casadi.OP_EQ)
     if not equal and not any(relation.is_op(each) for each in _LESS):
         raise InvalidValueError(
