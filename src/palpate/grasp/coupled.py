@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -27,9 +27,6 @@ __all__ = ["Coupled"]
 
 SLACK = 1e-9
 """Largest margin below zero, over the load, that is none."""
-
-INVOLVED = 1e-3
-"""Multiplier of a proof, over the largest, up to which a limit is not named."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,9 +83,9 @@ class Coupled:
             return self._convex(wrench, load, size)
         return self._by_sequence(wrench, load, size, self._terms.smooth, warm=warm)
 
-    def _stated(self, objective: Objective | Quadratic) -> CoupledProgramme:
-        weight = self._wanted.effort_weight
-        return CoupledProgramme(self._grasp, self._scaled, objective, weight, self._limits)
+    def _stated(self, objective: Objective | Quadratic, only: Collection[int] | None = None) -> CoupledProgramme:
+        limits = self._limits if only is None else self._limits.chosen(only)
+        return CoupledProgramme(self._grasp, self._scaled, objective, self._wanted.effort_weight, limits)
 
     def _convex(self, wrench: FloatArray, load: FloatArray, size: float) -> GraspForces:
         solution = self._programme.of(load, size).solve()
@@ -191,7 +188,7 @@ class Coupled:
         elif bearable.outcome == ConicOutcome.INFEASIBLE:
             infeasible = self._reach(wrench, bearable, most, np.zeros(6)) > 0.0
             certificate = reach = None
-            reason = f"limits exclude each other, whatever the load: {self._involved(bearable, most)}"
+            reason = f"limits exclude each other, whatever the load: {self._excluding(load, size)}"
         if solution.outcome == ConicOutcome.UNBOUNDED:
             reason = ENDLESS
         elif solution.outcome == ConicOutcome.INFEASIBLE and not infeasible:
@@ -227,13 +224,17 @@ class Coupled:
         )
         return certified_reach(self._grasp, wrench, y * (unit / programme.size), implied=implied)
 
-    def _involved(self, solution: ConicSolution, programme: CoupledProgramme) -> str:
-        """Name the coupled limits that a proof counts on."""
-        z, starts = np.abs(solution.z[programme.first :]), np.cumsum([0, *self._limits.sizes])
-        weights = [*np.abs(solution.y[6:]).tolist(), *(float(z[a:b].max()) for a, b in pairwise(starts.tolist()))]
-        least = INVOLVED * max(weights, default=0.0)
-        names = zip(self._limits.names, weights, strict=True)
-        return ", ".join(name for name, weight in names if weight > least) or "bounds of normal forces"
+    def _excluding(self, load: FloatArray, size: float) -> str:
+        """Name coupled limits that exclude each other, none of which could be left out (Chinneck's deletion)."""
+        kept = list(range(len(self._limits.names)))
+        for each in tuple(kept):
+            fewer = [k for k in kept if k != each]
+            if (
+                self._stated(Objective.LOAD_FACTOR, fewer).of(load, size).solve().outcome
+                == ConicOutcome.INFEASIBLE
+            ):
+                kept = fewer
+        return ", ".join(self._limits.names[k] for k in kept) or "bounds of normal forces"
 
 
 def _check(grasp: GraspContacts) -> None:

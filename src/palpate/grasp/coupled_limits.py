@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -68,6 +68,17 @@ class CoupledLimits:
             self.sizes + other.sizes,
             self.names[:e] + other.names[:o] + self.names[e:] + other.names[o:],
         )
+
+    def chosen(self, which: Collection[int]) -> CoupledLimits:
+        """Return some of them, as `names` counts."""
+        e = len(self.b)
+        equations = [k for k in range(e) if k in which]
+        blocks = [k for k in range(len(self.sizes)) if e + k in which]
+        ends = np.cumsum([0, *self.sizes])
+        rows = [i for k in blocks for i in range(ends[k], ends[k + 1])]
+        names = tuple(self.names[k] for k in [*equations, *(e + k for k in blocks)])
+        sizes = tuple(self.sizes[k] for k in blocks)
+        return CoupledLimits(self.A[equations], self.b[equations], self.G[rows], self.h[rows], sizes, names)
 
     def implied(self, y: FloatArray, z: FloatArray) -> tuple[list[Fraction], Fraction]:
         """Return a and b with a . w <= b for all w within the limits, exactly.

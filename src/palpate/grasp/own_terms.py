@@ -27,6 +27,20 @@ SEMIDEFINITE = 1e-12
 
 _LESS = (casadi.OP_LE, casadi.OP_LT)
 
+_NO_OPERATION = {casadi.OP_ASSIGN, casadi.OP_CONST, casadi.OP_INPUT, casadi.OP_OUTPUT}
+
+_RATIONAL = _NO_OPERATION | {
+    getattr(casadi, f"OP_{name}") for name in "ADD SUB MUL DIV NEG INV SQ TWICE POW CONSTPOW".split()
+}
+"""Of others CasADi may say that they are quadratic, fabs and fmax among them, since their curvature is 0."""
+
+_SMOOTH = _RATIONAL | {
+    getattr(casadi, f"OP_{name}")
+    for name in (
+        "EXP LOG SQRT SIN COS TAN ASIN ACOS ATAN ATAN2 SINH COSH TANH ASINH ACOSH ATANH ERF EXPM1 LOG1P HYPOT"
+    ).split()
+}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Quadratic:
@@ -134,7 +148,7 @@ class OwnTerms:
                     continue  # CasADi knows that it always holds
                 lower, upper, equal = _sides(name, relation, w)
                 term = lower - upper
-                if equal and casadi.is_linear(term, w):
+                if equal and _is_linear(term, w):
                     equations.append((*_row(term, w), name))
                     continue
                 block = None if equal else _block(term, w)
@@ -143,6 +157,13 @@ class OwnTerms:
                 else:
                     blocks += [(G, h, name) for G, h in block]
             limits = CoupledLimits.of(contacts, equations, blocks)
+            for name, term in [("objective", smooth), *((name, term) for term, _, name in rest)]:
+                if term is not None and not _operations(term, w) <= _SMOOTH:
+                    raise InvalidValueError(
+                        f"{name}: has a kink or a jump (fabs, fmax, fmin, if_else, floor, sign or a comparison), "
+                        "where no optimality condition could be checked: state each side as a limit of its own, or "
+                        "what is smooth, such as sqrt(x^2 + d^2) for fabs(x)"
+                    )
             if smooth is None and not rest:
                 return cls(quadratic, limits, None)
             return cls(quadratic, limits, SmoothTerms(w, smooth, rest, tuple(name for _, _, name in rest)))
@@ -205,6 +226,19 @@ def _sides(name: str, relation: Any, w: Any) -> tuple[Any, Any, bool]:
     return _scalar(name, relation.dep(0), w), _scalar(name, relation.dep(1), w), equal
 
 
+def _operations(term: Any, w: Any) -> set[int]:
+    function = casadi.Function("term", [w], [term])
+    return {function.instruction_id(k) for k in range(function.n_instructions())}
+
+
+def _is_linear(term: Any, w: Any) -> bool:
+    return bool(casadi.is_linear(term, w)) and _operations(term, w) <= _RATIONAL
+
+
+def _is_quadratic(term: Any, w: Any) -> bool:
+    return bool(casadi.is_quadratic(term, w)) and _operations(term, w) <= _RATIONAL
+
+
 def _row(term: Any, w: Any) -> tuple[FloatArray, float]:
     """Return a and b of a'w - b."""
     slope, constant = casadi.linear_coeff(term, w)
@@ -219,7 +253,7 @@ def _form(term: Any, w: Any) -> tuple[FloatArray, FloatArray, float]:
 
 def _convex(term: Any, w: Any) -> Quadratic | None:
     """Return an expression as a convex quadratic, if it is one."""
-    if not casadi.is_quadratic(term, w):
+    if not _is_quadratic(term, w):
         return None
     form = Quadratic(*_form(term, w))
     return None if _factor(form.P) is None else form
@@ -236,14 +270,14 @@ def _factor(P: FloatArray) -> FloatArray | None:
 
 def _block(term: Any, w: Any) -> list[tuple[FloatArray, FloatArray]] | None:
     """Return term <= 0 as h - G w in cones, if it is linear, a convex quadratic, or has one length or size."""
-    if casadi.is_linear(term, w):
+    if _is_linear(term, w):
         row, limit = _row(term, w)
         return [(row[None], np.array([limit]))]
-    if casadi.is_quadratic(term, w):
+    if _is_quadratic(term, w):
         return _below(*_form(term, w))
     curved, linear = [], SX(0)
     for factor, part in _summands(term):
-        if casadi.is_linear(part, w):
+        if _is_linear(part, w):
             linear += factor * part
         else:
             curved.append((factor, part))
@@ -251,10 +285,10 @@ def _block(term: Any, w: Any) -> list[tuple[FloatArray, FloatArray]] | None:
         return None
     ((factor, part),) = curved
     row, limit = _row(linear, w)
-    if part.is_op(casadi.OP_FABS) and casadi.is_linear(part.dep(0), w):
+    if part.is_op(casadi.OP_FABS) and _is_linear(part.dep(0), w):
         size, zero = _row(part.dep(0), w)
         return [((row + a * size)[None], np.array([limit + a * zero])) for a in (factor, -factor)]
-    if part.is_op(casadi.OP_SQRT) and casadi.is_quadratic(part.dep(0), w):
+    if part.is_op(casadi.OP_SQRT) and _is_quadratic(part.dep(0), w):
         P, q, c = _form(part.dep(0), w)
         # w'P w / 2 + q'w + c = |L (w, 1)|^2
         length = _factor(np.block([[0.5 * P, 0.5 * q[:, None]], [0.5 * q[None], np.array([[c]])]]))
