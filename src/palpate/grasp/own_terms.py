@@ -30,15 +30,16 @@ _LESS = (casadi.OP_LE, casadi.OP_LT)
 _NO_OPERATION = {casadi.OP_ASSIGN, casadi.OP_CONST, casadi.OP_INPUT, casadi.OP_OUTPUT}
 
 _RATIONAL = _NO_OPERATION | {
-    getattr(casadi, f"OP_{name}") for name in "ADD SUB MUL DIV NEG INV SQ TWICE POW CONSTPOW".split()
+    *(casadi.OP_ADD, casadi.OP_SUB, casadi.OP_MUL, casadi.OP_DIV, casadi.OP_NEG, casadi.OP_INV),
+    *(casadi.OP_SQ, casadi.OP_TWICE, casadi.OP_POW, casadi.OP_CONSTPOW),
 }
 """Of others CasADi may say that they are quadratic, fabs and fmax among them, since their curvature is 0."""
 
 _SMOOTH = _RATIONAL | {
-    getattr(casadi, f"OP_{name}")
-    for name in (
-        "EXP LOG SQRT SIN COS TAN ASIN ACOS ATAN ATAN2 SINH COSH TANH ASINH ACOSH ATANH ERF EXPM1 LOG1P HYPOT"
-    ).split()
+    *(casadi.OP_EXP, casadi.OP_LOG, casadi.OP_SQRT, casadi.OP_EXPM1, casadi.OP_LOG1P, casadi.OP_ERF),
+    *(casadi.OP_SIN, casadi.OP_COS, casadi.OP_TAN, casadi.OP_ASIN, casadi.OP_ACOS, casadi.OP_ATAN),
+    *(casadi.OP_SINH, casadi.OP_COSH, casadi.OP_TANH, casadi.OP_ASINH, casadi.OP_ACOSH, casadi.OP_ATANH),
+    *(casadi.OP_ATAN2, casadi.OP_HYPOT),
 }
 
 
@@ -161,7 +162,7 @@ class OwnTerms:
                 if term is not None and not _operations(term, w) <= _SMOOTH:
                     raise InvalidValueError(
                         f"{name}: has a kink or a jump (fabs, fmax, fmin, if_else, floor, sign or a comparison), "
-                        "where no optimality condition could be checked: state each side as a limit of its own, or "
+                        "where no optimality condition can be checked: state each side as a limit of its own, or "
                         "what is smooth, such as sqrt(x^2 + d^2) for fabs(x)"
                     )
             if smooth is None and not rest:
