@@ -2,7 +2,8 @@
 
     python benchmarks/own_objective.py [--loads 200]
 
-Processor time, so set OMP_NUM_THREADS=1; loads move by 1 % from one to the next. IPOPT solves the same by `casadi.Opti`.
+Processor time, so set OMP_NUM_THREADS=1; loads move by 1 % from one to the next. IPOPT solves the same by
+`casadi.Opti`.
 """
 
 import argparse
@@ -10,13 +11,13 @@ import sys
 import time
 from pathlib import Path
 
-tests = Path(__file__).resolve().parents[1] / "tests"
-sys.path.append(str(tests))
-sys.path.append(str(tests / "grasp"))
-
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "grasp"))
+
 from test_own_objective import CONVEX, LOAD, OTHERS, SHARED, ring
 
 from palpate.grasp import GraspForceOptimizer
