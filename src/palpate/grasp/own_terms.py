@@ -83,7 +83,7 @@ class SmoothTerms:
         multipliers = SX.sym("multipliers", self.count)
         lagrangian = f + casadi.dot(multipliers, g)
         wanted = [f, casadi.gradient(f, w), g, casadi.jacobian(g, w), casadi.hessian(lagrangian, w)[0]]
-        once = casadi.cse([casadi.densify(each) for each in wanted])
+        once: Any = casadi.cse([casadi.densify(each) for each in wanted])
         (function,) = Compiled().prepare([casadi.Function("own_terms", [w, multipliers], once)])
         n = w.numel()
         self._given = np.zeros(n), np.zeros(self.count)
