@@ -16,11 +16,9 @@ from rich.console import Console
 from rich.table import Table
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "grasp"))
-
-from test_own_objective import CONVEX, LOAD, OTHERS, SHARED, ring
 
 from palpate.grasp import GraspForceOptimizer
+from support.coupled_grasps import CONVEX, LOAD, OTHERS, SHARED, ring
 from support.opti_grasp import opti_forces
 
 

@@ -55,39 +55,36 @@ def scale(s: Any, z: Any, blocks: Any, w: Any, eta: Any, middle: Any) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
+def _turned(w: Any, side: float, v: Any, first: int, end: int, out: Any) -> None:
+    """Fill a block of out with W v / eta for `side` = 1, with eta W^-1 v for -1: w's tail changes its sign."""
+    along = 0.0
+    for i in range(first + 1, end):
+        along += w[i] * v[i]
+    head = v[first]
+    share = along / (1.0 + w[first]) + side * head
+    out[first] = w[first] * head + side * along
+    for i in range(first + 1, end):
+        out[i] = v[i] + share * w[i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def scaled(w: Any, eta: Any, blocks: Any, v: Any, out: Any) -> None:
-    """Fill out = W v."""
+    """Fill out = W v; out may be neither v nor w."""
     for b in range(blocks.shape[0] - 1):
         first, end = blocks[b], blocks[b + 1]
-        if end == first + 1:
-            out[first] = eta[b] * v[first]
-            continue
-        along = 0.0
-        for i in range(first + 1, end):
-            along += w[i] * v[i]
-        head = v[first]
-        share = head + along / (1.0 + w[first])
-        out[first] = eta[b] * (w[first] * head + along)
-        for i in range(first + 1, end):
-            out[i] = eta[b] * (v[i] + share * w[i])
+        _turned(w, 1.0, v, first, end, out)
+        for i in range(first, end):
+            out[i] *= eta[b]
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
 def unscaled(w: Any, eta: Any, blocks: Any, v: Any, out: Any) -> None:
-    """Fill out = W^-1 v."""
+    """Fill out = W^-1 v; out may be neither v nor w."""
     for b in range(blocks.shape[0] - 1):
         first, end = blocks[b], blocks[b + 1]
-        if end == first + 1:
-            out[first] = v[first] / eta[b]
-            continue
-        along = 0.0
-        for i in range(first + 1, end):
-            along += w[i] * v[i]
-        head = v[first]
-        share = along / (1.0 + w[first]) - head
-        out[first] = (w[first] * head - along) / eta[b]
-        for i in range(first + 1, end):
-            out[i] = (v[i] + share * w[i]) / eta[b]
+        _turned(w, -1.0, v, first, end, out)
+        for i in range(first, end):
+            out[i] /= eta[b]
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
