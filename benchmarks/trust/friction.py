@@ -1,8 +1,8 @@
 """Friction, as `palpate friction` finds it.
 
 Rubs in closed form through the survey and the estimator: default loads and speeds, white noise of 10 mN and
-0.1 mN m at 500 Hz, a calibration off by 0.3 % and a zero off by 5 mN, as `SensorErrors` says. Of a surface whose
-mu differs by place or direction the truth is the mean over the surface.
+0.1 mN m at 500 Hz, a calibration off by 0.3 % and a zero off by 5 mN that wanders within this by 1 mN/s, as
+`SensorErrors` says. Of a surface whose mu differs by place or direction the truth is the mean over the surface.
 """
 
 import math
@@ -77,10 +77,19 @@ class Rubber:
         q, r = np.linalg.qr(self.rng.normal(size=(3, 3)))
         self.rotation = q * np.sign(np.diag(r))
         self.rotation[:, 2] *= np.sign(np.linalg.det(self.rotation))
-        self.zero = self.rng.normal(size=6) * np.repeat([self.errors.force_zero, self.errors.moment_zero], 3)
+        self.zero = self.rng.normal(size=6) * self.zero_sd
         self.gain = 1.0 + self.errors.calibration * self.rng.normal(size=6) / math.sqrt(2.0)
         self.axis, self.where = self.rng.uniform(0.0, math.pi), self.rng.uniform(0.0, 0.008, 2)
         self.side = self.rng.uniform(0.0, 2.0 * math.pi)
+
+    @property
+    def zero_sd(self):
+        return np.repeat([self.errors.force_zero, self.errors.moment_zero], 3)
+
+    def wandered(self, seconds):
+        """Return the zero so much later: it moves by `force_drift` at first, and keeps its spread."""
+        kept = math.exp(-0.5 * (seconds * self.errors.force_drift / self.errors.force_zero) ** 2)
+        return kept * self.zero + math.sqrt(1.0 - kept**2) * self.zero_sd * self.rng.normal(size=6)
 
     def stroke(self, rub, sense, begin):
         n = round((rub.duration + 2.0 * PAUSE / 4.0) * RATE)
@@ -112,7 +121,8 @@ class Rubber:
         f[:, :2] = np.where(part[:, None] != 0.0, f[:, :2], 0.0)
         arm = np.array([0.004, -0.003, 0.02])
         m = np.cross(arm, f) + np.outer(q, [0.0, 0.0, 1.0])
-        wrench = np.hstack([f, m]) * self.gain + self.zero
+        before, self.zero = self.zero, self.wandered(t[-1] + PAUSE)
+        wrench = np.hstack([f, m]) * self.gain + before + np.outer(t / (t[-1] + PAUSE), self.zero - before)
         e, self.clock = self.errors, self.clock
         wrench += self.rng.normal(size=wrench.shape) * np.repeat([e.force_noise, e.moment_noise], 3)
         drift = self.case.drift * (self.clock + t)

@@ -123,7 +123,12 @@ STUDY = Study(
     "map",
     (
         Case("twenty smooth surfaces, 1e3 contacts", partial(smooth, 1000), holds=True),
-        Case("twenty smooth surfaces, 1e4 contacts", partial(smooth, 10_000), holds=True, weight=0.1),
+        *(
+            Case(
+                f"twenty smooth surfaces, {contacts} contacts", partial(smooth, round(float(contacts))), True, 0.1
+            )
+            for contacts in ("1e4", "1e5", "3e5")
+        ),
         *(
             Case(f"{name}, {label}", partial(fine, name, errors), weight=0.05)
             for name in FINE

@@ -2,7 +2,7 @@
 
 200 contacts along a path over a shape of 20 to 60 mm that lies anywhere: noise of 0.03 mm that keeps over 1 mm of
 path, normals of 0.5 degrees, a tip whose size is known to 0.05 mm, and, where coverage counts, smooth errors of
-0.015 mm each. Place, direction and sizes of the shape are compared with their intervals; where shapes are chosen,
+0.02 mm each. Place, direction and sizes of the shape are compared with their intervals; where shapes are chosen,
 another one than the true one is silently wrong, too. Each seed of a violation takes the next kind of shape.
 """
 

@@ -45,6 +45,18 @@ def test_cone_margin_is_that_of_the_limit_surface(
     assert float(margin(contact, gamma, [f, *u])) == pytest.approx(expected, rel=1e-11, abs=1e-11)
 
 
+@pytest.mark.parametrize("p", [1.0, 1.5, 2.0])
+def test_cone_margin_is_above_no_tangent_also_where_nothing_slides(p: float) -> None:
+    """It is concave: what exists as its gradient must be above it everywhere."""
+    s = casadi.SX.sym("s", 4)
+    tangent = casadi.Function("tangent", [s], [cone_margin(s, p), casadi.gradient(cone_margin(s, p), s)])
+    rng = np.random.default_rng(3)
+    for at in ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [1.0, 0.2, 0.0, 0.0], [1.0, 0.0, 0.0, -0.2]):
+        value, slope = (np.array(each).ravel() for each in tangent(at))
+        for other in rng.normal(size=(100, 4)):
+            assert float(tangent(other)[0]) <= value + slope @ (other - at) + 1e-12
+
+
 @given(st.floats(1.0, 2.0), st.integers(0, 2**32 - 1))
 def test_points_and_multipliers_inside_their_cones_have_no_negative_product(p: float, seed: int) -> None:
     rng = np.random.default_rng(seed)

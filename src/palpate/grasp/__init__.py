@@ -1,4 +1,9 @@
-"""The forces of a grasp: the least that hold a load, under friction and spin limits."""
+"""The forces of a grasp: the least that hold a load, under friction and spin limits.
+
+`state_contact` and `cone_margin` are imported when they are first used: with CasADi, which takes a second.
+"""
+
+from typing import TYPE_CHECKING, Any
 
 from palpate.grasp.closure import force_closure, internal_forces
 from palpate.grasp.contacts import GraspContacts
@@ -11,7 +16,11 @@ from palpate.grasp.robust import RobustLeastEffort
 from palpate.grasp.sensitivity import grip_sensitivity
 from palpate.grasp.uncertainty import GraspUncertainty
 
+if TYPE_CHECKING:
+    from palpate.grasp.statement import ContactStatement, cone_margin, state_contact
+
 __all__ = [
+    "ContactStatement",
     "GraspContacts",
     "GraspForceOptimizer",
     "GraspForces",
@@ -19,10 +28,20 @@ __all__ = [
     "Objective",
     "RobustLeastEffort",
     "SolveStatus",
+    "cone_margin",
     "force_closure",
     "grasp_from_touch",
     "grip_sensitivity",
     "internal_forces",
     "largest_disturbance",
+    "state_contact",
     "worst_disturbance",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("ContactStatement", "cone_margin", "state_contact"):
+        from palpate.grasp import statement
+
+        return getattr(statement, name)
+    raise AttributeError(f"module 'palpate.grasp' has no attribute {name!r}")

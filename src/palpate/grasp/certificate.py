@@ -18,7 +18,11 @@ _ROOT_BITS = 100
 
 
 def certified_reach(
-    grasp: GraspContacts, wrench: FloatArray, y: FloatArray, actuators: FloatArray | None = None
+    grasp: GraspContacts,
+    wrench: FloatArray,
+    y: FloatArray,
+    actuators: FloatArray | None = None,
+    implied: tuple[list[Fraction], Fraction] | None = None,
 ) -> float:
     """Return up to which normal force of contacts without a largest one y proves that the load is not held.
 
@@ -27,6 +31,7 @@ def certified_reach(
         wrench: The load about the object's origin, shape (6,) [N, N m].
         y: Multipliers of wrenches about the object's origin, shape (6,).
         actuators: Multipliers of J w <= limit and -J w <= limit by turns, shape (n, 2 k); None for none.
+        implied: a and b of a . w <= b, which holds within further limits for all forces w = (w_1, ..., w_n).
 
     Returns:
         The sum of such forces [N]: infinite if it needs no bound, 0 if y proves nothing.
@@ -36,6 +41,8 @@ def certified_reach(
     p, q, r, u, v, w = map(Fraction, y.tolist())
     proven = sum((a * Fraction(b) for a, b in zip((p, q, r, u, v, w), wrench.tolist(), strict=True)), Fraction(0))
     short = Fraction(0)
+    if implied is not None:
+        proven -= implied[1]
     for i, (place, frame) in enumerate(zip(grasp.positions.tolist(), grasp.frames.tolist(), strict=True)):
         x, s, z = map(Fraction, place)
         # what a force there is worth
@@ -52,6 +59,8 @@ def certified_reach(
                     continue
                 slope = [a + (up - down) * Fraction(b) for a, b in zip(slope, row, strict=True)]
                 proven -= (up + down) * Fraction(limit)
+        if implied is not None:
+            slope = [a + b for a, b in zip(slope, implied[0][4 * i : 4 * i + 4], strict=True)]
         slope[3] *= Fraction(float(grasp.spin_length[i]))
         least = slope[0] - Fraction(float(grasp.friction[i])) * _root_above(
             sum((g * g for g in slope[1:]), Fraction(0))

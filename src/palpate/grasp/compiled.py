@@ -17,14 +17,16 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Lock
 from typing import Any, Protocol
 
 import casadi
 
 from palpate.atomic_file import replacing
 from palpate.compiling import compiling
+from palpate.errors import FloatArray
 
-__all__ = ["Compiled", "Executor", "Interpreted"]
+__all__ = ["BUILDING", "Compiled", "Executor", "Interpreted", "in_place"]
 
 FLAGS = ("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-semantic-interposition", "-fPIC", "-shared")
 """None of them changes a bit. Without the third and the fourth every square and square root is a call through the
@@ -33,6 +35,9 @@ another."""
 
 ROOM = "compiling-"
 """Begins the names of folders where a compiler works."""
+
+BUILDING = Lock()
+"""CasADi's symbols are counted without locks: graphs are built, and shared, by one thread at a time."""
 
 COMPILER_TIMEOUT = 120.0
 """Seconds after which a compiler is taken to hang; it needs two."""
@@ -119,3 +124,17 @@ def cache_folder() -> Path:
     named = os.environ.get("XDG_CACHE_HOME", "")
     base = Path(named) if os.path.isabs(named) else Path.home() / ".cache"
     return base / "palpate" / "grasp"
+
+
+def in_place(function: Any, given: list[FloatArray], wanted: list[FloatArray]) -> Any:
+    """Return what calls a function on arrays that stay where they are."""
+    buffer, call = function.buffer()
+    for i, array in enumerate(given):
+        if array.size:
+            buffer.set_arg(i, array.data)
+    for i, array in enumerate(wanted):
+        if array.size:
+            buffer.set_res(i, array.data)
+    # it keeps bare pointers: buffer and arrays must live as long as the call does
+    call.kept = (buffer, given, wanted)
+    return call

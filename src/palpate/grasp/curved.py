@@ -161,7 +161,7 @@ class Curved:
         larger = self._objective in (Objective.MAX_MARGIN, Objective.LOAD_FACTOR)
         if best is not None and (value <= best.objective if larger else value >= best.objective):
             return best
-        return replace(found, objective=value, margin=margins)
+        return replace(found, objective=value, margin=margins, local=True)
 
     def _refused(self, tried: list[GraspForces], wrench: FloatArray) -> GraspForces:
         """Return what is known of a load for which no forces were found: what leaves least of it, within limits.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.attempts import ATTEMPTS, Attempt
-from palpate.grasp.compiled import Compiled, Executor
+from palpate.grasp.compiled import BUILDING, Compiled, Executor, in_place
 from palpate.grasp.grasp_proof import proof_value
 from palpate.grasp.interior_result import InteriorPointResult, InteriorPointStatus
 from palpate.grasp.objective import Objective
@@ -34,9 +33,6 @@ PROOF_TOLERANCE = 1e-8
 
 ENDLESS = 1e-10
 """Residual, over theta, of forces that grow with theta without limit."""
-
-_BUILDING = Lock()
-"""CasADi's symbols are counted without locks: graphs are built, and shared, by one thread at a time."""
 
 
 @lru_cache(maxsize=64)
@@ -65,7 +61,7 @@ class InteriorPoint:
             executor: What runs the functions; by default machine code, where there is a compiler.
         """
         executor = Compiled() if executor is None else executor
-        with _BUILDING:
+        with BUILDING:
             graphs, proof = _graphs(n, objective, actuators, effort_weight)
             begin, iterate, finish, proves = executor.prepare([graphs.begin, graphs.iterate, graphs.finish, proof])
         self._n, self._k = n, actuators
@@ -81,13 +77,13 @@ class InteriorPoint:
         self._proof, self._value = np.zeros(WRENCH), np.zeros(1)
         self._push = np.zeros((n, 2 * actuators))
         given = [self._contacts, self._load, self._rows, self._limits]
-        self._begin = _call(begin, [*given, self._shy], [data, points[0], shared[0]])
+        self._begin = in_place(begin, [*given, self._shy], [data, points[0], shared[0]])
         self._iterate = [
-            _call(iterate, [data, points[a], shared[a]], [points[1 - a], shared[1 - a]]) for a in (0, 1)
+            in_place(iterate, [data, points[a], shared[a]], [points[1 - a], shared[1 - a]]) for a in (0, 1)
         ]
         results = [self._forces, self._multipliers, self._theta, self._dual]
-        self._finish = [_call(finish, [*given[:1], *given[2:], points[a], shared[a]], results) for a in (0, 1)]
-        self._proves = _call(proves, [*given, self._proof, self._push], [self._value])
+        self._finish = [in_place(finish, [*given[:1], *given[2:], points[a], shared[a]], results) for a in (0, 1)]
+        self._proves = in_place(proves, [*given, self._proof, self._push], [self._value])
         self._views = [each.data for each in shared]
         where = graphs.shared.where
         self._error, self._doubt, self._drift, self._tau = (
@@ -207,17 +203,3 @@ class InteriorPoint:
             np.divide(self._multipliers[:, -2 * self._k :], size, out=self._push)
         self._proves()
         return self._proof.copy() if self._value[0] > 0.0 else None
-
-
-def _call(function: Any, given: list[FloatArray], wanted: list[FloatArray]) -> Any:
-    """Return what calls a function on arrays that stay where they are."""
-    buffer, call = function.buffer()
-    for i, array in enumerate(given):
-        if array.size:
-            buffer.set_arg(i, array.data)
-    for i, array in enumerate(wanted):
-        if array.size:
-            buffer.set_res(i, array.data)
-    # it keeps bare pointers: buffer and arrays must live as long as the call does
-    call.kept = (buffer, given, wanted)
-    return call

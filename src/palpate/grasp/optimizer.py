@@ -5,6 +5,7 @@
 | min_effort, cones | dual Newton steps (`least_effort`); what they leave undecided, the interior point |
 | max_margin, min_peak, load_factor, actuator limits | the interior point (`interior_point`) |
 | e that depends on the load, p below 2 | `curved`: convex from the inside, then the nonlinear programme |
+| own objectives, own limits, shared actuators | `coupled`: one convex problem, or a sequence of them |
 
 A patent on solving grasp forces by barrier subproblems with dual-based stopping (US 7,650,263 B2, after Boyd &
 Wegbreit 2007) may still be in force. Neither method here is that one, but whoever sells a product should judge.
@@ -13,19 +14,24 @@ Wegbreit 2007) may still be in force. Neither method here is that one, but whoev
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.errors import ConcurrentUseError, FloatArray, InvalidValueError, numbers, positive
+from palpate.errors import ConcurrentUseError, FloatArray, InvalidValueError, numbers
 from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.coupled_limits import checked_shared_actuators
 from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
+from palpate.grasp.wanted import Wanted
 
 if TYPE_CHECKING:
     from palpate.grasp.convex import Convex
+    from palpate.grasp.coupled import Coupled
     from palpate.grasp.curved import Curved
 
 __all__ = ["GraspForceOptimizer"]
@@ -42,46 +48,69 @@ class GraspForceOptimizer:
     """Finds the forces of a grasp for one load after another.
 
     One thread at a time: another that asks meanwhile gets a `ConcurrentUseError`. Copies share nothing.
-
-    Attributes:
-        objective: What is optimised.
     """
 
     def __init__(
-        self, grasp: GraspContacts, objective: Objective | str = Objective.MIN_EFFORT, effort_weight: float = 0.01
+        self,
+        grasp: GraspContacts,
+        objective: Objective | str | Callable[[Any], Any] = Objective.MIN_EFFORT,
+        effort_weight: float = 0.01,
+        *,
+        subject_to: Callable[[Any], Any] | None = None,
+        shared_actuators: tuple[Any, Any, Any] | None = None,
     ) -> None:
         """Take a grasp and what is wanted; compiles and allocates, so that solving need not.
+
+        Own functions get the forces w as a CasADi SX of shape (n, 4): w[i, :] is (f_n, f_t1, f_t2, tau_n) of
+        contact i [N, N, N, N m], as in `GraspForces.forces`. They are called once for each number of contacts.
 
         Args:
             grasp: Contacts.
             objective: "min_effort": sum f_n^2 + eps (f_t^2 + (tau / c)^2); "max_margin": the largest t with
                 |(f_t, tau / e)|_p <= mu f_n - t at every contact; "min_peak": the least largest f_n;
-                "load_factor": the largest factor of the load that can be held.
+                "load_factor": the largest factor of the load that can be held; or a function of w that returns
+                what is to be least, an expression of one number.
             effort_weight: eps, above 0.
+            subject_to: A function of w that returns a list of relations by <=, >= and ==.
+            shared_actuators: (A, lower, upper) with lower <= A w <= upper for w contact after contact: shapes
+                (k, 4 n), (k,) and (k,), or numbers; infinity for none.
 
         Raises:
-            InvalidValueError: An objective or a weight that does not exist.
+            InvalidValueError: An objective or a weight that does not exist; a function that returns something
+                else; own objectives or limits together with limit surfaces that are no cones.
         """
-        self.objective = _objective(objective)
-        self._weight = positive("effort_weight", effort_weight, "")
-        self._solver: Convex | Curved | None = None
+        self._wanted = Wanted.of(objective, effort_weight, subject_to, shared_actuators)
+        self._solver: Convex | Curved | Coupled | None = None
         self._in_use = Lock()
         self.update(grasp)
+
+    @property
+    def objective(self) -> Objective | Callable[[Any], Any]:
+        """What is optimised: a named objective, or the function given."""
+        return self._wanted.own_objective or self._wanted.objective
 
     @property
     def grasp(self) -> GraspContacts:
         """The contacts of now."""
         return self._grasp
 
-    def update(self, grasp: GraspContacts) -> None:
+    def update(self, grasp: GraspContacts, shared_actuators: tuple[Any, Any, Any] | None = None) -> None:
         """Take contacts that have moved, come or gone; while their number stays, the next solution starts warm.
 
-        Only a grasp of more contacts than any before makes it compile again.
+        Only a grasp of more contacts than any before makes it compile again; own functions that are not convex
+        are compiled for each number of contacts.
+
+        Args:
+            grasp: Contacts.
+            shared_actuators: As at first, where they have changed; None for the same as before.
 
         Raises:
             InvalidValueError: max_margin, and a contact without a largest force: the margin would grow for ever.
             ConcurrentUseError: Another thread is solving with it.
         """
+        wanted = self._wanted
+        if shared_actuators is not None:
+            wanted = replace(wanted, shared_actuators=checked_shared_actuators(shared_actuators))
         if self.objective is Objective.MAX_MARGIN and not np.isfinite(grasp.force_max).all():
             raise InvalidValueError(
                 "max_margin: where force_max is infinite the margin grows for ever; give every contact one"
@@ -89,12 +118,15 @@ class GraspForceOptimizer:
         if not self._in_use.acquire(blocking=False):
             raise ConcurrentUseError(_CONCURRENT)
         try:
-            kind = _solver_for(grasp)
-            if isinstance(self._solver, kind):
-                self._solver.update(grasp)
+            if wanted.is_coupled:
+                self._solver = _coupled(self._solver, grasp, wanted)
             else:
-                self._solver = kind(grasp, self.objective, self._weight)
-            self._grasp = grasp
+                kind = _solver_for(grasp)
+                if isinstance(self._solver, kind):
+                    self._solver.update(grasp)
+                else:
+                    self._solver = kind(grasp, wanted.objective, wanted.effort_weight)
+            self._grasp, self._wanted = grasp, wanted
         finally:
             self._in_use.release()
 
@@ -128,7 +160,7 @@ class GraspForceOptimizer:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle as what it was made from: the copy begins cold."""
-        return type(self), (self._grasp, self.objective, self._weight)
+        return _remade, (type(self), self._grasp, self._wanted)
 
     def _invalid(self) -> GraspForces:
         nothing, nan = np.zeros((len(self._grasp), 4)), np.full(6, math.nan)
@@ -143,9 +175,20 @@ def _solver_for(grasp: GraspContacts) -> type[Convex] | type[Curved]:
     return Convex if grasp.is_convex else Curved
 
 
-def _objective(wanted: Objective | str) -> Objective:
-    try:
-        return Objective(wanted)
-    except ValueError:
-        names = ", ".join(repr(each.value) for each in Objective)
-        raise InvalidValueError(f"objective = {wanted!r}: must be one of {names}") from None
+def _coupled(solver: Any, grasp: GraspContacts, wanted: Wanted) -> Coupled:
+    from palpate.grasp.coupled import Coupled
+
+    if not isinstance(solver, Coupled):
+        return Coupled(grasp, wanted)
+    solver.update(grasp, wanted)
+    return solver
+
+
+def _remade(kind: type[GraspForceOptimizer], grasp: GraspContacts, wanted: Wanted) -> GraspForceOptimizer:
+    return kind(
+        grasp,
+        wanted.own_objective or wanted.objective,
+        wanted.effort_weight,
+        subject_to=wanted.subject_to,
+        shared_actuators=wanted.shared_actuators,
+    )

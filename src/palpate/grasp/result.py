@@ -14,8 +14,9 @@ class SolveStatus(Enum):
     SOLVED = "solved"
     """Optimal, within all limits."""
     INFEASIBLE = "infeasible"
-    """No forces within the limits hold the load: `certificate` proves it, or a largest margin below zero. Forces
-    keep all limits and leave least of the load; those of max_margin balance it, and exceed the limits least."""
+    """No forces within the limits hold the load: `certificate` proves it, or a largest margin below zero; where
+    limits exclude each other whatever the load, `reason` names them, and forces are zero. Otherwise forces keep
+    all limits and leave least of the load; those of max_margin balance it, and exceed the limits least."""
     MAX_ITERATIONS = "max iterations"
     """Undecided; forces keep all limits of the contacts and hold the load but for `equilibrium_residual`."""
     INVALID = "invalid"
@@ -28,7 +29,8 @@ class GraspForces:
 
     Attributes:
         forces: (f_n, f_t1, f_t2, tau_n) of each contact on the object, in its frame, shape (n, 4) [N, N, N, N m].
-        objective: Its value: min_effort [N^2], max_margin and min_peak [N], load_factor a ratio.
+        objective: Its value: min_effort [N^2], max_margin and min_peak [N], load_factor a ratio, of one's
+            own as it was given.
         margin: mu f_n - |(f_t, tau / e)|_p of each contact, shape (n,) [N].
         equilibrium_residual: G w + w_ext about the object's origin, shape (6,) [N, N m].
         dual: Multipliers of equilibrium, shape (6,): by what the least effort grows with the load.
@@ -39,6 +41,8 @@ class GraspForces:
             exact arithmetic on the numbers given; None otherwise, and from max_margin.
         reach: Sum of the normal forces, at contacts without a largest one, up to which the certificate holds [N];
             infinite if it needs no bound, None without a certificate.
+        local: Whether forces elsewhere may be better still: what was asked for is not convex, or not known to be.
+        reason: Why it is not solved, where own objectives, own limits or shared actuators are part of it.
     """
 
     forces: FloatArray
@@ -51,3 +55,5 @@ class GraspForces:
     load_factor: float | None = None
     certificate: FloatArray | None = None
     reach: float | None = None
+    local: bool = False
+    reason: str = ""

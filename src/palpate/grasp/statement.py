@@ -76,6 +76,11 @@ def state_contact(
 ) -> ContactStatement:
     """State what one contact adds to the problem.
 
+    Symbols and units: forces (f, u1, u2, u3) are of one unit [N], u3 = tau / c with the spin length c [m], so that
+    a torque of c u3 [N m] acts about n; `contact` packs place [m], n, t1, t2, c [m], mu, f_min and f_max [N], 16
+    numbers. `casadi.Function("margin", [one.contact, one.forces], [cone_margin(one.cone, 2.0)])` is the margin to
+    slip in N, to be used in a programme of one's own.
+
     Args:
         objective: What is wanted.
         actuators: k, how many actuators stand behind the contact.
@@ -126,9 +131,16 @@ def state_contact(
 
 
 def cone_margin(cone: Any, norm_exponent: Any) -> Any:
-    """Return s0 - |(|(s1, s2)|, s3)|_p of a point s (4,): zero or more inside the cone of the limit surface."""
-    slide, spin = casadi.norm_2(cone[1:3]), casadi.fabs(cone[3])
-    largest = casadi.fmax(casadi.fmax(slide, spin), TINY)
+    """Return s0 - |(|(s1, s2)|, s3)|_p of a point s (4,): zero or more inside the cone of the limit surface.
+
+    Its gradient exists everywhere: where s1, s2 or s3 are zero, so is their part of it, which is a subgradient.
+
+    Args:
+        cone: s, CasADi or numbers: of a contact `ContactStatement.cone` (room for friction, then what uses it).
+        norm_exponent: p, how force and torque share, 1 to 2; 2 makes it a second-order cone.
+    """
+    slide, spin = casadi.sqrt(casadi.sumsqr(cone[1:3]) + TINY), casadi.sqrt(cone[3] ** 2 + TINY)
+    largest = casadi.fmax(slide, spin)
     shares = (slide / largest) ** norm_exponent + (spin / largest) ** norm_exponent
     return cone[0] - largest * shares ** (1.0 / norm_exponent)
 

@@ -65,6 +65,7 @@ def steps() -> Iterator[Step]:
             what = wanted.value.replace("_", " ")
             yield f"grasp forces of {contacts} contacts, {what}", partial(_hold, contacts, wanted)
     yield "grasp forces with a reserve", _hold_with_reserve
+    yield "grasp forces with shared actuators", _hold_by_tendon
     for name, surface in tips[1:]:
         yield f"contact on {name}", partial(contact_from_wrench, surface, WRENCH)
     for name, target in (
@@ -109,6 +110,10 @@ def _grasp(n: int) -> GraspContacts:
 
 def _hold(contacts: int, wanted: Objective) -> None:
     GraspForceOptimizer(_grasp(contacts), wanted).solve(-WRENCH)
+
+
+def _hold_by_tendon() -> None:
+    GraspForceOptimizer(_grasp(3), shared_actuators=(np.full((1, 12), 0.01), -1.0, 1.0)).solve(-WRENCH)
 
 
 def _hold_with_reserve() -> None:

@@ -56,6 +56,10 @@ def friction_file(
         zero = errors.force_zero / min(forces)
         c_sd = math.hypot(c_sd, surface.spin_length * math.hypot(errors.calibration, zero))
         gamma_sd = math.hypot(gamma_sd, zero / math.log(max(forces) / min(forces)))
+        # and one that wanders makes slips with twist larger than those without: in the middle of the p-norm a load
+        # is 2^(-1/p) of the ends
+        wandered = errors.force_zero * sum(1.0 / force for force in forces) / len(forces)
+        p_sd = math.hypot(p_sd, wandered * surface.norm_exponent**2 / math.log(2.0))
         length = _about(surface.spin_length, c_sd)
         gamma = _about(surface.load_exponent, gamma_sd, 0.0, LARGEST_LOAD_EXPONENT)
         p = _about(surface.norm_exponent, p_sd, LEAST_EXPONENT, LARGEST_EXPONENT)

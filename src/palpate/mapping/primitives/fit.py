@@ -138,7 +138,7 @@ def fit_primitive(
         cloud: What was felt; thin a dense one first (`TouchCloud.thinned`), a few hundred points do.
         kind: Which shape.
         correlation_points: Over how many neighbouring points errors are alike, as in `fit_sphere`.
-        offset_sd: By how much all points may be off along their normals at once [m], and 0.3 of it smoothly over
+        offset_sd: By how much all points may be off along their normals at once [m], and 0.4 of it smoothly over
             place and time; 0 where tip and robot are exact.
 
     Raises:

@@ -31,8 +31,8 @@ MOST_LEVERAGE = 0.5
 THIN = 0.1
 """Of the points' size: what they extend by less along an axis is no place."""
 
-SMOOTH_SHARE = 0.3
-"""Of the standard deviation of the tip's size: 0.015 mm for each way in which robot and object are not true."""
+SMOOTH_SHARE = 0.4
+"""Of the standard deviation of the tip's size: 0.02 mm for each way in which robot and object are not true."""
 
 APART = 3.0
 """Contacts share their errors over so many correlation lengths; tests take means over these."""

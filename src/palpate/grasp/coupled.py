@@ -1,0 +1,246 @@
+"""Grasp forces where contacts share more than the object: common actuators, own limits, own objectives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.grasp.balance import balance
+from palpate.grasp.certificate import certified_reach
+from palpate.grasp.conic import ConicOutcome, ConicSolution
+from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.coupled_limits import actuator_limits, shared_limits
+from palpate.grasp.coupled_programme import CoupledProgramme
+from palpate.grasp.grasp_proof import LARGEST_FORCES
+from palpate.grasp.objective import Objective
+from palpate.grasp.own_terms import OwnTerms, Quadratic, SmoothTerms
+from palpate.grasp.result import GraspForces, SolveStatus
+from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.sequential import ENDLESS, Sequence, Stationary
+from palpate.grasp.wanted import Wanted
+
+__all__ = ["Coupled"]
+
+SLACK = 1e-9
+"""Largest margin below zero, over the load, that is none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Last:
+    v: FloatArray
+    multipliers: FloatArray
+
+
+class Coupled:
+    """Solves one load after another; friction limits are cones, all else is as somebody wants it."""
+
+    def __init__(self, grasp: GraspContacts, wanted: Wanted) -> None:
+        """Trace and compile, so that solving need not."""
+        self._wanted = wanted
+        self._terms: OwnTerms | None = None
+        self._contacts = 0
+        self._last: _Last | None = None
+        self.update(grasp)
+
+    def update(self, grasp: GraspContacts, wanted: Wanted | None = None) -> None:
+        """Take contacts that have moved, come or gone, or other limits of shared actuators.
+
+        Raises:
+            InvalidValueError: Limits that are no cones, or own functions that do not suit so many contacts.
+        """
+        wanted = self._wanted if wanted is None else wanted
+        _check(grasp)
+        n, terms, moved = len(grasp), self._terms, True
+        if terms is None or n != self._contacts:
+            terms, moved = OwnTerms.traced(n, wanted.own_objective, wanted.subject_to), False
+        limits = shared_limits(wanted.shared_actuators, n)
+        limits = limits.and_also(actuator_limits(grasp.actuator_map, grasp.actuator_limit, n))
+        self._limits, self._terms, self._wanted = limits.and_also(terms.limits), terms, wanted
+        self._grasp, self._contacts, self._scaled = grasp, n, ScaledGrasp.of(grasp)
+        objective: Objective | Quadratic
+        if wanted.own_objective is None:
+            objective = wanted.objective
+        else:
+            objective = terms.objective or Quadratic(np.zeros((4 * n, 4 * n)), np.zeros(4 * n), 0.0)
+        self._programme = self._stated(objective)
+        by_effort = terms.smooth is not None and terms.smooth.has_objective
+        self._start = self._stated(Objective.MIN_EFFORT) if by_effort else self._programme
+        self._last = self._last if moved else None
+
+    def solve(self, wrench: FloatArray, *, warm: bool) -> GraspForces:
+        """Return the forces for a finite load, shape (6,) [N, N m]."""
+        load, size = self._scaled.load(wrench)
+        factor = self._wanted.objective is Objective.LOAD_FACTOR
+        if factor:
+            length = float(np.linalg.norm(load))
+            load, size = (load / length, size * length) if length > 0.0 else (load, size)
+        assert self._terms is not None
+        if self._terms.smooth is None:
+            return self._convex(wrench, load, size)
+        return self._by_sequence(wrench, load, size, self._terms.smooth, warm=warm)
+
+    def _stated(self, objective: Objective | Quadratic, only: Collection[int] | None = None) -> CoupledProgramme:
+        limits = self._limits if only is None else self._limits.chosen(only)
+        return CoupledProgramme(self._grasp, self._scaled, objective, self._wanted.effort_weight, limits)
+
+    def _convex(self, wrench: FloatArray, load: FloatArray, size: float) -> GraspForces:
+        solution = self._programme.of(load, size).solve()
+        if solution.outcome != ConicOutcome.SOLVED:
+            return self._not_solved(wrench, load, size, solution, self._programme)
+        return self._result(wrench, solution.x, solution.y, solution.iterations, self._programme.unit)
+
+    def _by_sequence(
+        self, wrench: FloatArray, load: FloatArray, size: float, terms: SmoothTerms, *, warm: bool
+    ) -> GraspForces:
+        last, used = self._last, 0
+        self._last = None
+        programme = self._programme
+        units = programme.units * size
+        if warm and last is not None:
+            sequence = Sequence(programme.of(load, size), units, terms, last.v)
+            found = sequence.from_(last.v, last.multipliers)
+            used = found.steps
+            if not found.reason:
+                return self._local(wrench, sequence, found, used)
+        first = self._start.of(load, size).solve()
+        if first.outcome != ConicOutcome.SOLVED:
+            # these limits alone exclude each other, whatever the others are
+            return self._not_solved(wrench, load, size, first, self._start)
+        base = programme.of(load, size)
+        start = np.zeros(base.q.size)
+        start[: first.x.size] = first.x
+        sequence = Sequence(base, units, terms, start)
+        found = sequence.from_(start, None)
+        used += found.steps
+        if not found.reason:
+            return self._local(wrench, sequence, found, used)
+        result = self._result(wrench, found.v, found.dual, used, math.nan)
+        status = SolveStatus.MAX_ITERATIONS
+        return replace(result, objective=math.inf, status=status, reason=found.reason, local=True)
+
+    def _local(self, wrench: FloatArray, sequence: Sequence, found: Stationary, used: int) -> GraspForces:
+        self._last = _Last(found.v, found.multipliers)
+        unit = self._programme.unit * sequence.unit  # one of them is 1
+        return replace(self._result(wrench, found.v, found.dual, used, unit), local=True)
+
+    def _result(
+        self, wrench: FloatArray, v: FloatArray, y: FloatArray, iterations: int, unit: float
+    ) -> GraspForces:
+        """Return what is optimal, from scaled unknowns and multipliers over `unit`."""
+        programme, scaled, terms = self._programme, self._scaled, self._terms
+        assert terms is not None
+        w = programme.forces(v)
+        forces = w.reshape(-1, 4)
+        theta, status, factor = float(v[-1]), SolveStatus.SOLVED, None
+        named = None if self._wanted.own_objective is not None else self._wanted.objective
+        held = wrench
+        if named is Objective.LOAD_FACTOR:
+            factor = theta
+            held = factor * wrench
+        residual, margins = np.empty(6), np.empty(len(forces))
+        weight = self._wanted.effort_weight
+        value = balance(scaled.rows, scaled.center, scaled.length, held, weight, forces, residual, margins)
+        if named in (Objective.MAX_MARGIN, Objective.MIN_PEAK):
+            value = theta * programme.size
+        elif named is Objective.LOAD_FACTOR:
+            value = theta
+        elif named is None:
+            smooth = terms.smooth
+            if terms.objective is not None:
+                value = terms.objective(w)
+            elif smooth is not None:
+                value = smooth(w, np.zeros(smooth.count))[0]
+        if named is Objective.MAX_MARGIN and theta < -SLACK:
+            status = SolveStatus.INFEASIBLE
+        dual = scaled.multiplier(y[:6]) * (unit / programme.size)
+        return GraspForces(forces, value, margins, residual, dual, iterations, status, factor)
+
+    def _not_solved(
+        self,
+        wrench: FloatArray,
+        load: FloatArray,
+        size: float,
+        solution: ConicSolution,
+        programme: CoupledProgramme,
+    ) -> GraspForces:
+        """Return forces within all convex limits that hold most of the load, and why not all of it."""
+        most = self._stated(Objective.LOAD_FACTOR)
+        length = float(np.linalg.norm(load)) or 1.0
+        bearable = most.of(load / length, size * length).solve()
+        factor, w = None, np.zeros(4 * self._contacts)
+        certificate: FloatArray | None = None
+        reach: float | None = None
+        if solution.outcome == ConicOutcome.INFEASIBLE:
+            certificate, reach = self._proof(wrench, solution, programme)
+        infeasible, reason = certificate is not None, "undecided"
+        if bearable.outcome == ConicOutcome.SOLVED:
+            w, factor = most.forces(bearable.x), float(bearable.x[-1])
+            if certificate is None and solution.outcome != ConicOutcome.UNBOUNDED:
+                # what bounds the factor proves as much, also where the load is hardly too large
+                certificate, reach = self._proof(wrench, bearable, most)
+                infeasible = certificate is not None
+            if factor < 1.0:
+                reason = f"the limits leave {factor:.6g} of the load at most"
+        elif bearable.outcome == ConicOutcome.INFEASIBLE:
+            infeasible = self._reach(wrench, bearable, most, np.zeros(6)) > 0.0
+            certificate = reach = None
+            reason = f"limits exclude each other, whatever the load: {self._excluding(load, size)}"
+        if solution.outcome == ConicOutcome.UNBOUNDED:
+            reason = ENDLESS
+        elif solution.outcome == ConicOutcome.INFEASIBLE and not infeasible:
+            reason += "; exact arithmetic does not prove it"
+        scaled, residual, margins = self._scaled, np.empty(6), np.empty(self._contacts)
+        forces, weight = w.reshape(-1, 4), self._wanted.effort_weight
+        balance(scaled.rows, scaled.center, scaled.length, wrench, weight, forces, residual, margins)
+        status = SolveStatus.INFEASIBLE if infeasible else SolveStatus.MAX_ITERATIONS
+        nan, used = np.full(6, math.nan), solution.iterations
+        return GraspForces(
+            forces, math.inf, margins, residual, nan, used, status, factor, certificate, reach, reason=reason
+        )
+
+    def _proof(
+        self, wrench: FloatArray, solution: ConicSolution, programme: CoupledProgramme
+    ) -> tuple[FloatArray | None, float | None]:
+        """Return y as a certificate, with its reach, if exact arithmetic agrees."""
+        turned = self._scaled.multiplier(solution.y[:6])
+        length = float(np.linalg.norm(turned))
+        if not length > 0.0:
+            return None, None
+        reach = self._reach(wrench, solution, programme, turned)
+        return (turned / length, reach) if reach >= LARGEST_FORCES * programme.size else (None, None)
+
+    def _reach(
+        self, wrench: FloatArray, solution: ConicSolution, programme: CoupledProgramme, y: FloatArray
+    ) -> float:
+        """Return up to which forces y and the multipliers of coupled limits prove that nothing holds."""
+        by_equation, by_row = programme.weights
+        unit = programme.size / (float(np.linalg.norm(y)) or 1.0)
+        implied = self._limits.implied(
+            solution.y[6:] * by_equation * unit, solution.z[programme.first :] * by_row * unit
+        )
+        return certified_reach(self._grasp, wrench, y * (unit / programme.size), implied=implied)
+
+    def _excluding(self, load: FloatArray, size: float) -> str:
+        """Name coupled limits that exclude each other, none of which could be left out (Chinneck's deletion)."""
+        kept = list(range(len(self._limits.names)))
+        for each in tuple(kept):
+            fewer = [k for k in kept if k != each]
+            if (
+                self._stated(Objective.LOAD_FACTOR, fewer).of(load, size).solve().outcome
+                == ConicOutcome.INFEASIBLE
+            ):
+                kept = fewer
+        return ", ".join(self._limits.names[k] for k in kept) or "bounds of normal forces"
+
+
+def _check(grasp: GraspContacts) -> None:
+    if not grasp.is_convex:
+        raise InvalidValueError(
+            f"load_exponent = {grasp.load_exponent.tolist()}, norm_exponent = {grasp.norm_exponent.tolist()}: own "
+            "objectives, own limits and shared actuators are known for cones alone; give e at the force expected "
+            "as spin_length, load_exponent = 0 and norm_exponent = 2"
+        )
