@@ -1,22 +1,34 @@
-"""What hangs in a hand, as one number that falls where contacts give way, and not where they share it anew."""
+"""What hangs in a hand: loads that fall where contacts give way, and not where they share them anew."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from palpate.friction.contact_load import ContactLoad
-from palpate.friction.limit_surface import LimitSurface
-from palpate.friction.slip.load_noise import LoadNoise
 from palpate.kinematics.hand import HandKinematics
 from palpate.runtime.data import Observation
 from palpate.spatial import ZERO, Vector, add, norm, rotate
 
 
+@dataclass(frozen=True, slots=True)
+class MeasuredLoad:
+    """One load.
+
+    Attributes:
+        size: [N], or [N m].
+        deviation: Of its noise, likewise.
+    """
+
+    size: float
+    deviation: float
+
+
 class HangingLoad(Protocol):
     """From what the fingers feel to what hangs in the hand."""
 
-    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[float, float]:
-        """Return its size and the standard deviation of that [N].
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
+        """Return what hangs, always as many loads.
 
         Args:
             now: What is known.
@@ -25,49 +37,40 @@ class HangingLoad(Protocol):
         ...
 
 
-class SummedLoad:
-    """The sum of |(f_t, tau / e)| over the fingers: of two opposed ones, whose friction points one way.
-
-    A `HangingLoad` that knows nothing of where the fingers are, and hears spin as it hears slip.
-    """
-
-    def __init__(self, surface: LimitSurface, noise: LoadNoise) -> None:
-        """Take how torque is weighed against force (mu has no part in it), and the noise of one finger."""
-        self._surface, self._noise = surface, noise
-
-    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[float, float]:
-        """See `HangingLoad`."""
-        sizes = sum(load_size(self._surface, load) for load in loads)
-        return sizes, math.hypot(*(self._deviation(load) for load in loads))
-
-    def _deviation(self, load: ContactLoad) -> float:
-        # at least that of the torque: to first order it has no part where there is none, but its square has
-        surface = self._surface
-        ratio = self._noise.of_ratio(surface, load.normal_force, load.tangential_length, load.spin_torque)
-        return max(ratio * surface.friction * load.normal_force, self._noise.torque / surface.spin_length)
-
-
 class NetForce:
     """The length of the sum of all forces. A `HangingLoad` for any number of fingers.
 
-    What three fingers push and shear against one another is no part of it. Nor is a moment: an object that only
-    turns in the fingers is not heard.
+    What fingers push and shear against one another is no part of it, nor is the noise of where they touch. Nor is a
+    moment: an object that only turns in the fingers is not heard.
     """
 
     def __init__(self, hand: HandKinematics, force_noise: float, fingers: int) -> None:
         """Take where the fingertips are, the deviation of one force [N], and how many fingers there are."""
         self._hand, self._deviation = hand, force_noise * math.sqrt(fingers)
 
-    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[float, float]:
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
         """See `HangingLoad`."""
         assert now.hand is not None
         total: Vector = ZERO
         poses = self._hand.sensor_poses(now.hand.joint_position)
         for finger, pose in zip(now.fingers, poses, strict=True):
             total = add(total, rotate(pose.rotation, finger.force))
-        return norm(total), self._deviation
+        return (MeasuredLoad(norm(total), self._deviation),)
 
 
-def load_size(surface: LimitSurface, load: ContactLoad) -> float:
-    """Return |(f_t, tau / e)| of a load [N]: what friction, times its normal force, must be."""
-    return surface.friction * surface.load_ratio(1.0, load.tangential_length, load.spin_torque)
+class NetForceAndSpin:
+    """The net force, and the spin torque of both of two opposed fingers. A `HangingLoad`.
+
+    About the line through their contacts nothing but spin torques bear a moment: they point one way.
+    """
+
+    def __init__(self, force: NetForce, torque_noise: float) -> None:
+        """Take the force, and the deviation of one spin torque [N m]."""
+        self._force, self._deviation = force, torque_noise * math.sqrt(2.0)
+
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
+        """See `HangingLoad`."""
+        first, second = loads
+        # of opposite normals
+        spin = abs(first.spin_torque - second.spin_torque)
+        return (*self._force.measured(now, loads), MeasuredLoad(spin, self._deviation))

@@ -40,11 +40,22 @@ class SlipBoundedSurface:
         """See `SurfaceBelief`."""
         self.believed.watch(time, loads, onsets)
 
-    def show(self, friction: Sequence[float]) -> None:
-        """Take the friction that each contact shows as it slips; infinite where it shows none."""
-        for finger, value in enumerate(friction):
-            before = min(self._before.get(finger, math.inf), self.believed.surface(finger).friction)
-            bound = max(value, LEAST_LEFT * before)
+    def show(self, friction: Sequence[float], borne: Sequence[float]) -> None:
+        """Take what contacts show as they slip.
+
+        Contacts that do not slip are of the same materials: they may have lost the same share of their friction,
+        but bear what they bear.
+
+        Args:
+            friction: Of each contact; infinite where it shows none.
+            borne: Load ratio of each.
+        """
+        believed = [self.believed.surface(i).friction for i in range(len(friction))]
+        before = [min(self._before.get(i, math.inf), mu) for i, mu in enumerate(believed)]
+        shown = [max(mu, LEAST_LEFT * was) for mu, was in zip(friction, before, strict=True)]
+        left = min(mu / was for mu, was in zip(shown, before, strict=True))
+        for finger, mu in enumerate(shown):
+            bound = min(mu, max(left * before[finger], borne[finger]))
             if bound < self._bounds.get(finger, math.inf):
                 self._bounds[finger] = bound
 

@@ -1,8 +1,8 @@
 """Slip heard by what the fingers feel together, and the friction that it shows.
 
-The fall of the load that hangs in the hand (`palpate.friction.slip.load_fall`) begins an episode. All contacts
-whose own load fell are then taken to slip, and bear all that they can: |(f_t, tau / e)| / f_n is their friction.
-What hung there before still hangs there.
+A signal (`palpate.controllers.grip.slip_signals`) begins an episode. All contacts whose own load fell are then
+taken to slip, or where none did the one that is nearest to its limit, and bear all that they can:
+|(f_t, tau / e)| / f_n is their friction. What hung there before still hangs there.
 
 A grip that is raised for it tells whether that was so: friction grows with the grip, a load that has gone away
 does not. The episode ends when the load is borne again, or is refuted: it falls on while the grip rises, or is not
@@ -13,21 +13,21 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from palpate.controllers.grip.hanging_load import HangingLoad, load_size
+from palpate.controllers.grip.hanging_load import HangingLoad, MeasuredLoad
 from palpate.controllers.grip.recording_watch import SlipAlarm
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
+from palpate.controllers.grip.slip_signals import SlipSignals
 from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.kinds import kind_of_slip
-from palpate.friction.slip.load_fall import LoadFall
 from palpate.runtime.data import Observation
 
 MEAN = 0.006
 """[s] Over which friction is averaged: a third of the 20 ms in which it is to be followed, six samples."""
 
 OWN_FALL = 0.03
-"""Share by which the load of a contact that slips has fallen: more than its part is known to, less than `FELL`."""
+"""Share by which the load of a contact that slips has fallen: more than its part is known to."""
 
 BORNE = 0.03
 """Share within which of what hung before the load is borne again."""
@@ -53,6 +53,8 @@ SHOWS = 0.008
 SHARES = 0.1
 """[s] Time constant with which each contact's part is followed."""
 
+_Row = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+
 
 class SlipHearing:
     """Hears slip of what a hand holds, and teaches what it shows. One call of `step` per period.
@@ -64,29 +66,41 @@ class SlipHearing:
     """
 
     def __init__(
-        self, surface: LimitSurface, belief: SlipBoundedSurface, period: float, load: HangingLoad, fingers: int
+        self,
+        surface: LimitSurface,
+        belief: SlipBoundedSurface,
+        period: float,
+        load: HangingLoad,
+        loads: int,
+        fingers: int,
     ) -> None:
-        """Take how torque is weighed against force, and what noise there is.
+        """Take how torque is weighed against force, and what hangs.
 
         Args:
             surface: Only its e and exponents count.
             belief: Which is taught what slipping contacts show.
             period: Of control [s].
-            load: Measures what hangs.
+            load: Measures what hangs,
+            loads: as so many loads.
             fingers: How many there are.
         """
         self._surface, self._belief, self._fingers = surface, belief, fingers
         self._period = positive("period", period, "s")
-        self._load, self._fall = load, LoadFall(period)
-        self._mean = deque[tuple[float, tuple[float, ...], tuple[float, ...]]](maxlen=max(round(MEAN / period), 1))
+        self._load, self._signals = load, SlipSignals(fingers, loads, period)
+        self._mean = deque[_Row](maxlen=max(round(MEAN / period), 1))
         self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
         self._speeds = deque[tuple[float, float]](maxlen=max(round(MEAN / period), 2))
         self._follow = -math.expm1(-period / SHARES)
         self.start()
 
+    @property
+    def squeeze(self) -> tuple[float, ...] | None:
+        """Grip of each finger [N] that is wanted now to test what holds; None: no test."""
+        return None if self.slipping else self._signals.squeeze
+
     def start(self) -> None:
         """A new grip begins."""
-        self._fall.start()
+        self._signals.start()
         self.alarms: tuple[SlipAlarm, ...] = ()
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
@@ -104,27 +118,35 @@ class SlipHearing:
         """
         felt = [load for load in loads if load is not None]
         if len(felt) < self._fingers or not hanging:
-            self._fall.restart()
+            self._signals.restart()
             self._end()
             return (False,) * self._fingers
-        sizes = tuple(load_size(self._surface, load) for load in felt)
-        hangs, deviation = self._load.measured(now, felt)
-        hangs /= self._lifted_by(now)
+        by = 1.0 / self._lifted_by(now)
+        hangs = tuple(
+            MeasuredLoad(by * load.size, by * load.deviation) for load in self._load.measured(now, felt)
+        )
+        sizes = tuple(self._size(load) for load in felt)
         grips = tuple(load.normal_force for load in felt)
-        self._mean.append((hangs, sizes, grips))
-        if not self.slipping:
-            if self._fall.step(hangs, deviation):
-                self._begin(now.time)
-                return self._heard(now.time, felt)
-            self._parts = (
-                sizes
-                if len(self._parts) != self._fingers
-                else tuple(a + self._follow * (b - a) for a, b in zip(self._parts, sizes, strict=True))
-            )
-            return (False,) * self._fingers
-        onsets = self._heard(now.time, felt)
-        self._judge(now.time)
-        return onsets
+        self._mean.append((tuple(load.size for load in hangs), sizes, grips))
+        if self.slipping:
+            onsets = self._heard(now.time, felt)
+            self._judge(now.time)
+            return onsets
+        ratios = tuple(size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True))
+        believed = [self._belief.believed.surface(i).friction for i in range(self._fingers)]
+        signal = self._signals.step(now.time, hangs, ratios, grips, believed)
+        if signal is not None:
+            self.signal = signal
+            self._begin(now.time)
+            return self._heard(now.time, felt)
+        before = self._parts or sizes
+        self._parts = tuple(a + self._follow * (b - a) for a, b in zip(before, sizes, strict=True))
+        return (False,) * self._fingers
+
+    def _size(self, load: ContactLoad) -> float:
+        """|(f_t, tau / e)| of a load [N]: what friction, times its normal force, must be."""
+        surface = self._surface
+        return surface.friction * surface.load_ratio(1.0, load.tangential_length, load.spin_torque)
 
     def _heard(self, time: float, felt: Sequence[ContactLoad]) -> tuple[bool, ...]:
         """Listen on; return which contacts are heard for the first time in this episode."""
@@ -146,6 +168,7 @@ class SlipHearing:
 
     def _begin(self, time: float) -> None:
         self.slipping, self._began, self._impulse, self._caught = True, time, 0.0, False
+        self._hung = tuple(fall.hung for fall in self._signals.falls)
         self._belief.keep()
         self._past.clear()
 
@@ -157,38 +180,45 @@ class SlipHearing:
     def _listen(self) -> None:
         """What slips shows its friction."""
         n = len(self._mean)
-        sizes = [sum(each[1][i] for each in self._mean) / n for i in range(self._fingers)]
-        grips = [sum(each[2][i] for each in self._mean) / n for i in range(self._fingers)]
-        total = sum(each[0] for each in self._mean) / n
-        self.missing = max(self._fall.hung / total, 1.0) if total > 0.0 else 1.0
-        self._past.append((total, sum(grips)))
+        hangs, sizes, grips = (
+            [sum(values) / n for values in zip(*(each[k] for each in self._mean), strict=True)] for k in range(3)
+        )
+        # the load that lacks most: an object may turn in the fingers and not fall
+        borne = min(
+            (load / hung for load, hung in zip(hangs, self._hung, strict=True) if hung > 0.0 and load > 0.0),
+            default=1.0,
+        )
+        self.missing = max(1.0 / borne, 1.0)
+        self._past.append((borne, sum(grips)))
         if self._caught:
             return
+        ratios = [size / grip if grip > 0.0 else math.inf for size, grip in zip(sizes, grips, strict=True)]
         fell = [size < (1.0 - OWN_FALL) * part for size, part in zip(sizes, self._parts, strict=True)]
-        if not any(fell):
-            return
+        if not any(fell) and min(self._shown) == math.inf:
+            near = [ratio / self._belief.surface(i).friction for i, ratio in enumerate(ratios)]
+            fell[near.index(max(near))] = True
         self._shown = tuple(
-            min(known, size / grip) if its and grip > 0.0 else known
-            for known, size, grip, its in zip(self._shown, sizes, grips, fell, strict=True)
+            min(known, ratio) if its else known
+            for known, ratio, its in zip(self._shown, ratios, fell, strict=True)
         )
-        self._belief.show(self._shown)
+        self._belief.show(self._shown, ratios)
 
     def _judge(self, time: float) -> None:
         """Whether it is over."""
-        (load, grip), (load_before, grip_before) = self._past[-1], self._past[0]
-        gone, hung = time - self._began, self._fall.hung
+        (borne, grip), (borne_before, grip_before) = self._past[-1], self._past[0]
+        gone = time - self._began
         # of what was missing: the object's momentum, which friction beyond the load takes off again
-        self._impulse += (hung - load) * self._period
-        self._caught = self._caught or (gone > SHOWS and load > (1.0 - BORNE) * hung)
+        self._impulse += (1.0 - borne) * self._period
+        self._caught = self._caught or (gone > SHOWS and borne > 1.0 - BORNE)
         if self._caught and (self._impulse <= 0.0 or gone > STOPPED):
-            self._fall.restart()
+            self._signals.restart()
             self._end()
             return
-        against = grip > (1.0 + GRIP_ROSE) * grip_before and load < (1.0 - LOAD_FELL) * load_before
+        against = grip > (1.0 + GRIP_ROSE) * grip_before and borne < (1.0 - LOAD_FELL) * borne_before
         if (gone > ANSWERED and against) or gone > LONGEST:
             if not self._caught:
-                self._fall.refuted()
+                for fall in self._signals.falls:
+                    fall.refuted()
                 self._belief.take_back()
-            else:
-                self._fall.restart()
+            self._signals.restart()
             self._end()

@@ -137,6 +137,8 @@ class SlipSafeGrip:
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
             self._hold(now.time, now.time, _larger(self.targets, raised))
+        if self.hearing is not None and self.hearing.squeeze is not None:
+            self._hold(now.time, now.time, _larger(self.targets, self.hearing.squeeze))
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
-from palpate.controllers.grip.hanging_load import HangingLoad, NetForce, SummedLoad
+from palpate.controllers.grip.hanging_load import NetForce, NetForceAndSpin
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
@@ -183,12 +183,11 @@ def hearing_of(
     """
     if config.ignores_spin or (config.fingers == THREE and config.known == "untouched"):
         return None
-    load: HangingLoad
+    force = NetForce(hand, config.force_noise, config.fingers)
     if config.fingers == THREE:
-        load = NetForce(hand, config.force_noise, config.fingers)
-    else:
-        load = SummedLoad(believed, _noise(config, hand.tips[0]))
-    return SlipHearing(believed, belief, period, load, config.fingers)
+        return SlipHearing(believed, belief, period, force, 1, config.fingers)
+    load = NetForceAndSpin(force, _noise(config, hand.tips[0]).torque)
+    return SlipHearing(believed, belief, period, load, 2, config.fingers)
 
 
 def _noise(config: GraspConfig, tip: Tip) -> LoadNoise:
