@@ -101,6 +101,7 @@ class SlipHearing:
     def start(self) -> None:
         """A new grip begins."""
         self._signals.start()
+        self._load.start()
         self.alarms: tuple[SlipAlarm, ...] = ()
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
@@ -118,7 +119,7 @@ class SlipHearing:
         """
         felt = [load for load in loads if load is not None]
         if len(felt) < self._fingers or not hanging:
-            self._signals.restart()
+            self._restart()
             self._end()
             return (False,) * self._fingers
         by = 1.0 / self._lifted_by(now)
@@ -172,6 +173,10 @@ class SlipHearing:
         self._belief.keep()
         self._past.clear()
 
+    def _restart(self) -> None:
+        self._signals.restart()
+        self._load.start()
+
     def _end(self) -> None:
         self.slipping, self.missing = False, 1.0
         self._shown = (math.inf,) * self._fingers
@@ -211,7 +216,7 @@ class SlipHearing:
         self._impulse += (1.0 - borne) * self._period
         self._caught = self._caught or (gone > SHOWS and borne > 1.0 - BORNE)
         if self._caught and (self._impulse <= 0.0 or gone > STOPPED):
-            self._signals.restart()
+            self._restart()
             self._end()
             return
         against = grip > (1.0 + GRIP_ROSE) * grip_before and borne < (1.0 - LOAD_FELL) * borne_before
@@ -220,5 +225,5 @@ class SlipHearing:
                 for fall in self._signals.falls:
                     fall.refuted()
                 self._belief.take_back()
-            self._signals.restart()
+            self._restart()
             self._end()

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from enum import Enum
 
 from palpate.controllers.grip.hanging_load import MeasuredLoad
-from palpate.controllers.grip.squeeze_test import LEAST, SQUEEZE, Answer, SqueezeTest
+from palpate.controllers.grip.squeeze_test import LEAST, OPPOSED, SQUEEZE, Answer, SqueezeTest
 from palpate.errors import positive
 from palpate.friction.slip.load_fall import SLIGHT_FALL, LoadFall
 
@@ -31,7 +31,8 @@ SETTLES = 0.02
 """[s] Time constant of the mean of load ratios: eight samples of noise."""
 
 SHAKEN = 3.0
-"""Times what is a fall otherwise, during a squeeze: three fingers that set out take 6 % off the load at first."""
+"""Three fingers take 6 % off the load as they set out: during their squeeze a fall is so many times what it is
+otherwise."""
 
 AGAIN = 0.1
 """[s] From one squeeze to the next, at least."""
@@ -56,7 +57,7 @@ class SlipSignals:
         self._fingers, self._period = fingers, positive("period", period, "s")
         self.falls = tuple(LoadFall(period) for _ in range(loads))
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))
-        self._squeeze = SqueezeTest(period)
+        self._squeeze = SqueezeTest(fingers, period)
         self._pressed = deque[tuple[float, ...]](maxlen=max(round(PRESSED / period), 1))
         self._settle = -math.expm1(-period / SETTLES)
         self.start()
@@ -104,7 +105,7 @@ class SlipSignals:
         self._ratios = tuple(a + self._settle * (b - a) for a, b in zip(before, ratios, strict=True))
         self._pressed.append(grips)
         answer = self._squeeze.step(time, loads, sum(grips))
-        shaken = SHAKEN if self._squeeze.active else 1.0
+        shaken = SHAKEN if self._squeeze.active and self._fingers > OPPOSED else 1.0
         slightly = _fell(self._slight, loads, shaken)
         if _fell(self.falls, loads, shaken):
             return Signal.FALL

@@ -22,8 +22,12 @@ LASTS = 0.06
 FELT = 0.04
 """Share by which the grip must have risen for an answer: less than half of what was asked for."""
 
-ROSE, DEVIATIONS = 0.025, 3.5
-"""Share by which a load then rises where something slides, and above what its noise makes of it."""
+OPPOSED, ROSE, ROSE_OF_MORE, DEVIATIONS = 2, 0.035, 0.07, 3.5
+"""Share by which a load then rises where something slides, and above what its noise makes of it. Two opposed fingers
+do not move what they squeeze; more swing the load by 5 % as they set out."""
+
+UNCLEAR = 0.5
+"""Of that share: what rises by more holds now, but is not shown to have held."""
 
 BEFORE, MEAN = 0.06, 0.01
 """[s] From which a load's own trend is taken, and over which it is averaged in the end."""
@@ -37,7 +41,7 @@ class Answer(Enum):
 
     SLIDES = "slides"
     HOLDS = "holds"
-    NONE = "the grip did not rise"
+    NONE = "nothing that is clear"
 
 
 class SqueezeTest:
@@ -47,9 +51,10 @@ class SqueezeTest:
         active: Whether the grip is to be raised now.
     """
 
-    def __init__(self, period: float) -> None:
-        """Take the period of control [s]."""
+    def __init__(self, fingers: int, period: float) -> None:
+        """Take how many fingers squeeze, and the period of control [s]."""
         self._period = positive("period", period, "s")
+        self._least = ROSE if fingers <= OPPOSED else ROSE_OF_MORE
         self._half = max(round(0.5 * BEFORE / period), 2)
         self._mean = max(round(MEAN / period), 2)
         self._past = deque[tuple[float, tuple[float, ...]]](maxlen=2 * self._half)
@@ -73,6 +78,7 @@ class SqueezeTest:
         self.active, self._began = True, time
         self._before = self._trends()
         self._grip = sum(each[0] for each in self._past) / len(self._past)
+        self._most = 0.0
 
     def step(self, time: float, loads: Sequence[MeasuredLoad], grip: float) -> Answer | None:
         """Take what hangs, and the sum of the grips [N]; return the answer, once."""
@@ -82,23 +88,26 @@ class SqueezeTest:
         n, gone = self._mean, time - self._began
         last = list(self._past)[-n:]
         felt = sum(each[0] for each in last) / n > (1.0 + FELT) * self._grip
-        if felt and any(self._rose(i, load, last, gone) for i, load in enumerate(loads)):
+        if felt:
+            self._most = max(self._most, *(self._rose(i, load, last, gone) for i, load in enumerate(loads)))
+        if self._most > 1.0:
             self.active = False
             return Answer.SLIDES
         if gone < LASTS:
             return None
         self.active = False
-        return Answer.HOLDS if felt else Answer.NONE
+        return Answer.HOLDS if felt and self._most < UNCLEAR else Answer.NONE
 
     def _rose(
         self, i: int, load: MeasuredLoad, last: Sequence[tuple[float, tuple[float, ...]]], gone: float
-    ) -> bool:
+    ) -> float:
+        """By how much a load rose, over what it rises where something slides."""
         level, slope = self._before[i]
         ahead = gone - 0.5 * MEAN + 0.5 * BEFORE
         rose = sum(each[1][i] for each in last) / len(last) - level - slope * ahead
         # of the mean of the last ones, and of the trend, whose error grows with how far it reaches
         trend = (1.0 + 4.0 * (ahead / (0.5 * BEFORE)) ** 2) / (2 * self._half)
-        return rose > max(ROSE * level, DEVIATIONS * load.deviation * math.sqrt(1.0 / self._mean + trend))
+        return rose / max(self._least * level, DEVIATIONS * load.deviation * math.sqrt(1.0 / self._mean + trend))
 
     def _trends(self) -> list[tuple[float, float]]:
         """Mean of each past load, and its slope per second."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
-from palpate.controllers.grip.hanging_load import NetForce, NetForceAndSpin
+from palpate.controllers.grip.hanging_load import HangingLoad, NetForce, NetForceAndSpin, NetWrench
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
@@ -183,10 +183,12 @@ def hearing_of(
     """
     if config.ignores_spin or (config.fingers == THREE and config.known == "untouched"):
         return None
-    force = NetForce(hand, config.force_noise, config.fingers)
+    load: HangingLoad
     if config.fingers == THREE:
-        return SlipHearing(believed, belief, period, force, 1, config.fingers)
-    load = NetForceAndSpin(force, _noise(config, hand.tips[0]).torque)
+        load = NetWrench(hand, config.force_noise, config.fingers, period)
+    else:
+        force = NetForce(hand, config.force_noise, config.fingers)
+        load = NetForceAndSpin(force, _noise(config, hand.tips[0]).torque)
     return SlipHearing(believed, belief, period, load, 2, config.fingers)
 
 

@@ -35,9 +35,6 @@ MOST = 4.0
 MOST_DOUBT = 8.0
 """Times what a load must fall at most."""
 
-DOUBT_FADES = 1.0
-"""[s] Time constant with which falls that were none of friction are forgotten."""
-
 
 @dataclass(frozen=True, slots=True)
 class FallParameters:
@@ -47,17 +44,19 @@ class FallParameters:
         share: Of a load at rest.
         swings: Standard deviations of what the load has swung lately, that a fall must exceed.
         threshold: Of Page's test; exp(12) samples at 1 kHz are 160 s, and that at `LEFT_OUT` all the time.
+        fades: Time constant with which falls that were none of friction are forgotten [s].
     """
 
     share: float
     swings: float
     threshold: float
+    fades: float
 
 
-FALL = FallParameters(share=0.03, swings=3.0, threshold=12.0)
-"""To be answered: its middle is 0.18 m/s^2 of an object that slides."""
+FALL = FallParameters(share=0.04, swings=3.0, threshold=12.0, fades=1.0)
+"""To be answered: its middle is 0.24 m/s^2 of an object that slides."""
 
-SLIGHT_FALL = FallParameters(share=0.012, swings=2.0, threshold=6.0)
+SLIGHT_FALL = FallParameters(share=0.012, swings=2.0, threshold=6.0, fades=10.0)
 """To be looked into: what has gained a few millimetres per second within the 20 ms in which its friction fell to
 what it weighs, and slides on at that speed."""
 
@@ -70,7 +69,7 @@ class LoadFall:
         self._period, self._own = positive("period", period, "s"), parameters
         self._rise, self._fall = -math.expm1(-period / RISES), -math.expm1(-period / FALLS)
         self._latest = -math.expm1(-period / LATEST)
-        self._forget = math.exp(-period / DOUBT_FADES)
+        self._forget = math.exp(-period / parameters.fades)
         self._test = PageTest(parameters.threshold, MOST)
         self.start()
 
