@@ -170,9 +170,7 @@ def held(planned: GraspPlan, change: FrictionChange | None, seconds: float) -> H
     if planned.config.plant:
         slid, turned = np.abs(slid), np.abs(turned)
     moved = (np.abs(slid) > ONSET_SLIP) | (np.abs(turned) > ONSET_SPIN)
-    alarms = [each.time for each in controller.grip.watch.alarms]  # type: ignore[attr-defined]
-    if controller.grip.hearing is not None:
-        alarms = sorted(alarms + [each.time for each in controller.grip.hearing.alarms])
+    alarms = [each.time for each in controller.grip.alarms]
     latency = math.nan
     if moved.any():
         began = float(time[changed + int(moved.any(axis=1).argmax())])

@@ -47,8 +47,8 @@ class HangingLoad(Protocol):
 class NetForce:
     """The length of the sum of all forces. A `HangingLoad` for any number of fingers.
 
-    What fingers push and shear against one another is no part of it, nor is the noise of where they touch. Nor is a
-    moment: an object that only turns in the fingers is not heard.
+    What fingers push and shear against one another is no part of it, nor is the noise of where they touch. Nor is
+    a moment: an object that only turns in the fingers is not heard.
     """
 
     def __init__(self, hand: HandKinematics, force_noise: float, fingers: int) -> None:

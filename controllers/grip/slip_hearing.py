@@ -14,13 +14,12 @@ from collections import deque
 from collections.abc import Sequence
 
 from palpate.controllers.grip.hanging_load import HangingLoad, MeasuredLoad
-from palpate.controllers.grip.recording_watch import SlipAlarm
+from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_signals import SlipSignals
 from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
-from palpate.friction.slip.kinds import kind_of_slip
 from palpate.runtime.data import Observation
 
 MEAN = 0.006
@@ -62,7 +61,7 @@ class SlipHearing:
     Attributes:
         slipping: Whether an episode goes on.
         missing: What hung before over what is felt now, 1 or above; 1 where nothing slips.
-        alarms: What was heard since the start.
+        signal: By what the last one was heard.
     """
 
     def __init__(
@@ -102,7 +101,7 @@ class SlipHearing:
         """A new grip begins."""
         self._signals.start()
         self._load.start()
-        self.alarms: tuple[SlipAlarm, ...] = ()
+        self.signal = Signal.FALL
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
         self._end()
@@ -123,14 +122,12 @@ class SlipHearing:
             self._end()
             return (False,) * self._fingers
         by = 1.0 / self._lifted_by(now)
-        hangs = tuple(
-            MeasuredLoad(by * load.size, by * load.deviation) for load in self._load.measured(now, felt)
-        )
+        hangs = tuple(MeasuredLoad(by * load.size, by * load.deviation) for load in self._load.measured(now, felt))
         sizes = tuple(self._size(load) for load in felt)
         grips = tuple(load.normal_force for load in felt)
         self._mean.append((tuple(load.size for load in hangs), sizes, grips))
         if self.slipping:
-            onsets = self._heard(now.time, felt)
+            onsets = self._heard()
             self._judge(now.time)
             return onsets
         ratios = tuple(size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True))
@@ -139,7 +136,7 @@ class SlipHearing:
         if signal is not None:
             self.signal = signal
             self._begin(now.time)
-            return self._heard(now.time, felt)
+            return self._heard()
         before = self._parts or sizes
         self._parts = tuple(a + self._follow * (b - a) for a, b in zip(before, sizes, strict=True))
         return (False,) * self._fingers
@@ -149,15 +146,11 @@ class SlipHearing:
         surface = self._surface
         return surface.friction * surface.load_ratio(1.0, load.tangential_length, load.spin_torque)
 
-    def _heard(self, time: float, felt: Sequence[ContactLoad]) -> tuple[bool, ...]:
+    def _heard(self) -> tuple[bool, ...]:
         """Listen on; return which contacts are heard for the first time in this episode."""
         before = self._shown
         self._listen()
-        onsets = tuple(a == math.inf > b for a, b in zip(before, self._shown, strict=True))
-        self.alarms += tuple(
-            SlipAlarm(time, i, kind_of_slip(self._surface, felt[i])) for i, onset in enumerate(onsets) if onset
-        )
-        return onsets
+        return tuple(a == math.inf > b for a, b in zip(before, self._shown, strict=True))
 
     def _lifted_by(self, now: Observation) -> float:
         """Share of what hangs at rest that hangs while the hand accelerates: 1 + a / g."""

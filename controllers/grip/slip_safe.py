@@ -9,13 +9,16 @@ a bounded share, and not let down before all fingers feel again. It never opens.
 """
 
 import math
+from collections.abc import Sequence
 
 from palpate.controllers.grip.belief import NoSlipWatch, SlipWatch, SurfaceBelief
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
+from palpate.controllers.grip.slip_alarm import Signal, SlipAlarm
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
+from palpate.friction.slip.kinds import kind_of_slip
 from palpate.runtime.data import FingerObservation, Observation
 
 _TOO_FEW = 2
@@ -40,6 +43,7 @@ class SlipSafeGrip:
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip raised the grip.
+        alarms: Slips heard since the start.
     """
 
     def __init__(
@@ -105,6 +109,7 @@ class SlipSafeGrip:
             self.hearing.start()
         self._plan.start()
         self.regrips = 0
+        self.alarms: tuple[SlipAlarm, ...] = ()
         nothing = self._correction = (0.0,) * self._fingers
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
@@ -159,6 +164,7 @@ class SlipSafeGrip:
     def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
         """Update slip detection and limit surfaces; return whether a slip begins, and whether one continues."""
         onsets = self.watch.step(time, loads)
+        self._record(time, loads, onsets, Signal.RIPPLE)
         ongoing = self.watch.slipping
         # a load under which something goes on slipping was not held
         unknown = ongoing and not any(onsets)
@@ -169,9 +175,17 @@ class SlipSafeGrip:
         """What hangs over what is felt of it, and by how much more grip what slides is stopped."""
         if self.hearing is None:
             return 1.0, 1.0
-        if any(self.hearing.step(now, loads, hanging=hanging)):
+        onsets = self.hearing.step(now, loads, hanging=hanging)
+        if any(onsets):
+            self._record(now.time, loads, onsets, self.hearing.signal)
             self.regrips += 1
         return self.hearing.missing, 1.0 + self.parameters.regrip if self.hearing.slipping else 1.0
+
+    def _record(self, time: float, loads: Loads, onsets: Sequence[bool], signal: Signal) -> None:
+        for finger, (load, onset) in enumerate(zip(loads, onsets, strict=True)):
+            if onset and load is not None:
+                kind = kind_of_slip(self.belief.surface(finger), load)
+                self.alarms += (SlipAlarm(time, finger, kind, signal),)
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""

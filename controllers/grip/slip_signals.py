@@ -10,9 +10,9 @@
 import math
 from collections import deque
 from collections.abc import Sequence
-from enum import Enum
 
 from palpate.controllers.grip.hanging_load import MeasuredLoad
+from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.squeeze_test import LEAST, OPPOSED, SQUEEZE, Answer, SqueezeTest
 from palpate.errors import positive
 from palpate.friction.slip.load_fall import SLIGHT_FALL, LoadFall
@@ -36,13 +36,6 @@ otherwise."""
 
 AGAIN = 0.1
 """[s] From one squeeze to the next, at least."""
-
-
-class Signal(Enum):
-    """By what a slip is heard."""
-
-    FALL = "what hangs fell"
-    SQUEEZE = "what hangs rose with the grip"
 
 
 class SlipSignals:
@@ -141,6 +134,8 @@ class SlipSignals:
 
 
 def _fell(falls: Sequence[LoadFall], loads: Sequence[MeasuredLoad], shaken: float) -> bool:
-    return any(
-        [fall.step(load.size, load.deviation, shaken=shaken) for fall, load in zip(falls, loads, strict=True)]
+    """Whether one of them falls; all of them listen."""
+    fell = tuple(
+        fall.step(load.size, load.deviation, shaken=shaken) for fall, load in zip(falls, loads, strict=True)
     )
+    return any(fell)

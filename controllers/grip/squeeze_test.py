@@ -23,8 +23,8 @@ FELT = 0.04
 """Share by which the grip must have risen for an answer: less than half of what was asked for."""
 
 OPPOSED, ROSE, ROSE_OF_MORE, DEVIATIONS = 2, 0.035, 0.07, 3.5
-"""Share by which a load then rises where something slides, and above what its noise makes of it. Two opposed fingers
-do not move what they squeeze; more swing the load by 5 % as they set out."""
+"""Share by which a load then rises where something slides, and above what its noise makes of it. Two opposed
+fingers do not move what they squeeze; more swing the load by 5 % as they set out."""
 
 UNCLEAR = 0.5
 """Of that share: what rises by more holds now, but is not shown to have held."""

@@ -20,16 +20,12 @@ from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
 from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.load_noise import LoadNoise
-from palpate.friction.slip.margin_crossing import MarginCrossing, MarginParameters
 from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.tip import Tip
 from palpate.surfaces import Sphere
 
 RIPPLE = GripDither(amplitude=0.3, frequency=100.0)
 """What the simulated hand's servos pass on a third of: 0.11 N at the fingertips."""
-
-CROSSING = MarginParameters(safe=0.93, slipping=0.99)
-"""A grip with a margin of 12 % stands at a load ratio of 0.89."""
 
 COVERED = (0.03, 0.05)
 """By which mu and e may be smaller than planned with: what the grip's margin is for."""
@@ -145,7 +141,7 @@ def shares(config: GraspConfig) -> bool:
 
 
 def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: float) -> FingerSlips:
-    """Return the slip detection.
+    """Return the slip detection of a grip that ripples.
 
     Args:
         config: What was asked for.
@@ -154,8 +150,6 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         period: Of control [s].
     """
     noise = _noise(config, tip)
-    if config.known in ("touched", "estimated"):
-        return FingerSlips(lambda: MarginCrossing(believed, period, noise, CROSSING))
     of_mu, of_e = SPREADS[config.known]
     weakest = LimitSurface(
         WORST_SHARE * believed.friction * (1.0 - of_mu),

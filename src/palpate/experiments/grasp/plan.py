@@ -12,7 +12,6 @@ from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
-from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch, RecordingWatch
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
@@ -156,10 +155,10 @@ class GraspPlan(PlanDefaults):
             ) from None
 
     def controller(self) -> GraspController:
-        """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
+        """Return a fresh controller; its grip keeps alarms, and its belief estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
         need = GRIP_LAWS[config.controller](self.most_rubbed)
-        grip = self._grip(SlipBoundedSurface(belief), self._watch(), need)
+        grip = self._grip(SlipBoundedSurface(belief), need)
         lift = LiftController(grip, self.period, self.lift)
         lifting: LiftingController = lift
         first = GraspStage.CLOSE
@@ -170,30 +169,24 @@ class GraspPlan(PlanDefaults):
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
         return GraspController(lifting, grip, self.period, down, first=first)
 
-    def _grip(self, belief: SlipBoundedSurface, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
+    def _grip(self, belief: SlipBoundedSurface, need: GripNeed) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
         hearing = hearing_of(config, self.believed, belief, self.hand.geometry, period)
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
             plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
-            return SlipSafeGrip(n, belief, period, shared, watch, plan, hearing)
+            return SlipSafeGrip(n, belief, period, shared, plan=plan, hearing=hearing)
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
         if config.known == "untouched":
+            watch = slips_of(config, self.believed, self.hand.geometry.tips[0], period)
             return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common, hearing)
-        return SlipSafeGrip(n, belief, period, parameters, watch, common, hearing)
+        return SlipSafeGrip(n, belief, period, parameters, plan=common, hearing=hearing)
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":
             return MinimumGrip(self.config.fingers)
         return RobustGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
-
-    def _watch(self) -> RecordingWatch:
-        """Slip detection; a grip that ignores spin, or is shared, ignores its alarms."""
-        slips = slips_of(self.config, self.believed, self.hand.geometry.tips[0], self.period)
-        if shares(self.config):
-            return DisabledWatch(slips)
-        return PassiveWatch(slips) if self.config.ignores_spin else RecordingWatch(slips)
 
     @property
     def most_rubbed(self) -> float:

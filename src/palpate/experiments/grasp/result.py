@@ -3,14 +3,13 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.controllers.grip.grasp import GraspStage
-from palpate.controllers.grip.recording_watch import SlipAlarm
+from palpate.controllers.grip.slip_alarm import SlipAlarm
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
@@ -262,14 +261,13 @@ class Grasp:
 def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
     """Return the result of a run, with that of its companion if there was one."""
     control, other = recorded.controller, planned.companion()
-    watch, hearing, belief = control.grip.watch, control.grip.hearing, control.grip.belief.believed
-    heard = () if hearing is None else hearing.alarms
+    belief = control.grip.belief.believed
     comparison = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
     return Grasp(
         planned,
         recorded.run,
         recorded.observer.truth(),
-        tuple(sorted((*watch.alarms, *heard), key=attrgetter("time"))),
+        control.grip.alarms,
         control.grip.regrips,
         comparison,
         control.met_early,
