@@ -16,6 +16,7 @@ from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.controllers.grip.zeros import Zeros
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.belief import (
     NUDGING_GRIP,
@@ -29,6 +30,7 @@ from palpate.experiments.grasp.belief import (
 )
 from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
+from palpate.experiments.grasp.foreseen import announcer_of, preload_of
 from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
@@ -37,6 +39,7 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP, cautious_surface, c
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface, with_surface
 from palpate.experiments.grasp.truth import GraspTruthRecorder
 from palpate.experiments.grasp.unit_text import MILLI
+from palpate.experiments.grasp.wandering import zeros_of
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.friction_file import (
@@ -159,7 +162,8 @@ class GraspPlan(PlanDefaults):
         """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
         need = GRIP_LAWS[config.controller](self.most_rubbed)
-        grip = self._grip(SlipBoundedSurface(belief), self._watch(), need)
+        zeros = zeros_of(config, self.hand, self.fingers)
+        grip = self._grip(SlipBoundedSurface(belief), self._watch(), need, zeros)
         lift = LiftController(grip, self.period, self.lift)
         lifting: LiftingController = lift
         first = GraspStage.CLOSE
@@ -168,20 +172,57 @@ class GraspPlan(PlanDefaults):
             nudge = NudgeController(config.fingers, self.period, _nudging(hand.center))
             lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
-        return GraspController(lifting, grip, self.period, down, first=first)
+        return GraspController(lifting, grip, self.period, down, first=first, zeros=zeros)
 
-    def _grip(self, belief: SlipBoundedSurface, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
+    def _grip(
+        self, belief: SlipBoundedSurface, watch: RecordingWatch, need: GripNeed, zeros: Zeros
+    ) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
         hearing = hearing_of(config, self.believed, belief, self.hand.geometry, period)
+        told, preload = announcer_of(config, self.times), preload_of(config)
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
             plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
-            return SlipSafeGrip(n, belief, period, shared, watch, plan, hearing)
+            return SlipSafeGrip(
+                n,
+                belief,
+                period,
+                shared,
+                watch,
+                plan,
+                hearing,
+                zeros=zeros,
+                announcer=told,
+                preload=preload,
+            )
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
         if config.known == "untouched":
-            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common, hearing)
-        return SlipSafeGrip(n, belief, period, parameters, watch, common, hearing)
+            return DitheredGrip(
+                n,
+                belief,
+                period,
+                RIPPLE,
+                parameters,
+                watch,
+                common,
+                hearing,
+                zeros=zeros,
+                announcer=told,
+                preload=preload,
+            )
+        return SlipSafeGrip(
+            n,
+            belief,
+            period,
+            parameters,
+            watch,
+            common,
+            hearing,
+            zeros=zeros,
+            announcer=told,
+            preload=preload,
+        )
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":
