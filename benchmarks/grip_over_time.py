@@ -1,4 +1,4 @@
-"""What a grip comes to over time, while zeros wander, and what steps of the load do to it: by the simulation's truth.
+"""What a grip comes to while zeros wander, and what steps of the load do to it: by the simulation's truth.
 
     python benchmarks/grip_over_time.py long   [--seeds 40] [--seconds 600]   ten minutes at the default drift
     python benchmarks/grip_over_time.py fast   [--seeds 40]                   0.1 N/s for 10 s
@@ -121,7 +121,11 @@ def main() -> None:
     more = {"known": asked.known, "fingers": asked.fingers, "object": asked.object, "plant": asked.plant}
     seeds = range(asked.first, asked.first + asked.seeds)
     if asked.what == "steps":
-        kinds: dict[str, dict[str, float]] = {"unannounced": {}, "15 ms before": {"announced": 0.015}, "preload": {"preload": 2.5}}
+        kinds: dict[str, dict[str, float]] = {
+            "unannounced": {},
+            "15 ms before": {"announced": 0.015},
+            "preload": {"preload": 2.5},
+        }
         for name, option in kinds.items():
             came = []
             for seed in seeds:

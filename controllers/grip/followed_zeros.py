@@ -3,13 +3,15 @@
 A finger that touches nothing feels nothing: what it then shows is its zero, and the sensor counts as tared anew.
 
 What a hand at rest holds at rest pulls as it did: weight and friction do not change by themselves. What then
-changes no faster than zeros may wander is taken for their wander, and followed. Anything faster is a load; the zero
-stays where it was found, and the time runs for which nobody has followed it. `Zeros.reserve` grows with that time
-only, not with all that has passed since the tare.
+changes no faster than zeros may wander is taken for their wander, and followed. Anything faster is a load; the
+zero stays where it was found, and the time runs for which nobody has followed it. `Zeros.reserve` grows with that
+time only, not with all that has passed since the tare.
 
 The grip is no part of this: its command goes on, and gears rub. What changes along the normal is compared with the
 command; while it rests the grip does not correct its command by what it feels, so that an error there moves
-nothing.
+nothing. Stability: the command then follows from tangential loads alone, and what is followed of them is followed
+by at most `QUICKER` times the wander, towards what was held when the rest began. Nothing that is commanded comes
+back.
 
 Model: the true load of a hand at rest either stays, or changes faster than zeros wander. A load that grows more
 slowly looks like a zero. But it grows at all fingers, in the direction in which it pulls, and zeros wander
@@ -34,8 +36,8 @@ from palpate.sensing.solver import Surface, contact_from_wrench
 from palpate.spatial import Wrench, norm
 
 SHORTEST, LONGEST = 0.1, 0.2
-"""[s] Over which is averaged: between these, for as long as makes noise and wander weigh alike. Of 10 mN of noise at
-1 kHz 1 and 0.7 mN are left. Twice that, at least, passes before a rest is known as one."""
+"""[s] Over which is averaged: between these, for as long as makes noise and wander weigh alike. Of 10 mN of noise
+at 1 kHz 1 and 0.7 mN are left. Twice that, at least, passes before a rest is known as one."""
 
 ROUNDING = 1e-6
 """Of a number of steps."""
@@ -45,15 +47,14 @@ STAIR = 0.5
 time never rests."""
 
 SIGMAS = 5.0
-"""Of the difference of two such means, above which something has changed: never by chance, in ten minutes of twelve
-axes (4e-2 times in 72000)."""
+"""Of the difference of two such means, above which something has changed: by chance 0.04 times in ten minutes, of
+twelve axes."""
 
 QUICKER = 2.0
-"""Times the wander of a block by which a mean may be off: what is followed is off by one at most, and once that
-much is none."""
+"""Times the wander of a block by which a mean may be off, and is followed: noise takes the other half."""
 
 UNEVEN = 0.15
-"""[N] By which a normal force may be off its command while all rests, as gears hold it."""
+"""[N] By which a normal force may be off its command while all rests, beside what gears hold of a change."""
 
 SETTLED = 0.06
 """[N] By which it may be when a rest begins: where a grip was let down, it goes on sinking by more."""
@@ -215,9 +216,8 @@ class FollowedZeros:
 
     def _along(self, wrenches: FloatArray) -> FloatArray:
         """By how much more each finger feels for 1 N of normal force, shape (k, 6) [1, m]."""
-        rows = []
-        for contact in self._contacts(wrenches):
-            rows.append([*-contact.normal, *-np.cross(contact.centroid, contact.normal)])
+        contacts = self._contacts(wrenches)
+        rows = [[*-each.normal, *-np.cross(each.centroid, each.normal)] for each in contacts]
         return np.array(rows)
 
     def _contacts(self, wrenches: FloatArray) -> list[Contact]:

@@ -1,11 +1,11 @@
 """Raises a grip before what is expected acts.
 
 For what will hang a contact needs no more than what it needs now, and what the expected load alone needs: the
-least normal force is subadditive (see `palpate.controllers.grip.zero_wander`). That is what the fingers are to press
-with when it begins. They begin to as much earlier as the actuator takes: its lag, and the way at its rate.
+least normal force is subadditive (see `palpate.controllers.grip.zero_wander`). That is what the fingers are to
+press with when it begins. They begin earlier by what the actuator takes: its lag, and the way at its rate.
 
-What is expected is forgotten when it is over: by then the fingers feel it. What they needed before it is taken when
-its turn begins, or it would count twice.
+What is expected is forgotten when it is over: by then the fingers feel it. What they needed before is taken once,
+when its turn begins, or it would count twice.
 """
 
 from collections.abc import Iterable, Sequence
@@ -61,9 +61,7 @@ class Foresight:
         return least
 
 
-def _for_both(
-    load: ExpectedLoad, needed: Forces, surfaces: Sequence[LimitSurface], margin: float
-) -> Forces:
+def _for_both(load: ExpectedLoad, needed: Forces, surfaces: Sequence[LimitSurface], margin: float) -> Forces:
     """For what hangs and what comes, shared alike."""
     n = len(needed)
     return tuple(

@@ -13,8 +13,8 @@ RISE = 5e-3
 class Preload:
     """Steps of the load that are to be borne without slip, though nobody announces them.
 
-    While a step rises within `RISE`, an actuator adds rate (RISE - lag) of grip, if that is above 0; all else must be
-    there before. So the price is what the step alone needs, less that, whatever hangs: light loads pay most.
+    While a step rises within `RISE`, an actuator adds rate (RISE - lag) of grip, if that is above 0; all else must
+    be there before. So the price is what the step alone needs, less that, whatever hangs: light loads pay most.
 
     Attributes:
         force: The largest step, of the object, in whatever direction [N].

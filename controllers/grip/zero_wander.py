@@ -26,8 +26,8 @@ class TipOnSensor:
     def felt(self, wrench: Wrench) -> tuple[float, float, float]:
         """Return by how much what is felt is off at most: normal and tangential force [N], spin torque [N m].
 
-        A moment about the tip's centre tilts the normal that is found, by itself over radius times normal force; so
-        the normal force shows as a tangential one of that moment over the radius.
+        A moment about the tip's centre tilts the normal that is found, by itself over radius times normal force;
+        so the normal force shows as a tangential one of that moment over the radius.
 
         Args:
             wrench: By how much each axis is off, at most, up or down [N, N m].
@@ -63,8 +63,8 @@ class ZeroWander:
     def reserve(self, surface: LimitSurface, tip: TipOnSensor, time: float) -> float:
         """Return by how much more a contact is to press for what its zero may have wandered in that time [N].
 
-        The least normal force is subadditive in (f_t, tau), for p >= 1 and gamma >= 0: what holds the felt load, and
-        what holds the error, together hold any load between.
+        The least normal force is subadditive in (f_t, tau), for p >= 1 and gamma >= 0: what holds the felt load,
+        and what holds the error, together hold the true one.
         """
         if not time > 0.0:
             return 0.0

@@ -25,6 +25,6 @@ def noise_of_finger(robot: Robot, i: int) -> Wrench:
 
 
 def wander_of_finger(robot: Robot, i: int) -> tuple[float, float]:
-    """Return how fast the zero of finger i may wander, each axis [N/s, N m/s]; 0 where the robot file is silent."""
+    """Return how fast the zero of finger i may wander, each axis [N/s, N m/s]; 0 if the file does not say."""
     drift = robot.file.fingers[i].drift
     return (0.0, 0.0) if drift is None else (drift.force, drift.moment)

@@ -34,6 +34,7 @@ from palpate.experiments.grasp.foreseen import announcer_of, preload_of
 from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
+from palpate.experiments.grasp.price import price_of_preload
 from palpate.experiments.grasp.scene import PullTimes, pull_times, sensor_of, task_of
 from palpate.experiments.grasp.strength import LARGEST_GRIP, cautious_surface, check_weight, taking_up_time
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface, with_surface
@@ -276,6 +277,7 @@ class GraspPlan(PlanDefaults):
             KeyFigure("lift height", MILLI * config.lift_height, "mm"),
             KeyFigure("lift speed", MILLI * config.lift_speed, "mm/s"),
             KeyFigure("greatest grip asked for", LARGEST_GRIP, "N", "of each finger"),
+            *self._preload_figure(),
             KeyFigure("friction mu, believed", self.believed.friction),
             KeyFigure("spin length e, believed", MILLI * self.believed.spin_length, "mm"),
             KeyFigure(
@@ -285,6 +287,12 @@ class GraspPlan(PlanDefaults):
         )
         task = f"Grasp of a {config.object} with {config.fingers} fingers"
         return DryRun(task, figures, FILES, notes_on(self))
+
+    def _preload_figure(self) -> tuple[KeyFigure, ...]:
+        if not self.config.preload:
+            return ()
+        note = f"of every finger, for steps up to {self.config.preload:g} N that nobody announces"
+        return (KeyFigure("preload", price_of_preload(self), "N", note, 2),)
 
     def view(self) -> ViewScene:
         """Return hand, object and table."""
