@@ -128,6 +128,7 @@ class FollowedZeros:
         self._tared = self._zero
         self._kept: _Held | None = None
         self._before: _Held | None = None
+        self._free = self._held = self._still = self._healthy = True
         for detector in self._detectors:
             detector.restart()
         self._begin()

@@ -140,7 +140,8 @@ class GraspController:
         """
         self._lifting, self.grip, self._period = lifting, grip, positive("period", period, "s")
         self._parameters, self._first = parameters or SetDownParameters(), first
-        self.zeros, self._pressed = zeros or SteadyZeros(), ()
+        self.zeros = zeros or SteadyZeros()
+        self._pressed: tuple[float, ...] = ()
         self._pulls: tuple[Vector, ...] = ()
         self._landed: float | None = None
         self._released: tuple[float, ...] = ()

@@ -24,7 +24,7 @@ WANDER = ZeroWander(1e-3, 1e-5)
 RADIUS, CENTER = 0.008, (0.0, 0.0, 0.012)
 TIP, BALL = TipOnSensor(RADIUS, CENTER), Sphere(RADIUS, center=CENTER)
 SURFACE = LimitSurface(0.5, 0.004)
-NOISELESS = (1e-6,) * 3 + (1e-8,) * 3
+NOISELESS = (1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8)
 SIGNS = st.lists(st.sampled_from((-1.0, 1.0)), min_size=12, max_size=12).map(lambda s: np.reshape(s, (2, 6)))
 
 surfaces = st.builds(
