@@ -62,6 +62,8 @@ SETTLED = 0.06
 AT_REST = 1e-3
 """[m/s] A hand that is slower stands."""
 
+NOTHING: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
 FELT = 0.05
 """[N] A tangential load below that has no direction."""
 
@@ -124,7 +126,7 @@ class FollowedZeros:
         """[s] For which zeros have wandered since the tare and were not followed."""
         self.resting, self.hidden = False, 0.0
         self._zero = np.zeros((n, 6))
-        self._given: list[Wrench] = [(0.0,) * 6] * n
+        self._given: list[Wrench] = [NOTHING] * n
         self._tared = self._zero
         self._kept: _Held | None = None
         self._before: _Held | None = None

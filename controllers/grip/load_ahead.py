@@ -6,7 +6,7 @@ from palpate.controllers.grip.fading_memory import FadingMemory, Values
 from palpate.friction.contact_load import ContactLoad
 
 ODD_FORCE, ODD_TORQUE = 0.3, 2e-3
-"""[N, N m] By which one sample may differ from its prediction: fifteen times the noise of one, and 300 N/s of load in
+"""[N, N m] By which one sample may differ from its prediction: fifteen times the noise of one, and 300 N/s in
 a period of 1 ms."""
 
 

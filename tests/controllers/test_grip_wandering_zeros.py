@@ -36,7 +36,8 @@ loads = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 0.02))
 def pressed(normal=2.0, down=0.5, spin=1e-3):
     """The wrench of a finger that presses along x, and bears a load and a torque."""
     f = np.array([-normal, 0.0, -down])
-    return np.array([*f, *(np.cross(np.add(CENTER, (RADIUS, 0.0, 0.0)), f) + [spin, 0.0, 0.0])])
+    m = np.cross(np.add(CENTER, (RADIUS, 0.0, 0.0)), f)
+    return np.array([*f, m[0] + spin, m[1], m[2]])
 
 
 def seen(time, wrenches, speed=0.0):
