@@ -6,8 +6,9 @@ A held object with two degrees of freedom (`slip_model`), friction as of the fri
 to 0.25, mu_k/mu_s 0.85 to 1, grip 2 to 6 N, load from pure pull to pure twist; sensor noise 10 mN and 0.1 mN m per
 sample at 1 kHz and drift 1 mN/s as they appear at a fingertip of 8 mm, normals up to 0.5 degrees wrong besides,
 samples one period old. "Rough": mu and c within 30 %, with a ripple on the grip. Latency is from the first
-micrometre of slip at either finger to the first alarm of either; below 0 it was told before. The no-slip set never loads a contact beyond 80 % of what it bears. Seeds are none that anything was
-tuned on. Exit status 1: a figure asked for was not reached.
+micrometre of slip at either finger to the first alarm of either; below 0 it was told before. The no-slip set never
+loads a contact beyond 80 % of what it bears. Seeds are none that anything was tuned on. Exit status 1: a figure
+asked for was not reached.
 """
 
 import argparse

@@ -1,10 +1,13 @@
 """A slip-safe grip with dither, by which slip is detected where friction is unknown."""
 
+from palpate.controllers.grip.announced_loads import Announcer
 from palpate.controllers.grip.belief import SlipWatch, SurfaceBelief
 from palpate.controllers.grip.grip_plan import GripPlan
 from palpate.controllers.grip.parameters import GripParameters
+from palpate.controllers.grip.preload import Preload
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.controllers.grip.zeros import Zeros
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.runtime.data import Observation
 
@@ -25,6 +28,10 @@ class DitheredGrip(SlipSafeGrip):
         watch: SlipWatch | None = None,
         plan: GripPlan | None = None,
         hearing: SlipHearing | None = None,
+        *,
+        zeros: Zeros | None = None,
+        announcer: Announcer | None = None,
+        preload: Preload | None = None,
     ) -> None:
         """Take the ripple, and all else as `SlipSafeGrip` does.
 
@@ -33,7 +40,18 @@ class DitheredGrip(SlipSafeGrip):
         """
         dither.half_cycle(period)
         self._dither = dither
-        super().__init__(fingers, belief, period, parameters, watch, plan, hearing)
+        super().__init__(
+            fingers,
+            belief,
+            period,
+            parameters,
+            watch,
+            plan,
+            hearing,
+            zeros=zeros,
+            announcer=announcer,
+            preload=preload,
+        )
 
     def step(self, now: Observation, at_least: float = 0.0, *, hanging: bool = True) -> tuple[float, ...]:
         """See `SlipSafeGrip`."""

@@ -18,6 +18,7 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
+from palpate.sensing.ft.poses import STANDARD_GRAVITY
 from palpate.spatial import ZERO
 
 START_SPEED = 5e-5
@@ -152,7 +153,10 @@ class LiftController:
         if self.phase is Phase.HOLD:
             return 0.0
         first = self._parameters.first_grip
-        return max(first, GRIP_FACTOR * self._needed) if self.phase is Phase.LIFT else first
+        if self.phase is not Phase.LIFT:
+            return first
+        # its own acceleration adds a share to what hangs, known before it is felt
+        return max(first, (GRIP_FACTOR + self._parameters.acceleration / STANDARD_GRAVITY) * self._needed)
 
     def _lift(self, now: Observation) -> None:
         """Advance the lift: no faster than allows a stop at the height, and than the grip follows the load."""

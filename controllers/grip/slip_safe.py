@@ -11,11 +11,16 @@ a bounded share, and not let down before all fingers feel again. It never opens.
 import math
 from collections.abc import Sequence
 
+from palpate.controllers.grip.announced_loads import Announcer, NothingAnnounced
 from palpate.controllers.grip.belief import NoSlipWatch, SlipWatch, SurfaceBelief
+from palpate.controllers.grip.expected_load import ExpectedLoad
+from palpate.controllers.grip.foresight import Foresight
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
+from palpate.controllers.grip.preload import Preload
 from palpate.controllers.grip.slip_alarm import Signal, SlipAlarm
 from palpate.controllers.grip.slip_hearing import SlipHearing
+from palpate.controllers.grip.zeros import SteadyZeros, Zeros
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.slip.kinds import kind_of_slip
@@ -55,6 +60,10 @@ class SlipSafeGrip:
         watch: SlipWatch | None = None,
         plan: GripPlan | None = None,
         hearing: SlipHearing | None = None,
+        *,
+        zeros: Zeros | None = None,
+        announcer: Announcer | None = None,
+        preload: Preload | None = None,
     ) -> None:
         """Take the pieces.
 
@@ -67,13 +76,19 @@ class SlipSafeGrip:
             plan: From what is felt to what each finger is to press with, by that belief; one grip for all if not
                 given.
             hearing: Hears a load that falls, and bounds that belief by what slips; nobody if not given.
+            zeros: Of the fingers' sensors; whoever gives the observations has them take each period first. They do
+                not wander if not given.
+            announcer: Who knows of loads before they act; nobody if not given.
+            preload: For steps that nobody announces; none if not given.
         """
         if fingers < _TOO_FEW:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
         self.belief, self.watch = belief, watch or NoSlipWatch()
-        self.hearing = hearing
+        self.hearing, self._zeros = hearing, zeros or SteadyZeros()
+        self._announcer, self._preload = announcer or NothingAnnounced(), preload or Preload()
+        self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -108,6 +123,7 @@ class SlipSafeGrip:
         if self.hearing is not None:
             self.hearing.start()
         self._plan.start()
+        self._foresight.start()
         self.regrips = 0
         self.alarms: tuple[SlipAlarm, ...] = ()
         nothing = self._correction = (0.0,) * self._fingers
@@ -116,6 +132,10 @@ class SlipSafeGrip:
         self._safe = self._moved = self.targets
         self._commanded = nothing
         self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
+
+    def expect(self, load: ExpectedLoad) -> None:
+        """Be told of a load before it acts."""
+        self._foresight.expect((load,))
 
     def step(self, now: Observation, at_least: float = 0.0, *, hanging: bool = True) -> Forces:
         """Return with which force each finger is to press during the next period [N].
@@ -136,8 +156,9 @@ class SlipSafeGrip:
         loads = tuple(_load_of(finger) for finger in now.fingers)
         onset, ongoing = self._listen(now.time, loads)
         missing, stopping = self._hear(now, loads, hanging=hanging)
-        planned = self._plan.wanted(now, loads, margin, missing)
-        wanted = tuple(force * stopping + p.reserve for force in planned)
+        planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
+        wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
+        wanted = _larger(wanted, self._foreseen(now.time, margin))
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
@@ -170,6 +191,18 @@ class SlipSafeGrip:
         unknown = ongoing and not any(onsets)
         self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
         return any(onsets), ongoing
+
+    def _reserve(self, finger: int, margin: float) -> float:
+        """Grip beyond what the load needs [N]: for noise or a wandering zero, whichever is more, and for steps."""
+        p, surface = self.parameters, self.belief.surface(finger)
+        step = self._preload.grip(surface, self._fingers, margin, p.lead, p.grip_rate)
+        return max(p.reserve, self._zeros.reserve(surface)) + step
+
+    def _foreseen(self, time: float, margin: float) -> Forces:
+        """Least grip for what is expected [N]."""
+        self._foresight.expect(self._announcer.announced(time))
+        surfaces = [self.belief.surface(i) for i in range(self._fingers)]
+        return self._foresight.least(time, self._plan.needed, surfaces, margin, self._moved)
 
     def _hear(self, now: Observation, loads: Loads, *, hanging: bool) -> tuple[float, float]:
         """What hangs over what is felt of it, and by how much more grip what slides is stopped."""
@@ -216,7 +249,7 @@ class SlipSafeGrip:
     def _correct(self, loads: Loads) -> None:
         """Move the command by what the fingers feel too little or too much."""
         p, felt = self.parameters, tuple(load.normal_force for load in loads if load is not None)
-        if len(felt) < len(loads):
+        if len(felt) < len(loads) or self._zeros.resting:  # at rest, what changes are the zeros
             return
         share = self._period / p.correction_time
         missing = self._plan.missing(self.targets, felt)

@@ -7,6 +7,7 @@ from statistics import fmean
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp.belief import NUDGING_GRIP, shares
 from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.price import growth_in_hold
 from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp.strength import LARGEST_GRIP, OVERSHOOT
 from palpate.experiments.grasp.unit_text import MILLI, in_percent
@@ -40,6 +41,7 @@ def _felt_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
             f"as it was felt, mean of the fingers, while held; {_COMMANDED}",
             3,
         ),
+        *_growth(grasp),
         *_alarm_figures(grasp),
         *_nudged(grasp),
     )
@@ -61,6 +63,7 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "largest grip", grasp.largest_grip, "N", f"true, mean of the fingers, while pulled; {_COMMANDED}", 3
         ),
+        *_growth(grasp),
         *_alarm_figures(grasp),
         *_nudged(grasp),
     ]
@@ -75,6 +78,14 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         for onset in grasp.onsets
     ]
     return tuple(figures)
+
+
+def _growth(grasp: Grasp) -> list[KeyFigure]:
+    """How the grip grew while nothing pulled, and what that was for."""
+    if grasp.planned.config.load != "none":
+        return []
+    note = f"last half second over the first; for zeros that wander up to {growth_in_hold(grasp.planned):.3g}"
+    return [KeyFigure("grip growth in the hold", grasp.growth, "", note, 3)]
 
 
 def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:

@@ -15,6 +15,7 @@ from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.controllers.grip.zeros import Zeros
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.belief import (
     NUDGING_GRIP,
@@ -28,14 +29,17 @@ from palpate.experiments.grasp.belief import (
 )
 from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
+from palpate.experiments.grasp.foreseen import announcer_of, preload_of
 from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
+from palpate.experiments.grasp.price import price_of_preload
 from palpate.experiments.grasp.scene import PullTimes, pull_times, sensor_of, task_of
 from palpate.experiments.grasp.strength import LARGEST_GRIP, cautious_surface, check_weight, taking_up_time
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface, with_surface
 from palpate.experiments.grasp.truth import GraspTruthRecorder
 from palpate.experiments.grasp.unit_text import MILLI
+from palpate.experiments.grasp.wandering import zeros_of
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.friction_file import (
@@ -158,7 +162,8 @@ class GraspPlan(PlanDefaults):
         """Return a fresh controller; its grip keeps alarms, and its belief estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
         need = GRIP_LAWS[config.controller](self.most_rubbed)
-        grip = self._grip(SlipBoundedSurface(belief), need)
+        zeros = zeros_of(config, self.hand, self.fingers)
+        grip = self._grip(SlipBoundedSurface(belief), need, zeros)
         lift = LiftController(grip, self.period, self.lift)
         lifting: LiftingController = lift
         first = GraspStage.CLOSE
@@ -167,21 +172,38 @@ class GraspPlan(PlanDefaults):
             nudge = NudgeController(config.fingers, self.period, _nudging(hand.center))
             lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
-        return GraspController(lifting, grip, self.period, down, first=first)
+        return GraspController(lifting, grip, self.period, down, first=first, zeros=zeros)
 
-    def _grip(self, belief: SlipBoundedSurface, need: GripNeed) -> SlipSafeGrip:
+    def _grip(self, belief: SlipBoundedSurface, need: GripNeed, zeros: Zeros) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
         hearing = hearing_of(config, self.believed, belief, self.hand.geometry, period)
+        told, preload = announcer_of(config, self.times), preload_of(config)
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
             plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
-            return SlipSafeGrip(n, belief, period, shared, plan=plan, hearing=hearing)
+            return SlipSafeGrip(
+                n, belief, period, shared, None, plan, hearing, zeros=zeros, announcer=told, preload=preload
+            )
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
-        if config.known == "untouched":
-            watch = slips_of(config, self.believed, self.hand.geometry.tips[0], period)
-            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common, hearing)
-        return SlipSafeGrip(n, belief, period, parameters, plan=common, hearing=hearing)
+        if config.known != "untouched":
+            return SlipSafeGrip(
+                n, belief, period, parameters, None, common, hearing, zeros=zeros, announcer=told, preload=preload
+            )
+        watch = slips_of(config, self.believed, self.hand.geometry.tips[0], period)
+        return DitheredGrip(
+            n,
+            belief,
+            period,
+            RIPPLE,
+            parameters,
+            watch,
+            common,
+            hearing,
+            zeros=zeros,
+            announcer=told,
+            preload=preload,
+        )
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":
@@ -228,6 +250,7 @@ class GraspPlan(PlanDefaults):
             KeyFigure("lift height", MILLI * config.lift_height, "mm"),
             KeyFigure("lift speed", MILLI * config.lift_speed, "mm/s"),
             KeyFigure("greatest grip asked for", LARGEST_GRIP, "N", "of each finger"),
+            *self._preload_figure(),
             KeyFigure("friction mu, believed", self.believed.friction),
             KeyFigure("spin length e, believed", MILLI * self.believed.spin_length, "mm"),
             KeyFigure(
@@ -237,6 +260,12 @@ class GraspPlan(PlanDefaults):
         )
         task = f"Grasp of a {config.object} with {config.fingers} fingers"
         return DryRun(task, figures, FILES, notes_on(self))
+
+    def _preload_figure(self) -> tuple[KeyFigure, ...]:
+        if not self.config.preload:
+            return ()
+        note = f"of every finger, for steps up to {self.config.preload:g} N that nobody announces"
+        return (KeyFigure("preload", price_of_preload(self), "N", note, 2),)
 
     def view(self) -> ViewScene:
         """Return hand, object and table."""

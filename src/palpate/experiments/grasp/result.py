@@ -198,6 +198,12 @@ class Grasp:
         return float(self.felt[known].max()) if known.any() else math.nan
 
     @property
+    def growth(self) -> float:
+        """Mean grip of the last half second that counts over that of the first; NaN if both are more than all."""
+        felt, half = self.felt[self.counted], round(0.5 / self.planned.period)
+        return float(felt[-half:].mean() / felt[:half].mean()) if len(felt) > 2 * half else math.nan
+
+    @property
     def grip_ratio(self) -> float:
         """Mean of the true grip over the mean of the least, while it was pulled; NaN if it was never held."""
         known = self.counted & np.isfinite(self.least)
