@@ -13,11 +13,18 @@ LEAST_LEFT = 0.45
 heard again. A load that goes away shows less and less friction, until it is told from a slip."""
 
 
+REGAINS, SLOWEST = 60.0, 960.0
+"""[s] A margin of 12 % is used up after 7 s, and then after twice that: 0.1 mm of slip each."""
+
+BORNE = 0.1
+"""[s] Time constant of the mean of what a contact bears."""
+
+
 class SlipBoundedSurface:
     """What another belief says, its friction at most what each contact showed as it slipped. A `SurfaceBelief`.
 
-    Downwards at once: what slips shows its limit. A bound goes only with the grip, or when the slip that gave it
-    is refuted.
+    Downwards at once: what slips shows its limit. Upwards at once to what a contact is seen to bear, and beyond
+    slowly: by a factor of e in `REGAINS`, and half as fast after each slip that this leads to.
     """
 
     def __init__(self, belief: SurfaceBelief) -> None:
@@ -30,6 +37,8 @@ class SlipBoundedSurface:
         self.believed.start()
         self._bounds: dict[int, float] = {}
         self._before: dict[int, float] = {}
+        self._borne: dict[int, float] = {}
+        self._regains, self._time = REGAINS, math.inf
 
     def surface(self, finger: int) -> LimitSurface:
         """See `SurfaceBelief`."""
@@ -39,6 +48,22 @@ class SlipBoundedSurface:
     def watch(self, time: float, loads: Sequence[ContactLoad | None], onsets: Sequence[bool]) -> None:
         """See `SurfaceBelief`."""
         self.believed.watch(time, loads, onsets)
+        gone, self._time = max(time - self._time, 0.0), time
+        for finger, bound in tuple(self._bounds.items()):
+            surface, load = self.believed.surface(finger), loads[finger]
+            if load is None or onsets[finger]:
+                self._borne.pop(finger, None)
+                continue
+            ratio = surface.friction * surface.load_ratio(
+                load.normal_force, load.tangential_length, load.spin_torque
+            )
+            before = self._borne.get(finger, bound)
+            borne = self._borne[finger] = before + (ratio - before) * -math.expm1(-gone / BORNE)
+            bound = max(bound * math.exp(gone / self._regains), borne)
+            if bound < surface.friction:
+                self._bounds[finger] = bound
+            else:
+                del self._bounds[finger]
 
     def show(self, friction: Sequence[float], borne: Sequence[float]) -> None:
         """Take what contacts show as they slip.
@@ -60,7 +85,9 @@ class SlipBoundedSurface:
                 self._bounds[finger] = bound
 
     def keep(self) -> None:
-        """What was shown so far was so."""
+        """What was shown so far was so, and something slips again."""
+        if self._bounds:
+            self._regains = min(2.0 * self._regains, SLOWEST)
         self._before = dict(self._bounds)
 
     def take_back(self) -> None:

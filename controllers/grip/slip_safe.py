@@ -133,6 +133,11 @@ class SlipSafeGrip:
         self._commanded = nothing
         self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
 
+    @property
+    def overloaded(self) -> bool:
+        """Whether the present load takes more than the grip may be, by what is believed."""
+        return max(self._plan.needed) > self.parameters.largest_grip
+
     def expect(self, load: ExpectedLoad) -> None:
         """Be told of a load before it acts."""
         self._foresight.expect((load,))
@@ -154,8 +159,8 @@ class SlipSafeGrip:
             )
         p, margin = self.parameters, self.live.value("margin")
         loads = tuple(_load_of(finger) for finger in now.fingers)
-        onset, ongoing = self._listen(now.time, loads)
-        missing, stopping = self._hear(now, loads, hanging=hanging)
+        missing, stopping, heard = self._hear(now, loads, hanging=hanging)
+        onset, ongoing = self._listen(now.time, loads, heard)
         planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
         wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
         wanted = _larger(wanted, self._foreseen(now.time, margin))
@@ -182,14 +187,15 @@ class SlipSafeGrip:
         self._commanded = self._command()
         return self._commanded
 
-    def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
-        """Update slip detection and limit surfaces; return whether a slip begins, and whether one continues."""
+    def _listen(self, time: float, loads: Loads, heard: Sequence[bool]) -> tuple[bool, bool]:
+        """Update the watch and limit surfaces; return whether it tells of a slip that begins, or goes on."""
         onsets = self.watch.step(time, loads)
         self._record(time, loads, onsets, Signal.RIPPLE)
         ongoing = self.watch.slipping
+        either = tuple(a or b for a, b in zip(onsets, heard, strict=True))
         # a load under which something goes on slipping was not held
-        unknown = ongoing and not any(onsets)
-        self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
+        slips = ongoing or (self.hearing is not None and self.hearing.slipping)
+        self.belief.watch(time, (None,) * len(loads) if slips and not any(either) else loads, either)
         return any(onsets), ongoing
 
     def _reserve(self, finger: int, margin: float) -> float:
@@ -204,15 +210,16 @@ class SlipSafeGrip:
         surfaces = [self.belief.surface(i) for i in range(self._fingers)]
         return self._foresight.least(time, self._plan.needed, surfaces, margin, self._moved)
 
-    def _hear(self, now: Observation, loads: Loads, *, hanging: bool) -> tuple[float, float]:
-        """What hangs over what is felt of it, and by how much more grip what slides is stopped."""
+    def _hear(self, now: Observation, loads: Loads, *, hanging: bool) -> tuple[float, float, Sequence[bool]]:
+        """What hangs over what is felt of it, by how much more grip what slides stops, and where that begins."""
         if self.hearing is None:
-            return 1.0, 1.0
+            return 1.0, 1.0, (False,) * len(loads)
         onsets = self.hearing.step(now, loads, hanging=hanging)
         if any(onsets):
             self._record(now.time, loads, onsets, self.hearing.signal)
             self.regrips += 1
-        return self.hearing.missing, 1.0 + self.parameters.regrip if self.hearing.slipping else 1.0
+        stopping = 1.0 + self.parameters.regrip if self.hearing.slipping else 1.0
+        return self.hearing.missing, stopping, onsets
 
     def _record(self, time: float, loads: Loads, onsets: Sequence[bool], signal: Signal) -> None:
         for finger, (load, onset) in enumerate(zip(loads, onsets, strict=True)):

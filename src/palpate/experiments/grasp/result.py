@@ -11,6 +11,7 @@ import numpy.typing as npt
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.slip_alarm import SlipAlarm
 from palpate.errors import FloatArray
+from palpate.experiments.grasp.creep import CREEPS, TURNS, creep_rate
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp.plan import GraspPlan
@@ -119,9 +120,20 @@ class Grasp:
 
     @property
     def gave_way(self) -> tuple[str, ...]:
-        """Significant motion in the air: "slipped", "spun", both or neither."""
-        slip, spin = max(self.slip, self.slip_aloft), max(self.spin, self.spin_aloft)
-        return tuple(word for word, beyond in (("slipped", slip > SLIPPED), ("spun", spin > SPUN)) if beyond)
+        """Significant motion in the air, so far or still going on: "slipped", "spun", both or neither."""
+        slipped = max(self.slip, self.slip_aloft) > SLIPPED or self.slip_rate > CREEPS
+        spun = max(self.spin, self.spin_aloft) > SPUN or self.spin_rate > TURNS
+        return tuple(word for word, beyond in (("slipped", slipped), ("spun", spun)) if beyond)
+
+    @cached_property
+    def slip_rate(self) -> float:
+        """With which it creeps over any fingertip while it is pulled [m/s]."""
+        return creep_rate(self.truth.time[self.counted], self.truth.slip[self.counted])
+
+    @cached_property
+    def spin_rate(self) -> float:
+        """Likewise, about its normal [rad/s]."""
+        return creep_rate(self.truth.time[self.counted], self.truth.spin[self.counted])
 
     @property
     def slip(self) -> float:
