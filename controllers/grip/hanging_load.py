@@ -21,10 +21,29 @@ class MeasuredLoad:
     Attributes:
         size: [N], or [N m].
         deviation: Of its noise, likewise.
+        wanders: As the zeros of the sensors may [N/s], or [N m/s].
     """
 
     size: float
     deviation: float
+    wanders: float = 0.0
+
+    def scaled(self, by: float) -> "MeasuredLoad":
+        """Return it times a factor."""
+        return MeasuredLoad(by * self.size, by * self.deviation, by * self.wanders)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceErrors:
+    """What the force of one finger errs by.
+
+    Attributes:
+        noise: Standard deviation [N].
+        wanders: Its zero [N/s].
+    """
+
+    noise: float
+    wanders: float = 0.0
 
 
 class HangingLoad(Protocol):
@@ -51,9 +70,10 @@ class NetForce:
     a moment: an object that only turns in the fingers is not heard.
     """
 
-    def __init__(self, hand: HandKinematics, force_noise: float, fingers: int) -> None:
-        """Take where the fingertips are, the deviation of one force [N], and how many fingers there are."""
-        self._hand, self._deviation = hand, force_noise * math.sqrt(fingers)
+    def __init__(self, hand: HandKinematics, errors: ForceErrors, fingers: int) -> None:
+        """Take where the fingertips are, what a force errs by, and how many fingers there are."""
+        self._hand = hand
+        self._deviation, self._wanders = errors.noise * math.sqrt(fingers), errors.wanders * fingers
 
     def start(self) -> None:
         """See `HangingLoad`."""
@@ -65,7 +85,7 @@ class NetForce:
         poses = self._hand.sensor_poses(now.hand.joint_position)
         for finger, pose in zip(now.fingers, poses, strict=True):
             total = add(total, rotate(pose.rotation, finger.force))
-        return (MeasuredLoad(norm(total), self._deviation),)
+        return (MeasuredLoad(norm(total), self._deviation, self._wanders),)
 
 
 class NetWrench:
@@ -75,9 +95,10 @@ class NetWrench:
     the net force at the arm of the fingertips.
     """
 
-    def __init__(self, hand: HandKinematics, force_noise: float, fingers: int, period: float) -> None:
-        """Take where the fingertips are, the deviation of one force [N], how many they are, and the period [s]."""
-        self._hand, self._deviation = hand, force_noise * math.sqrt(fingers)
+    def __init__(self, hand: HandKinematics, errors: ForceErrors, fingers: int, period: float) -> None:
+        """Take where the fingertips are, what a force errs by, how many fingers there are, and the period [s]."""
+        self._hand = hand
+        self._deviation, self._wanders = errors.noise * math.sqrt(fingers), errors.wanders * fingers
         self._share = -math.expm1(-period / LATELY)
         self.start()
 
@@ -103,7 +124,7 @@ class NetWrench:
         self._mean = add_scaled(self._mean, self._share, off)
         size = norm(force)
         return (
-            MeasuredLoad(size, self._deviation),
+            MeasuredLoad(size, self._deviation, self._wanders),
             MeasuredLoad(max(2.0 * size * arm_length - norm(off), 0.0), self._deviation * arm_length),
         )
 

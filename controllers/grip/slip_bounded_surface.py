@@ -90,6 +90,10 @@ class SlipBoundedSurface:
             self._regains = min(2.0 * self._regains, SLOWEST)
         self._before = dict(self._bounds)
 
+    def forget(self) -> None:
+        """Nothing that was shown was slip."""
+        self._bounds, self._before = {}, {}
+
     def take_back(self) -> None:
         """What was shown since the last `keep` was no slip."""
         self._bounds = dict(self._before)

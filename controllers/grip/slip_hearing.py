@@ -13,13 +13,14 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from palpate.controllers.grip.hanging_load import HangingLoad, MeasuredLoad
+from palpate.controllers.grip.hanging_load import HangingLoad
 from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_signals import SlipSignals
 from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.slip.recent_swing import REMEMBERED
 from palpate.runtime.data import Observation
 
 MEAN = 0.006
@@ -48,6 +49,10 @@ STANDARD_GRAVITY, MOST_G = 9.80665, 0.5
 
 SHOWS = 0.008
 """[s] For which a slip is listened to at least."""
+
+SWINGS, LEAST_SWING, SWINGS_FOR = 0.5, 0.06, 2.0
+"""Share of the fall, and of the load at least, by which a load that is held again must fall without slip to have
+swung all the time, and [s] for which that is looked at."""
 
 SHARES = 0.1
 """[s] Time constant with which each contact's part is followed."""
@@ -104,6 +109,7 @@ class SlipHearing:
         self.signal = Signal.FALL
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
+        self._ended = math.inf
         self._end()
 
     def step(
@@ -122,17 +128,22 @@ class SlipHearing:
             self._end()
             return (False,) * self._fingers
         by = 1.0 / self._lifted_by(now)
-        hangs = tuple(MeasuredLoad(by * load.size, by * load.deviation) for load in self._load.measured(now, felt))
+        hangs = tuple(load.scaled(by) for load in self._load.measured(now, felt))
         sizes = tuple(self._size(load) for load in felt)
         grips = tuple(load.normal_force for load in felt)
         self._mean.append((tuple(load.size for load in hangs), sizes, grips))
         if self.slipping:
+            for fall, load in zip(self._signals.falls, hangs, strict=True):
+                fall.watch(load.size)
             onsets = self._heard()
             self._judge(now.time)
             return onsets
         ratios = tuple(size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True))
         believed = [self._belief.believed.surface(i).friction for i in range(self._fingers)]
         signal = self._signals.step(now.time, hangs, ratios, grips, believed)
+        if self._swings(now.time):
+            self._ended = math.inf
+            self._belief.forget()
         if signal is not None:
             self.signal = signal
             self._begin(now.time)
@@ -140,6 +151,15 @@ class SlipHearing:
         before = self._parts or sizes
         self._parts = tuple(a + self._follow * (b - a) for a, b in zip(before, sizes, strict=True))
         return (False,) * self._fingers
+
+    def _swings(self, time: float) -> bool:
+        """Whether what fell and was held goes on to fall and rise, and so was no slip."""
+        if not self._ended + REMEMBERED < time < self._ended + REMEMBERED + SWINGS_FOR:
+            return False
+        least = max(SWINGS * self._depth, LEAST_SWING)
+        return any(
+            fall.swing.size > least * hung for fall, hung in zip(self._signals.falls, self._hung, strict=True)
+        )
 
     def _size(self, load: ContactLoad) -> float:
         """|(f_t, tau / e)| of a load [N]: what friction, times its normal force, must be."""
@@ -162,6 +182,7 @@ class SlipHearing:
 
     def _begin(self, time: float) -> None:
         self.slipping, self._began, self._impulse, self._caught = True, time, 0.0, False
+        self._depth, self._ended = 0.0, math.inf
         self._hung = tuple(fall.hung for fall in self._signals.falls)
         self._belief.keep()
         self._past.clear()
@@ -186,7 +207,7 @@ class SlipHearing:
             (load / hung for load, hung in zip(hangs, self._hung, strict=True) if hung > 0.0 and load > 0.0),
             default=1.0,
         )
-        self.missing = max(1.0 / borne, 1.0)
+        self.missing, self._depth = max(1.0 / borne, 1.0), max(self._depth, 1.0 - borne)
         self._past.append((borne, sum(grips)))
         if self._caught:
             return
@@ -208,15 +229,15 @@ class SlipHearing:
         # of what was missing: the object's momentum, which friction beyond the load takes off again
         self._impulse += (1.0 - borne) * self._period
         self._caught = self._caught or (gone > SHOWS and borne > 1.0 - BORNE)
-        if self._caught and (self._impulse <= 0.0 or gone > STOPPED):
-            self._restart()
-            self._end()
-            return
         against = grip > (1.0 + GRIP_ROSE) * grip_before and borne < (1.0 - LOAD_FELL) * borne_before
-        if (gone > ANSWERED and against) or gone > LONGEST:
-            if not self._caught:
-                for fall in self._signals.falls:
-                    fall.refuted()
-                self._belief.take_back()
+        if self._caught:
+            if self._impulse <= 0.0 or gone > STOPPED:
+                self._ended = time
+                self._restart()
+                self._end()
+        elif (gone > ANSWERED and against) or gone > LONGEST:
+            for fall in self._signals.falls:
+                fall.refuted()
+            self._belief.take_back()
             self._restart()
             self._end()

@@ -136,6 +136,7 @@ class SlipSignals:
 def _fell(falls: Sequence[LoadFall], loads: Sequence[MeasuredLoad], shaken: float) -> bool:
     """Whether one of them falls; all of them listen."""
     fell = tuple(
-        fall.step(load.size, load.deviation, shaken=shaken) for fall, load in zip(falls, loads, strict=True)
+        fall.step(load.size, load.deviation, wanders=load.wanders, shaken=shaken)
+        for fall, load in zip(falls, loads, strict=True)
     )
     return any(fell)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
-from palpate.controllers.grip.hanging_load import HangingLoad, NetForce, NetForceAndSpin, NetWrench
+from palpate.controllers.grip.hanging_load import ForceErrors, HangingLoad, NetForce, NetForceAndSpin, NetWrench
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
@@ -177,11 +177,12 @@ def hearing_of(
     """
     if config.ignores_spin or (config.fingers == THREE and config.known == "untouched"):
         return None
+    errors = ForceErrors(config.force_noise, config.drift)
     load: HangingLoad
     if config.fingers == THREE:
-        load = NetWrench(hand, config.force_noise, config.fingers, period)
+        load = NetWrench(hand, errors, config.fingers, period)
     else:
-        force = NetForce(hand, config.force_noise, config.fingers)
+        force = NetForce(hand, errors, config.fingers)
         load = NetForceAndSpin(force, _noise(config, hand.tips[0]).torque)
     return SlipHearing(believed, belief, period, load, 2, config.fingers)
 
