@@ -15,7 +15,7 @@ from palpate.controllers.grip.hanging_load import MeasuredLoad
 from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.squeeze_test import LEAST, OPPOSED, SQUEEZE, Answer, SqueezeTest
 from palpate.errors import positive
-from palpate.friction.slip.load_fall import SLIGHT_FALL, LoadFall
+from palpate.friction.slip.load_fall import FALL, SHARED_FALL, SLIGHT_FALL, LoadFall
 
 PRESSED, CHANGED = 0.05, 0.04
 """[s], and share by which normal forces may change in that time for a squeeze to begin."""
@@ -48,7 +48,8 @@ class SlipSignals:
     def __init__(self, fingers: int, loads: int, period: float) -> None:
         """Take how many fingers there are, and loads that hang, and the period of control [s]."""
         self._fingers, self._period = fingers, positive("period", period, "s")
-        self.falls = tuple(LoadFall(period) for _ in range(loads))
+        fall = FALL if fingers <= OPPOSED else SHARED_FALL
+        self.falls = tuple(LoadFall(period, fall) for _ in range(loads))
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))
         self._squeeze = SqueezeTest(fingers, period)
         self._pressed = deque[tuple[float, ...]](maxlen=max(round(PRESSED / period), 1))

@@ -22,7 +22,7 @@ LASTS = 0.06
 FELT = 0.04
 """Share by which the grip must have risen for an answer: less than half of what was asked for."""
 
-OPPOSED, ROSE, ROSE_OF_MORE, DEVIATIONS = 2, 0.035, 0.07, 3.5
+OPPOSED, ROSE, ROSE_OF_MORE, DEVIATIONS = 2, 0.05, 0.07, 3.5
 """Share by which a load then rises where something slides, and above what its noise makes of it. Two opposed
 fingers do not move what they squeeze; more swing the load by 5 % as they set out."""
 

@@ -60,6 +60,9 @@ class FallParameters:
 FALL = FallParameters(share=0.04, swings=3.0, threshold=12.0, fades=1.0)
 """To be answered: its middle is 0.24 m/s^2 of an object that slides."""
 
+SHARED_FALL = FallParameters(share=0.07, swings=3.0, threshold=12.0, fades=1.0)
+"""The same for three fingers or more, which take 5 % off the load for some milliseconds as they move."""
+
 SLIGHT_FALL = FallParameters(share=0.012, swings=2.0, threshold=6.0, fades=10.0)
 """To be looked into: what has gained a few millimetres per second within the 20 ms in which its friction fell to
 what it weighs, and slides on at that speed."""
