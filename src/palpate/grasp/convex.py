@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -165,7 +166,10 @@ class Convex:
         self._room, self._actuators = max(contacts, self._room), actuators
         wanted = {self._objective, Objective.LOAD_FACTOR}
         self._rows = np.zeros((self._room, RESERVE))
-        self._interior_points = {each: InteriorPoint(self._room, each, actuators, self._weight) for each in wanted}
+        with ThreadPoolExecutor(len(wanted)) as compilers:  # seconds each, if they are not compiled yet
+            self._interior_points = dict(
+                compilers.map(lambda each: (each, InteriorPoint(self._room, each, actuators, self._weight)), wanted)
+            )
 
     def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointResult:
         """Return the interior point's result; where there is no contact it sees one that pushes nothing."""
