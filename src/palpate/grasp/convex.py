@@ -168,7 +168,9 @@ class Convex:
         self._rows = np.zeros((self._room, RESERVE))
         with ThreadPoolExecutor(len(wanted)) as compilers:  # seconds each, if they are not compiled yet
             self._interior_points = dict(
-                compilers.map(lambda each: (each, InteriorPoint(self._room, each, actuators, self._weight)), wanted)
+                compilers.map(
+                    lambda each: (each, InteriorPoint(self._room, each, actuators, self._weight)), wanted
+                )
             )
 
     def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointResult:

@@ -20,7 +20,7 @@ from palpate.grasp.joint_probability import failing, tree_ratios
 __all__ = ["probability_within_limits"]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
-"""Over `TAIL` standard deviations to either side: leaves 1e-7."""
+"""Over `TAIL` standard deviations to either side: leaves 1e-5."""
 
 TAIL = 6.5
 """[standard deviations]. Beyond lie 1e-10."""

@@ -97,9 +97,7 @@ def sample_holding(
     drawn = _Drawn.of(grasp, uncertainty, wrench, draws, seed)
     fixed = _balanced(grasp, wrench, forces) * float(np.mean(drawn.within(forces)))
     outcomes = drawn.redistributing(grasp, forces[:, 0])
-    return SampledHolding(
-        fixed, outcomes.count(Outcome.SOLVED) / draws, draws, outcomes.count(Outcome.UNDECIDED)
-    )
+    return SampledHolding(fixed, outcomes.count(Outcome.SOLVED) / draws, draws, outcomes.count(Outcome.UNDECIDED))
 
 
 def _balanced(grasp: GraspContacts, wrench: FloatArray, forces: FloatArray) -> bool:
