@@ -319,19 +319,12 @@ def test_fixed_forces_are_within_limits_at_least_as_often_as_told(kind):
 def test_one_contact_fails_as_often_as_its_integral_says():
     """Known in closed form: mu f above t, and e above tau / mu f; both together by drawing."""
     known, forces = np.zeros((1, 1)), np.array([[1.0, 0.3, 0.4, 0.0], [1.0, 0.0, 0.0, 0.003]])
-    friction, length, of_mu, of_e = (
-        np.full(1, 0.6),
-        np.full(1, 0.006),
-        np.full((1, 1), 0.01),
-        np.full((1, 1), 1e-6),
-    )
+    friction, length = np.array([0.6]), np.array([0.006])
+    of_mu, of_e = np.array([[0.01]]), np.array([[1e-6]])
     slides = probability_within_limits(forces[:1], friction, length, of_mu, of_e)
     spins = probability_within_limits(forces[1:], friction, length, known, of_e)
     assert slides == pytest.approx(ndtr(1.0), abs=1e-5)
     assert spins == pytest.approx(ndtr(1.0), abs=1e-5)
-    assert probability_within_limits(
-        forces, friction.repeat(2), length.repeat(2), np.zeros((2, 2)), np.zeros((2, 2))
-    )
     drawn = np.random.default_rng(0).standard_normal((2, 400_000))
     share = np.mean((0.6 + 0.1 * drawn[0]) * np.maximum(0.006 + 1e-3 * drawn[1], 0.0) > 0.003)
     assert probability_within_limits(forces[1:], friction, length, of_mu, of_e) == pytest.approx(share, abs=3e-3)

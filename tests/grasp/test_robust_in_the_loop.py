@@ -137,7 +137,7 @@ def test_a_load_that_is_not_held_at_all_gets_forces_within_the_limits():
     grasp = fingers(rng, 3, force_max=2.0)
     found = RobustLeastEffort(grasp, unsure(grasp)).solve(np.array([0.0, 0.0, -50.0, 0.0, 0.0, 0.0]))
     assert found.outcome == Outcome.INFEASIBLE
-    assert found.probability_redistributing == 0.0
+    assert found.probability_redistributing == found.probability_fixed == 0.0
     assert (grasp.margins(found.forces) >= -1e-9).all()
     left = np.linalg.norm(grasp.grasp_map @ found.forces.ravel() + [0.0, 0.0, -50.0, 0.0, 0.0, 0.0])
     assert left < 50.0 - 3.0 * 2.0 * 0.4 * 0.9  # friction bears what it can

@@ -167,11 +167,8 @@ class Convex:
         wanted = {self._objective, Objective.LOAD_FACTOR}
         self._rows = np.zeros((self._room, RESERVE))
         with ThreadPoolExecutor(len(wanted)) as compilers:  # seconds each, if they are not compiled yet
-            self._interior_points = dict(
-                compilers.map(
-                    lambda each: (each, InteriorPoint(self._room, each, actuators, self._weight)), wanted
-                )
-            )
+            points = compilers.map(lambda each: InteriorPoint(self._room, each, actuators, self._weight), wanted)
+            self._interior_points = dict(zip(wanted, points, strict=True))
 
     def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointResult:
         """Return the interior point's result; where there is no contact it sees one that pushes nothing."""

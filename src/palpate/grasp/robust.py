@@ -64,9 +64,9 @@ about one that holds well."""
 class RobustForces:
     """Forces that hold with a chosen probability, or the safest that were found.
 
-    To hold has two meanings, and both probabilities are told. A hand that commands normal forces, on an object that
-    may creep by micrometres, redistributes: that is what is asked for and planned by. A hand that commands all
-    forces does not. `sample_holding` counts both, without first order, at 20 us per draw.
+    To hold has two meanings, and both probabilities are told. Under commanded normal forces, on an object that may
+    creep by micrometres, friction redistributes: that is what is asked for and planned by. Where all forces are
+    commanded they stay. `sample_holding` counts both, by drawing.
 
     Attributes:
         forces: On the object, as in `GraspForces`, shape (n, 4) [N, N, N, N m].

@@ -72,7 +72,7 @@ def sample_holding(
 ) -> SampledHolding:
     """Draw friction, spin lengths, places, normals and loads, and count in how many draws planned forces hold.
 
-    It takes about 20 us per draw of few contacts, and knows nothing of how the forces were planned.
+    It takes about 25 us per draw of few contacts, and knows nothing of how the forces were planned.
 
     Args:
         grasp: As believed, its limits cones.
@@ -83,14 +83,14 @@ def sample_holding(
         seed: Of the draws.
 
     Raises:
-        InvalidValueError: Limits that are no cones, shapes that do not fit, no draw, or forces that are not finite.
+        InvalidValueError: Limits that are no cones, shapes that do not fit, no draw, or what is not finite.
     """
     check_cones(grasp, "holding is sampled")
     n, wrench, forces = len(grasp), numbers("wrench", wrench), numbers("forces", forces)
     if len(uncertainty) != n or forces.shape != (n, 4) or wrench.shape != (6,):
         raise InvalidValueError(
-            f"uncertainty is of {len(uncertainty)} contacts, forces have shape {forces.shape}, wrench {wrench.shape}: "
-            f"must be {n}, {(n, 4)} and (6,), as the grasp has {n} contacts"
+            f"uncertainty is of {len(uncertainty)} contacts, forces have shape {forces.shape}, wrench "
+            f"{wrench.shape}: must be {n}, {(n, 4)} and (6,), as the grasp has {n} contacts"
         )
     if draws < 1 or not (np.isfinite(forces).all() and np.isfinite(wrench).all()):
         raise InvalidValueError(f"draws = {draws}, forces or wrench: must be at least 1, and finite")
