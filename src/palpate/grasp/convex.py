@@ -20,6 +20,7 @@ from palpate.grasp.least_violation import least_violation
 from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.sharpened import sharpened
 
 __all__ = ["Convex"]
 
@@ -94,6 +95,10 @@ class Convex:
         if status is SolveStatus.INFEASIBLE:
             proof = self._proof(wrench, result.certificate, result, size)
             return self._least_violation(wrench, proof, result.iterations)
+        if status is SolveStatus.MAX_ITERATIONS and self._objective in (Objective.MIN_EFFORT, Objective.MIN_PEAK):
+            found = self._least_violation(wrench, None, result.iterations)
+            if found.status is SolveStatus.INFEASIBLE:
+                return found
         forces = self._scaled.forces(result.forces[: len(self._grasp)], size)
         if self._objective is Objective.LOAD_FACTOR:
             if result.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
@@ -124,6 +129,9 @@ class Convex:
             proof = self._proof(wrench, left)
         load, unit = _direction(load, size)
         factor = self._interior(Objective.LOAD_FACTOR, load, unit)
+        if proof is None and not self._actuators:
+            rows, bearing = self._scaled.sized(unit), factor.forces[: len(self._grasp)]
+            proof = self._proof(wrench, sharpened(rows, load, bearing, factor.dual))
         if self._actuators and factor.status is InteriorPointStatus.SOLVED:
             # what leaves least knows nothing of actuators; this keeps their limits
             forces, size = factor.forces[: len(self._grasp)], unit
