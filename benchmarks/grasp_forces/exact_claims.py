@@ -113,7 +113,7 @@ def from_boundary(grasp: GraspContacts, load: FloatArray) -> float:
     """
     optimizer = GraspForceOptimizer(grasp)
     for decade in range(NEAREST, FARTHEST - 1, -1):
-        for base in (1.0, 3.0):
+        for base in (1.0, 2.0, 5.0):
             share = base * 10.0**-decade
             pair = [(load * (1.0 + sign * share)) for sign in (-1.0, 1.0)]
             ends = [optimizer.solve(each, warm_start=False) for each in pair]
