@@ -14,7 +14,7 @@ from support.grasp_families import least_value
 
 DIGITS = 50
 BALANCED, WITHIN = 1e-8, 1e-9
-"""What forces may leave, over load or preload, and be beyond limits, over the largest of load, preload and force."""
+"""What forces may leave, over load or preload; by how much they may be beyond limits, over the largest of them."""
 
 NEAREST, FARTHEST = 14, 3
 """Decades below the load at which the boundary is looked for."""

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray, InvalidValueError, numbers
@@ -145,14 +146,14 @@ class _Drawn:
             wrench + errors(unsure.load),
         )
 
-    def within(self, forces: FloatArray) -> FloatArray:
+    def within(self, forces: FloatArray) -> NDArray[np.bool_]:
         """Return in which draws all contacts bear forces (n, 4) within their limits, shape (draws,)."""
         spin = np.abs(forces[:, 3])
         with np.errstate(divide="ignore", invalid="ignore"):
             spun = np.where(spin > 0.0, spin / np.maximum(self.spin_length, 0.0), 0.0)
         size = np.sqrt(forces[:, 1] ** 2 + forces[:, 2] ** 2 + spun**2)
-        held: FloatArray = size <= self.friction * forces[:, 0] + ROUNDING * forces[:, 0].max()
-        return held.all(axis=1)
+        held = size <= self.friction * forces[:, 0] + ROUNDING * forces[:, 0].max()
+        return np.asarray(held.all(axis=1))
 
     def redistributing(self, grasp: GraspContacts, press: FloatArray) -> list[Outcome]:
         """Return for each draw whether friction balances the load where contacts press with `press` (n,) [N]."""

@@ -4,10 +4,10 @@ Where a load is as large as can be, multipliers y minimise what all contacts tog
 
     sum max_f f (mu |g_u| - g_n),   g = A'y,   y . load = 1.
 
-An interior point finds them to its tolerance, which is what its proof falls short by: the sum has a kink wherever a
-normal force is between its bounds (mu |g_u| = g_n), and where friction is within its cone (g_u = 0). These kinks are
-read off, by which of force and slope is the smaller, and held as equations; Newton's method on what is left takes
-y to rounding. Nothing is claimed here: whether y proves anything is for `certified_reach` to say.
+An interior point finds them to its tolerance, which is what its proof falls short by: the sum has a kink wherever
+a normal force is between its bounds (mu |g_u| = g_n), and where friction is within its cone (g_u = 0). These kinks
+are read off, by which of force and slope is the smaller, and held as equations; Newton's method on what is left
+takes y to rounding. Nothing is claimed here: whether y proves anything is for `certified_reach` to say.
 """
 
 import numpy as np
