@@ -7,7 +7,7 @@ preload, are beyond a limit by more than 1e-9, are not numbers, or where clarabe
 INFEASIBLE where it bears more; a certificate unless it proves what it says up to its reach. Of what is undecided
 it is told how near it is, at most, to loads that are held and to such as are not. Then four threads solve at once,
 with one optimizer of each objective and with one each: forces must equal those of one thread, digit for digit, or
-the error be the one for it. Eleven minutes.
+the error be the one for it. Five minutes.
 
 Exit code 1 if any claim is false, or something is undecided that is farther than 1e-10 from the boundary.
 """
@@ -64,7 +64,7 @@ def tried(
 
 def threaded(solves: int, rng: np.random.Generator, console: Console) -> bool:
     """Try all objectives with one optimizer and one each; whether all is right."""
-    table = Table("four threads", "optimizer", "solves", EQUAL, NAMED, "anything else")
+    table = Table("four threads", "optimizer", "asked", EQUAL, NAMED, "anything else")
     grasp, loads, right = paired(5, 0.0, 50.0), loads_of(rng), True
     for objective in Objective:
         for shared in (True, False):

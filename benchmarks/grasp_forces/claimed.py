@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import cycle, islice
 
 import numpy as np
 
@@ -15,6 +16,9 @@ LARGEST, SMALLEST = 1e300, 1e-90
 
 STEPS, DRIFT = 50, 0.02
 """Of a moving sequence, and how far it goes with each, over its size."""
+
+PER_GRASP = 20
+"""Loads at the boundary of each grasp."""
 
 NEAR = (-13.0, -3.0)
 """Decades by which loads are next to the boundary, over their size."""
@@ -70,8 +74,7 @@ def _known_held(load: FloatArray) -> float | None:
 
 def moving(count: int, rng: np.random.Generator) -> Iterator[Claimed]:
     """Contacts that drift, come and go under loads that swell and fade through what can be held, all warm."""
-    for k in range(math.ceil(count / STEPS)):
-        grasp, load = drawn(FAMILIES[k % len(FAMILIES)], rng)
+    for grasp, load in islice(_just_held(rng), math.ceil(count / STEPS)):
         way, aside = rng.standard_normal((len(grasp), 3)), rng.standard_normal(6) * np.abs(load).max()
         aside[3:] *= 0.01
         for step in range(STEPS):
@@ -89,18 +92,22 @@ def _without_last(grasp: GraspContacts) -> GraspContacts:
 
 def boundary(count: int, rng: np.random.Generator) -> Iterator[Claimed]:
     """Loads 1e-13 to 1e-3 of their size short of what can just be held, or beyond: who knows which."""
-    made, optimizers = 0, dict[int, GraspForceOptimizer]()
-    while made < count:
-        grasp, load = drawn(FAMILIES[int(rng.integers(len(FAMILIES)))], rng)
+    for grasp, load in islice(_just_held(rng), math.ceil(count / PER_GRASP)):
+        for _ in range(PER_GRASP):
+            yield Claimed(grasp, load * (1.0 + rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(*NEAR)))
+
+
+def _just_held(rng: np.random.Generator) -> Iterator[tuple[GraspContacts, FloatArray]]:
+    """Grasps of all families without end, each with the largest multiple of a load, as palpate itself finds it."""
+    optimizers = dict[int, GraspForceOptimizer]()
+    for family in cycle(FAMILIES):
+        grasp, load = drawn(family, rng)
         if len(grasp) not in optimizers:
             optimizers[len(grasp)] = GraspForceOptimizer(grasp, "load_factor")
         optimizers[len(grasp)].update(grasp)
         most = optimizers[len(grasp)].solve(load, warm_start=False).objective
-        if not 1e-3 < most < 1e6:
-            continue
-        for _ in range(min(20, count - made)):
-            made += 1
-            yield Claimed(grasp, load * (most * (1.0 + rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(*NEAR))))
+        if 1e-3 < most < 1e6:
+            yield grasp, load * most
 
 
 Family = Callable[[int, np.random.Generator], Iterator[Claimed]]
