@@ -64,9 +64,9 @@ def test_certificates_hold_at_50_digits_up_to_their_reach():
 
 
 @settings(max_examples=15)
-@given(st.integers(0, 2**32 - 1), st.sampled_from(FAMILIES), st.floats(-9.5, -3.0), st.booleans())
+@given(st.integers(0, 2**32 - 1), st.sampled_from(FAMILIES), st.floats(-8.5, -3.0), st.booleans())
 def test_what_can_just_be_held_is_told_from_what_cannot(seed, family, decades, beyond):
-    """Both sides of the boundary, to a billionth of the load; its own place is known to about a ten-billionth."""
+    """Both sides of the boundary, which `load_factor` itself knows to 1e-9 of the load."""
     grasp, load = drawn(family, np.random.default_rng(seed))
     most = GraspForceOptimizer(grasp, "load_factor").solve(load).objective
     assume(1e-3 < most < 1e6)
