@@ -53,6 +53,9 @@ class MinimumGrip:
 class RobustGrip:
     """Forces that hold with a chosen probability where mu and e are known with their errors. A `GraspSolver`.
 
+    To hold means: under these normal forces, which are all that a grip commands, some friction within the true
+    limits balances the load (`RobustForces.probability_redistributing`).
+
     Where no grip is that probable, or none was found in time: the least forces by a mu and an e that are as small
     as they are with that probability, each by itself.
     """

@@ -219,7 +219,8 @@ def _source(grasp: Grasp) -> str:
         "touched": "" if typed else "It was measured by an earlier touch",
         "nudged": "A nudge before the lift then measured it more closely",
         "untouched": "It was never touched before: the grip is planned for the least that is likely",
-        "estimated": f"It was estimated; the grip is planned to hold with {in_percent(config.probability)}",
+        "estimated": f"It was estimated; the grip is planned to hold with {in_percent(config.probability)}, "
+        "friction shared anew",
     }[config.known]
     if typed:
         return f"What was believed was typed. {origin}{'.' if origin else ''}".rstrip()
