@@ -13,7 +13,6 @@ Exit status 1: a figure asked for was not reached. All of it takes some ten minu
 """
 
 import argparse
-import itertools
 import math
 import sys
 from collections.abc import Callable
@@ -32,7 +31,6 @@ from palpate.friction.slip.excited_slip import ExcitedSlip
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.kinds import SlipKind
 from palpate.friction.slip.load_noise import LoadNoise
-from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.sim import Lift
 from palpate.sim.hand.backend import HandBackend
 
@@ -41,31 +39,24 @@ NOISE = LoadNoise.of_touch(0.010, 0.1e-3, 0.008, 0.012)
 """That of `sensor_of`, the default fingertip."""
 DITHER = GripDither(amplitude=1.0, frequency=100.0, most_share=0.25)
 """As it is commanded: servos and the rotor's inertia keep the grip within 0.3 N of its mean."""
-TOUCHED, EXCITED = Surface(), Surface(friction_spread=0.3, spin_spread=0.3)
+EXCITED = Surface(friction_spread=0.3, spin_spread=0.3)
 PULLS = (("ramp 1 s", 1.0), ("step 50 ms", 0.05))
 BEYOND = 1.3
 """Of what the contacts bear, that a pull goes to."""
 SAFE_SECONDS = 10.0
 
 
-def detectors_of(excited: bool) -> tuple[Detector, Detector]:
+def detectors() -> tuple[Detector, Detector]:
     """One per finger."""
-
-    def build() -> Detector:
-        if excited:
-            return ExcitedSlip(EXCITED.worst, DITHER, PERIOD, NOISE)
-        return MarginCrossing(TOUCHED.believed, PERIOD, NOISE)
-
-    return build(), build()
+    first, second = (ExcitedSlip(EXCITED.worst, DITHER, PERIOD, NOISE) for _ in range(2))
+    return first, second
 
 
-def pulled(seed: int, rise: float, excited: bool) -> Run:
+def pulled(seed: int, rise: float) -> Run:
     """Pull until it slips."""
-    drawn = Drawn.of(np.random.default_rng(seed), EXCITED if excited else TOUCHED)
+    drawn = Drawn.of(np.random.default_rng(seed), EXCITED)
     load = drawn.ramp(BEYOND, rise)
-    return held_up(
-        drawn.surface, load, drawn.began + rise, seed, DITHER if excited else None, detectors_of(excited)
-    )
+    return held_up(drawn.surface, load, drawn.began + rise, seed, DITHER, detectors())
 
 
 def safe(seed: int, shape: Shape) -> Run:
@@ -73,7 +64,7 @@ def safe(seed: int, shape: Shape) -> Run:
     generator = np.random.default_rng(seed)
     drawn = Drawn.of(generator, EXCITED)
     course = safe_course(generator, drawn, shape, SAFE_SECONDS, seed)
-    return held_up(drawn.surface, course, drawn.began + SAFE_SECONDS, seed, DITHER, detectors_of(True))
+    return held_up(drawn.surface, course, drawn.began + SAFE_SECONDS, seed, DITHER, detectors())
 
 
 def ripple_of(frequency: float) -> float:
@@ -126,10 +117,10 @@ def main() -> int:
     for head in ("", "pull", "slipped", "latency 5/50/95 % ms", "missed", "slide or spin right"):
         table.add_column(head)
     median = math.nan
-    for excited, (name, rise) in itertools.product((False, True), PULLS):
-        runs = many(lambda seed, of=(rise, excited): pulled(seed, *of), FIRST_SEED, count, name)
-        table.add_row("excited" if excited else "touched", name, *slip_row(runs))
-        median = median_latency(runs)  # that of excited steps comes last
+    for name, rise in PULLS:
+        runs = many(lambda seed, of=rise: pulled(seed, of), FIRST_SEED, count, name)
+        table.add_row("excited", name, *slip_row(runs))
+        median = median_latency(runs)  # that of steps comes last
     console.print(table)
     table = Table(title="excited: alarms without slip, per minute (95 % interval)")
     for head in ("", "alarms", "highest load ratio"):

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+from palpate.controllers.grip.expected_load import ExpectedLoad
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.controllers.grip.zeros import SteadyZeros, Zeros
 from palpate.errors import not_negative, positive
 from palpate.runtime.data import Command, FingerObservation, Observation, Phase
 from palpate.runtime.live import LiveParameters
@@ -112,6 +114,7 @@ class GraspController:
     Attributes:
         grip: How it presses.
         stage: What it is at.
+        zeros: Of the fingers' sensors.
         met_early: Whether the run ended because something was met higher up than what the object stood on.
     """
 
@@ -123,6 +126,7 @@ class GraspController:
         parameters: SetDownParameters | None = None,
         *,
         first: GraspStage = GraspStage.CLOSE,
+        zeros: Zeros | None = None,
     ) -> None:
         """Take the pieces.
 
@@ -132,9 +136,12 @@ class GraspController:
             period: Of control [s].
             parameters: How to set down.
             first: What closing is called: NUDGE where the fingers nudge first.
+            zeros: Of the fingers' sensors, that `grip` has, too; they do not wander if not given.
         """
         self._lifting, self.grip, self._period = lifting, grip, positive("period", period, "s")
         self._parameters, self._first = parameters or SetDownParameters(), first
+        self.zeros = zeros or SteadyZeros()
+        self._pressed: tuple[float, ...] = ()
         self._pulls: tuple[Vector, ...] = ()
         self._landed: float | None = None
         self._released: tuple[float, ...] = ()
@@ -149,11 +156,17 @@ class GraspController:
 
     def start(self, first: Observation) -> None:
         """Take the first observation."""
+        self.zeros.start()
         self._lifting.start(first)
         self._forget(first.time)
 
     def step(self, now: Observation) -> Command:
         """Return what hand and arm are to do during the next period."""
+        command = self._next(self.zeros.step(now, self._pressed))
+        self._pressed = command.grip_force or self._pressed
+        return command
+
+    def _next(self, now: Observation) -> Command:
         if self.stage is GraspStage.LET_GO:
             return self._let_go(now)
         command = self._set_down(now) if self.stage is GraspStage.SET_DOWN else self._carried(now)
@@ -178,13 +191,20 @@ class GraspController:
                 self._go_on(GraspStage.SET_DOWN, now.time)
                 self._pulls = tuple(_pull_of(finger) for finger in now.fingers)
                 self._most_needed = GROWN * self.grip.needed + GROWN_BY
+                self._announce(now.time)
                 return Command(ZERO, Phase.TRAVEL, command.grip_force)
             case _:
                 pass
         return command
 
+    def _announce(self, time: float) -> None:
+        """Tell the grip of the hand's own stop: within the time of lowering it may come at any instant."""
+        p = self._parameters
+        lasts = p.speed / p.acceleration + (p.height + p.beyond) / p.landing_speed
+        self.grip.expect(ExpectedLoad(time, time + lasts, acceleration=p.acceleration))
+
     def _set_down(self, now: Observation) -> Command:
-        p, forces = self._parameters, self.grip.step(now)
+        p, forces = self._parameters, self.grip.step(now, hanging=False)
         # twice in a row: one odd sample is no table
         borne, before = self._borne(now), self._pushed
         self._pushed = borne < FELT_DOWN
@@ -229,6 +249,7 @@ class GraspController:
         self._lowered = self._speed = self._edge_for = 0.0
         self._pulls, self._most_needed, self.met_early = (), math.inf, False
         self._landed, self._released, self._pushed = None, (), False
+        self._pressed = ()
 
     def _go_on(self, stage: GraspStage, time: float) -> None:
         self.stage, self._since = stage, time

@@ -53,6 +53,9 @@ class MinimumGrip:
 class RobustGrip:
     """Forces that hold with a chosen probability where mu and e are known with their errors. A `GraspSolver`.
 
+    To hold means: under these normal forces, which are all that a grip commands, some friction within the true
+    limits balances the load (`RobustForces.probability_redistributing`).
+
     Where no grip is that probable, or none was found in time: the least forces by a mu and an e that are as small
     as they are with that probability, each by itself.
     """
@@ -71,6 +74,7 @@ class RobustGrip:
         self._probability = probability
         self._worst = MinimumGrip(fingers)
         self._robust: RobustLeastEffort | None = None
+        self._planned: GraspContacts | None = None
         self.forces(_any_grasp(fingers), ANY_LOAD)
         self._robust = None
         deviations = float(ndtri(probability))
@@ -79,11 +83,12 @@ class RobustGrip:
     def forces(self, grasp: GraspContacts, load: FloatArray) -> FloatArray | None:
         """See `GraspSolver`."""
         if self._robust is None:
-            of_mu, of_e = self._friction * grasp.friction, self._spin_length * grasp.spin_length
-            uncertainty = GraspUncertainty(np.outer(of_mu, of_mu), np.outer(of_e, of_e))
-            self._robust = RobustLeastEffort(grasp, uncertainty, self._probability)
-        else:
+            self._robust = RobustLeastEffort(grasp, self._uncertainty(grasp), self._probability)
+        elif self._planned is not None and np.array_equal(grasp.friction, self._planned.friction):
             self._robust.update(grasp)
+        else:  # another belief, as uncertain as the first
+            self._robust.update(grasp, self._uncertainty(grasp))
+        self._planned = grasp
         found = self._robust.solve(load)
         if found.outcome == Outcome.SOLVED:
             return found.forces
@@ -91,6 +96,10 @@ class RobustGrip:
         return self._worst.forces(
             replace(grasp, friction=mu * grasp.friction, spin_length=e * grasp.spin_length), load
         )
+
+    def _uncertainty(self, grasp: GraspContacts) -> GraspUncertainty:
+        of_mu, of_e = self._friction * grasp.friction, self._spin_length * grasp.spin_length
+        return GraspUncertainty(np.outer(of_mu, of_mu), np.outer(of_e, of_e))
 
 
 def _any_grasp(fingers: int) -> GraspContacts:

@@ -26,13 +26,14 @@ class GripPlan(Protocol):
         """Forget what was needed, and all loads: something else has moved the fingers."""
         ...
 
-    def wanted(self, now: Observation, loads: Loads, margin: float) -> tuple[float, ...]:
+    def wanted(self, now: Observation, loads: Loads, margin: float, missing: float = 1.0) -> tuple[float, ...]:
         """Take a period and return what its load and that of a little later want of each finger [N].
 
         Args:
             now: What is known.
             loads: Of it, what each finger bears.
             margin: Share of grip beyond the least.
+            missing: What hangs over what is felt of it: above 1 where contacts slip.
         """
         ...
 
@@ -80,7 +81,7 @@ class CommonGrip:
         for ahead in self._ahead:
             ahead.restart()
 
-    def wanted(self, now: Observation, loads: Loads, margin: float) -> tuple[float, ...]:
+    def wanted(self, now: Observation, loads: Loads, margin: float, missing: float = 1.0) -> tuple[float, ...]:
         """See `GripPlan`; of a finger that feels nothing to be believed, the others."""
         most, now_most = 0.0, 0.0
         for i, load in enumerate(loads):
@@ -90,9 +91,12 @@ class CommonGrip:
                 continue
             ahead.step(load)
             surface = self._belief.surface(i)
-            need = self._need.least(surface, *ahead.ahead(0.0))
+            need, later = (
+                self._need.least(surface, missing * force, missing * torque)
+                for force, torque in (ahead.ahead(0.0), ahead.ahead(self._lead))
+            )
             now_most = max(now_most, need)
-            most = max(most, need, self._need.least(surface, *ahead.ahead(self._lead)))
+            most = max(most, need, later)
         if None not in loads:
             self.needed = (now_most,) * len(loads)
         return (most * (1.0 + margin),) * len(loads)

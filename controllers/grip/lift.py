@@ -18,6 +18,7 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
+from palpate.sensing.ft.poses import STANDARD_GRAVITY
 from palpate.spatial import ZERO
 
 START_SPEED = 5e-5
@@ -41,6 +42,9 @@ GRIP_FACTOR = 1.5
 
 BRAKING = 3.0
 """[m/s^2] With which the hand stops where the grip is too small."""
+
+TOO_HEAVY = 0.3
+"""[s] For which a load may take more grip than there is before holding ends: slips are stopped within 0.15 s."""
 
 GRIP_TIMEOUT = 2.0
 """[s] For which it waits for the grip at most: 15 N with 15 N/s take one."""
@@ -104,7 +108,8 @@ class LiftController:
         if first > most:
             raise InvalidValueError(f"first_grip = {first:g} N: must be at most largest_grip = {most:g} N")
         self.phase = Phase.APPROACH
-        self._since = self._began = self._trusted = self._moved = self._lifted = self._speed = 0.0
+        self._since = self._began = self._trusted = self._moved = self._borne = 0.0
+        self._lifted = self._speed = 0.0
         self._needed = self._rate = 0.0
 
     @property
@@ -133,7 +138,7 @@ class LiftController:
                 self._trusted = self._moved = now.time
                 self._go_on(Phase.LIFT if p.height > 0.0 else Phase.HOLD, now.time)
             return Command(ZERO, self.phase, (p.first_grip,) * len(now.fingers))
-        forces = self.grip.step(now, self._at_least())
+        forces = self.grip.step(now, self._at_least(), hanging=p.height > 0.0)
         if not self.grip.faulty:
             self._trusted = now.time
         elif now.time - self._trusted >= p.patience and not self.phase.is_final:
@@ -143,8 +148,10 @@ class LiftController:
             self._lift(now)
         elif self.phase is Phase.SETTLE and now.time - self._since >= p.settle_time:
             self._go_on(Phase.HOLD, now.time)
-        elif self.phase is Phase.HOLD and now.time - self._since >= p.hold_time and not self.grip.faulty:
-            self._go_on(Phase.DONE, now.time)
+        elif self.phase is Phase.HOLD and not self.grip.faulty:
+            self._borne = self._borne if self.grip.overloaded else now.time
+            if now.time - min(self._borne, now.time) > TOO_HEAVY or now.time - self._since >= p.hold_time:
+                self._go_on(Phase.DONE, now.time)
         return Command((0.0, 0.0, self._speed), self.phase, forces)
 
     def _at_least(self) -> float:
@@ -152,7 +159,10 @@ class LiftController:
         if self.phase is Phase.HOLD:
             return 0.0
         first = self._parameters.first_grip
-        return max(first, GRIP_FACTOR * self._needed) if self.phase is Phase.LIFT else first
+        if self.phase is not Phase.LIFT:
+            return first
+        # its own acceleration adds a share to what hangs, known before it is felt
+        return max(first, (GRIP_FACTOR + self._parameters.acceleration / STANDARD_GRAVITY) * self._needed)
 
     def _lift(self, now: Observation) -> None:
         """Advance the lift: no faster than allows a stop at the height, and than the grip follows the load."""
@@ -176,7 +186,7 @@ class LiftController:
 
     def _reset(self, time: float) -> None:
         self.phase = Phase.APPROACH
-        self._since = self._began = self._trusted = self._moved = time
+        self._since = self._began = self._trusted = self._moved = self._borne = time
         self._lifted = self._speed = 0.0
         self._needed = self._rate = 0.0
 

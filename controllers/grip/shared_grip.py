@@ -76,7 +76,7 @@ class SharedGrip:
         self._planned: FloatArray | None = None
         self._wanted = self.needed = (0.0,) * self._fingers
 
-    def wanted(self, now: Observation, loads: Loads, margin: float) -> tuple[float, ...]:
+    def wanted(self, now: Observation, loads: Loads, margin: float, missing: float = 1.0) -> tuple[float, ...]:
         """See `GripPlan`; while a finger feels nothing to be believed, the last that was wanted."""
         if now.hand is None or None in loads:
             self._ahead.restart()
@@ -84,9 +84,9 @@ class SharedGrip:
             return self._wanted
         poses = self._hand.sensor_poses(now.hand.joint_position)
         self._ahead.step(_load(now, poses))
-        self._load = self._ahead.ahead(self._lead)
+        self._load = missing * self._ahead.ahead(self._lead)
         grasp = self._grasp = self._contacts(now, poses, margin)
-        present = self._solver.forces(grasp, self._ahead.ahead(0.0))
+        present = self._solver.forces(grasp, missing * self._ahead.ahead(0.0))
         later = self._solver.forces(grasp, self._load)
         if present is not None:
             self.needed = tuple((present[:, 0] / (1.0 + margin)).tolist())

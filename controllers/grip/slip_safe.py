@@ -9,12 +9,21 @@ a bounded share, and not let down before all fingers feel again. It never opens.
 """
 
 import math
+from collections.abc import Sequence
 
+from palpate.controllers.grip.announced_loads import Announcer, NothingAnnounced
 from palpate.controllers.grip.belief import NoSlipWatch, SlipWatch, SurfaceBelief
+from palpate.controllers.grip.expected_load import ExpectedLoad
+from palpate.controllers.grip.foresight import Foresight
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
+from palpate.controllers.grip.preload import Preload
+from palpate.controllers.grip.slip_alarm import Signal, SlipAlarm
+from palpate.controllers.grip.slip_hearing import SlipHearing
+from palpate.controllers.grip.zeros import SteadyZeros, Zeros
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
+from palpate.friction.slip.kinds import kind_of_slip
 from palpate.runtime.data import FingerObservation, Observation
 
 _TOO_FEW = 2
@@ -35,9 +44,11 @@ class SlipSafeGrip:
         live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
         belief: What the contacts are taken to bear, with what it has learnt.
         watch: Who tells when a contact begins to slip.
+        hearing: Who hears that a load falls; None: nobody.
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip raised the grip.
+        alarms: Slips heard since the start.
     """
 
     def __init__(
@@ -48,6 +59,11 @@ class SlipSafeGrip:
         parameters: GripParameters | None = None,
         watch: SlipWatch | None = None,
         plan: GripPlan | None = None,
+        hearing: SlipHearing | None = None,
+        *,
+        zeros: Zeros | None = None,
+        announcer: Announcer | None = None,
+        preload: Preload | None = None,
     ) -> None:
         """Take the pieces.
 
@@ -59,12 +75,20 @@ class SlipSafeGrip:
             watch: Tells when a contact begins to slip; nobody if not given.
             plan: From what is felt to what each finger is to press with, by that belief; one grip for all if not
                 given.
+            hearing: Hears a load that falls, and bounds that belief by what slips; nobody if not given.
+            zeros: Of the fingers' sensors; whoever gives the observations has them take each period first. They do
+                not wander if not given.
+            announcer: Who knows of loads before they act; nobody if not given.
+            preload: For steps that nobody announces; none if not given.
         """
         if fingers < _TOO_FEW:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
         self.belief, self.watch = belief, watch or NoSlipWatch()
+        self.hearing, self._zeros = hearing, zeros or SteadyZeros()
+        self._announcer, self._preload = announcer or NothingAnnounced(), preload or Preload()
+        self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -96,8 +120,12 @@ class SlipSafeGrip:
         self.live.restart()
         self.belief.start()
         self.watch.start()
+        if self.hearing is not None:
+            self.hearing.start()
         self._plan.start()
+        self._foresight.start()
         self.regrips = 0
+        self.alarms: tuple[SlipAlarm, ...] = ()
         nothing = self._correction = (0.0,) * self._fingers
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
@@ -105,12 +133,22 @@ class SlipSafeGrip:
         self._commanded = nothing
         self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
 
-    def step(self, now: Observation, at_least: float = 0.0) -> Forces:
+    @property
+    def overloaded(self) -> bool:
+        """Whether the present load takes more than the grip may be, by what is believed."""
+        return max(self._plan.needed) > self.parameters.largest_grip
+
+    def expect(self, load: ExpectedLoad) -> None:
+        """Be told of a load before it acts."""
+        self._foresight.expect((load,))
+
+    def step(self, now: Observation, at_least: float = 0.0, *, hanging: bool = True) -> Forces:
         """Return with which force each finger is to press during the next period [N].
 
         Args:
             now: What is known.
             at_least: Least grip, whatever the load [N].
+            hanging: Whether nothing but the fingers bears the object: only then a load that falls means slip.
 
         Raises:
             InvalidValueError: Another number of fingers than the grip has.
@@ -121,12 +159,17 @@ class SlipSafeGrip:
             )
         p, margin = self.parameters, self.live.value("margin")
         loads = tuple(_load_of(finger) for finger in now.fingers)
-        onset, ongoing = self._listen(now.time, loads)
-        wanted = tuple(force + p.reserve for force in self._plan.wanted(now, loads, margin))
+        missing, stopping, heard = self._hear(now, loads, hanging=hanging)
+        onset, ongoing = self._listen(now.time, loads, heard)
+        planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
+        wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
+        wanted = _larger(wanted, self._foreseen(now.time, margin))
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
             self._hold(now.time, now.time, _larger(self.targets, raised))
+        if self.hearing is not None and self.hearing.squeeze is not None:
+            self._hold(now.time, now.time, _larger(self.targets, self.hearing.squeeze))
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
@@ -144,14 +187,45 @@ class SlipSafeGrip:
         self._commanded = self._command()
         return self._commanded
 
-    def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
-        """Update slip detection and limit surfaces; return whether a slip begins, and whether one continues."""
+    def _listen(self, time: float, loads: Loads, heard: Sequence[bool]) -> tuple[bool, bool]:
+        """Update the watch and limit surfaces; return whether it tells of a slip that begins, or goes on."""
         onsets = self.watch.step(time, loads)
+        self._record(time, loads, onsets, Signal.RIPPLE)
         ongoing = self.watch.slipping
+        either = tuple(a or b for a, b in zip(onsets, heard, strict=True))
         # a load under which something goes on slipping was not held
-        unknown = ongoing and not any(onsets)
-        self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
+        slips = ongoing or (self.hearing is not None and self.hearing.slipping)
+        self.belief.watch(time, (None,) * len(loads) if slips and not any(either) else loads, either)
         return any(onsets), ongoing
+
+    def _reserve(self, finger: int, margin: float) -> float:
+        """Grip beyond what the load needs [N]: for noise or a wandering zero, whichever is more, and for steps."""
+        p, surface = self.parameters, self.belief.surface(finger)
+        step = self._preload.grip(surface, self._fingers, margin, p.lead, p.grip_rate)
+        return max(p.reserve, self._zeros.reserve(surface)) + step
+
+    def _foreseen(self, time: float, margin: float) -> Forces:
+        """Least grip for what is expected [N]."""
+        self._foresight.expect(self._announcer.announced(time))
+        surfaces = [self.belief.surface(i) for i in range(self._fingers)]
+        return self._foresight.least(time, self._plan.needed, surfaces, margin, self._moved)
+
+    def _hear(self, now: Observation, loads: Loads, *, hanging: bool) -> tuple[float, float, Sequence[bool]]:
+        """What hangs over what is felt of it, by how much more grip what slides stops, and where that begins."""
+        if self.hearing is None:
+            return 1.0, 1.0, (False,) * len(loads)
+        onsets = self.hearing.step(now, loads, hanging=hanging)
+        if any(onsets):
+            self._record(now.time, loads, onsets, self.hearing.signal)
+            self.regrips += 1
+        stopping = 1.0 + self.parameters.regrip if self.hearing.slipping else 1.0
+        return self.hearing.missing, stopping, onsets
+
+    def _record(self, time: float, loads: Loads, onsets: Sequence[bool], signal: Signal) -> None:
+        for finger, (load, onset) in enumerate(zip(loads, onsets, strict=True)):
+            if onset and load is not None:
+                kind = kind_of_slip(self.belief.surface(finger), load)
+                self.alarms += (SlipAlarm(time, finger, kind, signal),)
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""
@@ -182,7 +256,7 @@ class SlipSafeGrip:
     def _correct(self, loads: Loads) -> None:
         """Move the command by what the fingers feel too little or too much."""
         p, felt = self.parameters, tuple(load.normal_force for load in loads if load is not None)
-        if len(felt) < len(loads):
+        if len(felt) < len(loads) or self._zeros.resting:  # at rest, what changes are the zeros
             return
         share = self._period / p.correction_time
         missing = self._plan.missing(self.targets, felt)

@@ -13,8 +13,7 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
-from palpate.friction.slip.fingers import FingerSlips, LearntSurface
-from palpate.friction.slip.margin_crossing import MarginCrossing
+from palpate.friction.slip.fingers import LearntSurface
 from palpate.runtime.data import ArmSample, Observation, Phase
 from palpate.sensing.ft.health import HealthCheck, SampleHealth
 from palpate.spatial import IDENTITY, ZERO
@@ -38,9 +37,7 @@ ABSENT = finger(0.0, 0.0, 0.0, touching=False)
 
 @pytest.mark.parametrize(("force", "torque"), [(2.0, 0.0), (20.0, 0.0), (-1e3, 0.0), (1.0, 0.1)])
 def test_one_odd_sample_neither_raises_the_grip_nor_passes_for_slip(force, torque):
-    grip = SlipSafeGrip(
-        2, KnownSurface(SURFACE), PERIOD, watch=FingerSlips(lambda: MarginCrossing(SURFACE, PERIOD))
-    )
+    grip = SlipSafeGrip(2, KnownSurface(SURFACE), PERIOD)
     grip.start(3.0)
     targets = []
     for k in range(2000):

@@ -17,11 +17,11 @@ from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.fingers import FingerSlips
-from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.runtime.data import ArmSample, Observation
 from palpate.sensing.ft.health import HEALTHY, HealthCheck, SampleHealth
 from palpate.spatial import IDENTITY, ZERO
 from support.felt_finger import finger
+from support.ratio_detector import RatioDetector
 
 PERIOD = 1e-3
 SURFACE = LimitSurface(0.5, 0.004)
@@ -281,13 +281,13 @@ def test_a_slip_that_goes_on_raises_the_grip_again_but_not_in_every_period():
 
 def test_a_slip_that_a_detector_sees_go_on_raises_the_grip_again_until_it_is_over_and_not_under_a_fault():
     """A detector tells its beginning once only. Friction of 0.3 where 0.5 is believed takes 1.3 twice."""
-    watch = FingerSlips(lambda: MarginCrossing(LimitSurface(0.3, 0.004), PERIOD))
+    watch = FingerSlips(lambda: RatioDetector(LimitSurface(0.3, 0.004)))
     grip = grip_of(watch=watch)
     follow(grip, lambda t: (1.5, 0.0), 400)
     assert 2 <= grip.regrips <= 6
     assert not watch.slipping
     assert 1.5 / 0.3 < grip.target < 1.5 * 1.5 / 0.3
-    lost = grip_of(watch=FingerSlips(lambda: MarginCrossing(LimitSurface(0.3, 0.004), PERIOD)))
+    lost = grip_of(watch=FingerSlips(lambda: RatioDetector(LimitSurface(0.3, 0.004))))
     follow(lost, lambda t: (1.5, 0.0), 20)
     before, answered = lost.target, lost.regrips
     for i in range(20, 1000):

@@ -14,7 +14,6 @@ from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.kinds import SlipKind, kind_of_slip
 from palpate.friction.slip.load_noise import LoadNoise
-from palpate.friction.slip.margin_crossing import MarginCrossing, MarginParameters
 from palpate.friction.slip.page_test import PageTest
 
 PERIOD = 1e-3
@@ -40,16 +39,6 @@ def noisy(load, rng, noise=NOISE):
 
 def times_told(detector, loads):
     return [k for k, load in enumerate(loads) if detector.step(load) is not None]
-
-
-@pytest.mark.parametrize("before", [0.0, 0.3, 0.84])
-@pytest.mark.parametrize("missing", [1, 50])
-def test_a_load_that_grew_while_nothing_was_felt_did_not_grow_in_one_period(before, missing):
-    """At 84 % of what the contact bears nothing slips, whatever it was before the gap."""
-    nothing = ContactLoad(math.nan, (math.nan,) * 3, math.nan)
-    loads = [on_surface(SURFACE, 5.0, 0.4, 0.0, before)] * 50 + [nothing] * missing
-    loads += [on_surface(SURFACE, 5.0, 0.4, 0.0, 0.84)] * 50
-    assert times_told(MarginCrossing(SURFACE, PERIOD), loads) == []
 
 
 # --- Page's test ---
@@ -116,59 +105,6 @@ def test_noise_of_the_load_ratio_is_that_of_many_draws(share, across, ratio, p):
 # --- margin crossing ---
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("share", [0.0, 0.7, 1.57, 2.5])
-def test_a_load_held_at_four_fifths_is_never_slip_and_one_on_the_surface_is_within_milliseconds(share):
-    rng = np.random.default_rng(3)
-    crossing = MarginCrossing(SURFACE, PERIOD)
-    held = on_surface(SURFACE, 3.0, share, 1.0, 0.8)
-    slipping = on_surface(SURFACE, 3.0, share, 1.0)
-    assert times_told(crossing, [noisy(held, rng) for _ in range(20_000)]) == []
-    told = times_told(crossing, [noisy(slipping, rng) for _ in range(50)])
-    assert told[0] <= 4
-    kind = crossing.step(slipping)
-    assert kind is kind_of_slip(SURFACE, slipping)
-
-
-@given(directions, st.floats(0.2, 5.0))
-@settings(max_examples=25, deadline=None)
-def test_what_a_margin_says_depends_on_neither_frame_nor_scale(across, scale):
-    rng = np.random.default_rng(11)
-    flat = LimitSurface(0.5, 0.004)
-    ratios = np.clip(np.cumsum(rng.normal(0.008, 0.02, 200)), 0.0, 2.0).tolist()
-    fine = MarginCrossing(flat, PERIOD, LoadNoise())
-    other = MarginCrossing(flat, PERIOD, LoadNoise(0.010 * scale, 0.1e-3 * scale))
-    told = times_told(fine, [on_surface(flat, 3.0, 0.6, 0.0, r) for r in ratios])
-    assert told
-    assert times_told(other, [on_surface(flat, 3.0 * scale, 0.6, across, r) for r in ratios]) == told
-
-
-def test_one_odd_sample_is_no_slip():
-    crossing = MarginCrossing(SURFACE, PERIOD)
-    held, odd = on_surface(SURFACE, 3.0, 0.0, 0.0, 0.5), on_surface(SURFACE, 3.0, 0.0, 0.0, 5.0)
-    # the rate that it seems to have fades at once
-    assert times_told(crossing, [held] * 100 + [odd] + [held] * 100) == []
-
-
-def test_a_rising_load_is_predicted_by_what_was_asked():
-    rate, first = 2.0, []
-    for ahead in (0.0, 10e-3):
-        crossing = MarginCrossing(SURFACE, PERIOD, None, MarginParameters(ahead=ahead))
-        loads = [on_surface(SURFACE, 20.0, 0.3, 0.0, 0.3 + rate * k * PERIOD) for k in range(500)]
-        first.append(times_told(crossing, loads)[0] * PERIOD)
-    assert first[0] - first[1] == pytest.approx(10e-3, abs=1.5e-3)
-
-
-def test_nothing_held_tangentially_without_pressing():
-    crossing = MarginCrossing(SURFACE, PERIOD)
-    pulled = ContactLoad(0.0, (0.1, 0.0, 0.0), 0.0)
-    assert times_told(crossing, [pulled] * 3) == [1, 2]
-    free = MarginCrossing(SURFACE, PERIOD)
-    assert times_told(free, [ContactLoad(0.0, (0.0, 0.0, 0.0), 0.0)] * 10) == []
-    missing = ContactLoad(math.nan, (math.nan,) * 3, math.nan)
-    assert times_told(free, [missing] * 10) == []
-
-
 # --- excited ---
 
 
@@ -224,8 +160,6 @@ def test_a_gap_begins_the_row_of_samples_anew():
     "wrong",
     [
         lambda: PageTest(0.0, 1.0),
-        lambda: MarginParameters(safe=0.9, slipping=0.9),
-        lambda: MarginCrossing(SURFACE, 0.0),
         lambda: GripDither(most_share=1.0),
         lambda: GripDither(frequency=300.0).half_cycle(1e-3),
         lambda: ExcitedParameters(blow=1.0),

@@ -11,7 +11,7 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.kinds import SlipKind
-from palpate.friction.slip.margin_crossing import MarginCrossing
+from support.ratio_detector import RatioDetector
 
 PERIOD = 1e-3
 TRUE = LimitSurface(0.5, 0.004)
@@ -33,15 +33,15 @@ def feed(learnt, ratios, onsets=()):
 
 
 def test_each_finger_tells_for_itself_and_only_when_slip_begins():
-    slips = FingerSlips(lambda: MarginCrossing(TRUE, PERIOD))
+    slips = FingerSlips(lambda: RatioDetector(TRUE))
     told = [slips.step(k * PERIOD, (pulled(1.1 if 20 <= k < 60 else 0.3), pulled(0.3))) for k in range(100)]
-    assert [k for k, (first, _) in enumerate(told) if first] == [21]
+    assert [k for k, (first, _) in enumerate(told) if first] == [20]
     assert not any(second for _, second in told)
     assert slips.kinds == (None, None)
 
 
 def test_a_missing_finger_says_nothing():
-    slips = FingerSlips(lambda: MarginCrossing(TRUE, PERIOD))
+    slips = FingerSlips(lambda: RatioDetector(TRUE))
     assert slips.step(0.0, (None, pulled(0.3))) == (False, False)
     for k in range(5):
         slips.step(k * PERIOD, (None, pulled(1.1)))

@@ -12,9 +12,7 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
 from palpate.friction.slip.grip_dither import GripDither
-from palpate.friction.slip.kinds import SlipKind
 from palpate.friction.slip.load_noise import LoadNoise
-from palpate.friction.slip.margin_crossing import MarginCrossing
 
 PERIOD = 1e-3
 MU, E, GRIP = 0.5, 0.004, 4.0
@@ -128,20 +126,6 @@ def test_noise_of_a_load_is_that_of_its_moment_about_the_tip():
 
 
 # --- by a margin
-
-
-def test_one_sample_far_out_is_no_slip_however_far():
-    for far in (1.5, 5.0, 1e3):
-        crossing = MarginCrossing(LimitSurface(MU, E), PERIOD)
-        loads = [ContactLoad(GRIP, (0.0, MU * GRIP * (far if k == 50 else 0.5), 0.0), 0.0) for k in range(100)]
-        assert all(crossing.step(load) is None for load in loads)
-
-
-def test_a_slip_that_is_not_felt_for_a_while_stays_the_kind_that_it_was():
-    crossing = MarginCrossing(LimitSurface(MU, E), PERIOD)
-    kinds = [crossing.step(ContactLoad(GRIP, ZERO_FORCE, 1.1 * MU * E * GRIP)) for _ in range(20)]
-    assert kinds[-1] is SlipKind.SPIN
-    assert crossing.step(MISSING) is SlipKind.SPIN
 
 
 ZERO_FORCE = (0.0, 0.0, 0.0)

@@ -8,12 +8,12 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import ConcurrentUseError
 from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
-from support.grasp_families import instances, least_value, paired
+from support.grasp_families import FAMILIES, drawn, instances, least_value, paired
 
 OBJECTIVES = [each.value for each in Objective]
 LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
@@ -61,6 +61,23 @@ def test_certificates_hold_at_50_digits_up_to_their_reach():
             assert result.reach is not None
             assert least_value(grasp, each.load, result.certificate, 0.999 * min(result.reach, 1e300)) > 0
     assert seen > 10
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(FAMILIES), st.floats(-8.5, -3.0), st.booleans())
+def test_what_can_just_be_held_is_told_from_what_cannot(seed, family, decades, beyond):
+    """Both sides of the boundary, which `load_factor` itself knows to 1e-9 of the load."""
+    grasp, load = drawn(family, np.random.default_rng(seed))
+    most = GraspForceOptimizer(grasp, "load_factor").solve(load).objective
+    assume(1e-3 < most < 1e6)
+    load = load * most * (1.0 + (1.0 if beyond else -1.0) * 10.0**decades)
+    result = GraspForceOptimizer(grasp).solve(load)
+    if result.status is SolveStatus.INFEASIBLE:
+        assert beyond
+        assert least_value(grasp, load, result.certificate, 0.0) > 0
+    else:
+        assert result.status is SolveStatus.SOLVED
+        assert not beyond or decades < -8.0  # there its forces leave no more than is allowed
 
 
 def test_threads_that_share_an_optimizer_get_what_is_right_or_an_error():

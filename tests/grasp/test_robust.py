@@ -11,15 +11,18 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
 from scipy.spatial.transform import Rotation
+from scipy.special import ndtr
 from scipy.stats import beta as beta_distribution
 from scipy.stats import multivariate_normal
 
 from palpate.errors import InvalidValueError
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.dual_newton import HI, LO, MU, E, N, P
+from palpate.grasp.fixed_forces import probability_within_limits
 from palpate.grasp.joint_probability import failing, joint_deviations, owen
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.robust import RobustLeastEffort
+from palpate.grasp.sampled_holding import SampledHolding, sample_holding
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.grasp.uncertainty import GraspUncertainty
 
@@ -293,6 +296,65 @@ def test_joint_bound_is_never_too_low():
         share = (drawn.max(axis=1) > beta).mean()
         assert 0.012 <= share <= 0.0212
     assert owen(1.0, 1.0) == pytest.approx(0.06674188, abs=1e-8)  # Phi(1) Phi(-1) / 2
+
+
+@pytest.mark.parametrize("kind", ["mu", "mu and e", "common", "all common"])
+def test_fixed_forces_are_within_limits_at_least_as_often_as_told(kind):
+    """Against drawn mu and e; the sum over contacts is never told more than once too often."""
+    rng = np.random.default_rng(20 + KINDS.index(kind))
+    for probability in (0.5, 0.8, 0.95, 0.99):
+        grasp, wrench = random_grasp(rng, int(rng.integers(3, 7))), random_load(rng)
+        uncertainty = uncertainty_of(kind, grasp)
+        found = RobustLeastEffort(grasp, uncertainty, probability).solve(wrench)
+        drawn = Draws(grasp, uncertainty, wrench, rng, 40_000)
+        spin = np.abs(found.forces[:, 3]) / np.maximum(drawn.spin_length, 1e-12)
+        size = np.sqrt((found.forces[:, 1:3] ** 2).sum(axis=1) + spin**2)
+        slips = size > drawn.friction * found.forces[:, 0] + 1e-9 * found.forces.max()
+        each, told = slips.mean(axis=0), 1.0 - found.probability_fixed
+        error = 4.0 * np.sqrt(0.25 / 40_000)
+        assert slips.any(axis=1).mean() - error <= told <= min(each.sum(), 1.0) + error
+        assert told >= each.max() - error
+
+
+def test_one_contact_fails_as_often_as_its_integral_says():
+    """Known in closed form: mu f above t, and e above tau / mu f; both together by drawing."""
+    known, forces = np.zeros((1, 1)), np.array([[1.0, 0.3, 0.4, 0.0], [1.0, 0.0, 0.0, 0.003]])
+    friction, length = np.array([0.6]), np.array([0.006])
+    of_mu, of_e = np.array([[0.01]]), np.array([[1e-6]])
+    slides = probability_within_limits(forces[:1], friction, length, of_mu, of_e)
+    spins = probability_within_limits(forces[1:], friction, length, known, of_e)
+    assert slides == pytest.approx(ndtr(1.0), abs=1e-5)
+    assert spins == pytest.approx(ndtr(1.0), abs=1e-5)
+    drawn = np.random.default_rng(0).standard_normal((2, 400_000))
+    share = np.mean((0.6 + 0.1 * drawn[0]) * np.maximum(0.006 + 1e-3 * drawn[1], 0.0) > 0.003)
+    assert probability_within_limits(forces[1:], friction, length, of_mu, of_e) == pytest.approx(share, abs=3e-3)
+
+
+def test_sampled_holding_is_what_another_solver_counts():
+    """Forces of known friction hold half of the time: shares of clarabel's, whose draws are others'."""
+    rng = np.random.default_rng(31)
+    for kind in ("mu and e", "all", "all common"):
+        grasp, wrench = random_grasp(rng, 4), random_load(rng)
+        uncertainty, forces = uncertainty_of(kind, grasp), least(grasp, wrench)[1]
+        sampled = sample_holding(grasp, uncertainty, wrench, forces, 3000)
+        draws = Draws(grasp, uncertainty, wrench, rng, 400)
+        pressing = (draws.friction > 0).all(axis=1) & (draws.spin_length > 0).all(axis=1)
+        held = np.mean([pressing[k] and friction_left(draws, k, forces[:, 0]) >= 0.0 for k in range(400)])
+        assert sampled.undecided <= 3
+        assert abs(held - sampled.redistributing) <= 4.0 * np.hypot(sampled.redistributing_error, 0.025)
+        if kind == "mu and e":  # forces that hold as they are hold redistributed
+            assert sampled.fixed <= sampled.redistributing
+        assert sampled == sample_holding(grasp, uncertainty, wrench, forces, 3000)
+
+
+def test_forces_that_do_not_balance_hold_never():
+    rng = np.random.default_rng(32)
+    grasp, wrench = random_grasp(rng, 3), random_load(rng)
+    uncertainty, forces = uncertainty_of("mu", grasp), least(grasp, wrench)[1]
+    assert sample_holding(grasp, uncertainty, wrench, np.zeros((3, 4)), 10) == SampledHolding(0.0, 0.0, 10, 0)
+    assert sample_holding(grasp, uncertainty, wrench, 2.0 * forces, 10).fixed == 0.0
+    with pytest.raises(InvalidValueError, match=r"forces have shape \(4, 4\)"):
+        sample_holding(grasp, uncertainty, wrench, np.zeros((4, 4)))
 
 
 def test_what_makes_no_sense_is_refused():

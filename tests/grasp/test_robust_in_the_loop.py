@@ -77,7 +77,7 @@ def test_every_load_of_two_and_three_fingers_is_solved(n, alike):
             solver.update(grasp, unsure(grasp, alike))
         found = solver.solve(load)
         assert found.outcome == Outcome.SOLVED
-        assert found.probability == 0.99
+        assert found.probability_redistributing == 0.99
         assert np.abs(grasp.grasp_map @ found.forces.ravel() + load).max() < 1e-7
         assert (grasp.margins(found.forces) >= found.reserve - 2e-3 * found.forces[:, 0].max()).all()
 
@@ -118,14 +118,14 @@ def test_forces_keep_their_largest_and_say_how_often_they_hold():
             found = RobustLeastEffort(limited, unsure(limited)).solve(load)
             assert (found.forces[:, 0] <= share * enough * (1.0 + 1e-9)).all()
             if found.outcome == Outcome.INFEASIBLE:
-                assert found.probability < 0.99
+                assert found.probability_redistributing < 0.99
                 assert found.rounds <= IN_ALL
-            chances.append(found.probability)
+            chances.append(found.probability_redistributing)
         assert chances[0] >= chances[1] - 0.02
         assert chances[1] >= chances[2] - 0.02
-        if 0.5 <= found.probability < 0.99:
+        if 0.5 <= found.probability_redistributing < 0.99:
             assert np.abs(grasp.grasp_map @ found.forces.ravel() + load).max() < 1e-7
-            seen.append((found.probability, failing(grasp, load, found.forces[:, 0], rng)))
+            seen.append((found.probability_redistributing, failing(grasp, load, found.forces[:, 0], rng)))
     assert len(seen) >= 4
     promised, failed = np.array(seen).T
     assert (failed <= 1.0 - promised + 0.05).all()  # 0.05: two deviations of 400 draws where a third fails
@@ -137,7 +137,7 @@ def test_a_load_that_is_not_held_at_all_gets_forces_within_the_limits():
     grasp = fingers(rng, 3, force_max=2.0)
     found = RobustLeastEffort(grasp, unsure(grasp)).solve(np.array([0.0, 0.0, -50.0, 0.0, 0.0, 0.0]))
     assert found.outcome == Outcome.INFEASIBLE
-    assert found.probability == 0.0
+    assert found.probability_redistributing == found.probability_fixed == 0.0
     assert (grasp.margins(found.forces) >= -1e-9).all()
     left = np.linalg.norm(grasp.grasp_map @ found.forces.ravel() + [0.0, 0.0, -50.0, 0.0, 0.0, 0.0])
     assert left < 50.0 - 3.0 * 2.0 * 0.4 * 0.9  # friction bears what it can

@@ -12,7 +12,8 @@ from palpate.grasp.from_touch import grasp_from_touch
 from palpate.grasp.objective import Objective
 from palpate.grasp.optimizer import GraspForceOptimizer
 from palpate.grasp.result import GraspForces, SolveStatus
-from palpate.grasp.robust import RobustLeastEffort
+from palpate.grasp.robust import RobustForces, RobustLeastEffort
+from palpate.grasp.sampled_holding import SampledHolding, sample_holding
 from palpate.grasp.sensitivity import grip_sensitivity
 from palpate.grasp.uncertainty import GraspUncertainty
 
@@ -26,7 +27,9 @@ __all__ = [
     "GraspForces",
     "GraspUncertainty",
     "Objective",
+    "RobustForces",
     "RobustLeastEffort",
+    "SampledHolding",
     "SolveStatus",
     "cone_margin",
     "force_closure",
@@ -34,6 +37,7 @@ __all__ = [
     "grip_sensitivity",
     "internal_forces",
     "largest_disturbance",
+    "sample_holding",
     "state_contact",
     "worst_disturbance",
 ]

@@ -17,7 +17,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from threading import Lock
+from threading import RLock
 from typing import Any, Protocol
 
 import casadi
@@ -36,7 +36,7 @@ another."""
 ROOM = "compiling-"
 """Begins the names of folders where a compiler works."""
 
-BUILDING = Lock()
+BUILDING = RLock()
 """CasADi's symbols are counted without locks: graphs are built, and shared, by one thread at a time."""
 
 COMPILER_TIMEOUT = 120.0
@@ -46,15 +46,20 @@ COMPILER_TIMEOUT = 120.0
 class Executor(Protocol):
     """Runs CasADi functions."""
 
-    def prepare(self, functions: Sequence[Any]) -> list[Any]:
-        """Return functions that do the same, ready to be called."""
+    def prepare(self, functions: Sequence[Any], what: str = ...) -> list[Any]:
+        """Return functions that do the same, ready to be called.
+
+        Args:
+            functions: Of CasADi.
+            what: They are, for people who wait.
+        """
         ...
 
 
 class Interpreted:
     """CasADi's own virtual machine: nothing to wait for, 20 times slower."""
 
-    def prepare(self, functions: Sequence[Any]) -> list[Any]:
+    def prepare(self, functions: Sequence[Any], what: str = "") -> list[Any]:
         """Return them as they are."""
         return list(functions)
 
@@ -72,21 +77,23 @@ class Compiled:
         self.compiler = next((found for name in named if (found := shutil.which(name))), None)
         self._folder = folder
 
-    def prepare(self, functions: Sequence[Any]) -> list[Any]:
+    def prepare(self, functions: Sequence[Any], what: str = "the solver of grasp forces") -> list[Any]:
         """Return them compiled."""
         if self.compiler is None or platform.system() == "Windows":
             return list(functions)
         try:
-            library = self._library(functions, self.compiler)
-            return [casadi.external(each.name(), str(library)) for each in functions]
+            library = self._library(functions, self.compiler, what)
+            with BUILDING:
+                return [casadi.external(each.name(), str(library)) for each in functions]
         except (OSError, RuntimeError, subprocess.SubprocessError):
             return list(functions)
 
-    def _library(self, functions: Sequence[Any], compiler: str) -> Path:
-        generator = casadi.CodeGenerator("grasp.c", {"with_header": False})
-        for each in functions:
-            generator.add(each)
-        code = generator.dump()
+    def _library(self, functions: Sequence[Any], compiler: str, what: str) -> Path:
+        with BUILDING:
+            generator = casadi.CodeGenerator("grasp.c", {"with_header": False})
+            for each in functions:
+                generator.add(each)
+            code = generator.dump()
         made_of = "\n".join(
             (casadi.CasadiMeta.version(), compiler, *FLAGS, platform.system(), platform.machine(), code)
         )
@@ -104,7 +111,7 @@ class Compiled:
             source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
             source.write_text(code)
             command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
-            with compiling("the solver of grasp forces"):
+            with compiling(what):
                 subprocess.run(
                     command, check=True, capture_output=True, timeout=COMPILER_TIMEOUT, stdin=subprocess.DEVNULL
                 )

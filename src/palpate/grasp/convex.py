@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from palpate.grasp.least_violation import least_violation
 from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.sharpened import sharpened
 
 __all__ = ["Convex"]
 
@@ -93,6 +95,10 @@ class Convex:
         if status is SolveStatus.INFEASIBLE:
             proof = self._proof(wrench, result.certificate, result, size)
             return self._least_violation(wrench, proof, result.iterations)
+        if status is SolveStatus.MAX_ITERATIONS and self._objective in (Objective.MIN_EFFORT, Objective.MIN_PEAK):
+            found = self._least_violation(wrench, None, result.iterations)
+            if found.status is SolveStatus.INFEASIBLE:
+                return found
         forces = self._scaled.forces(result.forces[: len(self._grasp)], size)
         if self._objective is Objective.LOAD_FACTOR:
             if result.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
@@ -123,6 +129,9 @@ class Convex:
             proof = self._proof(wrench, left)
         load, unit = _direction(load, size)
         factor = self._interior(Objective.LOAD_FACTOR, load, unit)
+        if proof is None and not self._actuators:
+            rows, bearing = self._scaled.sized(unit), factor.forces[: len(self._grasp)]
+            proof = self._proof(wrench, sharpened(rows, load, bearing, factor.dual))
         if self._actuators and factor.status is InteriorPointStatus.SOLVED:
             # what leaves least knows nothing of actuators; this keeps their limits
             forces, size = factor.forces[: len(self._grasp)], unit
@@ -165,7 +174,9 @@ class Convex:
         self._room, self._actuators = max(contacts, self._room), actuators
         wanted = {self._objective, Objective.LOAD_FACTOR}
         self._rows = np.zeros((self._room, RESERVE))
-        self._interior_points = {each: InteriorPoint(self._room, each, actuators, self._weight) for each in wanted}
+        with ThreadPoolExecutor(len(wanted)) as compilers:  # seconds each, if they are not compiled yet
+            points = compilers.map(lambda each: InteriorPoint(self._room, each, actuators, self._weight), wanted)
+            self._interior_points = dict(zip(wanted, points, strict=True))
 
     def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointResult:
         """Return the interior point's result; where there is no contact it sees one that pushes nothing."""

@@ -63,7 +63,9 @@ class InteriorPoint:
         executor = Compiled() if executor is None else executor
         with BUILDING:
             graphs, proof = _graphs(n, objective, actuators, effort_weight)
-            begin, iterate, finish, proves = executor.prepare([graphs.begin, graphs.iterate, graphs.finish, proof])
+        begin, iterate, finish, proves = executor.prepare(
+            [graphs.begin, graphs.iterate, graphs.finish, proof], f"the solver of grasp forces, {objective.value}"
+        )
         self._n, self._k = n, actuators
         # CasADi's matrices are column-major: a row here is a column there
         self._contacts = np.zeros((n, CONTACT))

@@ -49,19 +49,14 @@ def _falling(beta: float, ratios: Any) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def joint_deviations(covariance: Any, failures: float) -> float:
-    """Return beta such that all of n normal variables stay above -beta standard deviations.
-
-    Args:
-        covariance: (n, n).
-        failures: Largest probability that one does not.
-    """
+def tree_ratios(covariance: Any) -> Any:
+    """Return sqrt((1 - r) / (1 + r)) along the tree of largest correlations, shape (n - 1,): Prim's algorithm."""
     n = covariance.shape[0]
     ratios = np.zeros(max(n - 1, 0))
     joined = np.zeros(n, np.bool_)
     closest = np.full(n, -2.0)
     at = 0
-    for k in range(n - 1):  # Prim's algorithm
+    for k in range(n - 1):
         joined[at] = True
         best = -3.0
         following = at
@@ -75,6 +70,18 @@ def joint_deviations(covariance: Any, failures: float) -> float:
                 best, following = closest[j], j
         ratios[k] = math.sqrt(max(1.0 - best, 0.0) / max(1.0 + best, 1e-12))
         at = following
+    return ratios
+
+
+@njit(cache=True, error_model="numpy")
+def joint_deviations(covariance: Any, failures: float) -> float:
+    """Return beta such that all of n normal variables stay above -beta standard deviations.
+
+    Args:
+        covariance: (n, n).
+        failures: Largest probability that one does not.
+    """
+    ratios = tree_ratios(covariance)
     # Newton's method on the logarithm, which is concave: from above it stays above
     beta = 4.0
     for _ in range(NEWTON_STEPS):

@@ -64,13 +64,22 @@ about one that holds well."""
 class RobustForces:
     """Forces that hold with a chosen probability, or the safest that were found.
 
+    To hold has two meanings, and both probabilities are told. Under commanded normal forces, on an object that may
+    creep by micrometres, friction redistributes: that is what is asked for and planned by. Where all forces are
+    commanded they stay. `sample_holding` counts both, by drawing.
+
     Attributes:
         forces: On the object, as in `GraspForces`, shape (n, 4) [N, N, N, N m].
         reserve: Share of each friction limit that is kept back, with mu and e as believed, shape (n,) [N]; what
             ought to be, if not solved.
         deviations: By how many standard deviations margins lie above zero, if solved.
-        probability: With which the forces hold, to first order: at least the one asked for if solved; else that
-            of these forces, 0 if below one half.
+        probability_redistributing: With which normal forces as planned hold, where friction may redistribute: some
+            tangential forces and spin torques within the true limits balance the true load. A lower bound, to
+            first order: the one asked for if solved; else that of these forces, 0 if below one half.
+        probability_fixed: With which the forces hold exactly as planned, every contact within its own true limit.
+            A lower bound: exact for one contact, first order in how several err together; 0 where forces do not
+            balance the load. Errors of places, normals and load do not enter: forces that do not change cannot
+            answer them.
         outcome: `Outcome.SOLVED`; INFEASIBLE if no grip within the forces allowed was found to hold with the
             probability asked for, UNDECIDED if none was within the rounds allowed. In both cases forces are
             those of the rounds that lack least of the reserve, and balance the load; of a load that is not held
@@ -81,7 +90,8 @@ class RobustForces:
     forces: FloatArray
     reserve: FloatArray
     deviations: float
-    probability: float
+    probability_redistributing: float
+    probability_fixed: float
     outcome: Outcome
     rounds: int
 
@@ -132,7 +142,7 @@ class RobustLeastEffort:
         Args:
             grasp: Without actuator limits.
             uncertainty: Of it and of the load.
-            probability: Of holding with all contacts together, 0.5 to 1.
+            probability: Of holding with all contacts together, 0.5 to 1, where friction may redistribute.
             effort_weight: eps of least effort.
 
         Raises:
@@ -190,12 +200,15 @@ class RobustLeastEffort:
         if best is None:
             return self._not_held(wrench)
         self._start = best.taken
-        wanted, rounds = best.wanted, self._done
+        wanted, errors = best.wanted, self._errors
         if best.keeps:
-            sure = self._errors.probability
-            return RobustForces(best.forces, wanted.reserve, wanted.deviations, sure, Outcome.SOLVED, rounds)
-        probability = self._errors.probability_of(best.scaled, wanted.lengths, RESERVE_TOLERANCE)
-        return RobustForces(best.forces, wanted.reserve, wanted.deviations, probability, outcome, rounds)
+            outcome, probability = Outcome.SOLVED, errors.probability
+        else:
+            probability = errors.probability_of(best.scaled, wanted.lengths, RESERVE_TOLERANCE)
+        fixed = errors.probability_fixed(best.scaled)
+        return RobustForces(
+            best.forces, wanted.reserve, wanted.deviations, probability, fixed, outcome, self._done
+        )
 
     def _settle(self, found: Design) -> tuple[_Round | None, Outcome]:
         """Return the least grip that keeps its reserve, or what lacks least, of some rounds from a start."""
@@ -264,7 +277,7 @@ class RobustLeastEffort:
         forces = self._scaled.forces(least_violation(self._scaled.sized(size), load, self._weight)[0], size)
         nothing = np.zeros(len(forces))
         self._start = None
-        return RobustForces(forces, nothing, 0.0, 0.0, Outcome.INFEASIBLE, self._done)
+        return RobustForces(forces, nothing, 0.0, 0.0, 0.0, Outcome.INFEASIBLE, self._done)
 
 
 def _better(best: _Round | None, now: _Round) -> _Round:

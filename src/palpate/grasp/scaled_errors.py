@@ -8,6 +8,7 @@ from scipy.special import ndtri
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.dual_newton import MU, E
+from palpate.grasp.fixed_forces import probability_within_limits
 from palpate.grasp.reserve import reserve_kernel, spare_kernel
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.grasp.uncertainty import GraspUncertainty
@@ -148,7 +149,7 @@ class ScaledErrors:
         return (spare / largest, slack / largest) if largest > 0.0 else (0.0, 0.0)
 
     def probability_of(self, forces: FloatArray, lengths: FloatArray, lacking: float) -> float:
-        """Return with which probability forces hold, from 0.5 to what was asked for; 0 if less.
+        """Return with which probability forces hold that redistribute, from 0.5 to what was asked for; 0 if less.
 
         Args:
             forces: As in `design`.
@@ -173,6 +174,15 @@ class ScaledErrors:
             else:
                 fails = middle
         return 1.0 - math.exp(level)
+
+    def probability_fixed(self, forces: FloatArray) -> float:
+        """Return a lower bound of the probability that forces, as they are, are within all limits.
+
+        Args:
+            forces: As in `design`.
+        """
+        cov_mu, cov_e = self._covariances[:2]
+        return probability_within_limits(forces, self._rows[:, MU], self._rows[:, E], cov_mu, cov_e)
 
     def _design(self, forces: FloatArray, lengths: FloatArray, searches: int, failures: float) -> Design:
         return Design(*reserve_kernel(self._rows, forces, lengths, *self._covariances, failures, searches))

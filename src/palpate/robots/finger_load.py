@@ -22,3 +22,9 @@ def noise_of_finger(robot: Robot, i: int) -> Wrench:
     assert finger.noise is not None  # RobotFile has made sure that one of the two is given
     force, moment = finger.noise.force, finger.noise.moment
     return (force, force, force, moment, moment, moment)
+
+
+def wander_of_finger(robot: Robot, i: int) -> tuple[float, float]:
+    """Return how fast the zero of finger i may wander, each axis [N/s, N m/s]; 0 if the file does not say."""
+    drift = robot.file.fingers[i].drift
+    return (0.0, 0.0) if drift is None else (drift.force, drift.moment)

@@ -10,6 +10,7 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.open_kinds import declared_in
+from palpate.robots.drift_rate_entry import DriftRateEntry
 from palpate.robots.pace_entries import PaceEntry, SimulatedPaceEntry
 from palpate.robots.robot_kind import RobotKind
 from palpate.robots.sensor_kind import SensorKind
@@ -41,6 +42,7 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         sensor: Path of a sensor file, relative to the robot file; None: what is known is what goes without saying
             of the simulated sensor.
         noise: Of a simulated sensor, each axis; None: as `simulated_sensor` has it.
+        drift: How fast its zero may wander after a tare; None: too slowly to be told. A grip is held by it.
         simulated_sensor: How a simulated sensor misbehaves otherwise; None: not at all.
         sensor_device: The real sensor, of a rig; None: there is none, or it is simulated.
     """
@@ -50,6 +52,7 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     payload: PayloadEntry | None = None
     sensor: str | None = None
     noise: NoiseEntry | None = None
+    drift: DriftRateEntry | None = None
     simulated_sensor: SimulatedSensorEntry | None = None
     sensor_device: SensorKind | None = None
 

@@ -3,6 +3,9 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
+from palpate.controllers.grip.hanging_load import ForceErrors, HangingLoad, NetForce, NetForceAndSpin, NetWrench
+from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
+from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
 from palpate.estimation import Verdict
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
@@ -17,15 +20,12 @@ from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
 from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.load_noise import LoadNoise
-from palpate.friction.slip.margin_crossing import MarginCrossing, MarginParameters
+from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.tip import Tip
 from palpate.surfaces import Sphere
 
 RIPPLE = GripDither(amplitude=0.3, frequency=100.0)
 """What the simulated hand's servos pass on a third of: 0.11 N at the fingertips."""
-
-CROSSING = MarginParameters(safe=0.93, slipping=0.99)
-"""A grip with a margin of 12 % stands at a load ratio of 0.89."""
 
 COVERED = (0.03, 0.05)
 """By which mu and e may be smaller than planned with: what the grip's margin is for."""
@@ -141,7 +141,7 @@ def shares(config: GraspConfig) -> bool:
 
 
 def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: float) -> FingerSlips:
-    """Return the slip detection.
+    """Return the slip detection of a grip that ripples.
 
     Args:
         config: What was asked for.
@@ -149,9 +149,7 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         tip: Of each finger: a sphere on its sensor's axis.
         period: Of control [s].
     """
-    noise = LoadNoise.of_touch(config.force_noise, config.moment_noise, tip_radius(tip), tip.center_of_mass[2])
-    if config.known in ("touched", "estimated"):
-        return FingerSlips(lambda: MarginCrossing(believed, period, noise, CROSSING))
+    noise = _noise(config, tip)
     of_mu, of_e = SPREADS[config.known]
     weakest = LimitSurface(
         WORST_SHARE * believed.friction * (1.0 - of_mu),
@@ -160,6 +158,37 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         believed.norm_exponent,
     )
     return FingerSlips(lambda: ExcitedSlip(weakest, RIPPLE, period, noise, EXCITED))
+
+
+def hearing_of(
+    config: GraspConfig, believed: LimitSurface, belief: SlipBoundedSurface, hand: HandModel, period: float
+) -> SlipHearing | None:
+    """Return what hears slip by the fall of the load; None where nobody does.
+
+    That is a grip that ignores spin, for comparison, and one of three fingers with a ripple: it shakes their net
+    force, and the ripple itself tells slip there.
+
+    Args:
+        config: What was asked for.
+        believed: What contacts are believed to bear.
+        belief: Which is taught what they show.
+        hand: That holds.
+        period: Of control [s].
+    """
+    if config.ignores_spin or (config.fingers == THREE and config.known == "untouched"):
+        return None
+    errors = ForceErrors(config.force_noise, config.drift)
+    load: HangingLoad
+    if config.fingers == THREE:
+        load = NetWrench(hand, errors, config.fingers, period)
+    else:
+        force = NetForce(hand, errors, config.fingers)
+        load = NetForceAndSpin(force, _noise(config, hand.tips[0]).torque)
+    return SlipHearing(believed, belief, period, load, 2, config.fingers)
+
+
+def _noise(config: GraspConfig, tip: Tip) -> LoadNoise:
+    return LoadNoise.of_touch(config.force_noise, config.moment_noise, tip_radius(tip), tip.center_of_mass[2])
 
 
 def tip_radius(tip: Tip) -> float:

@@ -87,6 +87,13 @@ class GraspConfig:
     Example, a jump of the load within 50 ms:
     palpate grasp --load step
 
+    Example, a step of 2.5 N within 5 ms, announced 15 ms before, and one that nobody announces:
+    palpate grasp --load step --rise 0.005 --announced 0.015
+    palpate grasp --load step --rise 0.005 --preload 2.5
+
+    Example, held for ten minutes, while the sensors' zeros wander:
+    palpate grasp --load none --rise 600
+
     Example, friction known within 30 % and e within 50 %, measured by a nudge before the lift:
     palpate grasp --known nudged
 
@@ -160,6 +167,12 @@ class GraspConfig:
     """With which speed [m/s]."""
     margin: float = option(0.12, bound="not negative")
     """Share of grip beyond what the limit surface needs."""
+    preload: float = option(0.0, "N", bound="not negative")
+    """Steps of the load that nobody announces, up to so much [N] within 5 ms and --offset aside, are borne without
+    slip, too: with a grip kept for them from the first touch on. What that costs is told before the run."""
+    announced: float | None = option(None, "s", bound="positive")
+    """How long before it grows the pull is announced to the grip [s], as a script does that knows what it will do.
+    Left out: nobody announces it."""
     controller: str = LIMIT_SURFACE
     """Grip law: limit-surface bears force and torque; coulomb plans by Coulomb's law alone, as if there were no
     torque, for comparison only."""
@@ -257,6 +270,10 @@ class GraspConfig:
             raise InvalidValueError(
                 f"shake_frequency = {self.shake_frequency:g} Hz: must be at most {FASTEST_SHAKE:g} Hz"
             )
+        if self.preload > LARGEST_PULL:
+            raise InvalidValueError(f"preload = {self.preload:g} N: must be at most {LARGEST_PULL:g} N")
+        if self.announced is not None and self.load == "none":
+            raise InvalidValueError("announced with load = none: nothing pulls; leave one out")
         if self.offset > self.half_width:
             raise InvalidValueError(
                 f"offset = {self.offset:g} m: must be within the object, at most {self.half_width:g} m"

@@ -5,8 +5,10 @@ from collections.abc import Callable
 from statistics import fmean
 
 from palpate.controllers.grip.grasp import GraspStage
-from palpate.experiments.grasp.belief import NUDGING_GRIP, shares
+from palpate.experiments.grasp.belief import NUDGING_GRIP
 from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.creep import CREEPS, TURNS
+from palpate.experiments.grasp.price import growth_in_hold
 from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp.strength import LARGEST_GRIP, OVERSHOOT
 from palpate.experiments.grasp.unit_text import MILLI, in_percent
@@ -16,6 +18,9 @@ from palpate.robots.known_truth import NOT_KNOWN
 OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
 """By which share mu, and by how much e [m], is off that a nudge finds: by more in none of 40, half of them with
 MuJoCo's friction and half with the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
+
+MICRO = 1e6
+"""Micrometres per metre."""
 
 DIGITS = 6
 """Decimals of millimetres and degrees: beyond is rounding error."""
@@ -40,6 +45,7 @@ def _felt_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
             f"as it was felt, mean of the fingers, while held; {_COMMANDED}",
             3,
         ),
+        *_growth(grasp),
         *_alarm_figures(grasp),
         *_nudged(grasp),
     )
@@ -51,6 +57,20 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         KeyFigure("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
         KeyFigure("spin", _spin(grasp), "degrees", f"likewise; above {math.degrees(SPUN):g} degrees", 2),
         KeyFigure(
+            "rate of slip",
+            MICRO * grasp.slip_rate,
+            "um/s",
+            f"while pulled; counts above {MICRO * CREEPS:g} um/s",
+            2,
+        ),
+        KeyFigure(
+            "rate of spin",
+            math.degrees(grasp.spin_rate),
+            "degrees/s",
+            f"likewise; above {math.degrees(TURNS):g} degrees/s",
+            3,
+        ),
+        KeyFigure(
             "slip in the whole time in the air", _slip_aloft(grasp), "mm", "from the lift on, until it lands", 2
         ),
         KeyFigure("spin in the whole time in the air", _spin_aloft(grasp), "degrees", "likewise", 2),
@@ -61,6 +81,7 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "largest grip", grasp.largest_grip, "N", f"true, mean of the fingers, while pulled; {_COMMANDED}", 3
         ),
+        *_growth(grasp),
         *_alarm_figures(grasp),
         *_nudged(grasp),
     ]
@@ -75,6 +96,14 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         for onset in grasp.onsets
     ]
     return tuple(figures)
+
+
+def _growth(grasp: Grasp) -> list[KeyFigure]:
+    """How the grip grew while nothing pulled, and what that was for."""
+    if grasp.planned.config.load != "none":
+        return []
+    note = f"last half second over the first; for zeros that wander up to {growth_in_hold(grasp.planned):.3g}"
+    return [KeyFigure("grip growth in the hold", grasp.growth, "", note, 3)]
 
 
 def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
@@ -173,18 +202,15 @@ def _found(name: str, values: list[float], off: float, unit: str, true: str) -> 
 
 
 def _alarm_criterion(config: GraspConfig) -> str:
-    if shares(config):
-        return "disabled: a finger at its limit passes load to the others without slip"
-    if config.known == "touched":
-        return "a load that comes up to the limit surface believed in"
-    return "a load that follows the ripple on the grip"
+    if config.ignores_spin:
+        return "nobody listens to a grip that ignores spin"
+    ripple = ", or a finger's load follows the ripple of its grip" if config.known == "untouched" else ""
+    return f"what hangs falls, or rises with the grip{ripple}"
 
 
 def _why_raised(grasp: Grasp) -> str:
-    if shares(grasp.planned.config):
-        return "fingers that share a load follow its plan alone"
     if grasp.planned.config.ignores_spin:
-        return "alarms are ignored"
+        return "there are no alarms"
     return "for an alarm, and again while it goes on; in the whole run"
 
 

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.belief import LEAST_EXPONENT
+from palpate.experiments.grasp.price import prices
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load
 from palpate.experiments.grasp.surface import likely, rubbed_by_plant
 from palpate.experiments.grasp.unit_text import SMALL, bears, in_percent
@@ -21,6 +22,7 @@ def notes_on(planned: "GraspPlan") -> tuple[str, ...]:
     if found is not None:
         notes = [] if planned.hand.real else [_of_surface(planned, found)]
         notes += [_of_plan(planned, found), *_of_loads(planned)]
+    notes += prices(planned)
     if planned.hand.real:
         return tuple(notes)
     needed = grip_for(config, planned.true, largest_load(config))

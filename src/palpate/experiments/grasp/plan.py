@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.dithered_grip import DitheredGrip
 from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingController, SetDownParameters
 from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip, RobustGrip
@@ -13,29 +12,34 @@ from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
-from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch, RecordingWatch
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
+from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.controllers.grip.zeros import Zeros
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.belief import (
     NUDGING_GRIP,
     RIPPLE,
     belief_of,
     believed_surface,
+    hearing_of,
     shares,
     slips_of,
     tip_radius,
 )
 from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
+from palpate.experiments.grasp.foreseen import announcer_of, preload_of
 from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
+from palpate.experiments.grasp.price import price_of_preload
 from palpate.experiments.grasp.scene import PullTimes, pull_times, sensor_of, task_of
 from palpate.experiments.grasp.strength import LARGEST_GRIP, cautious_surface, check_weight, taking_up_time
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface, with_surface
 from palpate.experiments.grasp.truth import GraspTruthRecorder
 from palpate.experiments.grasp.unit_text import MILLI
+from palpate.experiments.grasp.wandering import zeros_of
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.friction_file import (
@@ -155,10 +159,11 @@ class GraspPlan(PlanDefaults):
             ) from None
 
     def controller(self) -> GraspController:
-        """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
+        """Return a fresh controller; its grip keeps alarms, and its belief estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
         need = GRIP_LAWS[config.controller](self.most_rubbed)
-        grip = self._grip(belief, self._watch(), need)
+        zeros = zeros_of(config, self.hand, self.fingers)
+        grip = self._grip(SlipBoundedSurface(belief), need, zeros)
         lift = LiftController(grip, self.period, self.lift)
         lifting: LiftingController = lift
         first = GraspStage.CLOSE
@@ -167,31 +172,43 @@ class GraspPlan(PlanDefaults):
             nudge = NudgeController(config.fingers, self.period, _nudging(hand.center))
             lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
-        return GraspController(lifting, grip, self.period, down, first=first)
+        return GraspController(lifting, grip, self.period, down, first=first, zeros=zeros)
 
-    def _grip(self, belief: SurfaceBelief, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
+    def _grip(self, belief: SlipBoundedSurface, need: GripNeed, zeros: Zeros) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
+        hearing = hearing_of(config, self.believed, belief, self.hand.geometry, period)
+        told, preload = announcer_of(config, self.times), preload_of(config)
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
             plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
-            return SlipSafeGrip(n, belief, period, shared, watch, plan)
+            return SlipSafeGrip(
+                n, belief, period, shared, None, plan, hearing, zeros=zeros, announcer=told, preload=preload
+            )
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
-        if config.known == "untouched":
-            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common)
-        return SlipSafeGrip(n, belief, period, parameters, watch, common)
+        if config.known != "untouched":
+            return SlipSafeGrip(
+                n, belief, period, parameters, None, common, hearing, zeros=zeros, announcer=told, preload=preload
+            )
+        watch = slips_of(config, self.believed, self.hand.geometry.tips[0], period)
+        return DitheredGrip(
+            n,
+            belief,
+            period,
+            RIPPLE,
+            parameters,
+            watch,
+            common,
+            hearing,
+            zeros=zeros,
+            announcer=told,
+            preload=preload,
+        )
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":
             return MinimumGrip(self.config.fingers)
         return RobustGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
-
-    def _watch(self) -> RecordingWatch:
-        """Slip detection; a grip that ignores spin, or is shared, ignores its alarms."""
-        slips = slips_of(self.config, self.believed, self.hand.geometry.tips[0], self.period)
-        if shares(self.config):
-            return DisabledWatch(slips)
-        return PassiveWatch(slips) if self.config.ignores_spin else RecordingWatch(slips)
 
     @property
     def most_rubbed(self) -> float:
@@ -233,6 +250,7 @@ class GraspPlan(PlanDefaults):
             KeyFigure("lift height", MILLI * config.lift_height, "mm"),
             KeyFigure("lift speed", MILLI * config.lift_speed, "mm/s"),
             KeyFigure("greatest grip asked for", LARGEST_GRIP, "N", "of each finger"),
+            *self._preload_figure(),
             KeyFigure("friction mu, believed", self.believed.friction),
             KeyFigure("spin length e, believed", MILLI * self.believed.spin_length, "mm"),
             KeyFigure(
@@ -242,6 +260,12 @@ class GraspPlan(PlanDefaults):
         )
         task = f"Grasp of a {config.object} with {config.fingers} fingers"
         return DryRun(task, figures, FILES, notes_on(self))
+
+    def _preload_figure(self) -> tuple[KeyFigure, ...]:
+        if not self.config.preload:
+            return ()
+        note = f"of every finger, for steps up to {self.config.preload:g} N that nobody announces"
+        return (KeyFigure("preload", price_of_preload(self), "N", note, 2),)
 
     def view(self) -> ViewScene:
         """Return hand, object and table."""

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.controllers.grip.grasp import GraspStage
-from palpate.controllers.grip.recording_watch import SlipAlarm
+from palpate.controllers.grip.slip_alarm import SlipAlarm
 from palpate.errors import FloatArray
+from palpate.experiments.grasp.creep import CREEPS, TURNS, creep_rate
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp.plan import GraspPlan
@@ -119,9 +120,20 @@ class Grasp:
 
     @property
     def gave_way(self) -> tuple[str, ...]:
-        """Significant motion in the air: "slipped", "spun", both or neither."""
-        slip, spin = max(self.slip, self.slip_aloft), max(self.spin, self.spin_aloft)
-        return tuple(word for word, beyond in (("slipped", slip > SLIPPED), ("spun", spin > SPUN)) if beyond)
+        """Significant motion in the air, so far or still going on: "slipped", "spun", both or neither."""
+        slipped = max(self.slip, self.slip_aloft) > SLIPPED or self.slip_rate > CREEPS
+        spun = max(self.spin, self.spin_aloft) > SPUN or self.spin_rate > TURNS
+        return tuple(word for word, beyond in (("slipped", slipped), ("spun", spun)) if beyond)
+
+    @cached_property
+    def slip_rate(self) -> float:
+        """With which it creeps over any fingertip while it is pulled [m/s]."""
+        return creep_rate(self.truth.time[self.counted], self.truth.slip[self.counted])
+
+    @cached_property
+    def spin_rate(self) -> float:
+        """Likewise, about its normal [rad/s]."""
+        return creep_rate(self.truth.time[self.counted], self.truth.spin[self.counted])
 
     @property
     def slip(self) -> float:
@@ -198,6 +210,12 @@ class Grasp:
         return float(self.felt[known].max()) if known.any() else math.nan
 
     @property
+    def growth(self) -> float:
+        """Mean grip of the last half second that counts over that of the first; NaN if both are more than all."""
+        felt, half = self.felt[self.counted], round(0.5 / self.planned.period)
+        return float(felt[-half:].mean() / felt[:half].mean()) if len(felt) > 2 * half else math.nan
+
+    @property
     def grip_ratio(self) -> float:
         """Mean of the true grip over the mean of the least, while it was pulled; NaN if it was never held."""
         known = self.counted & np.isfinite(self.least)
@@ -261,13 +279,13 @@ class Grasp:
 def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
     """Return the result of a run, with that of its companion if there was one."""
     control, other = recorded.controller, planned.companion()
-    watch, belief = control.grip.watch, control.grip.belief
+    belief = control.grip.belief.believed
     comparison = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
     return Grasp(
         planned,
         recorded.run,
         recorded.observer.truth(),
-        watch.alarms,
+        control.grip.alarms,
         control.grip.regrips,
         comparison,
         control.met_early,

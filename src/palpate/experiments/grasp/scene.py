@@ -30,8 +30,8 @@ RATED: Wrench = (25.0, 25.0, 35.0, 0.25, 0.25, 0.25)
 STEP = alike(1 / 160, 1e-3 / 32)
 """Its resolution [N, N m]."""
 
-WARMING = WarmUp(rise=10.0, time_constant=1000.0)
-"""What drift is simulated with: as good as steady for as long as a run lasts."""
+WARMING = WarmUp(rise=10.0, time_constant=1e5)
+"""What drift is simulated with: as good as steady for as long as a run lasts; ten minutes take off 0.3 %."""
 
 MOMENT_DRIFT = 0.01
 """Drift of a moment over that of a force [m]: as the ranges of such a sensor are, 0.25 N m and 25 N."""

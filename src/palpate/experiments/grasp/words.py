@@ -44,6 +44,10 @@ def outcome(grasp: Grasp) -> str:
     return f"{_verdict(grasp)} {ended}"
 
 
+MOST_TOLD = 4
+"""Alarms that are told one by one."""
+
+
 def _ended(grasp: Grasp) -> str:
     """What ended it, and what became of the grip."""
     result = grasp.run
@@ -108,9 +112,10 @@ def _verdict(grasp: Grasp) -> str:
     if not grasp.gave_way:
         return "The object neither slipped nor spun, from the lift on." if held else "The object was lost."
     pulled = f" ({in_mm(grasp.slip)} and {in_degrees(grasp.spin)} while it was pulled)"
+    rate = f", {1e6 * grasp.slip_rate:.3g} um/s and {math.degrees(grasp.spin_rate):.2g} degrees/s on the mean"
     return (
         f"The object slipped by {slip} and spun by {in_degrees(grasp.spin_aloft)} in the air"
-        f"{pulled if grasp.counted.any() else ''}."
+        f"{pulled + rate if grasp.counted.any() else ''}."
     )
 
 
@@ -128,6 +133,8 @@ def account(grasp: Grasp) -> tuple[str, ...]:
         f"first. {_source(grasp)}",
         *notes_on(planned),
     ]
+    if grasp.alarms_aloft:
+        sentences.append(_heard(grasp))
     if grasp.counted.any():
         sentences.append(_of_grip(grasp))
     if config.load == "shake":
@@ -212,7 +219,8 @@ def _source(grasp: Grasp) -> str:
         "touched": "" if typed else "It was measured by an earlier touch",
         "nudged": "A nudge before the lift then measured it more closely",
         "untouched": "It was never touched before: the grip is planned for the least that is likely",
-        "estimated": f"It was estimated; the grip is planned to hold with {in_percent(config.probability)}",
+        "estimated": f"It was estimated; the grip is planned to hold with {in_percent(config.probability)}, "
+        "friction shared anew",
     }[config.known]
     if typed:
         return f"What was believed was typed. {origin}{'.' if origin else ''}".rstrip()
@@ -220,6 +228,17 @@ def _source(grasp: Grasp) -> str:
     if config.known == "estimated":
         return f"{origin}; of what was believed, mu errs by {in_percent(of_mu)} and e by {in_percent(of_e)} (sd)."
     return f"{origin}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
+
+
+def _heard(grasp: Grasp) -> str:
+    """When slip was heard, where and by what."""
+    told = [
+        f"at {alarm.time:.3f} s at finger {alarm.finger + 1} ({alarm.signal.value})"
+        for alarm in grasp.alarms_aloft[:MOST_TOLD]
+    ]
+    more = len(grasp.alarms_aloft) - len(told)
+    beyond = f", and {more} times more" if more else ""
+    return f"Slip was heard {', '.join(told)}{beyond}; the grip was raised for it."
 
 
 def _known(config: GraspConfig) -> str:

@@ -1,10 +1,10 @@
 """Slip sensed as it begins, and what it teaches about friction.
 
-`MarginCrossing` where touch has measured the limit surface, `ExcitedSlip` where friction is only guessed and the
-grip can ripple; `FingerSlips` runs one of them per finger. `FrictionBelief` (for a hand: `LearntSurface`) learns
-from slip and from holding.
+`LoadFall` for what hangs in a hand, whatever is believed of friction; `ExcitedSlip` for one contact where the
+grip can ripple, and `FingerSlips` runs it per finger. `FrictionBelief` (for a hand: `LearntSurface`) learns from
+slip and from holding.
 
 Measured and left out: high-frequency content without a ripple tells about a third of the slips within 30 ms if it
-is to give no false alarm, as friction need not stick and slip; a drop of the load tells none, for steps and
-shaking drop as well (8 ms of third differences, 12 ms of maximum; the cases of benchmarks/slip.py).
+is to give no false alarm, as friction need not stick and slip (8 ms of third differences; the cases of
+benchmarks/slip.py). A load that comes up to the limit surface that is believed tells nothing where that is wrong.
 """

@@ -16,7 +16,7 @@ NO_LOAD = ContactLoad(math.nan, (math.nan, math.nan, math.nan), math.nan)
 
 
 class SlipDetector(Protocol):
-    """`MarginCrossing` or `ExcitedSlip`."""
+    """Listens to one contact: `ExcitedSlip`."""
 
     def step(self, load: ContactLoad) -> SlipKind | None:
         """Take one sample; return the kind of slip as long as there is one."""

@@ -1,0 +1,157 @@
+"""What hangs in a hand: loads that fall where contacts give way, and not where they share them anew."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.friction.contact_load import ContactLoad
+from palpate.kinematics.hand import HandKinematics
+from palpate.runtime.data import Observation
+from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rotate, scale, subtract
+
+LATELY = 0.05
+"""[s] Time constant of the mean moment: friction falls within 20 ms, a pull beside the fingers grows slowly."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredLoad:
+    """One load.
+
+    Attributes:
+        size: [N], or [N m].
+        deviation: Of its noise, likewise.
+        wanders: As the zeros of the sensors may [N/s], or [N m/s].
+    """
+
+    size: float
+    deviation: float
+    wanders: float = 0.0
+
+    def scaled(self, by: float) -> "MeasuredLoad":
+        """Return it times a factor."""
+        return MeasuredLoad(by * self.size, by * self.deviation, by * self.wanders)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceErrors:
+    """What the force of one finger errs by.
+
+    Attributes:
+        noise: Standard deviation [N].
+        wanders: Its zero [N/s].
+    """
+
+    noise: float
+    wanders: float = 0.0
+
+
+class HangingLoad(Protocol):
+    """From what the fingers feel to what hangs in the hand."""
+
+    def start(self) -> None:
+        """Something else hangs now."""
+        ...
+
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
+        """Return what hangs, always as many loads.
+
+        Args:
+            now: What is known.
+            loads: Of it, what each finger bears, sensor frame.
+        """
+        ...
+
+
+class NetForce:
+    """The length of the sum of all forces. A `HangingLoad` for any number of fingers.
+
+    What fingers push and shear against one another is no part of it, nor is the noise of where they touch. Nor is
+    a moment: an object that only turns in the fingers is not heard.
+    """
+
+    def __init__(self, hand: HandKinematics, errors: ForceErrors, fingers: int) -> None:
+        """Take where the fingertips are, what a force errs by, and how many fingers there are."""
+        self._hand = hand
+        self._deviation, self._wanders = errors.noise * math.sqrt(fingers), errors.wanders * fingers
+
+    def start(self) -> None:
+        """See `HangingLoad`."""
+
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
+        """See `HangingLoad`."""
+        assert now.hand is not None
+        total: Vector = ZERO
+        poses = self._hand.sensor_poses(now.hand.joint_position)
+        for finger, pose in zip(now.fingers, poses, strict=True):
+            total = add(total, rotate(pose.rotation, finger.force))
+        return (MeasuredLoad(norm(total), self._deviation, self._wanders),)
+
+
+class NetWrench:
+    """The net force, and what is left of the net moment. A `HangingLoad` for three fingers or more.
+
+    A moment has no direction in which it hangs: what counts is how far it has moved off its mean of late, against
+    the net force at the arm of the fingertips.
+    """
+
+    def __init__(self, hand: HandKinematics, errors: ForceErrors, fingers: int, period: float) -> None:
+        """Take where the fingertips are, what a force errs by, how many fingers there are, and the period [s]."""
+        self._hand = hand
+        self._deviation, self._wanders = errors.noise * math.sqrt(fingers), errors.wanders * fingers
+        self._share = -math.expm1(-period / LATELY)
+        self.start()
+
+    def start(self) -> None:
+        """See `HangingLoad`."""
+        self._mean: Vector | None = None
+
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
+        """See `HangingLoad`."""
+        assert now.hand is not None
+        poses = self._hand.sensor_poses(now.hand.joint_position)
+        center = _center([pose.position for pose in poses])
+        force, moment, square = ZERO, ZERO, 0.0
+        for finger, pose in zip(now.fingers, poses, strict=True):
+            a, b, c, d, e, f = finger.wrench
+            its, arm = rotate(pose.rotation, (a, b, c)), subtract(pose.position, center)
+            force = add(force, its)
+            moment = add(moment, add(rotate(pose.rotation, (d, e, f)), cross(arm, its)))
+            square += dot(arm, arm)
+        arm_length = math.sqrt(square / len(poses))
+        self._mean = moment if self._mean is None else self._mean
+        off = subtract(moment, self._mean)
+        self._mean = add_scaled(self._mean, self._share, off)
+        size = norm(force)
+        return (
+            MeasuredLoad(size, self._deviation, self._wanders),
+            MeasuredLoad(max(2.0 * size * arm_length - norm(off), 0.0), self._deviation * arm_length),
+        )
+
+
+class NetForceAndSpin:
+    """The net force, and the spin torque of both of two opposed fingers. A `HangingLoad`.
+
+    About the line through their contacts nothing but spin torques bear a moment: they point one way.
+    """
+
+    def __init__(self, force: NetForce, torque_noise: float) -> None:
+        """Take the force, and the deviation of one spin torque [N m]."""
+        self._force, self._deviation = force, torque_noise * math.sqrt(2.0)
+
+    def start(self) -> None:
+        """See `HangingLoad`."""
+
+    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
+        """See `HangingLoad`."""
+        first, second = loads
+        # of opposite normals
+        spin = abs(first.spin_torque - second.spin_torque)
+        return (*self._force.measured(now, loads), MeasuredLoad(spin, self._deviation))
+
+
+def _center(points: Sequence[Vector]) -> Vector:
+    total = ZERO
+    for point in points:
+        total = add(total, point)
+    return scale(1.0 / len(points), total)
