@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from palpate.controllers.grip.grasp import GraspController
 from palpate.experiments.grasp.config import GraspConfig, Knowledge
 from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.runtime.touch import Touch
@@ -145,11 +146,16 @@ def hold(config: GraspConfig, change: FrictionChange | None = None, seconds: flo
     return held(planned, change, seconds)
 
 
-def held(planned: GraspPlan, change: FrictionChange | None, seconds: float) -> Held:
-    """Carry out a plan until so long after the change [s]."""
+def held(
+    planned: GraspPlan,
+    change: FrictionChange | None,
+    seconds: float,
+    controller: GraspController | None = None,
+) -> Held:
+    """Carry out a plan until so long after the change [s], with its own controller if no other is given."""
     backend = planned.backend()
     assert isinstance(backend, HandBackend)
-    controller, touch = planned.controller(), Touch(*planned.fingers)
+    controller, touch = controller or planned.controller(), Touch(*planned.fingers)
     kept = planned.observer(controller, backend)
     begins = planned.times.grows + planned.config.rising + SETTLED
     friction = _Friction(backend, change or FrictionChange())

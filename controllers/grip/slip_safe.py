@@ -131,7 +131,8 @@ class SlipSafeGrip:
         self.faulty = False
         self._safe = self._moved = self.targets
         self._commanded = nothing
-        self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
+        self._floor, self._floor_until = nothing, -math.inf
+        self._regripped_at = self._squeezed = -math.inf
 
     @property
     def overloaded(self) -> bool:
@@ -170,6 +171,7 @@ class SlipSafeGrip:
             self._hold(now.time, now.time, _larger(self.targets, raised))
         if self.hearing is not None and self.hearing.squeeze is not None:
             self._hold(now.time, now.time, _larger(self.targets, self.hearing.squeeze))
+            self._squeezed = now.time
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
@@ -183,7 +185,8 @@ class SlipSafeGrip:
         kept = _larger(wanted, self._floor) if now.time <= self._floor_until else wanted
         self._moved = self._towards(kept, self._moved)
         self.targets = self._plan.completed(self._moved)
-        self._correct(loads)
+        if now.time > self._squeezed + REGRIP_INTERVAL:  # a squeeze is no error of the servos
+            self._correct(loads)
         self._commanded = self._command()
         return self._commanded
 

@@ -20,7 +20,7 @@ from palpate.friction.slip.load_fall import FALL, SHARED_FALL, SLIGHT_FALL, Load
 PRESSED, CHANGED = 0.05, 0.04
 """[s], and share by which normal forces may change in that time for a squeeze to begin."""
 
-SHOWN = 0.03
+SHOWN = 0.06
 """Share by which a load ratio may exceed what was shown to hold."""
 
 NEAR = 0.55
