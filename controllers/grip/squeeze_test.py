@@ -26,6 +26,10 @@ OPPOSED, ROSE, ROSE_OF_MORE, DEVIATIONS = 2, 0.05, 0.07, 3.5
 """Share by which a load then rises where something slides, and above what its noise makes of it. Two opposed
 fingers do not move what they squeeze; more swing the load by 5 % as they set out."""
 
+WITH_GRIP = 1.3
+"""Times the share by which the grip rose, that a load may rise by friction: mu at most, and noise. What rises by
+more, or before the grip does, is pulled."""
+
 UNCLEAR = 0.5
 """Of that share: what rises by more holds now, but is not shown to have held."""
 
@@ -87,9 +91,14 @@ class SqueezeTest:
             return None
         n, gone = self._mean, time - self._began
         last = list(self._past)[-n:]
-        felt = sum(each[0] for each in last) / n > (1.0 + FELT) * self._grip
+        pressed = sum(each[0] for each in last) / n / self._grip - 1.0
+        felt = pressed > FELT
+        rose = [self._rose(i, load, last, gone) for i, load in enumerate(loads)]
+        if any(share > 1.0 and by > WITH_GRIP * pressed for share, by in rose):
+            self.active = False
+            return Answer.NONE
         if felt:
-            self._most = max(self._most, *(self._rose(i, load, last, gone) for i, load in enumerate(loads)))
+            self._most = max(self._most, *(share for share, _ in rose))
         if self._most > 1.0:
             self.active = False
             return Answer.SLIDES
@@ -100,14 +109,15 @@ class SqueezeTest:
 
     def _rose(
         self, i: int, load: MeasuredLoad, last: Sequence[tuple[float, tuple[float, ...]]], gone: float
-    ) -> float:
-        """By how much a load rose, over what it rises where something slides."""
+    ) -> tuple[float, float]:
+        """By how much a load rose, over what it rises where something slides, and as a share of itself."""
         level, slope = self._before[i]
         ahead = gone - 0.5 * MEAN + 0.5 * BEFORE
         rose = sum(each[1][i] for each in last) / len(last) - level - slope * ahead
         # of the mean of the last ones, and of the trend, whose error grows with how far it reaches
         trend = (1.0 + 4.0 * (ahead / (0.5 * BEFORE)) ** 2) / (2 * self._half)
-        return rose / max(self._least * level, DEVIATIONS * load.deviation * math.sqrt(1.0 / self._mean + trend))
+        least = max(self._least * level, DEVIATIONS * load.deviation * math.sqrt(1.0 / self._mean + trend))
+        return rose / least, rose / level
 
     def _trends(self) -> list[tuple[float, float]]:
         """Mean of each past load, and its slope per second."""
