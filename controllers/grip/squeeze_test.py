@@ -26,9 +26,10 @@ OPPOSED, ROSE, ROSE_OF_MORE, DEVIATIONS = 2, 0.05, 0.07, 3.5
 """Share by which a load then rises where something slides, and above what its noise makes of it. Two opposed
 fingers do not move what they squeeze; more swing the load by 5 % as they set out."""
 
-WITH_GRIP = 1.3
-"""Times the share by which the grip rose, that a load may rise by friction: mu at most, and noise. What rises by
-more, or before the grip does, is pulled."""
+LEAST_WITH_GRIP, MOST_WITH_GRIP = 0.5, 1.3
+"""Times the share by which the grip rose, that a load rises by friction: 1 where all contacts slide, less where
+some do not, and noise. What rises by less grows as the grip follows it; what rises by more, or before the grip
+does, is pulled."""
 
 UNCLEAR = 0.5
 """Of that share: what rises by more holds now, but is not shown to have held."""
@@ -94,12 +95,12 @@ class SqueezeTest:
         pressed = sum(each[0] for each in last) / n / self._grip - 1.0
         felt = pressed > FELT
         rose = [self._rose(i, load, last, gone) for i, load in enumerate(loads)]
-        if any(share > 1.0 and by > WITH_GRIP * pressed for share, by in rose):
+        if any(share > 1.0 and by > MOST_WITH_GRIP * pressed for share, by in rose):
             self.active = False
             return Answer.NONE
         if felt:
             self._most = max(self._most, *(share for share, _ in rose))
-        if self._most > 1.0:
+        if felt and any(share > 1.0 and by > LEAST_WITH_GRIP * pressed for share, by in rose):
             self.active = False
             return Answer.SLIDES
         if gone < LASTS:
