@@ -15,7 +15,7 @@ from collections.abc import Sequence
 
 from palpate.controllers.grip.hanging_load import HangingLoad
 from palpate.controllers.grip.slip_alarm import Signal
-from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
+from palpate.controllers.grip.slip_bounded_surface import LEAST_LEFT, SlipBoundedSurface
 from palpate.controllers.grip.slip_signals import SlipSignals
 from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
@@ -53,6 +53,10 @@ SHOWS = 0.008
 SWINGS, LEAST_SWING, SWINGS_FOR = 0.5, 0.06, 2.0
 """Share of the fall, and of the load at least, by which a load that is held again must fall without slip to have
 swung all the time, and [s] for which that is looked at."""
+
+SWINGS_BACK, SETTLED = 0.2, 0.03
+"""Share of what hung by which it hangs more, on average over so long [s] once the momentum is gone, if it swings:
+what slid and stands still is borne, and no more."""
 
 SHARES = 0.1
 """[s] Time constant with which each contact's part is followed."""
@@ -99,7 +103,7 @@ class SlipHearing:
 
     @property
     def squeeze(self) -> tuple[float, ...] | None:
-        """Grip of each finger [N] that is wanted now to test what holds; None: no test."""
+        """By how much each finger is to press more than before [N], to test what holds; None: no test."""
         return None if self.slipping else self._signals.squeeze
 
     def start(self) -> None:
@@ -144,6 +148,8 @@ class SlipHearing:
         if self._swings(now.time):
             self._ended = math.inf
             self._belief.forget()
+            for fall in self._signals.falls:
+                fall.swing.admit()
         if signal is not None:
             self.signal = signal
             self._begin(now.time)
@@ -154,6 +160,9 @@ class SlipHearing:
 
     def _swings(self, time: float) -> bool:
         """Whether what fell and was held goes on to fall and rise, and so was no slip."""
+        if self._ended < time < self._ended + SETTLED:
+            self._impulse += (1.0 - self._borne()) * self._period
+            return self._impulse < -SWINGS_BACK * SETTLED
         if not self._ended + REMEMBERED < time < self._ended + REMEMBERED + SWINGS_FOR:
             return False
         least = max(SWINGS * self._depth, LEAST_SWING)
@@ -181,7 +190,8 @@ class SlipHearing:
         return 1.0 + min(max((speed - before) / (time - began) / STANDARD_GRAVITY, -MOST_G), MOST_G)
 
     def _begin(self, time: float) -> None:
-        self.slipping, self._began, self._impulse, self._caught = True, time, 0.0, False
+        self.slipping, self._began, self._caught = True, time, False
+        self._impulse = 0.0
         self._depth, self._ended = 0.0, math.inf
         self._hung = tuple(fall.hung for fall in self._signals.falls)
         self._belief.keep()
@@ -196,18 +206,27 @@ class SlipHearing:
         self._shown = (math.inf,) * self._fingers
         self._mean.clear()
 
-    def _listen(self) -> None:
-        """What slips shows its friction."""
+    def _averaged(self) -> list[list[float]]:
+        """Mean of what hangs, of what each contact bears, and of the grips."""
         n = len(self._mean)
-        hangs, sizes, grips = (
+        return [
             [sum(values) / n for values in zip(*(each[k] for each in self._mean), strict=True)] for k in range(3)
-        )
-        # the load that lacks most: an object may turn in the fingers and not fall
-        borne = min(
-            (load / hung for load, hung in zip(hangs, self._hung, strict=True) if hung > 0.0 and load > 0.0),
+        ]
+
+    def _borne(self) -> float:
+        """Share of what hung before that is borne, of the load that lacks most: an object may turn and not fall."""
+        return min(
+            (load / hung for load, hung in zip(self._averaged()[0], self._hung, strict=True) if hung > 0.0 < load),
             default=1.0,
         )
-        self.missing, self._depth = max(1.0 / borne, 1.0), max(self._depth, 1.0 - borne)
+
+    def _listen(self) -> None:
+        """What slips shows its friction."""
+        _, sizes, grips = self._averaged()
+        borne = self._borne()
+        # what slips has kept some of its friction; what has lost more has swung away
+        self.missing = min(max(1.0 / borne, 1.0), 1.0 / LEAST_LEFT)
+        self._depth = max(self._depth, 1.0 - borne)
         self._past.append((borne, sum(grips)))
         if self._caught:
             return
@@ -232,7 +251,7 @@ class SlipHearing:
         against = grip > (1.0 + GRIP_ROSE) * grip_before and borne < (1.0 - LOAD_FELL) * borne_before
         if self._caught:
             if self._impulse <= 0.0 or gone > STOPPED:
-                self._ended = time
+                self._ended, self._impulse = time, 0.0
                 self._restart()
                 self._end()
         elif (gone > ANSWERED and against) or gone > LONGEST:

@@ -129,7 +129,7 @@ class SlipSafeGrip:
         nothing = self._correction = (0.0,) * self._fingers
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
-        self._safe = self._moved = self.targets
+        self._safe = self._moved = self._before_squeeze = self.targets
         self._commanded = nothing
         self._floor, self._floor_until = nothing, -math.inf
         self._regripped_at = self._squeezed = -math.inf
@@ -169,9 +169,7 @@ class SlipSafeGrip:
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
             self._hold(now.time, now.time, _larger(self.targets, raised))
-        if self.hearing is not None and self.hearing.squeeze is not None:
-            self._hold(now.time, now.time, _larger(self.targets, self.hearing.squeeze))
-            self._squeezed = now.time
+        self._squeeze(now.time)
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
@@ -189,6 +187,15 @@ class SlipSafeGrip:
             self._correct(loads)
         self._commanded = self._command()
         return self._commanded
+
+    def _squeeze(self, time: float) -> None:
+        """Press more than before while the hearing wants it: than was asked for, as what is felt may be more."""
+        more = None if self.hearing is None else self.hearing.squeeze
+        if more is None:
+            self._before_squeeze = self._moved
+            return
+        self._hold(time, time, tuple(a + b for a, b in zip(self._before_squeeze, more, strict=True)))
+        self._squeezed = time
 
     def _listen(self, time: float, loads: Loads, heard: Sequence[bool]) -> tuple[bool, bool]:
         """Update the watch and limit surfaces; return whether it tells of a slip that begins, or goes on."""

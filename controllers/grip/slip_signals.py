@@ -15,10 +15,13 @@ from palpate.controllers.grip.hanging_load import MeasuredLoad
 from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.squeeze_test import LEAST, OPPOSED, SQUEEZE, Answer, SqueezeTest
 from palpate.errors import positive
-from palpate.friction.slip.load_fall import FALL, SHARED_FALL, SLIGHT_FALL, LoadFall
+from palpate.friction.slip.load_fall import FALL, NOISY, SHARED_FALL, SLIGHT_FALL, LoadFall
 
 PRESSED, CHANGED = 0.05, 0.04
 """[s], and share by which normal forces may change in that time for a squeeze to begin."""
+
+SWUNG = 0.1
+"""Share by which a load may have swung lately for one to begin."""
 
 SHOWN = 0.06
 """Share by which a load ratio may exceed what was shown to hold."""
@@ -58,7 +61,7 @@ class SlipSignals:
 
     @property
     def squeeze(self) -> tuple[float, ...] | None:
-        """Grip of each finger [N] that is wanted now, to see whether the load rises with it; None: no test."""
+        """By how much each finger is to press more than before [N], to see whether the load rises with it; None: no test."""
         return self._wanted if self._squeeze.active else None
 
     def start(self) -> None:
@@ -113,10 +116,14 @@ class SlipSignals:
             time >= self._tested + AGAIN
             and (slightly or self._higher(believed))
             and self._unmoved()
+            and all(
+                fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
+                for fall, load in zip(self.falls, loads, strict=True)
+            )
             and self._squeeze.steady
         ):
             self._tested, self._asked = time, self._ratios
-            self._wanted = tuple(grip + max(SQUEEZE * grip, LEAST) for grip in grips)
+            self._wanted = tuple(max(SQUEEZE * grip, LEAST) for grip in grips)
             self._squeeze.begin(time)
         return None
 

@@ -30,12 +30,20 @@ class RecentSwing:
         """Nothing is known yet."""
         self._blocks.clear()
         self._seen, self.size = 0, 0.0
+        self._known, self._known_until = 0.0, 0
+
+    def admit(self) -> None:
+        """What it did in the latest time was a swing too, up or down."""
+        if self._blocks:
+            lows, highs = zip(*self._blocks, strict=True)
+            self.size = self._known = max(max(highs) - min(lows), self.size)
+            self._known_until = self._seen + BLOCKS * self._length
 
     def step(self, value: float) -> None:
         """Take one value."""
         if self._seen % self._length == 0:
             self._blocks.append((value, value))
-            self.size, top = 0.0, -math.inf
+            self.size, top = self._known if self._seen < self._known_until else 0.0, -math.inf
             for low, high in list(self._blocks)[:-LATEST]:
                 self.size, top = max(self.size, top - low), max(top, high)
         else:
