@@ -13,9 +13,9 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from palpate.controllers.grip.hanging_load import HangingLoad
+from palpate.controllers.grip.hanging_load import HangingLoad, MeasuredLoad
 from palpate.controllers.grip.slip_alarm import Signal
-from palpate.controllers.grip.slip_bounded_surface import LEAST_LEFT, SlipBoundedSurface
+from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_signals import SlipSignals
 from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
@@ -57,6 +57,9 @@ swung all the time, and [s] for which that is looked at."""
 SWINGS_BACK, SETTLED = 0.2, 0.03
 """Share of what hung by which it hangs more, on average over so long [s] once the momentum is gone, if it swings:
 what slid and stands still is borne, and no more."""
+
+KNOWN = 10.0
+"""Standard deviations that a load must hang by for its fall to say how much is missing."""
 
 SHARES = 0.1
 """[s] Time constant with which each contact's part is followed."""
@@ -152,7 +155,7 @@ class SlipHearing:
                 fall.swing.admit()
         if signal is not None:
             self.signal = signal
-            self._begin(now.time)
+            self._begin(now.time, hangs)
             return self._heard()
         before = self._parts or sizes
         self._parts = tuple(a + self._follow * (b - a) for a, b in zip(before, sizes, strict=True))
@@ -189,11 +192,12 @@ class SlipHearing:
             return 1.0
         return 1.0 + min(max((speed - before) / (time - began) / STANDARD_GRAVITY, -MOST_G), MOST_G)
 
-    def _begin(self, time: float) -> None:
+    def _begin(self, time: float, loads: Sequence[MeasuredLoad]) -> None:
         self.slipping, self._began, self._caught = True, time, False
         self._impulse = 0.0
         self._depth, self._ended = 0.0, math.inf
-        self._hung = tuple(fall.hung for fall in self._signals.falls)
+        self._hung: tuple[float, ...] = tuple(fall.hung for fall in self._signals.falls)
+        self._heard_above = tuple(KNOWN * load.deviation for load in loads)
         self._belief.keep()
         self._past.clear()
 
@@ -216,17 +220,15 @@ class SlipHearing:
     def _borne(self) -> float:
         """Share of what hung before that is borne, of the load that lacks most: an object may turn and not fall."""
         return min(
-            (load / hung for load, hung in zip(self._averaged()[0], self._hung, strict=True) if hung > 0.0 < load),
-            default=1.0,
+            load / hung if 0.0 < load and hung > least else 1.0
+            for load, hung, least in zip(self._averaged()[0], self._hung, self._heard_above, strict=True)
         )
 
     def _listen(self) -> None:
         """What slips shows its friction."""
         _, sizes, grips = self._averaged()
         borne = self._borne()
-        # what slips has kept some of its friction; what has lost more has swung away
-        self.missing = min(max(1.0 / borne, 1.0), 1.0 / LEAST_LEFT)
-        self._depth = max(self._depth, 1.0 - borne)
+        self.missing, self._depth = max(1.0 / borne, 1.0), max(self._depth, 1.0 - borne)
         self._past.append((borne, sum(grips)))
         if self._caught:
             return

@@ -183,8 +183,7 @@ class SlipSafeGrip:
         kept = _larger(wanted, self._floor) if now.time <= self._floor_until else wanted
         self._moved = self._towards(kept, self._moved)
         self.targets = self._plan.completed(self._moved)
-        if now.time > self._squeezed + REGRIP_INTERVAL:  # a squeeze is no error of the servos
-            self._correct(loads)
+        self._correct(loads, squeezed=now.time <= self._squeezed + REGRIP_INTERVAL)
         self._commanded = self._command()
         return self._commanded
 
@@ -263,13 +262,19 @@ class SlipSafeGrip:
         self._floor = _larger(self._floor, grip) if time <= self._floor_until else grip
         self._floor_until = max(until, self._floor_until)
 
-    def _correct(self, loads: Loads) -> None:
-        """Move the command by what the fingers feel too little or too much."""
+    def _correct(self, loads: Loads, *, squeezed: bool) -> None:
+        """Move the command by what the fingers feel too little or too much; a squeeze is no error of the servos."""
         p, felt = self.parameters, tuple(load.normal_force for load in loads if load is not None)
-        if len(felt) < len(loads) or self._zeros.resting:  # at rest, what changes are the zeros
+        if len(felt) < len(loads):
             return
         share = self._period / p.correction_time
-        missing = self._plan.missing(self.targets, felt)
+        missing = self._plan.missing(self._before_squeeze if squeezed else self.targets, felt)
+        if self._zeros.resting:  # what changes are the zeros, as far as they may have wandered
+            missing = tuple(
+                lack - self._zeros.reserve(self.belief.surface(i)) for i, lack in enumerate(missing)
+            )
+        if squeezed or self._zeros.resting:
+            missing = tuple(max(lack, 0.0) for lack in missing)
         moved = []
         for correction, lack, target in zip(self._correction, missing, self.targets, strict=True):
             least, most = -p.correction_down * target, p.correction_share * target

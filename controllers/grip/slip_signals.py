@@ -2,14 +2,15 @@
 
 - What hangs in the hand falls (`palpate.friction.slip.load_fall`): an object moves where it is not all borne, and
   only there. What fingers pass on among one another is no slip.
-- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly, and
-  where a load ratio is higher than any that was shown to hold: what slides at a steady speed is borne, and a load
+- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly, where
+  two fingers share it otherwise than before, and where a load ratio is higher than any that was shown to hold: what slides at a steady speed is borne, and a load
   that is known only by what friction bears saturates.
 """
 
 import math
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 
 from palpate.controllers.grip.hanging_load import MeasuredLoad
 from palpate.controllers.grip.slip_alarm import Signal
@@ -26,9 +27,16 @@ SWUNG = 0.1
 SHOWN = 0.06
 """Share by which a load ratio may exceed what was shown to hold."""
 
+PARTED = 0.08
+"""Share by which the parts of two opposed fingers may differ from those that were shown to hold."""
+
 NEAR = 0.55
 """Share of believed friction below which load ratios need not be shown to hold: what has lost more is heard to
 fall."""
+
+TURNS = 10.0
+"""Times the share of a force by which a moment must fall: an object that hangs in elastic fingers swings about them
+by a quarter whenever the hand stops, or a pull does."""
 
 SETTLES = 0.02
 """[s] Time constant of the mean of load ratios: eight samples of noise."""
@@ -51,8 +59,9 @@ class SlipSignals:
     def __init__(self, fingers: int, loads: int, period: float) -> None:
         """Take how many fingers there are, and loads that hang, and the period of control [s]."""
         self._fingers, self._period = fingers, positive("period", period, "s")
-        fall = FALL if fingers <= OPPOSED else SHARED_FALL
-        self.falls = tuple(LoadFall(period, fall) for _ in range(loads))
+        force = FALL if fingers <= OPPOSED else SHARED_FALL
+        moment = replace(force, share=TURNS * force.share) if fingers <= OPPOSED else force
+        self.falls = (LoadFall(period, force), *(LoadFall(period, moment) for _ in range(loads - 1)))
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))
         self._squeeze = SqueezeTest(fingers, period)
         self._pressed = deque[tuple[float, ...]](maxlen=max(round(PRESSED / period), 1))
@@ -69,7 +78,7 @@ class SlipSignals:
         for fall in (*self.falls, *self._slight):
             fall.start()
         nothing = (0.0,) * self._fingers
-        self._held = self._asked = self._wanted = nothing
+        self._held = self._asked = self._wanted = self._parts = nothing
         self._tested = -math.inf
         self.restart()
 
@@ -110,11 +119,12 @@ class SlipSignals:
             return Signal.SQUEEZE
         if answer is Answer.HOLDS:
             self._held = tuple(max(a, b) for a, b in zip(self._held, self._asked, strict=True))
+            self._parts = self._asked
             for fall in self._slight:
                 fall.refuted()
         if (
             time >= self._tested + AGAIN
-            and (slightly or self._higher(believed))
+            and (slightly or self._higher(believed) or self._parted())
             and self._unmoved()
             and all(
                 fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
@@ -133,6 +143,13 @@ class SlipSignals:
             now > (1.0 + SHOWN) * max(held, NEAR * mu)
             for now, held, mu in zip(self._ratios, self._held, believed, strict=True)
         )
+
+    def _parted(self) -> bool:
+        """Whether one of two fingers bears less of the load than it was shown to, and the other more: it gave way."""
+        if self._fingers > OPPOSED or min(self._parts) <= 0.0:
+            return False
+        (first, second), (before, other) = self._ratios, self._parts
+        return not 1.0 - PARTED < first * other / (before * second) < 1.0 + PARTED
 
     def _unmoved(self) -> bool:
         """Whether no finger presses otherwise than it did: a grip that is let down tells what slides by itself."""

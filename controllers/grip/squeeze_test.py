@@ -31,6 +31,10 @@ LEAST_WITH_GRIP, MOST_WITH_GRIP = 0.5, 1.3
 some do not, and noise. What rises by less grows as the grip follows it; what rises by more, or before the grip
 does, is pulled."""
 
+CONFIRMED, GOES_ON = 0.02, 0.012
+"""[s] After which a rise is looked at again, and share by which a load may then have risen beyond what the grip
+did: a pull that happens to begin during a squeeze goes on, friction stops where the grip does."""
+
 UNCLEAR = 0.5
 """Of that share: what rises by more holds now, but is not shown to have held."""
 
@@ -84,6 +88,7 @@ class SqueezeTest:
         self._before = self._trends()
         self._grip = sum(each[0] for each in self._past) / len(self._past)
         self._most = 0.0
+        self._rise: tuple[float, float, tuple[float, ...]] | None = None
 
     def step(self, time: float, loads: Sequence[MeasuredLoad], grip: float) -> Answer | None:
         """Take what hangs, and the sum of the grips [N]; return the answer, once."""
@@ -100,9 +105,17 @@ class SqueezeTest:
             return Answer.NONE
         if felt:
             self._most = max(self._most, *(share for share, _ in rose))
-        if felt and any(share > 1.0 and by > LEAST_WITH_GRIP * pressed for share, by in rose):
+        if self._rise is not None:
+            began, grip_then, loads_then = self._rise
+            if time < began + CONFIRMED:
+                return None
+            followed = GOES_ON + MOST_WITH_GRIP * max(pressed - grip_then, 0.0)
+            goes_on = any(by - then > followed for (_, by), then in zip(rose, loads_then, strict=True))
             self.active = False
-            return Answer.SLIDES
+            return Answer.NONE if goes_on else Answer.SLIDES
+        if felt and any(share > 1.0 and by > LEAST_WITH_GRIP * pressed for share, by in rose):
+            self._rise = time, pressed, tuple(by for _, by in rose)
+            return None
         if gone < LASTS:
             return None
         self.active = False
