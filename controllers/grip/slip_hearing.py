@@ -149,10 +149,11 @@ class SlipHearing:
         believed = [self._belief.believed.surface(i).friction for i in range(self._fingers)]
         signal = self._signals.step(now.time, hangs, ratios, grips, believed)
         if self._swings(now.time):
+            if now.time < self._ended + SETTLED:
+                for fall in self._signals.falls:
+                    fall.swing.admit()
             self._ended = math.inf
             self._belief.forget()
-            for fall in self._signals.falls:
-                fall.swing.admit()
         if signal is not None:
             self.signal = signal
             self._begin(now.time, hangs)
@@ -170,7 +171,8 @@ class SlipHearing:
             return False
         least = max(SWINGS * self._depth, LEAST_SWING)
         return any(
-            fall.swing.size > least * hung for fall, hung in zip(self._signals.falls, self._hung, strict=True)
+            fall.swing.size > max(least * hung, known)
+            for fall, hung, known in zip(self._signals.falls, self._hung, self._heard_above, strict=True)
         )
 
     def _size(self, load: ContactLoad) -> float:

@@ -270,9 +270,7 @@ class SlipSafeGrip:
         share = self._period / p.correction_time
         missing = self._plan.missing(self._before_squeeze if squeezed else self.targets, felt)
         if self._zeros.resting:  # what changes are the zeros, as far as they may have wandered
-            missing = tuple(
-                lack - self._zeros.reserve(self.belief.surface(i)) for i, lack in enumerate(missing)
-            )
+            missing = tuple(lack - self._zeros.reserve(self.belief.surface(i)) for i, lack in enumerate(missing))
         if squeezed or self._zeros.resting:
             missing = tuple(max(lack, 0.0) for lack in missing)
         moved = []
