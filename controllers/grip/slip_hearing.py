@@ -74,6 +74,7 @@ class SlipHearing:
         slipping: Whether an episode goes on.
         missing: What hung before over what is felt now, 1 or above; 1 where nothing slips.
         signal: By what the last one was heard.
+        refuted_at: When the last one was found to be none [s].
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class SlipHearing:
         """A new grip begins."""
         self._signals.start()
         self._load.start()
-        self.signal = Signal.FALL
+        self.signal, self.refuted_at = Signal.FALL, -math.inf
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
         self._ended = math.inf
@@ -152,7 +153,7 @@ class SlipHearing:
             if now.time < self._ended + SETTLED:
                 for fall in self._signals.falls:
                     fall.swing.admit()
-            self._ended = math.inf
+            self._ended, self.refuted_at = math.inf, now.time
             self._belief.forget()
         if signal is not None:
             self.signal = signal
@@ -220,9 +221,9 @@ class SlipHearing:
         ]
 
     def _borne(self) -> float:
-        """Share of what hung before that is borne, of the load that lacks most: an object may turn and not fall."""
+        """Share of what hung before borne, of the load that lacks most: an object may turn and not fall."""
         return min(
-            load / hung if 0.0 < load and hung > least else 1.0
+            load / hung if load > 0.0 and hung > least else 1.0
             for load, hung, least in zip(self._averaged()[0], self._hung, self._heard_above, strict=True)
         )
 
@@ -262,5 +263,6 @@ class SlipHearing:
             for fall in self._signals.falls:
                 fall.refuted()
             self._belief.take_back()
+            self.refuted_at = time
             self._restart()
             self._end()

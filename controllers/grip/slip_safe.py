@@ -33,6 +33,9 @@ REGRIP_INTERVAL = 0.05
 """[s] After which a slip that goes on raises the grip once more: about what it takes until a raised grip is felt
 (bus, servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
 
+REFUTED_RELEASE = 4.0
+"""Times the usual rate at which the grip is let down after a slip that was none: it held before with less."""
+
 Forces = tuple[float, ...]
 """One per finger [N]."""
 
@@ -179,9 +182,9 @@ class SlipSafeGrip:
         least = max(at_least, self.live.value("least_grip"))
         wanted = tuple(max(force, least) for force in wanted)
         if not self.faulty:
-            self._safe = self._towards(wanted, self._safe)
+            self._safe = self._towards(now.time, wanted, self._safe)
         kept = _larger(wanted, self._floor) if now.time <= self._floor_until else wanted
-        self._moved = self._towards(kept, self._moved)
+        self._moved = self._towards(now.time, kept, self._moved)
         self.targets = self._plan.completed(self._moved)
         self._correct(loads, squeezed=now.time <= self._squeezed + REGRIP_INTERVAL)
         self._commanded = self._command()
@@ -236,16 +239,18 @@ class SlipSafeGrip:
                 kind = kind_of_slip(self.belief.surface(finger), load)
                 self.alarms += (SlipAlarm(time, finger, kind, signal),)
 
-    def _towards(self, wanted: Forces, before: Forces) -> Forces:
+    def _towards(self, time: float, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""
         p, dt = self.parameters, self._period
+        refuted_at = -math.inf if self.hearing is None else self.hearing.refuted_at
+        release = p.release_rate * (REFUTED_RELEASE if time < refuted_at + p.regrip_time else 1.0)
         moved = []
         for most, at in zip(wanted, before, strict=True):
             aim = min(most, p.largest_grip)
             if aim >= at:
                 moved.append(min(aim, at + p.grip_rate * dt))
             else:
-                moved.append(at - min(p.release_rate, (at - aim) / p.release_time) * dt)
+                moved.append(at - min(release, (at - aim) / p.release_time) * dt)
         return tuple(moved)
 
     def _command(self) -> Forces:
@@ -263,7 +268,7 @@ class SlipSafeGrip:
         self._floor_until = max(until, self._floor_until)
 
     def _correct(self, loads: Loads, *, squeezed: bool) -> None:
-        """Move the command by what the fingers feel too little or too much; a squeeze is no error of the servos."""
+        """Move the command by what the fingers feel too little or too much; a squeeze is no error."""
         p, felt = self.parameters, tuple(load.normal_force for load in loads if load is not None)
         if len(felt) < len(loads):
             return

@@ -2,9 +2,9 @@
 
 - What hangs in the hand falls (`palpate.friction.slip.load_fall`): an object moves where it is not all borne, and
   only there. What fingers pass on among one another is no slip.
-- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly, where
-  two fingers share it otherwise than before, and where a load ratio is higher than any that was shown to hold: what slides at a steady speed is borne, and a load
-  that is known only by what friction bears saturates.
+- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly,
+  where two fingers share it otherwise than before, and where a load ratio is higher than any that was shown to
+  hold: what slides at a steady speed is borne, and a load that is known only by what friction bears saturates.
 """
 
 import math
@@ -35,8 +35,8 @@ NEAR = 0.55
 fall."""
 
 TURNS = 10.0
-"""Times the share of a force by which a moment must fall: an object that hangs in elastic fingers swings about them
-by a quarter whenever the hand stops, or a pull does."""
+"""Times the share of a force by which a moment must fall: an object that hangs in elastic fingers swings about
+them by a quarter whenever the hand stops, or a pull does."""
 
 SETTLES = 0.02
 """[s] Time constant of the mean of load ratios: eight samples of noise."""
@@ -70,7 +70,7 @@ class SlipSignals:
 
     @property
     def squeeze(self) -> tuple[float, ...] | None:
-        """By how much each finger is to press more than before [N], to see whether the load rises with it; None: no test."""
+        """By how much more each finger is to press [N], to see whether the load rises with it; None: no test."""
         return self._wanted if self._squeeze.active else None
 
     def start(self) -> None:
@@ -145,7 +145,7 @@ class SlipSignals:
         )
 
     def _parted(self) -> bool:
-        """Whether one of two fingers bears less of the load than it was shown to, and the other more: it gave way."""
+        """Whether one of two fingers bears less of the load than it was shown to, and the other more."""
         if self._fingers > OPPOSED or min(self._parts) <= 0.0:
             return False
         (first, second), (before, other) = self._ratios, self._parts
