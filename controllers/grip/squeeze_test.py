@@ -13,7 +13,7 @@ from enum import Enum
 from palpate.controllers.grip.hanging_load import MeasuredLoad
 from palpate.errors import positive
 
-SQUEEZE, LEAST = 0.1, 0.08
+SQUEEZE, LEAST = 0.07, 0.07
 """Share by which the grip is raised, and [N] at least."""
 
 LASTS = 0.06

@@ -237,12 +237,12 @@ def test_nothing_slips_or_spins_and_the_object_stands_again_where_it_stood(grasp
 
 
 @pytest.mark.slow
-def test_ignoring_spin_lets_it_spin_while_alarms_tell_and_are_not_heeded(grasped):
+def test_ignoring_spin_lets_it_spin_and_nobody_heeds_it(grasped):
+    """What turns while grip and pull grow together is heard by none of the signals: only the truth tells."""
     other = grasped.comparison
     assert other.spin > math.radians(20.0)
     assert other.regrips == 0
     assert len(other.onsets) == 2
-    assert all(onset.latency < 0.01 for onset in other.onsets)
     assert other.slipping.any()
 
 
