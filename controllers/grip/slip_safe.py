@@ -133,7 +133,7 @@ class SlipSafeGrip:
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
         self._safe = self._moved = self._before_squeeze = self.targets
-        self._commanded = nothing
+        self._commanded, self._release = nothing, self.parameters.release_rate
         self._floor, self._floor_until = nothing, -math.inf
         self._regripped_at = self._squeezed = -math.inf
 
@@ -173,6 +173,8 @@ class SlipSafeGrip:
             raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
             self._hold(now.time, now.time, _larger(self.targets, raised))
         self._squeeze(now.time)
+        refuted_at = -math.inf if self.hearing is None else self.hearing.refuted_at
+        self._release = p.release_rate * (REFUTED_RELEASE if now.time < refuted_at + p.regrip_time else 1.0)
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
@@ -182,9 +184,9 @@ class SlipSafeGrip:
         least = max(at_least, self.live.value("least_grip"))
         wanted = tuple(max(force, least) for force in wanted)
         if not self.faulty:
-            self._safe = self._towards(now.time, wanted, self._safe)
+            self._safe = self._towards(wanted, self._safe)
         kept = _larger(wanted, self._floor) if now.time <= self._floor_until else wanted
-        self._moved = self._towards(now.time, kept, self._moved)
+        self._moved = self._towards(kept, self._moved)
         self.targets = self._plan.completed(self._moved)
         self._correct(loads, squeezed=now.time <= self._squeezed + REGRIP_INTERVAL)
         self._commanded = self._command()
@@ -239,18 +241,16 @@ class SlipSafeGrip:
                 kind = kind_of_slip(self.belief.surface(finger), load)
                 self.alarms += (SlipAlarm(time, finger, kind, signal),)
 
-    def _towards(self, time: float, wanted: Forces, before: Forces) -> Forces:
+    def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""
         p, dt = self.parameters, self._period
-        refuted_at = -math.inf if self.hearing is None else self.hearing.refuted_at
-        release = p.release_rate * (REFUTED_RELEASE if time < refuted_at + p.regrip_time else 1.0)
         moved = []
         for most, at in zip(wanted, before, strict=True):
             aim = min(most, p.largest_grip)
             if aim >= at:
                 moved.append(min(aim, at + p.grip_rate * dt))
             else:
-                moved.append(at - min(release, (at - aim) / p.release_time) * dt)
+                moved.append(at - min(self._release, (at - aim) / p.release_time) * dt)
         return tuple(moved)
 
     def _command(self) -> Forces:
