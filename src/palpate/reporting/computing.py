@@ -1,13 +1,11 @@
 """How a run kept time: a section that every report of a run ends with."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import Pictures, Section, TextTable
+from palpate.reporting.timing_picture import timing_picture
 from palpate.runtime import Distribution, RunTiming
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 _MICRO = 1e6
 
@@ -15,9 +13,7 @@ _MICRO = 1e6
 def computing(timing: RunTiming) -> Section:
     """Return the section on how long periods took to compute, how old samples were, how deadlines were kept."""
 
-    def draw() -> "Iterator[Picture | None]":
-        from palpate.reporting.timing_picture import timing_picture  # with matplotlib
-
+    def draw() -> Iterator[Picture | None]:
         yield timing_picture(timing)
 
     return Section("Computing", (TextTable(_timing_rows(timing)), Pictures(draw)))

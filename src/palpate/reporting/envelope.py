@@ -39,3 +39,19 @@ def envelope(time: FloatArray, value: FloatArray, bins: int = DRAWN_BINS) -> tup
     first_missing = order[np.minimum(starts + present, edges[1:] - 1)][present < np.diff(edges)]
     keep = np.unique(np.concatenate([lowest, highest, first_missing, np.array([0, count - 1])]))
     return time[keep], value[keep]
+
+
+def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
+    """Return at most about `most` points of a line, its peaks among them where x goes one way only.
+
+    Args:
+        x: Shape (n,), may hold NaN.
+        y: Likewise.
+        most: Points, at least 3.
+    """
+    if len(x) <= most:
+        return x, y
+    if (np.diff(x) >= 0.0).all():
+        return envelope(x, y, most // 3)
+    kept = np.linspace(0, len(x) - 1, most).round().astype(np.intp)
+    return x[kept], y[kept]

@@ -1,16 +1,31 @@
 """Phases of a run as a pale ground behind a plot over time."""
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from palpate.errors import FloatArray
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.style import OTHER_PHASE, PHASE_COLOURS
+from palpate.reporting.marks import Span
+from palpate.runtime import palette
 from palpate.runtime.data import Phase
+
+GROUNDS: Mapping[str, palette.Colour] = {
+    Phase.APPROACH: palette.APPROACH,
+    Phase.SETTLE: palette.SETTLE,
+    Phase.SCAN: palette.SCAN,
+    Phase.SEEK: palette.SEEK,
+    Phase.LIFT: palette.LIFT,
+    Phase.TRAVEL: palette.TRAVEL,
+    Phase.HOLD: palette.HOLD,
+    Phase.STOP: palette.STOP,
+    Phase.DONE: palette.DONE,
+    Phase.LOST: palette.LOST,
+}
+"""Of the phases; others take `palette.OTHER`."""
 
 
 class Phased(Protocol):
@@ -37,19 +52,28 @@ def stretches(series: Phased) -> list[tuple[str, float, float]]:
     return [(str(names[i]), float(series.time[i]), float(series.time[min(j, last)])) for i, j in pairwise(begins)]
 
 
-def shade(axes: Axes, series: Phased, after: float = -math.inf, before: float = math.inf) -> None:
-    """Shade the phases over the whole height of `axes`, as far as they last between two times [s].
+def phase_spans(
+    series: Phased,
+    after: float = -math.inf,
+    before: float = math.inf,
+    grounds: Mapping[str, palette.Colour] = GROUNDS,
+) -> tuple[Span, ...]:
+    """Return the phases as grounds, as far as they last between two times [s]; each is named once.
 
-    Each name goes into the legend once.
+    Args:
+        series: What has phases.
+        after: From when on [s].
+        before: Until when [s].
+        grounds: Colour of each phase.
     """
+    spans: list[Span] = []
     named = set()
     for name, began, ended in stretches(series):
         begin, end = max(began, after), min(ended, before)
-        if begin >= end:
-            continue
-        label = None if name in named else name
-        axes.axvspan(begin, end, color=PHASE_COLOURS.get(name, OTHER_PHASE), linewidth=0, label=label, zorder=0)
-        named.add(name)
+        if begin < end:
+            spans.append(Span(begin, end, "" if name in named else name, grounds.get(name, palette.OTHER)))
+            named.add(name)
+    return tuple(spans)
 
 
 def scan_window(series: TimeSeries) -> tuple[float, float] | None:

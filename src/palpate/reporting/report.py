@@ -2,12 +2,9 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from palpate.reporting.data import KeyFigure
-
-if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
-    from palpate.reporting.style import Picture
+from palpate.reporting.picture import Picture
 
 NOTHING = "Nothing has to be done."
 """Shown where there is no advice."""
@@ -50,10 +47,10 @@ class Pictures:
     """Pictures side by side where there is room.
 
     Attributes:
-        draw: Draws them when the report is written; those that are None are left out.
+        draw: States them when the report is written; those that are None are left out.
     """
 
-    draw: "Callable[[], Iterable[Picture | None]]"
+    draw: Callable[[], Iterable[Picture | None]]
 
 
 Part = Paragraph | FigureTable | TextTable | Pictures

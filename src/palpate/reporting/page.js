@@ -1,0 +1,214 @@
+// Draws the pictures of a report: in the reader's theme, those on the screen first.
+"use strict";
+(async () => {
+  const bytes = (id) => Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+  const unpacked = (id) =>
+    new Response(new Blob([bytes(id)]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  const [library, stated] = await Promise.all([unpacked("library"), unpacked("pictures")]);
+  const script = document.createElement("script");
+  script.textContent = library;
+  document.head.append(script);
+
+  const pictures = JSON.parse(stated);
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const phone = matchMedia("(max-width: 680px)");
+  const drawn = []; // of each plot: what it shows, and where
+  let runTime = null; // range of time to which linked plots are zoomed
+  let linking = false;
+
+  const isObject = (value) => value !== null && typeof value === "object" && !ArrayBuffer.isView(value);
+
+  // Arrays as numbers, once: {dtype, bdata} -> typed array.
+  const numbers = (value) => {
+    if (!isObject(value)) return value;
+    if (value.bdata !== undefined) {
+      const buffer = Uint8Array.from(atob(value.bdata), (c) => c.charCodeAt(0)).buffer;
+      return value.dtype === "i4" ? new Int32Array(buffer) : new Float32Array(buffer);
+    }
+    for (const key of Object.keys(value)) value[key] = numbers(value[key]);
+    return value;
+  };
+
+  const colour = (role) => {
+    const [, name, opacity] = role.split(":");
+    const shade = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+    if (opacity === undefined) return shade;
+    const [r, g, b] = [1, 3, 5].map((i) => parseInt(shade.slice(i, i + 2), 16));
+    return `rgba(${r},${g},${b},${opacity})`;
+  };
+
+  // A copy in the colours of the theme; plotly.js writes into what it is given.
+  const themed = (value) => {
+    if (typeof value === "string") return value.startsWith("role:") ? colour(value) : value;
+    if (Array.isArray(value)) return value.map(themed);
+    if (!isObject(value)) return value;
+    return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, themed(each)]));
+  };
+
+  const barOf = (label) => ({
+    orientation: "h", thickness: 12, len: 0.82, x: 0.5, xanchor: "center", y: -0.02, yanchor: "top",
+    title: { text: label, side: "bottom" }, outlinewidth: 0, ticks: "outside",
+  });
+
+  // The triangles of a mesh of which all corners are known, or the others.
+  const known = (mesh, values, wanted) => {
+    const kept = { i: [], j: [], k: [] };
+    for (let n = 0; n < mesh.i.length; n++) {
+      const [a, b, c] = [mesh.i[n], mesh.j[n], mesh.k[n]];
+      if (Number.isFinite(values[a] + values[b] + values[c]) === wanted) {
+        kept.i.push(a); kept.j.push(b); kept.k.push(c);
+      }
+    }
+    return kept;
+  };
+
+  const coloured = (trace, chosen) => {
+    const scale = { cmin: chosen.low, cmax: chosen.high, colorscale: chosen.scale, colorbar: barOf(chosen.label) };
+    if (trace.type !== "mesh3d") return [{ ...trace, marker: { ...trace.marker, ...scale, color: chosen.values, showscale: true } }];
+    const { unknown, ...mesh } = trace;
+    const some = known(mesh, chosen.values, true);
+    const shown = { ...mesh, ...some, ...scale, intensity: chosen.values, showscale: true };
+    const said = (value) => `${chosen.quantity} ${value.toPrecision(4)} ${chosen.unit}`;
+    shown.hovertext = Array.from(chosen.values, said);
+    shown.hovertemplate += "<br>%{hovertext}";
+    delete shown.color;
+    if (some.i.length === mesh.i.length) return [shown];
+    const rest = known(mesh, chosen.values, false);
+    return [shown, { ...mesh, ...rest, color: unknown, showlegend: false, hoverinfo: "skip", hovertemplate: null }];
+  };
+
+  const traces = (plot, state) =>
+    plot.data.flatMap((stated, n) => {
+      const extra = plot.extras[n];
+      const trace = themed(stated);
+      if (extra.step !== undefined && extra.step !== state.step) return [];
+      if (extra.moving) {
+        trace.x = [extra.moving.x[state.step]];
+        trace.y = [extra.moving.y[state.step]];
+      }
+      if (extra.meshes) Object.assign(trace, extra.meshes[state.step]);
+      if (trace.marker?.colorbar) trace.marker.colorbar = { ...barOf(trace.marker.colorbar.title.text), y: -0.2 };
+      if (trace.type === "heatmap") trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
+      if (!extra.colourings) return [trace];
+      const chosen = extra.colourings.find((each) => each.quantity === state.colouring) ?? extra.colourings[0];
+      return coloured(trace, chosen);
+    });
+
+  const axis = (stated, base) => ({
+    gridcolor: base.grid, linecolor: base.quiet, tickcolor: base.quiet, zeroline: false, showline: true,
+    ticks: "outside", ticklen: 4, automargin: true, ...stated, title: { ...stated.title, standoff: 8 },
+  });
+
+  const layout = (plot) => {
+    const base = { ink: colour("role:ink"), quiet: colour("role:quiet"), grid: colour("role:line") };
+    const { title, xaxis, yaxis, scene, ...rest } = themed(plot.layout);
+    const whole = {
+      ...rest, autosize: true, uirevision: "kept", paper_bgcolor: "rgba(0,0,0,0)",
+      plot_bgcolor: rest.plot_bgcolor ?? "rgba(0,0,0,0)",
+      font: { family: "system-ui, sans-serif", size: 12, color: base.ink },
+      margin: { l: plot.kind === "flat" ? 58 : 0, r: 10, t: title ? 26 : 10, b: plot.kind === "flat" ? 44 : 0 },
+      hoverlabel: { bgcolor: colour("role:card"), bordercolor: base.quiet, font: { color: base.ink } },
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: base.quiet, activecolor: base.ink },
+      hovermode: plot.linked ? "x unified" : "closest",
+      legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", xanchor: "left", tracegroupgap: 0, font: { size: 12 } },
+    };
+    if (title) whole.title = { text: title, x: 0, xanchor: "left", y: 1, yanchor: "top", pad: { t: 4 }, font: { size: 13 } };
+    if (plot.kind === "flat") {
+      whole.xaxis = axis(xaxis, base);
+      whole.yaxis = axis(yaxis, base);
+      if (plot.linked) whole.yaxis.automargin = false; // times stand below one another
+      if (plot.linked && runTime) Object.assign(whole.xaxis, { range: runTime, autorange: false });
+    } else {
+      whole.scene = scene;
+      for (const name of ["xaxis", "yaxis", "zaxis"])
+        Object.assign(scene[name], { gridcolor: base.grid, color: base.ink, zerolinecolor: base.grid, showspikes: false });
+      whole.margin.b = 56;
+    }
+    return whole;
+  };
+
+  const buttons = {
+    flat: ["toImage", "zoom2d", "pan2d", "autoScale2d"],
+    space: ["toImage", "orbitRotation", "pan3d", "zoom3d", "resetCameraDefault3d"],
+  };
+  const settings = (plot) => ({
+    displaylogo: false, displayModeBar: "hover", responsive: true, modeBarButtons: [buttons[plot.kind]],
+    toImageButtonOptions: { format: plot.kind === "flat" ? "svg" : "png", scale: 2 },
+  });
+
+  const show = (each) =>
+    Plotly.react(each.div, traces(each.plot, each.state), layout(each.plot), settings(each.plot));
+
+  const link = (from) => (change) => {
+    if (linking) return;
+    if (change["xaxis.autorange"]) runTime = null;
+    else if (change["xaxis.range[0]"] !== undefined) runTime = [change["xaxis.range[0]"], change["xaxis.range[1]"]];
+    else return;
+    linking = true;
+    const wanted = runTime ? { "xaxis.range": runTime } : { "xaxis.autorange": true };
+    const others = drawn.filter((each) => each !== from && each.plot.linked);
+    Promise.all(others.map((each) => Plotly.relayout(each.div, wanted))).finally(() => { linking = false; });
+  };
+
+  const switchOf = (figure, state, plots) => {
+    const names = [...new Set(plots.flatMap((each) => each.plot.extras.flatMap((e) => (e.colourings ?? []).map((c) => c.quantity))))];
+    if (names.length < 2) return;
+    const select = document.createElement("select");
+    select.setAttribute("aria-label", "coloured by");
+    for (const name of names) select.add(new Option(name, name));
+    select.onchange = () => { state.colouring = select.value; plots.forEach(show); };
+    const label = document.createElement("label");
+    label.append("coloured by ", select);
+    figure.querySelector(".controls").append(label);
+  };
+
+  const playerOf = (figure, state, plots, names) => {
+    if (!names.length) return;
+    const [play, slider, said] = ["button", "input", "output"].map((tag) => document.createElement(tag));
+    Object.assign(slider, { type: "range", min: 0, max: names.length - 1, value: state.step });
+    slider.setAttribute("aria-label", "step");
+    let timer = null;
+    const go = (step) => { state.step = step; slider.value = step; said.textContent = names[step]; plots.forEach(show); };
+    const stop = () => { clearInterval(timer); timer = null; play.textContent = "\u25b6 play"; };
+    slider.oninput = () => { stop(); go(Number(slider.value)); };
+    play.onclick = () => {
+      if (timer) return stop();
+      play.textContent = "\u25a0 stop";
+      if (state.step === names.length - 1) state.step = -1;
+      timer = setInterval(() => (state.step + 1 < names.length ? go(state.step + 1) : stop()), Math.max(50, 6000 / names.length));
+    };
+    said.textContent = names[state.step];
+    play.textContent = "\u25b6 play";
+    figure.querySelector(".controls").append(play, slider, said);
+  };
+
+  const draw = async (figure) => {
+    if (figure.dataset.drawn) return;
+    figure.dataset.drawn = "begun";
+    const stated = pictures[Number(figure.dataset.picture)];
+    const state = { step: stated.step, colouring: null };
+    const divs = [...figure.querySelectorAll(".plot")];
+    const plots = stated.plots.map((plot, n) => ({ plot: numbers(plot), div: divs[n], state }));
+    for (const each of plots) {
+      await show(each);
+      drawn.push(each);
+      if (each.plot.linked) each.div.on("plotly_relayout", link(each));
+    }
+    switchOf(figure, state, plots);
+    playerOf(figure, state, plots, stated.steps);
+    figure.dataset.drawn = "done";
+  };
+
+  const again = () => drawn.forEach(show);
+  dark.addEventListener("change", again);
+  phone.addEventListener("change", again);
+  const all = [...document.querySelectorAll("[data-picture]")];
+  const onScreen = (figure) => figure.getBoundingClientRect().top < innerHeight;
+  for (const figure of all.filter(onScreen)) await draw(figure);
+  document.body.dataset.shown = "first";
+  const idle = () => new Promise((resolve) => (window.requestIdleCallback ?? setTimeout)(resolve));
+  for (const figure of all) { await idle(); await draw(figure); }
+  document.body.dataset.shown = "all";
+})().catch((why) => {
+  for (const each of document.querySelectorAll(".plots")) each.textContent = `This browser cannot draw it: ${why}`;
+});

@@ -1,0 +1,124 @@
+"""Marks of a panel in space: surfaces, paths, points, arrows, as data. Lengths in metres; drawn in millimetres."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray
+from palpate.reporting.marks import Colouring, Symbol
+from palpate.runtime.palette import FELT, INK_COLOUR, TRACK, Colour
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """A surface of triangles.
+
+    Attributes:
+        vertices: Shape (n, 3) [m].
+        triangles: Indices of vertices, shape (m, 3).
+        name: In the legend; "" for none.
+        colourings: By value at the vertices, one at a time, the first at first; none: in one colour.
+        colour: Role, where no colouring is.
+        opacity: From 0 to 1.
+        shown: Whether it is shown before the reader asks for it in the legend.
+    """
+
+    vertices: FloatArray
+    triangles: npt.NDArray[np.integer]
+    name: str = ""
+    colourings: tuple[Colouring, ...] = ()
+    colour: Colour = FELT
+    opacity: float = 1.0
+    shown: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """A line in space; broken where a point is NaN.
+
+    Attributes:
+        points: Shape (n, 3) [m].
+        name: In the legend; "" for none.
+        colour: Role.
+        width: [px]
+        shown: Whether it is shown before the reader asks for it in the legend.
+    """
+
+    points: FloatArray
+    name: str = ""
+    colour: Colour = TRACK
+    width: float = 2.0
+    shown: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spots:
+    """Single points in space.
+
+    Attributes:
+        points: Shape (n, 3) [m].
+        name: In the legend; "" for none.
+        colour: Role, where no colouring is.
+        size: [px]
+        symbol: What stands for a point.
+        colourings: By value, one at a time, the first at first.
+        texts: Shown beside the pointer, one per point.
+        shown: Whether they are shown before the reader asks for them in the legend.
+    """
+
+    points: FloatArray
+    name: str = ""
+    colour: Colour = FELT
+    size: float = 4.0
+    symbol: Symbol = Symbol.DOT
+    colourings: tuple[Colouring, ...] = ()
+    texts: tuple[str, ...] = ()
+    shown: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrows:
+    """Arrows of forces or moments.
+
+    Attributes:
+        starts: Shape (n, 3) [m]; or in each step of the picture others, shape (steps, n, 3).
+        along: To the tips, of the same shape [m].
+        name: In the legend; "" for none.
+        colour: Role.
+    """
+
+    starts: FloatArray
+    along: FloatArray
+    name: str = ""
+    colour: Colour = FELT
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Labels:
+    """Words at points in space.
+
+    Attributes:
+        points: Shape (n, 3) [m].
+        texts: One per point.
+        colour: Role.
+    """
+
+    points: FloatArray
+    texts: tuple[str, ...]
+    colour: Colour = INK_COLOUR
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stepped:
+    """Marks of which those of one step of the picture are shown.
+
+    Attributes:
+        marks: Of each step.
+    """
+
+    marks: "tuple[tuple[Surface | Path | Spots | Labels, ...], ...]"
+
+
+Solid = Surface | Path | Spots | Arrows | Labels | Stepped
+"""What a panel in space shows."""
