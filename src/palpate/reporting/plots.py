@@ -33,13 +33,22 @@ from palpate.reporting.marks import (
     Text,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
-from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
-from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR, Colour
+from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface, places
+from palpate.runtime.palette import CARD, MAP_COLOUR, PANE_COLOUR, Colour
 
 MOST_POINTS = 12_000
 """Of a line: enough to zoom in by ten on a wide screen."""
 
 MILLI = 1e3
+
+ROOM, FLATTEST = 0.04, 0.12
+"""Around what a space shows, and its least height, of its largest extent."""
+
+SIZE = 1.7
+"""Of the diagonal of a space, in plotly.js's unit: it fits into its panel, however it is turned."""
+
+RIMMED = 6.0
+"""Spots from this size on have a rim [px]: they stand out on every colour of a surface."""
 
 LIGHT: Mapping[str, float] = {
     "ambient": 0.55,
@@ -330,7 +339,13 @@ def _space(space: Space) -> Json:
     plot = _Plot([], [], {})
     for mark in space.marks:
         _add_solid(plot, mark, {})
-    axes = {f"{name}axis": {"title": {"text": f"{name} [mm]"}} for name in "xyz"}
+    ranges = _ranges(space)
+    axes = {
+        f"{name}axis": {"title": {"text": f"{name} [mm]"}, "range": ends, "autorange": False}
+        for name, ends in zip("xyz", ranges.tolist(), strict=True)
+    }
+    sizes = np.ptp(ranges, axis=1)
+    aspect = SIZE * sizes / float(np.linalg.norm(sizes))
     eye = dict(zip("xyz", space.view, strict=True))
     up = {"x": 0, "y": 0, "z": 1} if abs(space.view[0]) + abs(space.view[1]) > 0.1 else {"x": 0, "y": 1, "z": 0}
     plot.layout |= {
@@ -339,7 +354,8 @@ def _space(space: Space) -> Json:
                 name: axis | {"backgroundcolor": _role(PANE_COLOUR), "showbackground": True}
                 for name, axis in axes.items()
             },
-            "aspectmode": "data",
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", aspect.tolist(), strict=True)),
             "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
         },
         "title": space.title,
@@ -348,32 +364,42 @@ def _space(space: Space) -> Json:
     return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "linked": False}
 
 
+def _ranges(space: Space) -> FloatArray:
+    """Return along each axis the ends of all that is ever shown, shape (3, 2) [mm]: no step changes the scale."""
+    points = np.concatenate([np.zeros((0, 3)), *map(places, space.marks)])
+    points = MILLI * points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return np.array([[-1.0, 1.0]] * 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    largest = max(float((high - low).max()), 1e-3)
+    half = np.maximum(0.5 * (high - low) + ROOM * largest, 0.5 * FLATTEST * largest)
+    middle = 0.5 * (low + high)
+    return np.column_stack([middle - half, middle + half])
+
+
 def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
     match mark:
         case Surface():
-            colourings = [_colouring(each) for each in mark.colourings]
             trace = _mesh(mark.vertices, mark.triangles, mark.colour, mark.opacity)
             trace |= _named(mark.name)
             if not mark.shown:
                 trace["visible"] = "legendonly"
-            if colourings:
+            if mark.colourings:
                 trace["unknown"] = _role(MAP_COLOUR)
-                extra = extra | {"colourings": colourings, "triangles": packed(np.asarray(mark.triangles).ravel())}
-            plot.add(trace, **extra)
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Path():
-            line = {"color": _role(mark.colour), "width": mark.width}
-            plot.add(
-                _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"line": line, "hoverinfo": "skip"},
-                **extra,
-            )
+            trace = _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"hoverinfo": "skip"}
+            del trace["hovertemplate"]
+            trace["line"] = {"color": _role(mark.colour), "width": mark.width}
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Spots():
             marker = {"color": _role(mark.colour), "size": mark.size, "symbol": _in_space(mark.symbol.value)}
             trace = _lined(mark.points, "markers", mark.name, shown=mark.shown) | {"marker": marker}
+            if mark.size >= RIMMED:
+                marker["line"] = {"color": _role(CARD), "width": 1}
             if mark.texts:
-                trace["text"] = list(mark.texts)
-            if mark.colourings:
-                extra = extra | {"colourings": [_colouring(each) for each in mark.colourings]}
-            plot.add(trace, **extra)
+                trace |= {"text": list(mark.texts), "hovertemplate": "%{text}<br>" + trace["hovertemplate"]}
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Arrows():
             steps = mark.starts if mark.starts.ndim == 3 else mark.starts[None]
             ways = mark.along if mark.along.ndim == 3 else mark.along[None]
@@ -391,6 +417,10 @@ def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
             for step, marks in enumerate(mark.marks):
                 for each in marks:
                     _add_solid(plot, each, {"step": step})
+
+
+def _choices(colourings: tuple[Colouring, ...]) -> Json:
+    return {"colourings": [_colouring(each) for each in colourings]} if colourings else {}
 
 
 def _in_space(symbol: str) -> str:

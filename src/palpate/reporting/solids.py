@@ -40,8 +40,9 @@ class Path:
     Attributes:
         points: Shape (n, 3) [m].
         name: In the legend; "" for none.
-        colour: Role.
+        colour: Role, where no colouring is.
         width: [px]
+        colourings: By value at the points, one at a time.
         shown: Whether it is shown before the reader asks for it in the legend.
     """
 
@@ -49,6 +50,7 @@ class Path:
     name: str = ""
     colour: Colour = TRACK
     width: float = 2.0
+    colourings: tuple[Colouring, ...] = ()
     shown: bool = True
 
 
@@ -121,4 +123,18 @@ class Stepped:
 
 
 Solid = Surface | Path | Spots | Arrows | Labels | Stepped
-"""What a panel in space shows."""
+"""What a panel in space shows. All of a panel that has the quantity that the reader chooses is coloured by it, the
+rest is in its own colour; the first quantity is chosen at first."""
+
+
+def places(mark: Solid) -> FloatArray:
+    """Return all points of a mark, those of other steps and those not shown yet among them, shape (n, 3) [m]."""
+    match mark:
+        case Surface():
+            return mark.vertices.reshape(-1, 3)
+        case Arrows():
+            return np.concatenate([mark.starts.reshape(-1, 3), (mark.starts + mark.along).reshape(-1, 3)])
+        case Stepped():
+            return np.concatenate([np.zeros((0, 3)), *(places(each) for marks in mark.marks for each in marks)])
+        case _:
+            return mark.points.reshape(-1, 3)
