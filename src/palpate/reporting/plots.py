@@ -31,6 +31,7 @@ from palpate.reporting.marks import (
     Rule,
     Span,
     Text,
+    finite_limits,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
 from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface, places
@@ -50,13 +51,7 @@ SIZE = 1.7
 RIMMED = 6.0
 """Spots from this size on have a rim [px]: they stand out on every colour of a surface."""
 
-LIGHT: Mapping[str, float] = {
-    "ambient": 0.55,
-    "diffuse": 0.65,
-    "specular": 0.06,
-    "roughness": 0.9,
-    "fresnel": 0.05,
-}
+LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
 """Dull surfaces: a highlight would be taken for a value."""
 
 Json = dict[str, Any]
@@ -97,15 +92,8 @@ def _scale(scale: ColourScale) -> list[list[object]]:
     return [[i / (len(colours) - 1), colour] for i, colour in enumerate(colours)]
 
 
-def _limits(colouring: Colouring) -> tuple[float, float]:
-    known = colouring.values[np.isfinite(colouring.values)]
-    low = colouring.low if colouring.low is not None else float(known.min(initial=np.inf))
-    high = colouring.high if colouring.high is not None else float(known.max(initial=-np.inf))
-    return (low, high) if low < high else (low - 0.5, low + 0.5) if np.isfinite(low) else (0.0, 1.0)
-
-
 def _colouring(colouring: Colouring) -> Json:
-    low, high = _limits(colouring)
+    low, high = finite_limits(colouring)
     return {
         "quantity": colouring.quantity,
         "label": colouring.label,
@@ -168,9 +156,13 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         low, high = middle - 0.55 * axis.span, middle + 0.55 * axis.span
     ends = [each if each is None or not axis.logarithmic else float(np.log10(each)) for each in (low, high)]
     out: Json = {"title": {"text": axis.label}, "type": "log" if axis.logarithmic else "linear"}
-    if ends != [None, None]:
-        out["range"] = ends
-        out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
+    if None not in ends:
+        out |= {"range": ends, "autorange": False}
+    elif ends != [None, None] and axis.logarithmic:
+        out |= {"range": ends, "autorange": "max" if ends[1] is None else "min"}
+    elif ends != [None, None]:  # of a range without an end plotly.js forgets the other one when it draws again
+        end, side = (low, "min") if high is None else (high, "max")
+        out["autorangeoptions"] = {f"{side}allowed": end, "include": [end]}
     if axis.ticks:
         out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [name for _, name in axis.ticks]}
     return out
@@ -262,7 +254,7 @@ def _points(panel: Panel, mark: Points) -> Json:
     marker: Json = {"color": _role(mark.colour), "size": mark.size, "symbol": mark.symbol.value}
     colouring = mark.colouring
     if colouring is not None:
-        low, high = _limits(colouring)
+        low, high = finite_limits(colouring)
         marker |= {
             "color": packed(colouring.values),
             "cmin": low,
@@ -309,7 +301,7 @@ def _shape(mark: Rule | Span) -> Json:
 
 def _cells(mark: Cells) -> Json:
     colouring, shape = mark.colouring, (len(mark.rows), len(mark.columns))
-    low, high = _limits(colouring)
+    low, high = finite_limits(colouring)
     trace: Json = {
         "type": "heatmap",
         "x": list(mark.columns),

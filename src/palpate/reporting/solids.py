@@ -1,13 +1,15 @@
 """Marks of a panel in space: surfaces, paths, points, arrows, as data. Lengths in metres; drawn in millimetres."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
 from palpate.reporting.marks import Colouring, Symbol
-from palpate.runtime.palette import FELT, INK_COLOUR, TRACK, Colour
+from palpate.runtime.palette import FELT, INK_COLOUR, MAP_COLOUR, TRACK, Colour
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,8 +125,32 @@ class Stepped:
 
 
 Solid = Surface | Path | Spots | Arrows | Labels | Stepped
-"""What a panel in space shows. All of a panel that has the quantity that the reader chooses is coloured by it, the
-rest is in its own colour; the first quantity is chosen at first."""
+"""What a panel in space shows. What has the quantity that the reader chooses is coloured by it, the rest is plain;
+the first quantity of a panel is chosen at first."""
+
+
+def quantities(marks: Iterable[Solid]) -> tuple[str, ...]:
+    """Return all quantities by which marks of a panel can be coloured, in order."""
+    flat = (each for mark in marks for each in (chain(*mark.marks) if isinstance(mark, Stepped) else (mark,)))
+    coloured = (each for each in flat if isinstance(each, Surface | Path | Spots))
+    return tuple(dict.fromkeys(each.quantity for mark in coloured for each in mark.colourings))
+
+
+def coloured_by(marks: Iterable[Solid], quantity: str) -> tuple[Solid, ...]:
+    """Return marks coloured by one quantity alone."""
+    return tuple(_coloured_by(mark, quantity) for mark in marks)
+
+
+def _coloured_by(mark: Solid, quantity: str) -> Solid:
+    match mark:
+        case Stepped():
+            return Stepped(tuple(coloured_by(each, quantity) for each in mark.marks))  # type: ignore[misc]
+        case Surface() | Path() | Spots() if mark.colourings:
+            chosen = tuple(each for each in mark.colourings if each.quantity == quantity)
+            unknown = isinstance(mark, Surface) and not chosen
+            return replace(mark, colourings=chosen, colour=MAP_COLOUR if unknown else mark.colour)
+        case _:
+            return mark
 
 
 def places(mark: Solid) -> FloatArray:

@@ -29,16 +29,17 @@ def contour_picture(exploration: Exploration) -> Picture | None:
         zero = Rule(0.0, colour=QUIET_COLOUR, upright=False)
         along = Axis("arc length along what was felt", "mm")
         panels.append(Panel((zero, error, *marks), along, Axis("error", "µm", span=0.5), height=460))
+        largest = MICRO * float(np.abs(exploration.point_error).max())
         size = (
-            " The error is the signed distance of the points from the true surface, + is outside; root mean square "
-            f"{MICRO * exploration.point_rms:.3g} µm, {MICRO * np.abs(exploration.point_error).max():.3g} µm at most."
+            " The error is the signed distance of the points from the true surface, + is outside; root mean "
+            f"square {MICRO * exploration.point_rms:.3g} µm, {largest:.3g} µm at most."
         )
     return Picture(
         title="The outline",
         caption=(
-            f"Seen from above, {MILLI * np.nanmax(arc):.4g} mm from where the finger landed.{size} Beside the line "
-            "nothing was felt, and nothing is claimed. Good is the felt line on the true one, and an error without "
-            "steps."
+            f"Seen from above, {MILLI * np.nanmax(arc):.4g} mm from where the finger landed.{size} Beside the "
+            "line nothing was felt, and nothing is claimed. Good is the felt line on the true one, and an error "
+            "without steps."
         ),
         panels=tuple(panels),
         columns=len(panels),

@@ -22,8 +22,8 @@ def snapshots_picture(growth: MapGrowth) -> Picture:
     counts = "; ".join(f"{len(places)} x {event}" for event, places in places_by_event(last.marks).items())
     return Picture(
         title="The map while it grew",
-        caption=f"{_known(growth)} The tip's path is that of its middle; ahead of it is the rest of the leg at that "
-        f"moment. Dark, without holes, is good.{f' Marks: {counts}.' if counts else ''}",
+        caption=f"{_known(growth)} The tip's path is that of its middle; ahead of it is the rest of the leg at "
+        f"that moment. Dark, without holes, is good.{f' Marks: {counts}.' if counts else ''}",
         panels=(Space((Stepped(tuple(_shown(growth, each) for each in growth.snapshots)),), height=520),),
         steps=tuple(heading(growth, moment) for moment in range(len(growth.snapshots))),
         step=len(growth.snapshots) - 1,
@@ -36,8 +36,8 @@ def _known(growth: MapGrowth) -> str:
     if not growth.curve.area.any():
         return "Contacts are too far apart, or on one line: nothing of the surface counts as observed."
     return (
-        "At each moment the area observed and its median standard deviation. The colour is the standard deviation of "
-        "the surface's position."
+        "At each moment the area observed and its median standard deviation. The colour is the standard deviation "
+        "of the surface's position."
     )
 
 

@@ -1,4 +1,4 @@
-"""The surface that was felt, to turn: what is known of it, the finger's path, marks, what was missed, the truth."""
+"""The surface that was felt, to turn: what is known of it, the path, marks, what was missed, the truth."""
 
 from collections.abc import Sequence
 
@@ -94,11 +94,11 @@ def _map_caption(found: ExploredMap, errors: Sequence[Colouring]) -> str:
     truth = " The legend shows the true surface over it." if found.truth_known else ""
     points = " By the error of single points, the path is coloured." if errors else ""
     return (
-        "What is claimed, with the path of the finger; holes and what is beyond the rim were not felt, grey is not "
-        f"known. Standard deviations are of random errors; together with what may be off everywhere, "
+        "What is claimed, with the path of the finger; holes and what is beyond the rim were not felt, grey is "
+        f"not known. Standard deviations are of random errors; together with what may be off everywhere, "
         f"{MICRO * found.mesh.bias:.3g} µm, they make a 95 % band of ±{MICRO * found.band:.3g} µm (median)."
-        f"{inside}{points}{truth} Colours span {SHOWN_PERCENT:.0f} % of the values. Good is a surface without holes "
-        "that looks as the object does, is off by no more than its band, and shows no pattern in its errors."
+        f"{inside}{points}{truth} Colours span {SHOWN_PERCENT:.0f} % of the values. Good is a surface without "
+        "holes that looks as the object does, is off by no more than its band, and shows no pattern in its errors."
     )
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 from palpate.experiments.kit.experiment import Writer
 from palpate.experiments.kit.figure import Figure
 
-if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
+if TYPE_CHECKING:  # which only those who write a report wait for
+    from palpate.reporting.picture import Picture
     from palpate.reporting.report import Report
-    from palpate.reporting.style import Picture
 
 
 class ExperimentDefaults:
