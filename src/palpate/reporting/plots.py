@@ -45,13 +45,16 @@ MILLI = 1e3
 ROOM, FLATTEST = 0.04, 0.12
 """Around what a space shows, and its least height, of its largest extent."""
 
-SIZE = 1.7
+TICKS = 6
+"""At most so many along the longest axis of a space."""
+
+SIZE = 2.1
 """Of the diagonal of a space, in plotly.js's unit: it fits into its panel, however it is turned."""
 
 RIMMED = 6.0
 """Spots from this size on have a rim [px]: they stand out on every colour of a surface."""
 
-LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
+LIGHT: Mapping[str, float] = {"ambient": 0.65, "diffuse": 0.4, "specular": 0.06, "roughness": 0.9}
 """Dull surfaces: a highlight would be taken for a value."""
 
 Json = dict[str, Any]
@@ -332,11 +335,12 @@ def _space(space: Space) -> Json:
     for mark in space.marks:
         _add_solid(plot, mark, {})
     ranges = _ranges(space)
-    axes = {
-        f"{name}axis": {"title": {"text": f"{name} [mm]"}, "range": ends, "autorange": False}
-        for name, ends in zip("xyz", ranges.tolist(), strict=True)
-    }
     sizes = np.ptp(ranges, axis=1)
+    ticks = np.maximum(1 + np.rint(TICKS * sizes / sizes.max()), 2).astype(int)
+    axes = {
+        f"{name}axis": {"title": {"text": f"{name} [mm]"}, "range": ends, "autorange": False, "nticks": most}
+        for name, ends, most in zip("xyz", ranges.tolist(), ticks.tolist(), strict=True)
+    }
     aspect = SIZE * sizes / float(np.linalg.norm(sizes))
     eye = dict(zip("xyz", space.view, strict=True))
     up = {"x": 0, "y": 0, "z": 1} if abs(space.view[0]) + abs(space.view[1]) > 0.1 else {"x": 0, "y": 1, "z": 0}
@@ -433,7 +437,7 @@ def _mesh(vertices: FloatArray, triangles: npt.NDArray[np.integer], colour: Colo
         "color": _role(colour),
         "opacity": opacity,
         "lighting": dict(LIGHT),
-        "lightposition": {"x": -2e3, "y": -3e3, "z": 6e3},
+        "lightposition": {"x": 2e3, "y": 3e3, "z": -6e3},  # above: plotly.js turns normals inwards
         "hovertemplate": "x %{x:.3f}<br>y %{y:.3f}<br>z %{z:.3f} mm",
     }
 
