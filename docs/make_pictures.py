@@ -2,6 +2,7 @@
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -12,9 +13,12 @@ from matplotlib.figure import Figure
 from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.error_picture import error_map
-from palpate.experiments.explore.surface_picture import touched_surface
+from palpate.experiments.explore.surface_colours import ERROR_OF_POINTS, HEIGHT
+from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.friction.pressure import limit_curve
+from palpate.reporting.paper import write_picture
+from palpate.reporting.picture import Space
+from palpate.reporting.solids import coloured_by
 from palpate.reporting.style import (
     GRID,
     INK,
@@ -44,12 +48,12 @@ def pixels(figure: Figure) -> np.ndarray:
 def exploration() -> None:
     """Explore an ellipsoid and put what was felt beside where the errors are."""
     found = explore(ExploreConfig(object="ellipsoid", width=0.05, speed=0.03, force_noise=0.01, moment_noise=1e-4))
-    assert found.map is not None
-    left = pixels(touched_surface(found.cloud, found.map.mesh).full)
-    right = pixels(error_map(found.cloud, found.point_error).full)
-    height = max(len(left), len(right))
-    padded = [np.pad(p, ((0, height - len(p)), (0, 0), (0, 0)), constant_values=255) for p in (left, right)]
-    matplotlib.image.imsave(HERE / "exploration.png", np.hstack(padded))
+    picture = surface_picture(found)
+    assert picture is not None
+    (space,) = picture.panels
+    assert isinstance(space, Space)
+    sides = (replace(space, marks=coloured_by(space.marks, each)) for each in (HEIGHT, ERROR_OF_POINTS))
+    write_picture(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
     print(f"exploration.png: points {1e6 * found.point_rms:.1f} µm RMS from the true surface")
 
 

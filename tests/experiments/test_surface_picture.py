@@ -12,6 +12,8 @@ from palpate.controllers.paths import Mark, PathEvent
 from palpate.experiments.explore.felt_path import MOST_POINTS, felt_path
 from palpate.experiments.explore.mark_places import look_of
 from palpate.experiments.explore.surface_colours import (
+    ERROR_OF_POINTS,
+    HEIGHT,
     LEAST_RELIEF,
     height_colouring,
     layer_colouring,
@@ -49,7 +51,7 @@ def test_nothing_is_told_of_the_truth_where_nobody_knows_it():
 def test_without_a_map_there_are_the_points_alone_and_without_points_nothing():
     found = replace(small(), map=None)
     (points,) = marks(found, Spots)
-    assert [each.quantity for each in points.colourings] == ["height z", "error of single points, + is outside"]
+    assert [each.quantity for each in points.colourings] == [HEIGHT, ERROR_OF_POINTS]
     assert not marks(found, Path)
     assert "too few" in surface_picture(found).caption
     assert surface_picture(unfelt(small())) is None

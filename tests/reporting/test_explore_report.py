@@ -15,7 +15,7 @@ from palpate.mapping.primitives.sphere import SphereShape
 from palpate.reporting.page import report_page
 from palpate.reporting.terminal import key_figures
 from reporting.test_report import parsed
-from support.explore_runs import pictures, section
+from support.explore_runs import pictures, section, untrue
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 
@@ -101,7 +101,7 @@ def test_whatever_is_missing_the_rest_is_reported(cut):
 
 def test_what_only_the_simulation_knows_is_told_of_a_simulation_alone():
     found = exploration("sphere")
-    told = exploration_report(replace(found, truth=replace(found.truth, known=False)))
+    told = exploration_report(untrue(found))
     assert "true" not in pictures(told, "The surface")["Touched surface"].caption
     assert not pictures(told, "Errors of single points")
     assert section(told, "Over time").parts

@@ -11,6 +11,7 @@ from palpate.experiments.explore.felt_path import FeltPath, felt_path
 from palpate.experiments.explore.mark_places import event_spots
 from palpate.experiments.explore.scans import TapScan
 from palpate.experiments.explore.surface_colours import (
+    ERROR_OF_POINTS,
     MICRO,
     SHOWN_PERCENT,
     error_colouring,
@@ -42,7 +43,7 @@ def surface_picture(exploration: Exploration) -> Picture | None:
     found = exploration.claimed_map
     known, tapped = exploration.truth.known, isinstance(exploration.plan.scan, TapScan)
     path = felt_path(exploration.cloud, exploration.point_error, dots=found is None or tapped)
-    errors = (error_colouring("error of single points, + is outside", path.error),) if known else ()
+    errors = (error_colouring(ERROR_OF_POINTS, path.error),) if known else ()
     marks: tuple[Solid, ...] = (
         *(_map(found) if found is not None else ()),
         _alone(path, errors) if found is None else _felt(path, errors, tapped=tapped),
@@ -72,7 +73,7 @@ def _felt(path: FeltPath, errors: tuple[Colouring, ...], *, tapped: bool) -> Sol
     """What was felt on a map: where the finger went, or where it tapped."""
     if tapped:
         return Spots(path.points, "contacts", TRACK, 3.0, colourings=errors)
-    return Path(path.points, "path of the finger", width=3.0, colourings=errors)
+    return Path(path.points, "path of the finger", width=2.5, colourings=errors)
 
 
 def _alone(path: FeltPath, errors: tuple[Colouring, ...]) -> Spots:
