@@ -34,7 +34,7 @@ from palpate.commands.recover.config import RecoverConfig
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.typed_options import Flag, flagged, read_experiment, read_flagged
+from palpate.commands.typed_options import DRY_RUN, FIGURES, JSON, read_experiment, read_with_shared, with_shared
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.errors import InvalidValueError
@@ -105,7 +105,7 @@ class CommandGroup(NamedTuple):
         return self.about.partition("\n")[0]
 
 
-EXPERIMENT_FLAGS = (Flag.DRY_RUN, Flag.JSON)
+EXPERIMENT_OPTIONS = (DRY_RUN, FIGURES, JSON)
 
 COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
     "sweep": TypedCommand(SweepConfig, "palpate.commands.sweep.command:run_sweep"),
@@ -234,22 +234,25 @@ def _no_command(word: str, commands: Typed, typed: str) -> str:
 
 def _carry_out(command: TypedCommand, typed: str, arguments: Sequence[str]) -> CommandResult | int:
     config: Any
-    config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=command.about)
+    config, shared = read_with_shared(command.config, typed, arguments, (JSON,), description=command.about)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
+    runner = _function(command.document if shared[JSON.name] and command.document else command.runner)
     start_up.over()
     result: CommandResult | int = runner(config)
     return result
 
 
 def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> CommandResult:
-    config, flags = read_experiment(experiment.Config, experiment.name, typed, arguments, EXPERIMENT_FLAGS)
-    if Flag.DRY_RUN in flags:
-        from palpate.commands.dry_run import dry_run_experiment as carry_out
-    else:
-        from palpate.commands.run import run_experiment as carry_out
+    config, shared = read_experiment(experiment.Config, experiment.name, typed, arguments, EXPERIMENT_OPTIONS)
+    if shared.get(DRY_RUN.name):
+        from palpate.commands.dry_run import dry_run_experiment
+
+        start_up.over()
+        return dry_run_experiment(experiment, config)
+    from palpate.commands.run import run_experiment
+
     start_up.over()
-    return carry_out(experiment, config)
+    return run_experiment(experiment, config, shared.get(FIGURES.name))
 
 
 def run_completion(config: CompletionConfig) -> CommandResult:
@@ -276,8 +279,8 @@ def _subcommands(commands: Typed) -> Any:
 
 def _taken(name: str, what: "TypedCommand | CommandGroup | Experiment") -> Any:
     if isinstance(what, TypedCommand):
-        return flagged(what.config, name, (Flag.JSON,))
+        return with_shared(what.config, name, (JSON,))
     if isinstance(what, CommandGroup):
         below: Any = _subcommands(what.commands)
         return make_dataclass(name, [("command", Annotated[below, tyro.conf.OmitSubcommandPrefixes])])
-    return flagged(what.Config, name, EXPERIMENT_FLAGS, experiment_file=True)
+    return with_shared(what.Config, name, EXPERIMENT_OPTIONS, experiment_file=True)

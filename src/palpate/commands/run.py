@@ -19,6 +19,7 @@ from palpate.experiments.kit.recording import log_writer, write_result, written
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
+from palpate.reporting.picture_kind import PictureKind
 from palpate.reporting.terminal import key_figures
 from palpate.runtime import RunResult, result_until
 
@@ -32,12 +33,13 @@ UNUSABLE = (InvalidValueError, MemoryError, ImportError)
 even to load what draws. Its log is there."""
 
 
-def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
+def run_experiment(experiment: Experiment, config: Any, figures: PictureKind | None = None) -> CommandResult:
     """Prepare, run, record, write the files and print the summary, also after a Ctrl-C.
 
     Args:
         experiment: What to do.
         config: How; an instance of its `Config`.
+        figures: As which files each figure is written, too; None: as none.
 
     Returns:
         The result; done if the run finished and reached its goal.
@@ -73,7 +75,7 @@ def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
                 found = experiment.found(plan, run.recorded(result, companion, lambda step: say(console, step)))
             report = run_report(experiment, plan, found)
             with doing(console, "drawing the report"):
-                files = write_result(experiment, found, report, config.out)
+                files = write_result(experiment, found, report, config.out, figures)
         except UNUSABLE as error:
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
     console.print(key_figures(report.title, report.outcome, report.all_figures))

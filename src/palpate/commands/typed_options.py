@@ -3,9 +3,8 @@
 import dataclasses
 import inspect
 import sys
-from collections.abc import Sequence
-from dataclasses import fields, make_dataclass
-from enum import Enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, make_dataclass
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +14,7 @@ import tyro
 from tyro._docstrings import get_field_docstring
 
 from palpate.commands.colours import parser_colours
+from palpate.reporting.picture_kind import PictureKind
 
 Options = TypeVar("Options", bound=Any)
 """A frozen dataclass."""
@@ -27,18 +27,36 @@ EXPERIMENT_FILE = (
 """Help of --config."""
 
 
-class Flag(Enum):
-    """An option that many commands share, outside of their configuration; the value is its help."""
+@dataclass(frozen=True, slots=True)
+class SharedOption:
+    """An option that many commands share, outside of their configuration.
 
-    JSON = "Print one JSON document, numbers in SI units, and write everything else to standard error."
-    DRY_RUN = (
-        "Plan and check everything and show what would be done: move nothing, connect to nothing, write nothing."
-    )
+    Attributes:
+        name: As it is typed, and that of a field.
+        about: Its help.
+        kind: Of its values.
+        default: Where it is not typed.
+    """
 
-    @property
-    def field(self) -> str:
-        """Its name as that of a field."""
-        return self.name.lower()
+    name: str
+    about: str
+    kind: Any = Annotated[bool, tyro.conf.FlagCreatePairsOff]  # no --no-json: the default is off
+    default: Any = False
+
+
+JSON = SharedOption(
+    "json", "Print one JSON document, numbers in SI units, and write everything else to standard error."
+)
+DRY_RUN = SharedOption(
+    "dry_run",
+    "Plan and check everything and show what would be done: move nothing, connect to nothing, write nothing.",
+)
+FIGURES = SharedOption(
+    "figures",
+    "Write each figure of the report as a file, too, in the style of a paper, into the folder figures.",
+    PictureKind | None,
+    None,
+)
 
 
 def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **keywords: Any) -> Options:
@@ -50,66 +68,65 @@ def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **ke
         arguments: What follows it.
         keywords: For `tyro.cli`, as description and default.
     """
-    return read_flagged(kind, command, arguments, (), **keywords)[0]
+    return read_with_shared(kind, command, arguments, (), **keywords)[0]
 
 
-def read_flagged(
-    kind: type[Options], command: str, arguments: Sequence[str], flags: Sequence[Flag], **keywords: Any
-) -> tuple[Options, frozenset[Flag]]:
-    """Return what is typed for a command as `read_typed`, and which of these flags were.
+def read_with_shared(
+    kind: type[Options], command: str, arguments: Sequence[str], shared: Sequence[SharedOption], **keywords: Any
+) -> tuple[Options, Mapping[str, Any]]:
+    """Return what is typed for a command as `read_typed`, and the values of these shared options by name.
 
-    A command that has an option of a flag's name keeps its own.
+    A command that has an option of the same name keeps its own.
     """
-    found = _parsed(flagged(kind, command, flags), kind, command, arguments, keywords)
-    return _made(kind, found), _flags_in(found, kind, flags)
+    found = _parsed(with_shared(kind, command, shared), kind, command, arguments, keywords)
+    return _made(kind, found), _values(found, kind, shared)
 
 
 def read_experiment(
-    kind: type[Options], experiment: str, command: str, arguments: Sequence[str], flags: Sequence[Flag]
-) -> tuple[Options, frozenset[Flag]]:
-    """Return what is typed for an experiment, on top of the experiment file that --config names, and the flags.
+    kind: type[Options], experiment: str, command: str, arguments: Sequence[str], shared: Sequence[SharedOption]
+) -> tuple[Options, Mapping[str, Any]]:
+    """Return what is typed for an experiment, on top of the experiment file that --config names, and the shared options.
 
     Args:
         kind: Its `Config`.
         experiment: Its name.
         command: As it is typed, with the program's name.
         arguments: What follows it.
-        flags: That it has besides.
+        shared: That it has besides.
 
     Raises:
         InvalidValueError: The file cannot be read, or something in it is wrong.
     """
     keywords: dict[str, Any] = {"description": inspect.getdoc(kind)}
-    named = flagged(kind, command, flags, experiment_file=True)
+    named = with_shared(kind, command, shared, experiment_file=True)
     file = option("config", arguments)
     if file is not None:
         from palpate.experiments.kit.config_file import load_overlay
 
         keywords["default"] = SimpleNamespace(**load_overlay(Path(file), experiment, kind))
     found = _parsed(named, kind, command, arguments, keywords)
-    return _made(kind, found), _flags_in(found, kind, flags)
+    return _made(kind, found), _values(found, kind, shared)
 
 
-def flagged(kind: type, command: str, flags: Sequence[Flag], *, experiment_file: bool = False) -> Any:
-    """Return the type that tyro reads: the options of a command with what explains them, and these flags.
+def with_shared(kind: type, command: str, shared: Sequence[SharedOption], *, experiment_file: bool = False) -> Any:
+    """Return the type that tyro reads: the options of a command with what explains them, and these shared ones.
 
-    A command that has an option of a flag's name keeps its own.
+    A command that has an option of the same name keeps its own.
 
     Args:
         kind: Of the options.
         command: As it is typed.
-        flags: Besides.
+        shared: Besides.
         experiment_file: Whether --config is offered.
     """
     typed: list[tuple[str, Any, Any]] = [
         (
-            flag.field,
-            # no --no-json: the default is off
-            Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help=flag.value)],
-            dataclasses.field(default=False),
+            each.name,
+            Annotated[each.kind, tyro.conf.arg(help=each.about)],
+            dataclasses.field(default=each.default),
         )
-        for flag in flags
-        if flag.field not in _names(kind)
+        for each in shared
+        if each.name not in _names(kind)
     ]
     if experiment_file:
         file = Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML", help=EXPERIMENT_FILE)]
@@ -138,8 +155,8 @@ def _made(kind: type[Options], found: Any) -> Options:
     return made
 
 
-def _flags_in(found: Any, kind: type, flags: Sequence[Flag]) -> frozenset[Flag]:
-    return frozenset(flag for flag in flags if flag.field not in _names(kind) and getattr(found, flag.field))
+def _values(found: Any, kind: type, shared: Sequence[SharedOption]) -> Mapping[str, Any]:
+    return {each.name: getattr(found, each.name) for each in shared if each.name not in _names(kind)}
 
 
 def _names(kind: type) -> frozenset[str]:

@@ -6,6 +6,8 @@ Colours are roles of `palpate.runtime.palette`, so that whoever draws chooses th
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+import numpy as np
+
 from palpate.errors import FloatArray
 from palpate.runtime.palette import CARD, FELT, INK_COLOUR, QUIET_COLOUR, Colour
 
@@ -285,6 +287,14 @@ class Cells:
 
 Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells
 """What a flat panel shows."""
+
+
+def finite_limits(colouring: Colouring) -> tuple[float, float]:
+    """Return the values of a colouring's first and last colour, which differ."""
+    known = colouring.values[np.isfinite(colouring.values)]
+    low = colouring.low if colouring.low is not None else float(known.min(initial=np.inf))
+    high = colouring.high if colouring.high is not None else float(known.max(initial=-np.inf))
+    return (low, high) if low < high else (low - 0.5, low + 0.5) if np.isfinite(low) else (0.0, 1.0)
 
 
 def labelled(quantity: str, unit: str) -> str:

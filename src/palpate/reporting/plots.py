@@ -31,6 +31,7 @@ from palpate.reporting.marks import (
     Rule,
     Span,
     Text,
+    finite_limits,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
 from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
@@ -41,13 +42,7 @@ MOST_POINTS = 12_000
 
 MILLI = 1e3
 
-LIGHT: Mapping[str, float] = {
-    "ambient": 0.55,
-    "diffuse": 0.65,
-    "specular": 0.06,
-    "roughness": 0.9,
-    "fresnel": 0.05,
-}
+LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
 """Dull surfaces: a highlight would be taken for a value."""
 
 Json = dict[str, Any]
@@ -88,15 +83,8 @@ def _scale(scale: ColourScale) -> list[list[object]]:
     return [[i / (len(colours) - 1), colour] for i, colour in enumerate(colours)]
 
 
-def _limits(colouring: Colouring) -> tuple[float, float]:
-    known = colouring.values[np.isfinite(colouring.values)]
-    low = colouring.low if colouring.low is not None else float(known.min(initial=np.inf))
-    high = colouring.high if colouring.high is not None else float(known.max(initial=-np.inf))
-    return (low, high) if low < high else (low - 0.5, low + 0.5) if np.isfinite(low) else (0.0, 1.0)
-
-
 def _colouring(colouring: Colouring) -> Json:
-    low, high = _limits(colouring)
+    low, high = finite_limits(colouring)
     return {
         "quantity": colouring.quantity,
         "label": colouring.label,
@@ -253,7 +241,7 @@ def _points(panel: Panel, mark: Points) -> Json:
     marker: Json = {"color": _role(mark.colour), "size": mark.size, "symbol": mark.symbol.value}
     colouring = mark.colouring
     if colouring is not None:
-        low, high = _limits(colouring)
+        low, high = finite_limits(colouring)
         marker |= {
             "color": packed(colouring.values),
             "cmin": low,
@@ -300,7 +288,7 @@ def _shape(mark: Rule | Span) -> Json:
 
 def _cells(mark: Cells) -> Json:
     colouring, shape = mark.colouring, (len(mark.rows), len(mark.columns))
-    low, high = _limits(colouring)
+    low, high = finite_limits(colouring)
     trace: Json = {
         "type": "heatmap",
         "x": list(mark.columns),

@@ -49,7 +49,7 @@ def run_compare(config: CompareConfig) -> CommandResult:
             compare_runs,  # logs and plans take a second to import
         )
 
-        return compare_runs(places, config.out)
+        return compare_runs(places, config.out, config.figures)
     if config.others:
         raise InvalidValueError(f"{config.others[0]}: a map is compared with one mesh; leave it out, or name runs")
     _need_file("map", config.map)
@@ -59,6 +59,7 @@ def run_compare(config: CompareConfig) -> CommandResult:
     # compiled kernels, meshes and pictures take seconds to import: a wrong name is reported before
     from palpate.commands.compare.report import key_figures, map_comparison_report
     from palpate.commands.progress import doing
+    from palpate.experiments.kit.recording import write_figures
     from palpate.mapping.compare import compare
     from palpate.mapping.compare_files import read_map, read_reference
     from palpate.reporting.page import write_report
@@ -84,10 +85,12 @@ def run_compare(config: CompareConfig) -> CommandResult:
     for warning in warnings:
         say(console, warning)
     with doing(console, "drawing the report"):
-        write_report(map_comparison_report(found, reference, config), folder / "compare.html")
+        report = map_comparison_report(found, reference, config)
+        write_report(report, folder / "compare.html")
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(result(found, reference, config), indent=2, allow_nan=False).encode("ascii"))
-    files = (folder / "compare.html", folder / "compare.json")
+        pictures = write_figures(report, folder, config.figures)
+    files = (folder / "compare.html", folder / "compare.json", *pictures)
     for path in files:
         say(console, f"Written: {path}")
     return CommandResult(figures=result(found, reference, config), files=files, warnings=warnings)

@@ -19,19 +19,22 @@ from palpate.commands.compare.runs_compared_report import (
 from palpate.commands.progress import doing
 from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.page import write_report
+from palpate.reporting.picture_kind import PictureKind
 from palpate.reporting.report import Report
 
 FILE_NAME = "comparison.html"
 """Of the report, in the output folder."""
 
 
-def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
+def compare_runs(places: Sequence[Path], out: Path | None, pictures: PictureKind | None = None) -> CommandResult:
     """Compare runs, print the figures, and write the report.
 
     Args:
         places: Folders or logs of two runs or more.
         out: Folder for the report; that of the first run, if not given.
+        pictures: As which files its pictures are written, too; None: as none.
 
     Returns:
         The figures, in a list of one per run.
@@ -52,7 +55,9 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
     path = folder / FILE_NAME
     with doing(console, "drawing the report"):
         write_report(report, path)
-    say(console, f"Written: {path}")
+        files = (path, *write_figures(report, folder, pictures))
+    for each in files:
+        say(console, f"Written: {each}")
     return CommandResult(
         outcome=report.outcome,
         figures={f.column or figure_name(f.name, f.unit): list(f.values) for f in figures},
@@ -60,7 +65,7 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
             "runs": [str(run.log.path) for run in runs],
             "changed_options": {row[0]: list(row[2:]) for row in differences},
         },
-        files=(path,),
+        files=files,
     )
 
 

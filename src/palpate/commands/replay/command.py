@@ -28,6 +28,7 @@ from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.page import write_report
 from palpate.reporting.terminal import figure_table
 from palpate.runtime import Command, Observation, Sample
@@ -79,10 +80,13 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     make_folder(folder)
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
-        write_report(replay_report(found, config.controller), report)
-    say(console, f"Written: {report}")
+        said = replay_report(found, config.controller)
+        write_report(said, report)
+        files = (report, *write_figures(said, folder, config.figures))
+    for each in files:
+        say(console, f"Written: {each}")
     wrong = found.should_be_identical or _failed(console, found)
-    return _result(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
+    return _result(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, files)
 
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:

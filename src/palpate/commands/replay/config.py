@@ -6,6 +6,8 @@ from typing import Annotated
 
 import tyro
 
+from palpate.reporting.picture_kind import PictureKind
+
 LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
 
 
@@ -39,3 +41,5 @@ class ReplayConfig:
     for in the present folder first."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the report, made if need be. Left out: beside the log. It is named after the log."""
+    figures: PictureKind | None = None
+    """Write each figure of the report as a file, too, in the style of a paper, into the folder figures."""

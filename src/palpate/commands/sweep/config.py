@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from palpate.errors import InvalidValueError
+from palpate.reporting.picture_kind import PictureKind
 
 MOST_SEEDS, MOST_JOBS = 100_000, 10_000
 """More is a slip of the keyboard."""
@@ -68,6 +69,8 @@ class SweepConfig:
     """Check everything, list the runs, and say about how long they take: run nothing, write nothing."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for what comes out, made if need be. Left out: runs/sweep-EXPERIMENT."""
+    figures: PictureKind | None = None
+    """Write each figure of the report as a file, too, in the style of a paper, into the folder figures."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.seeds <= MOST_SEEDS:

@@ -136,12 +136,15 @@ class SweepAtWork:
         from palpate.commands.sweep.picture import write_summary
         from palpate.commands.sweep.report import sweep_report
         from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
+        from palpate.experiments.kit.recording import write_figures
         from palpate.reporting.page import write_report
 
         result, path = self.result, self.folder.path
         columns, rows = columns_of(result.plan), rows_of(result.plan, result.records)
         write_csv(rows, columns, path / "runs.csv")
         parquet = ["runs.parquet"] if write_parquet(rows, columns, path / "runs.parquet") else []
-        write_report(sweep_report(result), path / "report.html")
+        report = sweep_report(result)
+        write_report(report, path / "report.html")
         write_summary(result, path / "summary.png")
-        return tuple(path / name for name in ("report.html", "summary.png", "runs.csv", *parquet))
+        pictures = write_figures(report, path, self.checked.plan.config.figures)
+        return (*(path / name for name in ("report.html", "summary.png", "runs.csv", *parquet)), *pictures)

@@ -1,14 +1,14 @@
 """A default report, and no files, for simple experiments."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from palpate.experiments.kit.experiment import Writer
 from palpate.experiments.kit.figure import Figure
-
-if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
-    from palpate.reporting.report import Report
-    from palpate.reporting.style import Picture
+from palpate.reporting.computing import computing
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.picture import Picture
+from palpate.reporting.report import Pictures, Report, Section
 
 
 class ExperimentDefaults:
@@ -19,16 +19,12 @@ class ExperimentDefaults:
     Config: type[Any]
     figures: tuple[Figure, ...]
 
-    def pictures(self, result: Any) -> "Iterator[Picture]":
+    def pictures(self, result: Any) -> Iterator[Picture]:
         """Return what is drawn into the report; nothing, unless a subclass does."""
         yield from ()
 
-    def report(self, result: Any) -> "Report":
+    def report(self, result: Any) -> Report:
         """Return the figures, the pictures, and how the computer kept up."""
-        from palpate.reporting.computing import computing
-        from palpate.reporting.data import KeyFigure
-        from palpate.reporting.report import Pictures, Report, Section
-
         values = ((each, each.value(result)) for each in self.figures)
         rows = (KeyFigure(each.meaning, "none" if value is None else value, each.unit) for each, value in values)
         return Report(

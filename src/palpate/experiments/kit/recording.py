@@ -8,12 +8,17 @@ from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.reporting.page import write_report
+from palpate.reporting.picture_kind import PictureKind
 from palpate.reporting.report import Report
 from palpate.runtime import RunResult
 from palpate.runtime.log import LogWriter, new_log_path
 
 REPORT = "report.html"
 """Every run writes one."""
+
+FIGURES = "figures"
+"""Folder of its pictures as files, where they are asked for."""
 
 
 def log_texts(experiment: Experiment, plan: Plan) -> dict[str, str]:
@@ -29,8 +34,17 @@ def log_writer(experiment: Experiment, plan: Plan, folder: Path) -> LogWriter:
     return LogWriter(path, log_texts(experiment, plan))
 
 
-def write_result(experiment: Experiment, result: Result, report: Report, folder: Path) -> tuple[Path, ...]:
+def write_result(
+    experiment: Experiment, result: Result, report: Report, folder: Path, figures: PictureKind | None = None
+) -> tuple[Path, ...]:
     """Write report and files of a run into a folder, which is made if need be.
+
+    Args:
+        experiment: That was carried out.
+        result: What it found.
+        report: On it.
+        folder: Where to.
+        figures: As which files the report's pictures are written, too; None: as none.
 
     Returns:
         The files, the report first.
@@ -39,15 +53,27 @@ def write_result(experiment: Experiment, result: Result, report: Report, folder:
         InvalidValueError: The folder cannot be made.
         OSError: A file cannot be written.
     """
-    from palpate.reporting.page import write_report  # with matplotlib
-
     make_folder(folder)
     write_report(report, folder / REPORT)
-    written = [folder / REPORT]
+    written = [folder / REPORT, *write_figures(report, folder, figures)]
     for name, write in experiment.files(result).items():
         write(folder / name)
         written.append(folder / name)
     return tuple(written)
+
+
+def write_figures(report: Report, folder: Path, kind: PictureKind | None) -> tuple[Path, ...]:
+    """Write the pictures of a report into `FIGURES` within a folder; none for None.
+
+    Raises:
+        OSError: A file cannot be written.
+    """
+    if kind is None:
+        return ()
+    from palpate.reporting.paper import write_pictures  # with matplotlib, for which only those who ask wait
+
+    make_folder(folder / FIGURES)
+    return write_pictures(report, folder / FIGURES, kind)
 
 
 def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:

@@ -1,0 +1,140 @@
+"""A panel in space as matplotlib draws it."""
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import to_rgb
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+
+from palpate.errors import FloatArray
+from palpate.reporting.arrow_shapes import arrow_triangles
+from palpate.reporting.marks import Symbol
+from palpate.reporting.paper_colours import colour_bar, colour_map, norm_of
+from palpate.reporting.picture import Space
+from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
+from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR
+
+MILLI = 1e3
+
+LIGHT = np.array([-0.35, -0.45, 0.82])
+"""Direction to the light, of unit length within a percent."""
+
+AMBIENT = 0.62
+"""Share of a colour that is left on a face turned away from the light."""
+
+THICKNESS = 0.05
+"""Of what is flat, over its longest side: a box without height cannot be drawn."""
+
+
+def draw_space(axes: Axes3D, space: Space, step: int) -> None:
+    """Draw a panel in space; of what moves, that step."""
+    marks = [each for mark in space.marks for each in _shown(mark, step)]
+    ends = np.concatenate([_points_of(mark) for mark in marks] or [np.zeros((1, 3))])
+    ends = MILLI * ends[np.isfinite(ends).all(axis=1)]
+    for order, mark in enumerate(marks):
+        _draw(axes, mark, float(order))
+    low, high = ends.min(axis=0, initial=np.inf), ends.max(axis=0, initial=-np.inf)
+    if not np.isfinite(low).all():
+        low, high = -np.ones(3), np.ones(3)
+    size = np.maximum(high - low, THICKNESS * max(float((high - low).max()), 1e-3))
+    middle = 0.5 * (low + high)
+    for axis, m, s, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), middle, size, "xyz", strict=True):
+        axis.set_view_interval(m - 0.52 * s, m + 0.52 * s, ignore=True)
+        axis.set_label_text(f"{name} [mm]")
+        axis.set_pane_color(PANE_COLOUR.light)
+        axis.set_major_locator(MaxNLocator(nbins=max(1, round(5.0 * s / float(size.max())))))
+    axes.set_box_aspect(tuple(size), zoom=0.95)
+    x, y, z = space.view
+    axes.view_init(elev=float(np.degrees(np.arctan2(z, np.hypot(x, y)))), azim=float(np.degrees(np.arctan2(y, x))))
+    if space.title:
+        axes.set_title(space.title, fontsize=8.0, loc="left")
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper left", frameon=False, borderpad=0.2)
+
+
+def _shown(mark: Solid, step: int) -> "list[Surface | Path | Spots | Arrows | Labels]":
+    if isinstance(mark, Stepped):
+        return list(mark.marks[step])
+    if isinstance(mark, Arrows) and mark.starts.ndim == 3:
+        return [Arrows(mark.starts[step], mark.along[step], mark.name, mark.colour)]
+    return [mark] if getattr(mark, "shown", True) else []
+
+
+def _points_of(mark: Surface | Path | Spots | Arrows | Labels) -> FloatArray:
+    match mark:
+        case Surface():
+            return mark.vertices
+        case Arrows():
+            return np.concatenate([mark.starts, mark.starts + mark.along])
+        case _:
+            return mark.points
+
+
+def _draw(axes: Axes3D, mark: Surface | Path | Spots | Arrows | Labels, order: float) -> None:
+    name = getattr(mark, "name", "") or None
+    match mark:
+        case Surface():
+            _draw_surface(axes, mark, order)
+        case Path():
+            line = (MILLI * mark.points).T
+            axes.plot(*line, color=mark.colour.light, linewidth=0.5 * mark.width, zorder=order, label=name)
+        case Spots():
+            _draw_spots(axes, mark, order)
+        case Arrows():
+            longest = float(np.linalg.norm(mark.along, axis=1).max(initial=0.0))
+            vertices, triangles = arrow_triangles(mark.starts, mark.along, longest)
+            if len(triangles):
+                faces = _lit(vertices[triangles], np.array(to_rgb(mark.colour.light)))
+                axes.add_collection3d(
+                    Poly3DCollection(MILLI * vertices[triangles], facecolors=faces, zorder=order, label=name)
+                )
+        case Labels():
+            for point, text in zip(MILLI * mark.points, mark.texts, strict=True):
+                axes.text(*point, text, color=mark.colour.light, zorder=order)
+
+
+def _draw_spots(axes: Axes3D, mark: Spots, order: float) -> None:
+    x, y, z = (MILLI * mark.points).T
+    style = {"s": (0.7 * mark.size) ** 2, "linewidths": 0.6, "zorder": order, "depthshade": False}
+    style["marker"] = {Symbol.CROSS: "x", Symbol.SQUARE: "s", Symbol.DIAMOND: "D"}.get(mark.symbol, "o")
+    if not mark.colourings:
+        axes.scatter(x, y, z, color=mark.colour.light, label=mark.name or None, **style)
+        return
+    colouring = mark.colourings[0]
+    scale = {"c": colouring.values, "cmap": colour_map(colouring.scale), "norm": norm_of(colouring)}
+    dots = axes.scatter(x, y, z, label=mark.name or None, rasterized=True, **scale, **style)
+    colour_bar(axes, dots, colouring.label)
+
+
+def _draw_surface(axes: Axes3D, mark: Surface, order: float) -> None:
+    corners = mark.vertices[mark.triangles]
+    colours: npt.NDArray[np.float64] = np.tile(to_rgb(mark.colour.light), (len(corners), 1))
+    if mark.colourings:
+        colouring = mark.colourings[0]
+        mapped = ScalarMappable(norm_of(colouring), colour_map(colouring.scale))
+        value = colouring.values[mark.triangles].mean(axis=1)
+        colours = np.where(np.isfinite(value)[:, None], mapped.to_rgba(value)[:, :3], to_rgb(MAP_COLOUR.light))
+        colour_bar(axes, mapped, colouring.label)
+    faces = _lit(corners, colours)
+    # edges in the colour of the face close the hairlines between neighbours
+    drawn = Poly3DCollection(
+        MILLI * corners,
+        facecolors=faces,
+        edgecolors=faces,
+        linewidths=0.2,
+        alpha=mark.opacity,
+        zorder=order,
+        label=mark.name or None,
+    )
+    drawn.set_rasterized(True)
+    axes.add_collection3d(drawn)
+
+
+def _lit(corners: FloatArray, colours: FloatArray) -> FloatArray:
+    """Colours of faces, lit from either side: meshes do not agree on the order of corners."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    lit = np.minimum(np.abs(normal @ LIGHT) / np.where(length > 0.0, length, 1.0), 1.0)
+    return np.asarray(colours * (AMBIENT + (1.0 - AMBIENT) * lit)[:, None])
