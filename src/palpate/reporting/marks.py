@@ -3,7 +3,8 @@
 Colours are roles of `palpate.runtime.palette`, so that whoever draws chooses their shade by the reader's theme.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -287,6 +288,11 @@ class Cells:
 
 Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells
 """What a flat panel shows."""
+
+
+def unnamed(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+    """Return marks without their entries in the legend, which the panel above has."""
+    return tuple(mark if isinstance(mark, Text | Cells) else replace(mark, name="") for mark in marks)
 
 
 def finite_limits(colouring: Colouring) -> tuple[float, float]:

@@ -64,7 +64,18 @@ class _Plot:
 
 def plots(picture: Picture) -> list[Json]:
     """Return what `page.js` draws of a picture, panel by panel."""
-    return [_space(each) if isinstance(each, Space) else _flat(each) for each in picture.panels]
+    return [
+        _space(each) if isinstance(each, Space) else _flat(each, _zoomed_with(each, picture))
+        for each in picture.panels
+    ]
+
+
+def _zoomed_with(panel: Panel, picture: Picture) -> str:
+    """What the x axis is zoomed with: all of the "run", its likes in the "picture", or nothing ("")."""
+    if panel.x.run_time:
+        return "run"
+    alike = [each for each in picture.panels if isinstance(each, Panel) and each.x == panel.x]
+    return "picture" if len(alike) > 1 and picture.columns == 1 else ""
 
 
 def packed(values: npt.ArrayLike) -> Json:
@@ -100,7 +111,7 @@ def _named(name: str) -> Json:
     return {"name": name, "showlegend": bool(name)}
 
 
-def _flat(panel: Panel) -> Json:
+def _flat(panel: Panel, zoomed_with: str) -> Json:
     plot = _Plot([], [], {"shapes": [], "annotations": []})
     for mark in panel.marks:
         _add(plot, panel, mark)
@@ -125,7 +136,7 @@ def _flat(panel: Panel) -> Json:
         "data": plot.traces,
         "extras": plot.extras,
         "layout": plot.layout,
-        "linked": panel.x.run_time,
+        "zoomedWith": zoomed_with,
     }
 
 
@@ -146,7 +157,9 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         middle = 0.5 * (extent[0] + extent[1]) if np.isfinite(extent[0]) else 0.0
         low, high = middle - 0.55 * axis.span, middle + 0.55 * axis.span
     ends = [each if each is None or not axis.logarithmic else float(np.log10(each)) for each in (low, high)]
-    out: Json = {"title": {"text": axis.label}, "type": "log" if axis.logarithmic else "linear"}
+    out: Json = {"title": {"text": axis.label}, "type": "linear"}
+    if axis.logarithmic:
+        out |= {"type": "log", "nticks": 4, "tickformat": "~g"}  # 1, 2, 5, 10 rather than every digit
     if ends != [None, None]:
         out["range"] = ends
         out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
@@ -333,7 +346,7 @@ def _space(space: Space) -> Json:
         "title": space.title,
         "height": space.height,
     }
-    return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "linked": False}
+    return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "zoomedWith": ""}
 
 
 def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:

@@ -74,7 +74,9 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
         panels=(
             Panel(
                 (
-                    Span(1.0 - SETTLED, 1.0 + SETTLED, f"within {100.0 * SETTLED:g} %", GRID_COLOUR, upright=False),
+                    Span(
+                        1.0 - SETTLED, 1.0 + SETTLED, f"within {100.0 * SETTLED:g} %", GRID_COLOUR, upright=False
+                    ),
                     each,
                     *lines,
                     Rule(1.0, "set", SET, dash=Dash.DASHED, upright=False),
@@ -89,7 +91,7 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
 
 
 def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
-    """Return the Bode plot of frequency responses, true or felt; there is at least one, and the first is judged."""
+    """Return the Bode plot of frequency responses ("true", "felt"); there is at least one, the first is judged."""
     bandwidth = next(iter(tones.values())).bandwidth
     frequency = Axis("frequency", "Hz", logarithmic=True)
     gain, phase = [], []
