@@ -4,6 +4,7 @@ Fonts are embedded as publishers accept them (TrueType, `pdf.fonttype` 42); what
 is kept as pixels. Widths are those of IEEE's journals (IEEE author guidelines: 3.5 and 7.16 inch).
 """
 
+import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -128,6 +129,14 @@ def write_picture(picture: Picture, path: str | os.PathLike[str]) -> None:
     dated = {} if kind == "png" else {"CreationDate" if kind == "pdf" else "Date": None}
     with printing(), replacing(path) as file:
         paper_figure(picture).savefig(file, format=kind, metadata=dated)
+
+
+def svg_text(picture: Picture) -> str:
+    """Return a picture as an SVG document."""
+    text = io.StringIO()
+    with printing():
+        paper_figure(picture).savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
 
 
 @contextmanager
