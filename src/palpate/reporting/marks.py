@@ -295,6 +295,12 @@ def unnamed(marks: Iterable[Mark]) -> tuple[Mark, ...]:
     return tuple(mark if isinstance(mark, Text | Cells) else replace(mark, name="") for mark in marks)
 
 
+def shortened(typed: str, longest: int) -> str:
+    """Return a name that people typed as a legend can hold it: short, and of letters that can be seen."""
+    shown = typed if len(typed) <= longest else typed[: longest - 1] + "…"
+    return "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in shown)
+
+
 def finite_limits(colouring: Colouring) -> tuple[float, float]:
     """Return the values of a colouring's first and last colour, which differ."""
     known = colouring.values[np.isfinite(colouring.values)]
