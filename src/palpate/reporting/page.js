@@ -12,6 +12,7 @@
   const pictures = JSON.parse(stated);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const phone = matchMedia("(max-width: 680px)");
+  const pointer = matchMedia("(hover: hover)"); // without one, buttons would always cover something
   const drawn = []; // of each plot: what it shows, and where
   const ranges = {}; // to which plots are zoomed together: those of a run's time, those of a picture
   let linking = false;
@@ -132,7 +133,7 @@
     space: ["toImage", "orbitRotation", "pan3d", "zoom3d", "resetCameraDefault3d"],
   };
   const settings = (plot) => ({
-    displaylogo: false, displayModeBar: "hover", responsive: true, modeBarButtons: [buttons[plot.kind]],
+    displaylogo: false, displayModeBar: pointer.matches ? "hover" : false, responsive: true, modeBarButtons: [buttons[plot.kind]],
     toImageButtonOptions: { format: plot.kind === "flat" ? "svg" : "png", scale: 2 },
   });
 

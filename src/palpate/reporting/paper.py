@@ -219,8 +219,6 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
     axes.set_axisbelow(True)
     axes.margins(x=0.02 if panel.equal else 0.0)
     _limit(axes, panel)
-    if panel.title:
-        axes.set_title(panel.title, fontsize=8.0, loc="left")
     if panel.ground is not None:
         axes.set_facecolor(panel.ground.light)
     if panel.equal:
@@ -228,10 +226,15 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
     entries: dict[str, Artist] = {}
     for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
         entries.setdefault(name, handle)
-    if entries:
+    if not entries:
+        axes.set_title(panel.title, fontsize=8.0, loc="left")
+    else:
         axes.legend(
             list(entries.values()),
             list(entries),
+            title=panel.title or None,
+            title_fontsize=8.0,
+            alignment="left",
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=4 if axes.get_figure().get_size_inches()[0] > COLUMN else 3,  # type: ignore[union-attr]

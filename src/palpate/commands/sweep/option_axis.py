@@ -15,6 +15,9 @@ from palpate.reporting.picture import Axis
 LOGARITHMIC = 20.0
 """Ratio of the largest to the least value from which the axis is logarithmic."""
 
+ROOM = 0.04
+"""Beside the first and the last number, over the distance between them."""
+
 LONGEST_NAME = 18
 """Letters of a value."""
 
@@ -68,7 +71,11 @@ class OptionAxis:
             ticks = tuple(zip(self.places.tolist(), self.names, strict=True))
             return Axis(self.words, low=-0.6, high=len(ticks) - 0.4, ticks=ticks)
         least, largest = float(self.places.min()), float(self.places.max())
-        return Axis(self.words, self._scale.unit, logarithmic=least > 0.0 and largest >= LOGARITHMIC * least)
+        if least > 0.0 and largest >= LOGARITHMIC * least:
+            room = (largest / least) ** ROOM
+            return Axis(self.words, self._scale.unit, least / room, largest * room, logarithmic=True)
+        room = ROOM * (largest - least)
+        return Axis(self.words, self._scale.unit, least - room, largest + room)
 
     @cached_property
     def _scale(self) -> Scale:

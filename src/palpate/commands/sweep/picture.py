@@ -31,7 +31,7 @@ LOGARITHMIC_FIGURE = 100.0
 LEAST_SPAN = 0.01
 """Of an axis of figures, per its largest number: beyond, it shows rounding."""
 
-ALIKE = 0.005
+ALIKE = 0.01
 """Lines nearer to each other than this share of what all of them span are one line to the eye."""
 
 COLUMNS = 3
@@ -169,19 +169,19 @@ def _caption(each: Sequence[_Shown], rows: Sequence[_Row]) -> str:
         caption = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %, {seeds}{others}."
         caption += " Where bands do not meet, the difference is hardly chance."
     if few and not result.seeds_alike:
-        caption += f" What is chance is not told by fewer than {FEWEST_SEEDS} seeds."
+        caption += f" Fewer than {FEWEST_SEEDS} seeds do not tell what is chance."
     return caption + (
         f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else ""
     )
 
 
 def _coinciding(each: Sequence[_Shown], rows: Sequence[Sequence[_Row]]) -> str:
-    """A sentence on the lines that are drawn over one another."""
+    """A sentence on lines that hide one another."""
     found = []
     for shown, group in zip(each, rows, strict=True):
         if shown.along is not None and shown.along.numeric and not shown.is_map:
             found += [" and ".join(row.name for row in alike) for alike in _alike(shown, group)]
-    return f" Lines that coincide: {'; '.join(found)}." if found else ""
+    return f" Too close to be told apart here: {'; '.join(found)}." if found else ""
 
 
 def _alike(shown: _Shown, rows: Sequence[_Row]) -> list[list[_Row]]:

@@ -45,8 +45,8 @@ def sweep_report(result: SweepResult) -> Report:
     )
 
 
-SPREAD = f"{LOW:g} to {HIGH:g} % of the runs; each of fewer than {FEWEST_SEEDS}"
-"""What stands beside a median."""
+SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
+"""What the interval beside a median is."""
 
 
 def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:
@@ -87,7 +87,8 @@ def _in_figures(result: SweepResult, index: int) -> Section:
     """The table of a figure that is shown."""
     figure, plan = result.figures[index], result.plan
     share = is_share(result.values(figure, plan.combinations))
-    heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
+    beside = SPREAD if len(plan.seeds) >= FEWEST_SEEDS else "each run"
+    heads = ("combination", "share", "", "") if share else ("combination", "median", "", beside)
     rows = _shortened(combination_rows(result, index), ("", "", "in runs.csv"))
     heading = figure.meaning[:1].upper() + figure.meaning[1:] + (", by combination" if plan.varied else "")
     return Section(heading, (TextTable(rows, heads=heads),))
