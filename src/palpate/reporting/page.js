@@ -1,7 +1,8 @@
 // Draws the pictures of a report: in the reader's theme, those on the screen first.
 "use strict";
 (async () => {
-  const bytes = (id) => Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+  const decoded = (text) => Uint8Array.fromBase64?.(text) ?? Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const bytes = (id) => decoded(document.getElementById(id).textContent);
   const unpacked = (id) =>
     new Response(new Blob([bytes(id)]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   const [library, stated] = await Promise.all([unpacked("library"), unpacked("pictures")]);
@@ -23,7 +24,7 @@
   const numbers = (value) => {
     if (!isObject(value)) return value;
     if (value.bdata !== undefined) {
-      const buffer = Uint8Array.from(atob(value.bdata), (c) => c.charCodeAt(0)).buffer;
+      const { buffer } = decoded(value.bdata);
       return value.dtype === "i4" ? new Int32Array(buffer) : new Float32Array(buffer);
     }
     for (const key of Object.keys(value)) value[key] = numbers(value[key]);

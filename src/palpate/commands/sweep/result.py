@@ -72,6 +72,12 @@ class SweepResult:
     records: tuple[RunRecord, ...]
     figures: tuple[Figure, ...]
 
+    def _repr_html_(self) -> str:
+        from palpate.commands.sweep.report import sweep_report  # which imports this module
+        from palpate.reporting.notebook import report_fragment
+
+        return report_fragment(sweep_report(self))
+
     @cached_property
     def failures(self) -> tuple[RunRecord, ...]:
         """Runs that did not get to their end."""
