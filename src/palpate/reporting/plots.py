@@ -40,6 +40,9 @@ from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR, Colour
 MOST_POINTS = 12_000
 """Of a line: enough to zoom in by ten on a wide screen."""
 
+FEW_DECADES = 1e3
+"""Ratio of the ends of a logarithmic axis up to which 2 and 5 are numbered, too."""
+
 MILLI = 1e3
 
 LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
@@ -159,7 +162,9 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
     ends = [each if each is None or not axis.logarithmic else float(np.log10(each)) for each in (low, high)]
     out: Json = {"title": {"text": axis.label}, "type": "linear"}
     if axis.logarithmic:
-        out |= {"type": "log", "nticks": 4, "tickformat": "~g"}  # 1, 2, 5, 10 rather than every digit
+        least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
+        few = 0.0 < least and largest < FEW_DECADES * least
+        out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
     if ends != [None, None]:
         out["range"] = ends
         out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
