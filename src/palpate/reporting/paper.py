@@ -212,7 +212,7 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             ends("log")
     for order, mark in enumerate(panel.marks):
         _draw(axes, mark, step, 2.0 + 0.01 * order)
-    axes.set(xlabel=panel.x.label, ylabel=panel.y.label)
+    axes.set(xlabel=_typed(panel.x.label), ylabel=_typed(panel.y.label))
     if any(isinstance(mark, Cells) for mark in panel.marks):
         return
     axes.grid(visible=True, color=GRID_COLOUR.light, linewidth=0.4)
@@ -227,12 +227,12 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
     for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
         entries.setdefault(name, handle)
     if not entries:
-        axes.set_title(panel.title, fontsize=8.0, loc="left")
+        axes.set_title(_typed(panel.title), fontsize=8.0, loc="left")
     else:
         axes.legend(
             list(entries.values()),
             list(entries),
-            title=panel.title or None,
+            title=_typed(panel.title) or None,
             title_fontsize=8.0,
             alignment="left",
             loc="lower left",
@@ -242,6 +242,11 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             borderpad=0.2,
             handlelength=1.6,
         )
+
+
+def _typed(text: str) -> str:
+    """Text that people may have typed, in which nothing is a formula."""
+    return text.replace("$", r"\$")
 
 
 def _limit(axes: Axes, panel: Panel) -> None:
@@ -254,11 +259,11 @@ def _limit(axes: Axes, panel: Panel) -> None:
             low, high = 0.5 * (low + high - axis.span), 0.5 * (low + high + axis.span)
         put(low if axis.low is None else axis.low, high if axis.high is None else axis.high)
         if axis.ticks:
-            ticks([at for at, _ in axis.ticks], [name for _, name in axis.ticks])
+            ticks([at for at, _ in axis.ticks], [_typed(name) for _, name in axis.ticks])
 
 
 def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
-    name = getattr(mark, "name", "") or None
+    name = _typed(getattr(mark, "name", "")) or None
     match mark:
         case Line():
             x, y = thinned(mark.x, mark.y, MOST_POINTS)
@@ -360,7 +365,7 @@ def _draw_points(axes: Axes, mark: Points, order: float) -> None:
         elinewidth=0.8,
         capsize=2.0 if mark.y_error is not None or mark.x_error is not None else 0.0,
         zorder=order,
-        label=mark.name or None,
+        label=_typed(mark.name) or None,
     )
 
 
@@ -369,8 +374,10 @@ def _draw_cells(axes: Axes, mark: Cells) -> None:
     values = np.ma.masked_invalid(np.asarray(mark.colouring.values, dtype=np.float64).reshape(rows, columns))
     mapped = axes.pcolormesh(values, cmap=colour_map(mark.colouring.scale), norm=norm_of(mark.colouring))
     axes.invert_yaxis()
-    axes.set_xticks(np.arange(columns) + 0.5, mark.columns, rotation=40, ha="right", rotation_mode="anchor")
-    axes.set_yticks(np.arange(rows) + 0.5, mark.rows)
+    axes.set_xticks(
+        np.arange(columns) + 0.5, list(map(_typed, mark.columns)), rotation=40, ha="right", rotation_mode="anchor"
+    )
+    axes.set_yticks(np.arange(rows) + 0.5, list(map(_typed, mark.rows)))
     for i, text in enumerate(mark.texts):
         row, column = divmod(i, columns)
         shade = mapped.to_rgba(values[row, column])

@@ -8,6 +8,7 @@ Arrays are base64 of little-endian numbers; single precision is finer than a scr
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -110,8 +111,13 @@ def _colouring(colouring: Colouring) -> Json:
     }
 
 
+def _typed(text: str) -> str:
+    """Text that people may have typed: plotly.js takes some markup for such."""
+    return escape(text, quote=False)
+
+
 def _named(name: str) -> Json:
-    return {"name": name, "showlegend": bool(name)}
+    return {"name": _typed(name), "showlegend": bool(name)}
 
 
 def _flat(panel: Panel, zoomed_with: str) -> Json:
@@ -121,7 +127,7 @@ def _flat(panel: Panel, zoomed_with: str) -> Json:
     plot.layout |= {
         "xaxis": _axis(panel.x, _extent(panel, 0)),
         "yaxis": _axis(panel.y, _extent(panel, 1)),
-        "title": panel.title,
+        "title": _typed(panel.title),
         "height": panel.height,
         "barmode": "overlay",
         "bargap": 0.0,
@@ -160,16 +166,16 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         middle = 0.5 * (extent[0] + extent[1]) if np.isfinite(extent[0]) else 0.0
         low, high = middle - 0.55 * axis.span, middle + 0.55 * axis.span
     ends = [each if each is None or not axis.logarithmic else float(np.log10(each)) for each in (low, high)]
-    out: Json = {"title": {"text": axis.label}, "type": "linear"}
+    out: Json = {"title": {"text": _typed(axis.label)}, "type": "linear"}
     if axis.logarithmic:
         least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
-        few = 0.0 < least and largest < FEW_DECADES * least
+        few = least > 0.0 and largest < FEW_DECADES * least
         out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
     if ends != [None, None]:
         out["range"] = ends
         out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
     if axis.ticks:
-        out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [name for _, name in axis.ticks]}
+        out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [_typed(name) for _, name in axis.ticks]}
     return out
 
 
@@ -309,8 +315,8 @@ def _cells(mark: Cells) -> Json:
     low, high = finite_limits(colouring)
     trace: Json = {
         "type": "heatmap",
-        "x": list(mark.columns),
-        "y": list(mark.rows),
+        "x": list(map(_typed, mark.columns)),
+        "y": list(map(_typed, mark.rows)),
         "z": [[each if np.isfinite(each) else None for each in row] for row in _rows(colouring.values, shape)],
         "zmin": low,
         "zmax": high,
@@ -348,7 +354,7 @@ def _space(space: Space) -> Json:
             "aspectmode": "data",
             "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
         },
-        "title": space.title,
+        "title": _typed(space.title),
         "height": space.height,
     }
     return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "zoomedWith": ""}
