@@ -79,6 +79,15 @@
     return [shown, { ...mesh, ...rest, color: unknown, showlegend: false, hoverinfo: "skip", hovertemplate: null }];
   };
 
+  // A rigid body where it is in a step.
+  const placed = (mesh, extra, step) => {
+    const place = extra.places.subarray(3 * step, 3 * step + 3);
+    const turn = extra.turns.subarray(9 * step, 9 * step + 9);
+    const row = (i) => mesh.x.map((x, n) =>
+      turn[3 * i] * x + turn[3 * i + 1] * mesh.y[n] + turn[3 * i + 2] * mesh.z[n] + place[i]);
+    return { x: row(0), y: row(1), z: row(2) };
+  };
+
   const traces = (plot, state) =>
     plot.data.flatMap((stated, n) => {
       const extra = plot.extras[n];
@@ -88,9 +97,10 @@
         trace.x = [extra.moving.x[state.step]];
         trace.y = [extra.moving.y[state.step]];
       }
+      if (extra.places) Object.assign(trace, placed(trace, extra, state.step));
       if (extra.meshes) Object.assign(trace, extra.meshes[state.step]);
       if (trace.marker?.colorbar) trace.marker.colorbar = { ...barOf(trace.marker.colorbar.title.text), y: -0.2 };
-      if (trace.type === "heatmap") trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
+      if (trace.type === "heatmap" && trace.colorbar) trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
       if (!extra.colourings) return [trace];
       const chosen = extra.colourings.find((each) => each.quantity === state.colouring) ?? extra.colourings[0];
       return coloured(trace, chosen);

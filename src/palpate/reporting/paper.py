@@ -15,7 +15,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
@@ -24,10 +24,12 @@ from palpate.atomic_file import replacing
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.reporting.envelope import thinned
 from palpate.reporting.marks import (
+    FAINTEST,
     Band,
     Bars,
     Cells,
     Dash,
+    Density,
     Line,
     Mark,
     Moving,
@@ -335,6 +337,11 @@ def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
             axes.text(mark.x, mark.y, mark.text, color=mark.colour.light, ha="center", va="center", zorder=order)
         case Cells():
             _draw_cells(axes, mark)
+        case Density():
+            colour = to_rgb(mark.colour.light)
+            shades = LinearSegmentedColormap.from_list("", [(*colour, FAINTEST), (*colour, 1.0)])
+            depth = np.ma.masked_invalid(mark.depth)
+            axes.pcolormesh(mark.x, mark.y, depth, cmap=shades, zorder=order, label=name, rasterized=True)
 
 
 def _draw_points(axes: Axes, mark: Points, order: float) -> None:

@@ -13,7 +13,7 @@ from palpate.reporting.arrow_shapes import arrow_triangles
 from palpate.reporting.marks import Symbol
 from palpate.reporting.paper_colours import colour_bar, colour_map, norm_of
 from palpate.reporting.picture import Space
-from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
+from palpate.reporting.solids import Arrows, Labels, Path, Placed, Solid, Spots, Stepped, Surface, extent
 from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR
 
 MILLI = 1e3
@@ -31,17 +31,13 @@ THICKNESS = 0.05
 def draw_space(axes: Axes3D, space: Space, step: int) -> None:
     """Draw a panel in space; of what moves, that step."""
     marks = [each for mark in space.marks for each in _shown(mark, step)]
-    ends = np.concatenate([_points_of(mark) for mark in marks] or [np.zeros((1, 3))])
-    ends = MILLI * ends[np.isfinite(ends).all(axis=1)]
+    low, high = (MILLI * end for end in extent(marks))
     for order, mark in enumerate(marks):
         _draw(axes, mark, float(order))
-    low, high = ends.min(axis=0, initial=np.inf), ends.max(axis=0, initial=-np.inf)
-    if not np.isfinite(low).all():
-        low, high = -np.ones(3), np.ones(3)
     size = np.maximum(high - low, THICKNESS * max(float((high - low).max()), 1e-3))
     middle = 0.5 * (low + high)
     for axis, m, s, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), middle, size, "xyz", strict=True):
-        axis.set_view_interval(m - 0.52 * s, m + 0.52 * s, ignore=True)
+        axis.set_view_interval(m - 0.5 * s, m + 0.5 * s, ignore=True)
         axis.set_label_text(f"{name} [mm]")
         axis.set_pane_color(PANE_COLOUR.light)
         axis.set_major_locator(MaxNLocator(nbins=max(1, round(5.0 * s / float(size.max())))))
@@ -57,19 +53,11 @@ def draw_space(axes: Axes3D, space: Space, step: int) -> None:
 def _shown(mark: Solid, step: int) -> "list[Surface | Path | Spots | Arrows | Labels]":
     if isinstance(mark, Stepped):
         return list(mark.marks[step])
+    if isinstance(mark, Placed):
+        return [mark.at(step)]
     if isinstance(mark, Arrows) and mark.starts.ndim == 3:
         return [Arrows(mark.starts[step], mark.along[step], mark.name, mark.colour)]
     return [mark] if getattr(mark, "shown", True) else []
-
-
-def _points_of(mark: Surface | Path | Spots | Arrows | Labels) -> FloatArray:
-    match mark:
-        case Surface():
-            return mark.vertices
-        case Arrows():
-            return np.concatenate([mark.starts, mark.starts + mark.along])
-        case _:
-            return mark.points
 
 
 def _draw(axes: Axes3D, mark: Surface | Path | Spots | Arrows | Labels, order: float) -> None:

@@ -19,11 +19,13 @@ from palpate.reporting.arrow_shapes import arrow_triangles
 from palpate.reporting.colour_scales import ANCHORS
 from palpate.reporting.envelope import thinned
 from palpate.reporting.marks import (
+    FAINTEST,
     Band,
     Bars,
     Cells,
     Colouring,
     ColourScale,
+    Density,
     Line,
     Mark,
     Moving,
@@ -35,7 +37,18 @@ from palpate.reporting.marks import (
     finite_limits,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
-from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
+from palpate.reporting.solids import (
+    Arrows,
+    Labels,
+    Path,
+    Placed,
+    Solid,
+    Spots,
+    Stepped,
+    Surface,
+    extent,
+    moves,
+)
 from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR, Colour
 
 MOST_POINTS = 12_000
@@ -48,6 +61,13 @@ MILLI = 1e3
 
 LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
 """Dull surfaces: a highlight would be taken for a value."""
+
+LAMP: Mapping[str, float] = {"x": -3e4, "y": 6e4, "z": -1e5}
+"""Over the reader's left shoulder, in coordinates of the screen: towards the reader is -z in a parallel projection."""
+
+LONGEST = 1.9
+"""A box whose longest side is so long, over the geometric mean of all three, fills a panel; those that are longer are
+seen from farther away."""
 
 Json = dict[str, Any]
 """What plotly.js takes."""
@@ -251,6 +271,8 @@ def _add(plot: _Plot, panel: Panel, mark: Mark) -> None:
             )
         case Cells():
             plot.add(_cells(mark))
+        case Density():
+            plot.add(_density(mark))
 
 
 def _outline(band: Band) -> Region:
@@ -333,6 +355,24 @@ def _cells(mark: Cells) -> Json:
     return trace
 
 
+def _density(mark: Density) -> Json:
+    depth = np.where(np.isfinite(mark.depth), mark.depth, -1.0)
+    faint, full = _role(mark.colour, FAINTEST), _role(mark.colour)
+    return {
+        "type": "heatmap",
+        "x": packed(0.5 * (mark.x[1:] + mark.x[:-1])),
+        "y": packed(0.5 * (mark.y[1:] + mark.y[:-1])),
+        "z": [[each if each >= 0.0 else None for each in row] for row in _rows(depth, depth.shape)],
+        "customdata": [[100.0 * each for each in row] for row in _rows(mark.shares, depth.shape)],
+        "zmin": 0.0,
+        "zmax": 1.0,
+        "colorscale": [[0.0, faint], [1.0, full]],
+        "showscale": False,
+        "hovertemplate": "%{customdata:.2~g} % of the time<extra></extra>",
+        **_named(mark.name),
+    }
+
+
 def _rows(values: FloatArray, shape: tuple[int, int]) -> list[list[float]]:
     rows: list[list[float]] = np.asarray(values, dtype=np.float64).reshape(shape).tolist()
     return rows
@@ -342,8 +382,13 @@ def _space(space: Space) -> Json:
     plot = _Plot([], [], {})
     for mark in space.marks:
         _add_solid(plot, mark, {})
-    axes = {f"{name}axis": {"title": {"text": f"{name} [mm]"}} for name in "xyz"}
-    eye = dict(zip("xyz", space.view, strict=True))
+    axes: Json = {f"{name}axis": {"title": {"text": f"{name} [mm]"}, "nticks": 6} for name in "xyz"}
+    low, high = extent(space.marks)
+    if any(moves(mark) for mark in space.marks):  # it moves, not the walls
+        for each, begin, end in zip(axes.values(), (MILLI * low).tolist(), (MILLI * high).tolist(), strict=True):
+            each |= {"range": [begin, end], "autorange": False}
+    longest = float((high - low).max() / np.cbrt((high - low).prod()))
+    eye = dict(zip("xyz", (np.array(space.view) * max(1.0, longest / LONGEST)).tolist(), strict=True))
     up = {"x": 0, "y": 0, "z": 1} if abs(space.view[0]) + abs(space.view[1]) > 0.1 else {"x": 0, "y": 1, "z": 0}
     plot.layout |= {
         "scene": {
@@ -399,6 +444,12 @@ def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
             trace = _lined(mark.points, "text", "")
             font = {"color": _role(mark.colour), "size": 14}
             plot.add(trace | {"text": list(mark.texts), "textfont": font, "hoverinfo": "skip"}, **extra)
+        case Placed():
+            _add_solid(
+                plot,
+                mark.surface,
+                {"places": packed(MILLI * mark.positions.ravel()), "turns": packed(mark.rotations.ravel())},
+            )
         case Stepped():
             for step, marks in enumerate(mark.marks):
                 for each in marks:
@@ -423,7 +474,7 @@ def _mesh(vertices: FloatArray, triangles: npt.NDArray[np.integer], colour: Colo
         "color": _role(colour),
         "opacity": opacity,
         "lighting": dict(LIGHT),
-        "lightposition": {"x": -2e3, "y": -3e3, "z": 6e3},
+        "lightposition": dict(LAMP),
         "hovertemplate": "x %{x:.3f}<br>y %{y:.3f}<br>z %{z:.3f} mm",
     }
 

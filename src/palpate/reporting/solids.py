@@ -1,6 +1,7 @@
 """Marks of a panel in space: surfaces, paths, points, arrows, as data. Lengths in metres; drawn in millimetres."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -120,5 +121,56 @@ class Stepped:
     marks: "tuple[tuple[Surface | Path | Spots | Labels, ...], ...]"
 
 
-Solid = Surface | Path | Spots | Arrows | Labels | Stepped
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A surface that moves as a rigid body.
+
+    Attributes:
+        surface: In a frame of its own.
+        positions: Of that frame in each step of the picture, shape (steps, 3) [m].
+        rotations: Its axes as columns, shape (steps, 3, 3).
+    """
+
+    surface: Surface
+    positions: FloatArray
+    rotations: FloatArray
+
+    def at(self, step: int) -> Surface:
+        """Return it where it is in a step."""
+        vertices = self.surface.vertices @ self.rotations[step].T + self.positions[step]
+        return replace(self.surface, vertices=vertices)
+
+
+Solid = Surface | Path | Spots | Arrows | Labels | Stepped | Placed
 """What a panel in space shows."""
+
+
+def moves(mark: Solid) -> bool:
+    """Return whether it is another in each step of the picture."""
+    return isinstance(mark, Stepped | Placed) or (isinstance(mark, Arrows) and mark.starts.ndim == 3)
+
+
+def extent(marks: Sequence[Solid]) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the largest coordinates of marks in any step, with some room; each (3,) [m]."""
+    points = np.concatenate([np.zeros((0, 3)), *(each for mark in marks for each in _points(mark))])
+    known = points[np.isfinite(points).all(axis=1)]
+    low, high = (known.min(axis=0), known.max(axis=0)) if len(known) else (np.zeros(3), np.zeros(3))
+    room = 0.03 * max(float((high - low).max()), 1e-3)
+    return low - room, high + room
+
+
+def _points(mark: Solid) -> Iterator[FloatArray]:
+    match mark:
+        case Stepped():
+            for marks in mark.marks:
+                for each in marks:
+                    yield from _points(each)
+        case Placed():
+            for step in range(len(mark.positions)):
+                yield mark.at(step).vertices
+        case Surface():
+            yield mark.vertices
+        case Arrows():
+            yield from (mark.starts.reshape(-1, 3), (mark.starts + mark.along).reshape(-1, 3))
+        case _:
+            yield mark.points
