@@ -3,7 +3,8 @@
 Colours are roles of `palpate.runtime.palette`, so that whoever draws chooses their shade by the reader's theme.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -291,8 +292,48 @@ class Cells:
     texts: tuple[str, ...] = field(default=())
 
 
-Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells
+@dataclass(frozen=True, slots=True, eq=False)
+class Density:
+    """How often something was where: cells of a grid in one colour, the more opaque the more often.
+
+    Attributes:
+        x: Edges of the columns, shape (columns + 1,), in the unit of the axis, evenly spaced.
+        y: Of the rows, shape (rows + 1,), likewise.
+        shares: Of all that was counted, shape (rows, columns); 0 where nothing was.
+        name: In the legend; "" for none.
+        colour: Role.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    shares: FloatArray
+    name: str = ""
+    colour: Colour = FELT
+
+    @property
+    def depth(self) -> FloatArray:
+        """Logarithm of the shares, from 0 for the least to 1 for the largest; NaN where nothing was."""
+        depth = np.log(np.where(self.shares > 0.0, self.shares, np.nan))
+        low = np.nanmin(depth, initial=0.0)
+        return np.asarray((depth - low) / max(float(np.nanmax(depth, initial=low) - low), 1e-12))
+
+
+FAINTEST = 0.15
+"""Opacity of the least density."""
+
+Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells | Density
 """What a flat panel shows."""
+
+
+def unnamed(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+    """Return marks without their entries in the legend, which the panel above has."""
+    return tuple(mark if isinstance(mark, Text | Cells) else replace(mark, name="") for mark in marks)
+
+
+def shortened(typed: str, longest: int) -> str:
+    """Return a name that people typed as a legend can hold it: short, and of letters that can be seen."""
+    shown = typed if len(typed) <= longest else typed[: longest - 1] + "…"
+    return "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in shown)
 
 
 def finite_limits(colouring: Colouring) -> tuple[float, float]:

@@ -13,8 +13,9 @@
   const pictures = JSON.parse(stated);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const phone = matchMedia("(max-width: 680px)");
+  const pointer = matchMedia("(hover: hover)"); // without one, buttons would always cover something
   const drawn = []; // of each plot: what it shows, and where
-  let runTime = null; // range of time to which linked plots are zoomed
+  const ranges = {}; // to which plots are zoomed together: those of a run's time, those of a picture
   let linking = false;
 
   const isObject = (value) => value !== null && typeof value === "object" && !ArrayBuffer.isView(value);
@@ -83,6 +84,15 @@
     return [{ ...mesh, ...some }, plain({ ...rest, showlegend: false, hoverinfo: "skip", hovertemplate: null })];
   };
 
+  // A rigid body where it is in a step.
+  const placed = (mesh, extra, step) => {
+    const place = extra.places.subarray(3 * step, 3 * step + 3);
+    const turn = extra.turns.subarray(9 * step, 9 * step + 9);
+    const row = (i) => mesh.x.map((x, n) =>
+      turn[3 * i] * x + turn[3 * i + 1] * mesh.y[n] + turn[3 * i + 2] * mesh.z[n] + place[i]);
+    return { x: row(0), y: row(1), z: row(2) };
+  };
+
   // A mesh that once had values keeps them in plotly.js, so that what is unknown has one value of one colour.
   const plain = ({ unknown, ...trace }) =>
     unknown
@@ -105,9 +115,10 @@
         trace.x = [extra.moving.x[state.step]];
         trace.y = [extra.moving.y[state.step]];
       }
+      if (extra.places) Object.assign(trace, placed(trace, extra, state.step));
       if (extra.meshes) Object.assign(trace, extra.meshes[state.step]);
       if (trace.marker?.colorbar) trace.marker.colorbar = { ...barOf(trace.marker.colorbar.title.text), y: -0.2 };
-      if (trace.type === "heatmap") trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
+      if (trace.type === "heatmap" && trace.colorbar) trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
       const chosen = (extra.colourings ?? []).find((each) => each.quantity === quantity);
       if (!chosen) return [plain(trace)];
       const first = bar && trace.visible !== "legendonly";
@@ -131,15 +142,15 @@
       margin: { l: plot.kind === "flat" ? 58 : 0, r: 10, t: title ? 26 : 10, b: plot.kind === "flat" ? 44 : 0 },
       hoverlabel: { bgcolor: colour("role:card"), bordercolor: base.quiet, font: { color: base.ink } },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: base.quiet, activecolor: base.ink },
-      hovermode: plot.linked ? "x unified" : "closest",
+      hovermode: plot.zoomedWith === "run" ? "x unified" : "closest",
       legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", xanchor: "left", tracegroupgap: 0, font: { size: 12 } },
     };
     if (title) whole.title = { text: title, x: 0, xanchor: "left", y: 1, yanchor: "top", pad: { t: 4 }, font: { size: 13 } };
     if (plot.kind === "flat") {
       whole.xaxis = axis(xaxis, base);
       whole.yaxis = axis(yaxis, base);
-      if (plot.linked) whole.yaxis.automargin = false; // times stand below one another
-      if (plot.linked && runTime) Object.assign(whole.xaxis, { range: runTime, autorange: false });
+      if (plot.zoomedWith) whole.yaxis.automargin = false; // they stand below one another
+      if (ranges[plot.zoomedWith]) Object.assign(whole.xaxis, { range: ranges[plot.zoomedWith], autorange: false });
     } else {
       whole.scene = scene;
       for (const name of ["xaxis", "yaxis", "zaxis"])
@@ -154,7 +165,7 @@
     space: ["toImage", "orbitRotation", "pan3d", "zoom3d", "resetCameraDefault3d"],
   };
   const settings = (plot) => ({
-    displaylogo: false, displayModeBar: "hover", responsive: true, modeBarButtons: [buttons[plot.kind]],
+    displaylogo: false, displayModeBar: pointer.matches ? "hover" : false, responsive: true, modeBarButtons: [buttons[plot.kind]],
     toImageButtonOptions: { format: plot.kind === "flat" ? "svg" : "png", scale: 2 },
   });
 
@@ -170,12 +181,13 @@
 
   const link = (from) => (change) => {
     if (linking) return;
-    if (change["xaxis.autorange"]) runTime = null;
-    else if (change["xaxis.range[0]"] !== undefined) runTime = [change["xaxis.range[0]"], change["xaxis.range[1]"]];
+    const together = from.plot.zoomedWith;
+    if (change["xaxis.autorange"]) delete ranges[together];
+    else if (change["xaxis.range[0]"] !== undefined) ranges[together] = [change["xaxis.range[0]"], change["xaxis.range[1]"]];
     else return;
     linking = true;
-    const wanted = runTime ? { "xaxis.range": runTime } : { "xaxis.autorange": true };
-    const others = drawn.filter((each) => each !== from && each.plot.linked);
+    const wanted = ranges[together] ? { "xaxis.range": ranges[together] } : { "xaxis.autorange": true };
+    const others = drawn.filter((each) => each !== from && each.plot.zoomedWith === together);
     Promise.all(others.map((each) => Plotly.relayout(each.div, wanted))).finally(() => { linking = false; });
   };
 
@@ -219,10 +231,11 @@
     const state = { step: stated.step, colouring: null };
     const divs = [...figure.querySelectorAll(".plot")];
     const plots = stated.plots.map((plot, n) => ({ plot: numbers(plot), div: divs[n], state }));
+    for (const { plot } of plots) if (plot.zoomedWith === "picture") plot.zoomedWith += figure.dataset.picture;
     for (const each of plots) {
       await show(each);
       drawn.push(each);
-      if (each.plot.linked) each.div.on("plotly_relayout", link(each));
+      if (each.plot.zoomedWith) each.div.on("plotly_relayout", link(each));
     }
     switchOf(figure, state, plots);
     playerOf(figure, state, plots, stated.steps);

@@ -16,7 +16,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
@@ -25,10 +25,12 @@ from palpate.atomic_file import replacing
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.reporting.envelope import thinned
 from palpate.reporting.marks import (
+    FAINTEST,
     Band,
     Bars,
     Cells,
     Dash,
+    Density,
     Line,
     Mark,
     Moving,
@@ -204,15 +206,13 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             ends("log")
     for order, mark in enumerate(panel.marks):
         _draw(axes, mark, step, 2.0 + 0.01 * order)
-    axes.set(xlabel=panel.x.label, ylabel=panel.y.label)
+    axes.set(xlabel=_typed(panel.x.label), ylabel=_typed(panel.y.label))
     if any(isinstance(mark, Cells) for mark in panel.marks):
         return
     axes.grid(visible=True, color=GRID_COLOUR.light, linewidth=0.4)
     axes.set_axisbelow(True)
     axes.margins(x=0.02 if panel.equal else 0.0)
     _limit(axes, panel)
-    if panel.title:
-        axes.set_title(panel.title, fontsize=8.0, loc="left")
     if panel.ground is not None:
         axes.set_facecolor(panel.ground.light)
     if panel.equal:
@@ -220,10 +220,15 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
     entries: dict[str, Artist] = {}
     for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
         entries.setdefault(name, handle)
-    if entries:
+    if not entries:
+        axes.set_title(_typed(panel.title), fontsize=8.0, loc="left")
+    else:
         axes.legend(
             list(entries.values()),
             list(entries),
+            title=_typed(panel.title) or None,
+            title_fontsize=8.0,
+            alignment="left",
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=4 if axes.get_figure().get_size_inches()[0] > COLUMN else 3,  # type: ignore[union-attr]
@@ -231,6 +236,11 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             borderpad=0.2,
             handlelength=1.6,
         )
+
+
+def _typed(text: str) -> str:
+    """Text that people may have typed, in which nothing is a formula."""
+    return text.replace("$", r"\$")
 
 
 def _limit(axes: Axes, panel: Panel) -> None:
@@ -243,11 +253,11 @@ def _limit(axes: Axes, panel: Panel) -> None:
             low, high = 0.5 * (low + high - axis.span), 0.5 * (low + high + axis.span)
         put(low if axis.low is None else axis.low, high if axis.high is None else axis.high)
         if axis.ticks:
-            ticks([at for at, _ in axis.ticks], [name for _, name in axis.ticks])
+            ticks([at for at, _ in axis.ticks], [_typed(name) for _, name in axis.ticks])
 
 
 def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
-    name = getattr(mark, "name", "") or None
+    name = _typed(getattr(mark, "name", "")) or None
     match mark:
         case Line():
             x, y = thinned(mark.x, mark.y, MOST_POINTS)
@@ -319,6 +329,11 @@ def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
             axes.text(mark.x, mark.y, mark.text, color=mark.colour.light, ha="center", va="center", zorder=order)
         case Cells():
             _draw_cells(axes, mark)
+        case Density():
+            colour = to_rgb(mark.colour.light)
+            shades = LinearSegmentedColormap.from_list("", [(*colour, FAINTEST), (*colour, 1.0)])
+            depth = np.ma.masked_invalid(mark.depth)
+            axes.pcolormesh(mark.x, mark.y, depth, cmap=shades, zorder=order, label=name, rasterized=True)
 
 
 def _draw_points(axes: Axes, mark: Points, order: float) -> None:
@@ -349,7 +364,7 @@ def _draw_points(axes: Axes, mark: Points, order: float) -> None:
         elinewidth=0.8,
         capsize=2.0 if mark.y_error is not None or mark.x_error is not None else 0.0,
         zorder=order,
-        label=mark.name or None,
+        label=_typed(mark.name) or None,
     )
 
 
@@ -358,8 +373,10 @@ def _draw_cells(axes: Axes, mark: Cells) -> None:
     values = np.ma.masked_invalid(np.asarray(mark.colouring.values, dtype=np.float64).reshape(rows, columns))
     mapped = axes.pcolormesh(values, cmap=colour_map(mark.colouring.scale), norm=norm_of(mark.colouring))
     axes.invert_yaxis()
-    axes.set_xticks(np.arange(columns) + 0.5, mark.columns, rotation=40, ha="right", rotation_mode="anchor")
-    axes.set_yticks(np.arange(rows) + 0.5, mark.rows)
+    axes.set_xticks(
+        np.arange(columns) + 0.5, list(map(_typed, mark.columns)), rotation=40, ha="right", rotation_mode="anchor"
+    )
+    axes.set_yticks(np.arange(rows) + 0.5, list(map(_typed, mark.rows)))
     for i, text in enumerate(mark.texts):
         row, column = divmod(i, columns)
         shade = mapped.to_rgba(values[row, column])

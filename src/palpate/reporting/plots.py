@@ -8,6 +8,7 @@ Arrays are base64 of little-endian numbers; single precision is finer than a scr
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,13 @@ from palpate.reporting.arrow_shapes import arrow_triangles
 from palpate.reporting.colour_scales import ANCHORS
 from palpate.reporting.envelope import thinned
 from palpate.reporting.marks import (
+    FAINTEST,
     Band,
     Bars,
     Cells,
     Colouring,
     ColourScale,
+    Density,
     Line,
     Mark,
     Moving,
@@ -34,16 +37,17 @@ from palpate.reporting.marks import (
     finite_limits,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
-from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface, places
+from palpate.reporting.solids import Arrows, Labels, Path, Placed, Solid, Spots, Stepped, Surface
+from palpate.reporting.space_box import space_box
 from palpate.runtime.palette import CARD, MAP_COLOUR, PANE_COLOUR, Colour
 
 MOST_POINTS = 12_000
 """Of a line: enough to zoom in by ten on a wide screen."""
 
-MILLI = 1e3
+FEW_DECADES = 1e3
+"""Ratio of the ends of a logarithmic axis up to which 2 and 5 are numbered, too."""
 
-ROOM, FLATTEST = 0.04, 0.12
-"""Around what a space shows, and its least height, of its largest extent."""
+MILLI = 1e3
 
 TICKS = 6
 """At most so many along the longest axis of a space."""
@@ -76,7 +80,18 @@ class _Plot:
 
 def plots(picture: Picture) -> list[Json]:
     """Return what `page.js` draws of a picture, panel by panel."""
-    return [_space(each) if isinstance(each, Space) else _flat(each) for each in picture.panels]
+    return [
+        _space(each) if isinstance(each, Space) else _flat(each, _zoomed_with(each, picture))
+        for each in picture.panels
+    ]
+
+
+def _zoomed_with(panel: Panel, picture: Picture) -> str:
+    """What the x axis is zoomed with: all of the "run", its likes in the "picture", or nothing ("")."""
+    if panel.x.run_time:
+        return "run"
+    alike = [each for each in picture.panels if isinstance(each, Panel) and each.x == panel.x]
+    return "picture" if len(alike) > 1 and picture.columns == 1 else ""
 
 
 def packed(values: npt.ArrayLike) -> Json:
@@ -108,18 +123,23 @@ def _colouring(colouring: Colouring) -> Json:
     }
 
 
+def _typed(text: str) -> str:
+    """Text that people may have typed: plotly.js takes some markup for such."""
+    return escape(text, quote=False)
+
+
 def _named(name: str) -> Json:
-    return {"name": name, "showlegend": bool(name)}
+    return {"name": _typed(name), "showlegend": bool(name)}
 
 
-def _flat(panel: Panel) -> Json:
+def _flat(panel: Panel, zoomed_with: str) -> Json:
     plot = _Plot([], [], {"shapes": [], "annotations": []})
     for mark in panel.marks:
         _add(plot, panel, mark)
     plot.layout |= {
         "xaxis": _axis(panel.x, _extent(panel, 0)),
         "yaxis": _axis(panel.y, _extent(panel, 1)),
-        "title": panel.title,
+        "title": _typed(panel.title),
         "height": panel.height,
         "barmode": "overlay",
         "bargap": 0.0,
@@ -137,7 +157,7 @@ def _flat(panel: Panel) -> Json:
         "data": plot.traces,
         "extras": plot.extras,
         "layout": plot.layout,
-        "linked": panel.x.run_time,
+        "zoomedWith": zoomed_with,
     }
 
 
@@ -158,7 +178,11 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         middle = 0.5 * (extent[0] + extent[1]) if np.isfinite(extent[0]) else 0.0
         low, high = middle - 0.55 * axis.span, middle + 0.55 * axis.span
     ends = [each if each is None or not axis.logarithmic else float(np.log10(each)) for each in (low, high)]
-    out: Json = {"title": {"text": axis.label}, "type": "log" if axis.logarithmic else "linear"}
+    out: Json = {"title": {"text": _typed(axis.label)}, "type": "linear"}
+    if axis.logarithmic:
+        least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
+        few = least > 0.0 and largest < FEW_DECADES * least
+        out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
     if None not in ends:
         out |= {"range": ends, "autorange": False}
     elif ends != [None, None] and axis.logarithmic:
@@ -167,7 +191,7 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         end, side = (low, "min") if high is None else (high, "max")
         out["autorangeoptions"] = {f"{side}allowed": end, "include": [end]}
     if axis.ticks:
-        out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [name for _, name in axis.ticks]}
+        out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [_typed(name) for _, name in axis.ticks]}
     return out
 
 
@@ -243,6 +267,8 @@ def _add(plot: _Plot, panel: Panel, mark: Mark) -> None:
             )
         case Cells():
             plot.add(_cells(mark))
+        case Density():
+            plot.add(_density(mark))
 
 
 def _outline(band: Band) -> Region:
@@ -307,8 +333,8 @@ def _cells(mark: Cells) -> Json:
     low, high = finite_limits(colouring)
     trace: Json = {
         "type": "heatmap",
-        "x": list(mark.columns),
-        "y": list(mark.rows),
+        "x": list(map(_typed, mark.columns)),
+        "y": list(map(_typed, mark.rows)),
         "z": [[each if np.isfinite(each) else None for each in row] for row in _rows(colouring.values, shape)],
         "zmin": low,
         "zmax": high,
@@ -325,6 +351,24 @@ def _cells(mark: Cells) -> Json:
     return trace
 
 
+def _density(mark: Density) -> Json:
+    depth = np.where(np.isfinite(mark.depth), mark.depth, -1.0)
+    faint, full = _role(mark.colour, FAINTEST), _role(mark.colour)
+    return {
+        "type": "heatmap",
+        "x": packed(0.5 * (mark.x[1:] + mark.x[:-1])),
+        "y": packed(0.5 * (mark.y[1:] + mark.y[:-1])),
+        "z": [[each if each >= 0.0 else None for each in row] for row in _rows(depth, depth.shape)],
+        "customdata": [[100.0 * each for each in row] for row in _rows(mark.shares, depth.shape)],
+        "zmin": 0.0,
+        "zmax": 1.0,
+        "colorscale": [[0.0, faint], [1.0, full]],
+        "showscale": False,
+        "hovertemplate": "%{customdata:.2~g} % of the time<extra></extra>",
+        **_named(mark.name),
+    }
+
+
 def _rows(values: FloatArray, shape: tuple[int, int]) -> list[list[float]]:
     rows: list[list[float]] = np.asarray(values, dtype=np.float64).reshape(shape).tolist()
     return rows
@@ -334,7 +378,7 @@ def _space(space: Space) -> Json:
     plot = _Plot([], [], {})
     for mark in space.marks:
         _add_solid(plot, mark, {})
-    ranges = _ranges(space)
+    ranges = MILLI * space_box(space)
     sizes = np.ptp(ranges, axis=1)
     ticks = np.maximum(1 + np.rint(TICKS * sizes / sizes.max()), 2).astype(int)
     axes = {
@@ -354,23 +398,10 @@ def _space(space: Space) -> Json:
             "aspectratio": dict(zip("xyz", aspect.tolist(), strict=True)),
             "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
         },
-        "title": space.title,
+        "title": _typed(space.title),
         "height": space.height,
     }
-    return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "linked": False}
-
-
-def _ranges(space: Space) -> FloatArray:
-    """Return along each axis the ends of all that is ever shown, shape (3, 2) [mm]: no step changes the scale."""
-    points = np.concatenate([np.zeros((0, 3)), *map(places, space.marks)])
-    points = MILLI * points[np.isfinite(points).all(axis=1)]
-    if not len(points):
-        return np.array([[-1.0, 1.0]] * 3)
-    low, high = points.min(axis=0), points.max(axis=0)
-    largest = max(float((high - low).max()), 1e-3)
-    half = np.maximum(0.5 * (high - low) + ROOM * largest, 0.5 * FLATTEST * largest)
-    middle = 0.5 * (low + high)
-    return np.column_stack([middle - half, middle + half])
+    return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "zoomedWith": ""}
 
 
 def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
@@ -409,6 +440,12 @@ def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
             trace = _lined(mark.points, "text", "")
             font = {"color": _role(mark.colour), "size": 14}
             plot.add(trace | {"text": list(mark.texts), "textfont": font, "hoverinfo": "skip"}, **extra)
+        case Placed():
+            _add_solid(
+                plot,
+                mark.surface,
+                {"places": packed(MILLI * mark.positions.ravel()), "turns": packed(mark.rotations.ravel())},
+            )
         case Stepped():
             for step, marks in enumerate(mark.marks):
                 for each in marks:

@@ -124,7 +124,27 @@ class Stepped:
     marks: "tuple[tuple[Surface | Path | Spots | Labels, ...], ...]"
 
 
-Solid = Surface | Path | Spots | Arrows | Labels | Stepped
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A surface that moves as a rigid body.
+
+    Attributes:
+        surface: In a frame of its own.
+        positions: Of that frame in each step of the picture, shape (steps, 3) [m].
+        rotations: Its axes as columns, shape (steps, 3, 3).
+    """
+
+    surface: Surface
+    positions: FloatArray
+    rotations: FloatArray
+
+    def at(self, step: int) -> Surface:
+        """Return it where it is in a step."""
+        vertices = self.surface.vertices @ self.rotations[step].T + self.positions[step]
+        return replace(self.surface, vertices=vertices)
+
+
+Solid = Surface | Path | Spots | Arrows | Labels | Stepped | Placed
 """What a panel in space shows. What has the quantity that the reader chooses is coloured by it, the rest is plain;
 the first quantity of a panel is chosen at first."""
 
@@ -160,6 +180,8 @@ def places(mark: Solid) -> FloatArray:
             return mark.vertices.reshape(-1, 3)
         case Arrows():
             return np.concatenate([mark.starts.reshape(-1, 3), (mark.starts + mark.along).reshape(-1, 3)])
+        case Placed():
+            return np.concatenate([mark.at(step).vertices for step in range(len(mark.positions))])
         case Stepped():
             return np.concatenate([np.zeros((0, 3)), *(places(each) for marks in mark.marks for each in marks)])
         case _:

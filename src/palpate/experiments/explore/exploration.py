@@ -28,9 +28,10 @@ ERRORS = (
     "Errors of the surface",
     "Signed distances of the touched points from the true surface, positive outside, as shares of each run's "
     "points. Narrow and about zero is good; outliers are counted in the outermost bins.",
-    "error of the points [µm]",
+    "error of the points",
+    "µm",
 )
-"""Title, caption and axis of their picture."""
+"""Title, caption, quantity and unit of their picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
