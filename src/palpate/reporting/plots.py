@@ -49,10 +49,10 @@ FEW_DECADES = 1e3
 
 MILLI = 1e3
 
-TICKS = 6
+TICKS = 5
 """At most so many along the longest axis of a space."""
 
-SIZE = 2.1
+SIZE = 1.95
 """Of the diagonal of a space, in plotly.js's unit: it fits into its panel, however it is turned."""
 
 RIMMED = 6.0
