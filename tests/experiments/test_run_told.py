@@ -128,6 +128,7 @@ def test_pictures_of_a_line_claim_nothing():
     for claim in ("95 % band", "true errors", "are observed", "area observed"):
         assert claim not in mapped.caption + grown.caption
     assert "nothing of the surface counts as observed" in grown.caption
+    assert not any("--spacing" in each for each in report.advice), "a contour has no rows"
     (space,) = grown.panels
     assert not any(isinstance(mark, Surface) for step in space.marks[0].marks for mark in step), "no ribbon"
 
