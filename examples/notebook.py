@@ -2,10 +2,10 @@
 """A notebook.
 
 Each `# %%` begins a cell, which VS Code, Spyder, PyCharm and Jupyter (with jupytext) run one by one; what
-stands on the last line of a cell is shown below it. Contacts show their quantities with units, an exploration
-its key figures, the surface that was felt and its errors.
+stands on the last line of a cell is shown below it. Contacts show their quantities with units; what an experiment
+or a sweep found shows its key figures and the first figure of its report. `notebook.ipynb` is the same for Jupyter
+and Colab.
 
-    jupytext --to notebook examples/notebook.py
     python examples/notebook.py
 
 Run as a script it shows nothing, but prints at the end how well the force was held.
@@ -25,7 +25,7 @@ contact
 
 # %% An exploration: 12 x 4 mm of a sphere, with 2 N and 50 mm/s
 config = pp.ExploreConfig(robot="stage-nano17", object="sphere", width=0.012, depth=0.004, speed=0.05)
-found = pp.explore(config)
+found = pp.explore(config, progress=True)
 found
 
 # %% The normal force over time [N], and its spectrum [N / sqrt(Hz)]

@@ -259,10 +259,17 @@ def test_a_notebook_shows_what_stands_on_the_last_line_of_its_cells(monkeypatch)
     _, contact, exploration, figure, _ = shown
     assert "<td>mN m</td>" in contact._repr_html_()
     html = exploration._repr_html_()
-    assert html.count("<img") == 2
+    assert html.count("<img") == 1
     assert "force" in html
     assert figure.axes
     names["plt"].close("all")
+
+
+def test_the_notebook_for_jupyter_and_colab_is_that_of_the_script():
+    """`python docs/make_notebook.py` makes it anew."""
+    made = load_module(ROOT / "docs" / "make_notebook.py").notebook
+    script = ROOT / "examples" / "notebook.py"
+    assert script.with_suffix(".ipynb").read_text("utf-8") == made(script.read_text("utf-8"))
 
 
 @pytest.mark.slow

@@ -5,13 +5,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn
 
 from palpate.commands.say import say
+from palpate.experiments.kit.run_bar import run_bar
 from palpate.runtime import Command, Observation, Observer, Sample
-
-REFRESH = 0.1
-"""Wall time between two updates of a bar [s]."""
 
 LINE_INTERVAL = 10.0
 """Wall time between two lines of a run [s], where the output is captured: CI takes longer silence for a hang."""
@@ -57,25 +55,8 @@ def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]
 
 @contextmanager
 def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} of about {task.total:.0f} s on the robot's clock"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("starting", total=expected_duration)
-        shown = 0.0
-
-        def observe(sample: Sample, now: Observation, command: Command) -> None:
-            nonlocal shown
-            wall = time.perf_counter()
-            if wall - shown > REFRESH:
-                shown = wall
-                done = min(now.time, expected_duration)
-                progress.update(task, completed=done, description=command.phase.value)
-
-        yield observe
+    with run_bar(console, expected_duration) as bar:
+        yield bar.observe
 
 
 @contextmanager

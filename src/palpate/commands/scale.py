@@ -26,6 +26,8 @@ def scale_of(unit: str, largest: float) -> Scale:
     """Return the scale for numbers of up to a largest magnitude."""
     if unit == "N/m" and largest >= 1e3:
         return Scale(1e-3, "kN/m")
+    if unit == "m^2" and largest < 1.0:
+        return Scale(1e4, "cm²")
     if unit not in FROM or largest <= 0.0:
         return Scale(1.0, unit)
     for factor, prefix in SMALLER:

@@ -85,7 +85,7 @@ def read_with_shared(
 def read_experiment(
     kind: type[Options], experiment: str, command: str, arguments: Sequence[str], shared: Sequence[SharedOption]
 ) -> tuple[Options, Mapping[str, Any]]:
-    """Return what is typed for an experiment, on top of the experiment file that --config names, and the shared options.
+    """Return what is typed for an experiment on top of the file that --config names, and the shared options.
 
     Args:
         kind: Its `Config`.

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.lines import true_and_felt
-from palpate.reporting.marks import Dash, Line
+from palpate.reporting.marks import Dash, Line, unnamed
 from palpate.reporting.phases import phase_spans, scan_window, within
 from palpate.reporting.picture import TIME, Axis, Panel, Picture
 from palpate.runtime.palette import QUIET_COLOUR, SET
@@ -33,7 +33,7 @@ def force_overview(series: TimeSeries) -> Picture | None:
         ),
         panels=(
             Panel((*phase_spans(series), *_forces(series)), TIME, FORCE),
-            Panel((*phase_spans(series), speed), TIME, SPEED, height=150),
+            Panel((*unnamed(phase_spans(series)), speed), TIME, SPEED, height=150),
         ),
         wide=True,
     )

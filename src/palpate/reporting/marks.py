@@ -3,7 +3,8 @@
 Colours are roles of `palpate.runtime.palette`, so that whoever draws chooses their shade by the reader's theme.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -316,6 +317,17 @@ FAINTEST = 0.15
 
 Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells | Density
 """What a flat panel shows."""
+
+
+def unnamed(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+    """Return marks without their entries in the legend, which the panel above has."""
+    return tuple(mark if isinstance(mark, Text | Cells) else replace(mark, name="") for mark in marks)
+
+
+def shortened(typed: str, longest: int) -> str:
+    """Return a name that people typed as a legend can hold it: short, and of letters that can be seen."""
+    shown = typed if len(typed) <= longest else typed[: longest - 1] + "…"
+    return "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in shown)
 
 
 def finite_limits(colouring: Colouring) -> tuple[float, float]:

@@ -1,5 +1,6 @@
-"""What a notebook shows of a report: a piece of HTML with its first pictures inside."""
+"""What a notebook shows of a report: a piece of HTML with its first picture inside."""
 
+import base64
 from html import escape
 
 from palpate.reporting.report import Pictures, Report
@@ -7,23 +8,20 @@ from palpate.runtime import palette
 
 
 def report_fragment(report: Report) -> str:
-    """Return title, outcome, figures and the first pictures of a report, as HTML without style of its own."""
-    from palpate.reporting.encode import picture_uri  # with matplotlib, for which only who shows pictures waits
-
+    """Return title, outcome, figures and the first picture of a report, as HTML without style of its own."""
     rows = "".join(
         f"<tr><th>{escape(k.name)}</th><td>{escape(k.text)}</td><td>{escape(k.unit)}</td><td>{escape(k.note)}</td></tr>"
         for k in report.figures
     )
+    head = f"<h4>{escape(report.title)}</h4><p>{escape(report.outcome)}</p><table>{rows}</table>"
     parts = (part for section in report.sections for part in section.parts if isinstance(part, Pictures))
-    drawn = ([each for each in part.draw() if each is not None] for part in parts)
+    first = next((each for part in parts for each in part.draw() if each is not None), None)
+    if first is None:
+        return head
+    from palpate.reporting.paper import svg_text  # with matplotlib, for which only those who show pictures wait
+
+    source = base64.b64encode(svg_text(first).encode("utf-8")).decode("ascii")
     # the theme of a notebook is unknown
-    style = f"max-width: 30em; background: {palette.CARD.light}; color-scheme: light"
-    return "\n".join(
-        [
-            f"<h4>{escape(report.title)}</h4><p>{escape(report.outcome)}</p><table>{rows}</table>",
-            *(
-                f'<img src="{picture_uri(each, each.full)}" alt="{escape(each.title)}" style="{style}">'
-                for each in next(filter(None, drawn), [])
-            ),
-        ]
-    )
+    style = f"max-width: 45em; width: 100%; background: {palette.CARD.light}; color-scheme: light"
+    image = f'<img src="data:image/svg+xml;base64,{source}" alt="{escape(first.title)}" style="{style}">'
+    return f"{head}\n{image}"

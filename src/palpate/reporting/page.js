@@ -1,7 +1,8 @@
 // Draws the pictures of a report: in the reader's theme, those on the screen first.
 "use strict";
 (async () => {
-  const bytes = (id) => Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+  const decoded = (text) => Uint8Array.fromBase64?.(text) ?? Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const bytes = (id) => decoded(document.getElementById(id).textContent);
   const unpacked = (id) =>
     new Response(new Blob([bytes(id)]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   const [library, stated] = await Promise.all([unpacked("library"), unpacked("pictures")]);
@@ -12,8 +13,9 @@
   const pictures = JSON.parse(stated);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const phone = matchMedia("(max-width: 680px)");
+  const pointer = matchMedia("(hover: hover)"); // without one, buttons would always cover something
   const drawn = []; // of each plot: what it shows, and where
-  let runTime = null; // range of time to which linked plots are zoomed
+  const ranges = {}; // to which plots are zoomed together: those of a run's time, those of a picture
   let linking = false;
 
   const isObject = (value) => value !== null && typeof value === "object" && !ArrayBuffer.isView(value);
@@ -22,7 +24,7 @@
   const numbers = (value) => {
     if (!isObject(value)) return value;
     if (value.bdata !== undefined) {
-      const buffer = Uint8Array.from(atob(value.bdata), (c) => c.charCodeAt(0)).buffer;
+      const { buffer } = decoded(value.bdata);
       return value.dtype === "i4" ? new Int32Array(buffer) : new Float32Array(buffer);
     }
     for (const key of Object.keys(value)) value[key] = numbers(value[key]);
@@ -119,15 +121,15 @@
       margin: { l: plot.kind === "flat" ? 58 : 0, r: 10, t: title ? 26 : 10, b: plot.kind === "flat" ? 44 : 0 },
       hoverlabel: { bgcolor: colour("role:card"), bordercolor: base.quiet, font: { color: base.ink } },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: base.quiet, activecolor: base.ink },
-      hovermode: plot.linked ? "x unified" : "closest",
+      hovermode: plot.zoomedWith === "run" ? "x unified" : "closest",
       legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", xanchor: "left", tracegroupgap: 0, font: { size: 12 } },
     };
     if (title) whole.title = { text: title, x: 0, xanchor: "left", y: 1, yanchor: "top", pad: { t: 4 }, font: { size: 13 } };
     if (plot.kind === "flat") {
       whole.xaxis = axis(xaxis, base);
       whole.yaxis = axis(yaxis, base);
-      if (plot.linked) whole.yaxis.automargin = false; // times stand below one another
-      if (plot.linked && runTime) Object.assign(whole.xaxis, { range: runTime, autorange: false });
+      if (plot.zoomedWith) whole.yaxis.automargin = false; // they stand below one another
+      if (ranges[plot.zoomedWith]) Object.assign(whole.xaxis, { range: ranges[plot.zoomedWith], autorange: false });
     } else {
       whole.scene = scene;
       for (const name of ["xaxis", "yaxis", "zaxis"])
@@ -142,7 +144,7 @@
     space: ["toImage", "orbitRotation", "pan3d", "zoom3d", "resetCameraDefault3d"],
   };
   const settings = (plot) => ({
-    displaylogo: false, displayModeBar: "hover", responsive: true, modeBarButtons: [buttons[plot.kind]],
+    displaylogo: false, displayModeBar: pointer.matches ? "hover" : false, responsive: true, modeBarButtons: [buttons[plot.kind]],
     toImageButtonOptions: { format: plot.kind === "flat" ? "svg" : "png", scale: 2 },
   });
 
@@ -151,12 +153,13 @@
 
   const link = (from) => (change) => {
     if (linking) return;
-    if (change["xaxis.autorange"]) runTime = null;
-    else if (change["xaxis.range[0]"] !== undefined) runTime = [change["xaxis.range[0]"], change["xaxis.range[1]"]];
+    const together = from.plot.zoomedWith;
+    if (change["xaxis.autorange"]) delete ranges[together];
+    else if (change["xaxis.range[0]"] !== undefined) ranges[together] = [change["xaxis.range[0]"], change["xaxis.range[1]"]];
     else return;
     linking = true;
-    const wanted = runTime ? { "xaxis.range": runTime } : { "xaxis.autorange": true };
-    const others = drawn.filter((each) => each !== from && each.plot.linked);
+    const wanted = ranges[together] ? { "xaxis.range": ranges[together] } : { "xaxis.autorange": true };
+    const others = drawn.filter((each) => each !== from && each.plot.zoomedWith === together);
     Promise.all(others.map((each) => Plotly.relayout(each.div, wanted))).finally(() => { linking = false; });
   };
 
@@ -199,10 +202,11 @@
     const state = { step: stated.step, colouring: null };
     const divs = [...figure.querySelectorAll(".plot")];
     const plots = stated.plots.map((plot, n) => ({ plot: numbers(plot), div: divs[n], state }));
+    for (const { plot } of plots) if (plot.zoomedWith === "picture") plot.zoomedWith += figure.dataset.picture;
     for (const each of plots) {
       await show(each);
       drawn.push(each);
-      if (each.plot.linked) each.div.on("plotly_relayout", link(each));
+      if (each.plot.zoomedWith) each.div.on("plotly_relayout", link(each));
     }
     switchOf(figure, state, plots);
     playerOf(figure, state, plots, stated.steps);

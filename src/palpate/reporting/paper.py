@@ -4,6 +4,7 @@ Fonts are embedded as publishers accept them (TrueType, `pdf.fonttype` 42); what
 is kept as pixels. Widths are those of IEEE's journals (IEEE author guidelines: 3.5 and 7.16 inch).
 """
 
+import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -132,6 +133,14 @@ def write_picture(picture: Picture, path: str | os.PathLike[str]) -> None:
         paper_figure(picture).savefig(file, format=kind, metadata=dated)
 
 
+def svg_text(picture: Picture) -> str:
+    """Return a picture as an SVG document."""
+    text = io.StringIO()
+    with printing():
+        paper_figure(picture).savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
+
+
 @contextmanager
 def printing() -> Iterator[None]:
     """Have matplotlib draw in the style of a paper."""
@@ -205,15 +214,13 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             ends("log")
     for order, mark in enumerate(panel.marks):
         _draw(axes, mark, step, 2.0 + 0.01 * order)
-    axes.set(xlabel=panel.x.label, ylabel=panel.y.label)
+    axes.set(xlabel=_typed(panel.x.label), ylabel=_typed(panel.y.label))
     if any(isinstance(mark, Cells) for mark in panel.marks):
         return
     axes.grid(visible=True, color=GRID_COLOUR.light, linewidth=0.4)
     axes.set_axisbelow(True)
     axes.margins(x=0.02 if panel.equal else 0.0)
     _limit(axes, panel)
-    if panel.title:
-        axes.set_title(panel.title, fontsize=8.0, loc="left")
     if panel.ground is not None:
         axes.set_facecolor(panel.ground.light)
     if panel.equal:
@@ -221,10 +228,15 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
     entries: dict[str, Artist] = {}
     for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
         entries.setdefault(name, handle)
-    if entries:
+    if not entries:
+        axes.set_title(_typed(panel.title), fontsize=8.0, loc="left")
+    else:
         axes.legend(
             list(entries.values()),
             list(entries),
+            title=_typed(panel.title) or None,
+            title_fontsize=8.0,
+            alignment="left",
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=4 if axes.get_figure().get_size_inches()[0] > COLUMN else 3,  # type: ignore[union-attr]
@@ -232,6 +244,11 @@ def _draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             borderpad=0.2,
             handlelength=1.6,
         )
+
+
+def _typed(text: str) -> str:
+    """Text that people may have typed, in which nothing is a formula."""
+    return text.replace("$", r"\$")
 
 
 def _limit(axes: Axes, panel: Panel) -> None:
@@ -244,11 +261,11 @@ def _limit(axes: Axes, panel: Panel) -> None:
             low, high = 0.5 * (low + high - axis.span), 0.5 * (low + high + axis.span)
         put(low if axis.low is None else axis.low, high if axis.high is None else axis.high)
         if axis.ticks:
-            ticks([at for at, _ in axis.ticks], [name for _, name in axis.ticks])
+            ticks([at for at, _ in axis.ticks], [_typed(name) for _, name in axis.ticks])
 
 
 def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
-    name = getattr(mark, "name", "") or None
+    name = _typed(getattr(mark, "name", "")) or None
     match mark:
         case Line():
             x, y = thinned(mark.x, mark.y, MOST_POINTS)
@@ -355,7 +372,7 @@ def _draw_points(axes: Axes, mark: Points, order: float) -> None:
         elinewidth=0.8,
         capsize=2.0 if mark.y_error is not None or mark.x_error is not None else 0.0,
         zorder=order,
-        label=mark.name or None,
+        label=_typed(mark.name) or None,
     )
 
 
@@ -364,8 +381,10 @@ def _draw_cells(axes: Axes, mark: Cells) -> None:
     values = np.ma.masked_invalid(np.asarray(mark.colouring.values, dtype=np.float64).reshape(rows, columns))
     mapped = axes.pcolormesh(values, cmap=colour_map(mark.colouring.scale), norm=norm_of(mark.colouring))
     axes.invert_yaxis()
-    axes.set_xticks(np.arange(columns) + 0.5, mark.columns, rotation=40, ha="right", rotation_mode="anchor")
-    axes.set_yticks(np.arange(rows) + 0.5, mark.rows)
+    axes.set_xticks(
+        np.arange(columns) + 0.5, list(map(_typed, mark.columns)), rotation=40, ha="right", rotation_mode="anchor"
+    )
+    axes.set_yticks(np.arange(rows) + 0.5, list(map(_typed, mark.rows)))
     for i, text in enumerate(mark.texts):
         row, column = divmod(i, columns)
         shade = mapped.to_rgba(values[row, column])

@@ -8,6 +8,7 @@ Arrays are base64 of little-endian numbers; single precision is finer than a scr
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,9 @@ from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR, Colour
 MOST_POINTS = 12_000
 """Of a line: enough to zoom in by ten on a wide screen."""
 
+FEW_DECADES = 1e3
+"""Ratio of the ends of a logarithmic axis up to which 2 and 5 are numbered, too."""
+
 MILLI = 1e3
 
 LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
@@ -84,7 +88,18 @@ class _Plot:
 
 def plots(picture: Picture) -> list[Json]:
     """Return what `page.js` draws of a picture, panel by panel."""
-    return [_space(each) if isinstance(each, Space) else _flat(each) for each in picture.panels]
+    return [
+        _space(each) if isinstance(each, Space) else _flat(each, _zoomed_with(each, picture))
+        for each in picture.panels
+    ]
+
+
+def _zoomed_with(panel: Panel, picture: Picture) -> str:
+    """What the x axis is zoomed with: all of the "run", its likes in the "picture", or nothing ("")."""
+    if panel.x.run_time:
+        return "run"
+    alike = [each for each in picture.panels if isinstance(each, Panel) and each.x == panel.x]
+    return "picture" if len(alike) > 1 and picture.columns == 1 else ""
 
 
 def packed(values: npt.ArrayLike) -> Json:
@@ -116,18 +131,23 @@ def _colouring(colouring: Colouring) -> Json:
     }
 
 
+def _typed(text: str) -> str:
+    """Text that people may have typed: plotly.js takes some markup for such."""
+    return escape(text, quote=False)
+
+
 def _named(name: str) -> Json:
-    return {"name": name, "showlegend": bool(name)}
+    return {"name": _typed(name), "showlegend": bool(name)}
 
 
-def _flat(panel: Panel) -> Json:
+def _flat(panel: Panel, zoomed_with: str) -> Json:
     plot = _Plot([], [], {"shapes": [], "annotations": []})
     for mark in panel.marks:
         _add(plot, panel, mark)
     plot.layout |= {
         "xaxis": _axis(panel.x, _extent(panel, 0)),
         "yaxis": _axis(panel.y, _extent(panel, 1)),
-        "title": panel.title,
+        "title": _typed(panel.title),
         "height": panel.height,
         "barmode": "overlay",
         "bargap": 0.0,
@@ -145,7 +165,7 @@ def _flat(panel: Panel) -> Json:
         "data": plot.traces,
         "extras": plot.extras,
         "layout": plot.layout,
-        "linked": panel.x.run_time,
+        "zoomedWith": zoomed_with,
     }
 
 
@@ -166,12 +186,16 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         middle = 0.5 * (extent[0] + extent[1]) if np.isfinite(extent[0]) else 0.0
         low, high = middle - 0.55 * axis.span, middle + 0.55 * axis.span
     ends = [each if each is None or not axis.logarithmic else float(np.log10(each)) for each in (low, high)]
-    out: Json = {"title": {"text": axis.label}, "type": "log" if axis.logarithmic else "linear"}
+    out: Json = {"title": {"text": _typed(axis.label)}, "type": "linear"}
+    if axis.logarithmic:
+        least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
+        few = least > 0.0 and largest < FEW_DECADES * least
+        out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
     if ends != [None, None]:
         out["range"] = ends
         out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
     if axis.ticks:
-        out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [name for _, name in axis.ticks]}
+        out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [_typed(name) for _, name in axis.ticks]}
     return out
 
 
@@ -313,8 +337,8 @@ def _cells(mark: Cells) -> Json:
     low, high = finite_limits(colouring)
     trace: Json = {
         "type": "heatmap",
-        "x": list(mark.columns),
-        "y": list(mark.rows),
+        "x": list(map(_typed, mark.columns)),
+        "y": list(map(_typed, mark.rows)),
         "z": [[each if np.isfinite(each) else None for each in row] for row in _rows(colouring.values, shape)],
         "zmin": low,
         "zmax": high,
@@ -375,10 +399,10 @@ def _space(space: Space) -> Json:
             "aspectmode": "data",
             "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
         },
-        "title": space.title,
+        "title": _typed(space.title),
         "height": space.height,
     }
-    return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "linked": False}
+    return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "zoomedWith": ""}
 
 
 def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:

@@ -1,33 +1,34 @@
-"""Several runs in one picture: lines over one another, and how errors are spread."""
+"""Several runs in one picture: figures as bars, lines over one another, and how errors are spread."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from palpate.commands.compare.compared_figure import ComparedFigure
 from palpate.errors import FloatArray
 from palpate.experiments.kit.comparable import ErrorSample
-from palpate.reporting.envelope import envelope
-from palpate.reporting.style import (
-    DASHED,
-    INK,
-    SIDE_BY_SIDE,
-    Picture,
-    Width,
-    label,
-    legend_above,
-    new_figure,
-    style_axes,
-)
+from palpate.reporting.marks import Bars, Dash, Line, Rule, shortened
+from palpate.reporting.picture import TIME, Axis, Panel, Picture
+from palpate.runtime.palette import SIDE_BY_SIDE, Colour
 
-LONGEST_NAME = 32
-"""Letters of a run's name in a legend."""
+LONGEST_NAME, LONGEST_TICK = 32, 14
+"""Letters of a run's name in a legend, and beside a bar."""
 
 SHOWN_PERCENT = 99.5
 """Of all errors within the axis: a few outliers do not hide the rest."""
 
 BINS = 60
+
+ALIKE = 0.05
+"""Figures that differ by less, per the largest, are not shown as bars."""
+
+COLUMNS = 3
+"""Of bars, across a screen."""
+
+THICK = 0.7
+"""Of a bar, per distance to the next."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,66 +48,77 @@ class Curve:
     is_set_force: bool = False
 
 
+def bars_picture(figures: Sequence[ComparedFigure], names: Sequence[str]) -> Picture | None:
+    """Return those figures as bars that are numbers in which the runs differ; None if there are none."""
+    panels = tuple(_bars(figure, names) for figure in figures if _differs(figure))
+    if not panels:
+        return None
+    return Picture(
+        title="Figures as bars",
+        caption=f"Figures of which two runs differ by more than {100.0 * ALIKE:g} %; all are in the table.",
+        panels=panels,
+        columns=min(COLUMNS, len(panels)),
+        wide=True,
+    )
+
+
 def overlay_picture(
-    title: str, caption: str, y: str, curves: Sequence[Curve], names: Sequence[str]
+    title: str, caption: str, y: Axis, curves: Sequence[Curve], names: Sequence[str]
 ) -> Picture | None:
     """Return the runs' lines over one another, each in its run's colour; None if there is none."""
     if not any(np.isfinite(curve.y).any() for curve in curves):
         return None
-    return Picture(
-        title, caption, _overlay(y, curves, names, Width.FULL), narrow=_overlay(y, curves, names, Width.HALF)
-    )
+    return Picture(title, caption, (Panel(tuple(_line(curve, names) for curve in curves), TIME, y),), wide=True)
 
 
 def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) -> Picture | None:
     """Return the shares of each run's errors; None if no run has any."""
-    values_of = [np.zeros(0) if each is None else each.values for each in samples]
-    known = [values for values in values_of if len(values)]
-    first = next((each for each in samples if each is not None and len(each.values)), None)
-    if first is None:
+    known = [(run, each) for run, each in enumerate(samples) if each is not None and len(each.values)]
+    if not known:
         return None
-    figure = new_figure(Width.HALF, 3.8)
-    axes = figure.subplots()
-    together = np.concatenate(known)
+    together = np.concatenate([each.values for _, each in known])
     low, high = np.percentile(together, [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
     room = max(0.05 * (high - low), 1e-9)
     bins = np.linspace(low - room, high + room, BINS + 1)
-    for run, values in enumerate(values_of):
-        if not len(values):
-            continue
-        share, _ = np.histogram(np.clip(values, bins[0], bins[-1]), bins)
-        axes.stairs(
-            100.0 * share / len(values),
-            bins,
-            color=colour_of(run),
-            linewidth=1.5,
-            label=label(names[run], LONGEST_NAME),
-        )
-    axes.axvline(0.0, color=INK, linewidth=0.8)
-    style_axes(axes, x=first.axis, y="share of the points [%]")
-    legend_above(figure, [axes], columns=2)
-    return Picture(first.title, first.caption, figure)
+    lines = []
+    for run, each in known:
+        count, _ = np.histogram(np.clip(each.values, bins[0], bins[-1]), bins)
+        share = 100.0 * count / len(each.values)
+        steps = np.concatenate([[0.0], np.repeat(share, 2), [0.0]])
+        lines.append(Line(np.repeat(bins, 2), steps, shortened(names[run], LONGEST_NAME), colour_of(run)))
+    first = known[0][1]
+    panel = Panel((Rule(0.0), *lines), Axis(first.quantity, first.unit), Axis("share of the points", "%", low=0.0))
+    return Picture(first.title, first.caption, (panel,))
 
 
-def colour_of(run: int) -> str:
+def colour_of(run: int) -> Colour:
     """Return the colour of a run, from 0."""
     return SIDE_BY_SIDE[run % len(SIDE_BY_SIDE)]
 
 
-def _overlay(y: str, curves: Sequence[Curve], names: Sequence[str], width: Width) -> Figure:
-    figure = new_figure(width, 3.6)
-    axes = figure.subplots()
-    for curve in curves:
-        name = label(names[curve.run], LONGEST_NAME)
-        axes.plot(
-            *envelope(curve.time, curve.y),
-            color=colour_of(curve.run),
-            linewidth=1.4 if curve.is_set_force else 1.0,
-            linestyle=DASHED if curve.is_set_force else ("-", ":")[curve.run // len(SIDE_BY_SIDE) % 2],
-            alpha=1.0 if curve.is_set_force else 0.8,
-            label=f"{name}, set" if curve.is_set_force else name,
+def _line(curve: Curve, names: Sequence[str]) -> Line:
+    name, again = shortened(names[curve.run], LONGEST_NAME), curve.run // len(SIDE_BY_SIDE) % 2
+    if curve.is_set_force:
+        return Line(curve.time, curve.y, f"{name}, set", colour_of(curve.run), dash=Dash.DASHED)
+    dash = Dash.DOTTED if again else Dash.SOLID
+    return Line(curve.time, curve.y, name, colour_of(curve.run), width=1.2, dash=dash, opacity=0.8)
+
+
+def _differs(figure: ComparedFigure) -> bool:
+    known = [value for value in figure.values if not isinstance(value, str) and math.isfinite(value)]
+    return len(known) > 1 and max(known) - min(known) > ALIKE * max(map(abs, known))
+
+
+def _bars(figure: ComparedFigure, names: Sequence[str]) -> Panel:
+    """The first run above."""
+    at = np.arange(len(names))[::-1].astype(np.float64)
+    ticks = tuple((float(i), shortened(name, LONGEST_TICK)) for i, name in zip(at, names, strict=True))
+    bars = tuple(
+        Bars(
+            at[run : run + 1], np.array([figure.scale.factor * value]), np.array([THICK]), "", colour_of(run), True
         )
-    axes.margins(x=0.0)
-    style_axes(axes, x="time [s]", y=y)
-    legend_above(figure, [axes], columns=4 if width is Width.FULL else 2)
-    return figure
+        for run, value in enumerate(figure.values)
+        if not isinstance(value, str) and math.isfinite(value)
+    )
+    y = Axis(low=-0.6, high=len(names) - 0.4, ticks=ticks)
+    return Panel(bars, Axis(figure.name, figure.scale.unit), y, height=76 + 24 * len(names))

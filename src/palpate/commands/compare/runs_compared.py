@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.kit.comparable import ErrorSample, WithErrors, WithSetForce
+from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors, WithMap, WithSetForce
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
@@ -73,6 +73,11 @@ class ComparedRun:
     def errors(self) -> tuple[ErrorSample, ...]:
         """Whose spread is shown."""
         return self.result.error_samples() if isinstance(self.result, WithErrors) else ()
+
+    @property
+    def map(self) -> FeltMap | None:
+        """Of the surface, if there is one that claims anything."""
+        return self.result.claimed_map if isinstance(self.result, WithMap) else None
 
     @property
     def time(self) -> FloatArray:

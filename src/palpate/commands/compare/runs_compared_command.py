@@ -8,9 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.commands.command_result import CommandResult, figure_name
+from palpate.commands.compare.compared_figure import ComparedFigure
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
-    ComparedFigure,
     changed_options,
     compared_figures,
     compared_heads,

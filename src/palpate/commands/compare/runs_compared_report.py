@@ -2,25 +2,24 @@
 
 import math
 import shlex
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from palpate.commands.compare.compared_figure import ComparedFigure
+from palpate.commands.compare.difference_picture import difference_picture
+from palpate.commands.compare.run_pictures import Curve, bars_picture, overlay_picture, spread_picture
 from palpate.commands.compare.runs_compared import ComparedRun, changed_fields, common_fields
-from palpate.commands.scale import Scale, scale_of
 from palpate.errors import FloatArray
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.option_words import has_unit, option_words
 from palpate.experiments.kit.options import specs_of
-from palpate.reporting.data import KeyFigure
+from palpate.mapping import Knowledge
+from palpate.mapping.mesh_figures import MeshFigures
+from palpate.reporting.picture import Axis, Picture
 from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.runtime import Phase
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 WORKING = (Phase.SCAN, Phase.HOLD)
 """Main phases: the first of them that a run has; approach, settling and lifting do not count."""
@@ -33,47 +32,6 @@ DASHES = " Dashed: the set force of each run; the nearer a line to its dashes th
 
 LIGHTEST = 0.1
 """Below this share of the median force no ratio of forces is taken: landing and lifting are noise over noise."""
-
-
-@dataclass(frozen=True, slots=True)
-class ComparedFigure:
-    """One figure of every run.
-
-    Attributes:
-        name: What it is.
-        unit: Its SI unit, "" for a ratio, a count or words.
-        values: A number or words of each run; NaN where a run has none.
-        note: What it means, and what is good.
-        column: Its name in tables and JSON; made of name and unit if left out.
-    """
-
-    name: str
-    unit: str
-    values: tuple[float | str, ...]
-    note: str = ""
-    column: str = ""
-
-    @property
-    def scale(self) -> Scale:
-        """In which unit it is shown."""
-        known = [abs(value) for value in self.values if not isinstance(value, str) and math.isfinite(value)]
-        return scale_of(self.unit, max(known, default=0.0))
-
-    @property
-    def shown(self) -> tuple[str, ...]:
-        """The values as shown."""
-        return tuple(KeyFigure(self.name, value).text for value in self._scaled)
-
-    @property
-    def differences(self) -> tuple[str, ...]:
-        """Every later run's value less the first one's, as shown; "" of words, and where one is not known."""
-        first, *others = self._scaled
-        return tuple(_less(value, first) for value in others)
-
-    @property
-    def _scaled(self) -> list[float | str]:
-        factor = self.scale.factor
-        return [value if isinstance(value, str) else factor * value for value in self.values]
 
 
 def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
@@ -98,8 +56,12 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
         figures=(),
         sections=(
             Section("Options that differ", (options if differences else Paragraph(ALIKE),)),
-            Section("Figures side by side", (side_by_side,)),
-            Section("Over one another", (Pictures(lambda: _pictures(runs, names)),)),
+            Section(
+                "Figures side by side",
+                (side_by_side, Pictures(lambda: (bars_picture([f for f in figures if f.column], names),))),
+            ),
+            Section("What was found", (Pictures(lambda: _surfaces(runs, names)),)),
+            Section("Over time", (Pictures(lambda: _over_time(runs, names)),)),
         ),
         advice=_advice(len(differences)),
         repeat=(
@@ -151,6 +113,7 @@ def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
         ComparedFigure(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each), "", its.column)
         for its in experiment.figures
     ]
+    own.append(ComparedFigure("area observed", "m^2", tuple(map(_area, runs)), "more is better", "map_area_m2"))
     felt = [
         _figure(
             runs,
@@ -198,36 +161,34 @@ def _figure(
     return ComparedFigure(name, unit, tuple(value(run) for run in runs), note)
 
 
-def _pictures(runs: Sequence[ComparedRun], names: Sequence[str]) -> "list[Picture | None]":
-    from palpate.commands.compare.run_pictures import Curve, overlay_picture, spread_picture
-
+def _over_time(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Picture | None]:
     felt = [Curve(i, run.time, np.where(run.felt > 0.0, run.felt, np.nan)) for i, run in enumerate(runs)]
     set_forces = [Curve(i, run.time, run.set_force, is_set_force=True) for i, run in enumerate(runs)]
     set_forces = [curve for curve in set_forces if np.isfinite(curve.y).any()]
     grips = [Curve(i, run.time, run.commanded_grip) for i, run in enumerate(runs)]
     mean = ", the mean over the fingers" if len(runs[0].records) > 1 else ""
+    yield overlay_picture(
+        "Normal force over time",
+        f"Normal force that was felt{mean}, from the beginning of each run on.{DASHES if set_forces else ''}",
+        Axis("normal force", "N"),
+        (*felt, *set_forces),
+        names,
+    )
+    yield overlay_picture(
+        "Grip over time",
+        "Grip that was commanded, the mean over the fingers. The lower the gentler, as long as the object "
+        "neither slips nor spins; how it ended stands above.",
+        Axis("commanded grip", "N"),
+        grips,
+        names,
+    )
+
+
+def _surfaces(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Picture | None]:
     samples = [run.errors for run in runs]
-    return [
-        overlay_picture(
-            "Normal force over time",
-            f"Normal force that was felt{mean}, from the beginning of each run on.{DASHES if set_forces else ''}",
-            "normal force [N]",
-            (*felt, *set_forces),
-            names,
-        ),
-        overlay_picture(
-            "Grip over time",
-            "Grip that was commanded, the mean over the fingers. The lower the gentler, as long as the object "
-            "neither slips nor spins; how it ended stands above.",
-            "commanded grip [N]",
-            grips,
-            names,
-        ),
-        *(
-            spread_picture([each[i] if i < len(each) else None for each in samples], names)
-            for i in range(max(map(len, samples)))
-        ),
-    ]
+    for i in range(max(map(len, samples))):
+        yield spread_picture([each[i] if i < len(each) else None for each in samples], names)
+    yield difference_picture([run.map for run in runs], names)
 
 
 def _advice(changed: int) -> tuple[str, ...]:
@@ -238,6 +199,11 @@ def _advice(changed: int) -> tuple[str, ...]:
             "One option differs: to separate its effect from chance, repeat with other seeds (palpate sweep).",
         )
     return (f"{changed} options differ: to see the effect of each, change one at a time (palpate sweep).",)
+
+
+def _area(run: ComparedRun) -> float:
+    """Of the map, as far as it is claimed; NaN without one."""
+    return math.nan if run.map is None else MeshFigures.of(run.map.mesh, Knowledge.OBSERVED).area
 
 
 def _in_work(run: ComparedRun) -> BoolArray:
@@ -269,12 +235,6 @@ def _value(value: object) -> float | str:
     if value is None:
         return math.nan
     return float(value) if isinstance(value, bool | int | float) else str(value)
-
-
-def _less(value: float | str, first: float | str) -> str:
-    if isinstance(value, str) or isinstance(first, str) or not math.isfinite(value - first):
-        return ""
-    return "0" if value == first else f"{value - first:+.3g}"
 
 
 def _rms(values: FloatArray) -> float:

@@ -3,10 +3,10 @@
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from palpate.commands.replay.pictures import difference_picture, felt_picture, velocity_picture
 from palpate.commands.replay.run import ReplayedLog
 from palpate.commands.replay.settings import changeable
 from palpate.experiments.kit.option_words import has_unit, option_words
@@ -14,13 +14,11 @@ from palpate.experiments.kit.options import TOUCHED, specs_of
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.plain_text import inert
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import NOTHING, Paragraph, Pictures, Report, Section
 from palpate.runtime import Record
 from palpate.runtime.replay_difference import Difference
 from palpate.strict_yaml import read_yaml
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 _MILLI = 1e3
 
@@ -95,17 +93,13 @@ def replay_report(done: ReplayedLog, controller: str | None = None) -> Report:
     any_periods, differs = len(recorded) > 0, bool(np.nansum(np.abs(replayed.command - recorded.command)) > 0.0)
     touched = bool(recorded.touching.any() or replayed.touching.any())
 
-    def commands() -> "list[Picture | None]":
-        from palpate.commands.replay.pictures import difference_picture, velocity_picture
-
+    def commands() -> tuple[Picture | None, ...]:
         return (
-            [velocity_picture(recorded, replayed), difference_picture(recorded, replayed)] if any_periods else []
+            (velocity_picture(recorded, replayed), difference_picture(recorded, replayed)) if any_periods else ()
         )
 
-    def felt() -> "list[Picture | None]":
-        from palpate.commands.replay.pictures import felt_picture
-
-        return [felt_picture(recorded, replayed)] if any_periods else []
+    def felt() -> tuple[Picture | None, ...]:
+        return (felt_picture(recorded, replayed),) if any_periods else ()
 
     same = "" if differs or not any_periods else "No commanded velocity differs."
     nothing = "" if touched or not any_periods else "Nothing was touched."

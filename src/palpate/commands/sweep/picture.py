@@ -1,90 +1,111 @@
-"""The picture of a sweep: figures against what was varied, over the seeds with their spread."""
+"""The pictures of a sweep: figures against what was varied, over the seeds with their spread."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Drawing
-from matplotlib.figure import FigureBase
-from matplotlib.ticker import MaxNLocator
 
-from palpate.atomic_file import replacing
 from palpate.commands.scale import Scale, scale_of
-from palpate.commands.sweep.result import HIGH, LOW, FigureSpread, SweepResult, numbers_of, spread_of
-from palpate.commands.typed_values import Varied, shown_value
-from palpate.experiments.kit.figure import Figure, is_share
-from palpate.reporting.style import (
-    FONT_SIZE,
-    HEIGHT_COLOURS,
-    INK,
-    MAP_GROUND,
-    MEASURED,
-    QUIET,
-    SIDE_BY_SIDE,
-    SMALL_SIZE,
-    Picture,
-    Width,
-    label,
-    legend_above,
-    new_figure,
-    style_axes,
+from palpate.commands.sweep.option_axis import OptionAxis
+from palpate.commands.sweep.result import (
+    FEWEST_SEEDS,
+    HIGH,
+    LOW,
+    FigureSpread,
+    SweepResult,
+    numbers_of,
+    spread_of,
 )
-
-LOGARITHMIC = 20.0
-"""Ratio of the largest to the least value from which an option has a logarithmic axis,"""
+from palpate.errors import FloatArray
+from palpate.experiments.kit.figure import Figure, FigureValue, is_share
+from palpate.reporting.marks import Band, Cells, Colouring, Dash, Line, Mark, Points, Rule, Text
+from palpate.reporting.paper import write_picture
+from palpate.reporting.picture import Axis, Panel, Picture
+from palpate.runtime.palette import FELT, MAP_COLOUR, QUIET_COLOUR, SIDE_BY_SIDE, Colour
 
 LOGARITHMIC_FIGURE = 100.0
-"""and a figure."""
+"""Ratio of the largest to the least value from which a figure has a logarithmic axis."""
 
 LEAST_SPAN = 0.01
-"""Of an axis of figures, per its largest number."""
+"""Of an axis of figures, per its largest number: beyond, it shows rounding."""
 
-LONGEST_NAME = 18
-"""Letters of a value below an axis."""
-
-MOST_TICKS = 7
-"""Of an axis whose values are fields."""
-
-PANEL_HEIGHT = 3.1
-"""[inch]"""
+ALIKE = 0.01
+"""Lines nearer to each other than this share of what all of them span are one line to the eye."""
 
 COLUMNS = 3
 """Panels side by side, across a screen."""
 
-LEGEND_COLUMNS = 3
-"""Names of lines beside each other: so many fit on a phone."""
+MOST_TICKS = 8
+"""Of an axis of seeds."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Panel:
-    """What a panel shows: along x one option, or the seeds; for each value of another one a line."""
+class _Shown:
+    """A figure as it is shown: what is along x, if anything is varied, and of what there are lines."""
 
-    along: Varied | None = None
-    lines: Varied | None = None
+    result: SweepResult
+    figure: Figure
+    scale: Scale
+    axis: Axis
+    share: bool
+    along: OptionAxis | None = None
+    lines: OptionAxis | None = None
 
     @property
     def is_map(self) -> bool:
-        """Whether it is drawn as fields, for there are too many lines."""
-        return self.lines is not None and len(self.lines.values) > len(SIDE_BY_SIDE)
+        """Whether it is drawn as cells, for there are too many lines."""
+        return self.lines is not None and len(self.lines.names) > len(SIDE_BY_SIDE)
 
 
-def summary_picture(result: SweepResult) -> Drawing:
-    """Return the figures that are shown below one another, for a file."""
-    panels = _panels(result)
-    across = min(COLUMNS, len(panels))
-    rows = -(-len(panels) // across)
-    drawing = new_figure(
-        Width.FULL if across > 1 else Width.HALF, PANEL_HEIGHT * rows * max(1, len(result.figures))
+@dataclass(frozen=True, slots=True, eq=False)
+class _Row:
+    """Runs that share a value of another option, along x.
+
+    Attributes:
+        line: Which value of the other option it is, from 0.
+        name: Of that value; "" if there is no other option.
+        at: Which values of the option along x have any run, as they stand there, shape (k,).
+        x: Where they stand, shape (k,).
+        values: The figure in all runs of each, in the unit of the axis.
+        spreads: Of these.
+        seeds: Runs that each combination has at least.
+    """
+
+    line: int
+    name: str
+    at: tuple[int, ...]
+    x: FloatArray
+    values: tuple[FloatArray, ...]
+    spreads: tuple[FigureSpread, ...]
+    seeds: int
+
+    @property
+    def colour(self) -> Colour:
+        """Of its line."""
+        return SIDE_BY_SIDE[self.line % len(SIDE_BY_SIDE)] if self.name else FELT
+
+    @property
+    def middle(self) -> FloatArray:
+        """Medians, or shares, shape (k,)."""
+        return np.array([each.middle for each in self.spreads])
+
+
+def pictures(result: SweepResult) -> list[Picture]:
+    """Return a picture of each figure."""
+    return [_picture(result, figure) for figure in result.figures]
+
+
+def summary_picture(result: SweepResult) -> Picture:
+    """Return all of them as one, for a file."""
+    each = pictures(result)
+    nothing = Panel(
+        (Text(0.5, 0.5, "no run has a figure to show"),), Axis(low=0.0, high=1.0), Axis(low=0.0, high=1.0)
     )
-    parts = drawing.subfigures(max(1, len(result.figures)), 1, squeeze=False)[:, 0]
-    drawing.suptitle(result.plan.title, fontsize=FONT_SIZE + 1.0, color=INK)
-    for part, figure in zip(parts, result.figures, strict=False):
-        _draw(part, rows, across, result, figure, panels)
-    if not result.figures:
-        drawing.text(0.5, 0.5, "no run has a figure to show", ha="center", fontsize=FONT_SIZE, color=QUIET)
-    return drawing
+    first, *others = (panel for picture in each for panel in picture.panels) if each else (nothing,)
+    title = result.plan.title
+    return Picture(title, "", (replace(first, title=title), *others), each[0].columns if each else 1, wide=True)
 
 
 def write_summary(result: SweepResult, path: Path) -> None:
@@ -93,226 +114,188 @@ def write_summary(result: SweepResult, path: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    with replacing(path) as file:
-        summary_picture(result).savefig(file, format="png", dpi=150)
+    write_picture(summary_picture(result), path)
 
 
-def pictures(result: SweepResult) -> list[Picture]:
-    """Return a picture of each figure, for the report."""
-    panels = _panels(result)
-    found = []
-    for figure in result.figures:
-        across = min(COLUMNS, len(panels))
-        wide = _alone(result, figure, panels, across)
-        narrow = _alone(result, figure, panels, 1) if across > 1 else None
-        title = figure.meaning[:1].upper() + figure.meaning[1:]
-        found.append(Picture(title=title, caption=_caption(result, figure, panels), full=wide, narrow=narrow))
-    return found
+def _picture(result: SweepResult, figure: Figure) -> Picture:
+    values = result.values(figure, result.plan.combinations)
+    numbers = numbers_of(values)
+    largest = float(np.abs(numbers).max(initial=0.0))
+    scale = scale_of(figure.unit, largest)
+    logarithmic = numbers.size > 0 and numbers.min() > 0.0 and largest >= LOGARITHMIC_FIGURE * numbers.min()
+    axis = Axis(
+        figure.meaning, scale.unit, span=LEAST_SPAN * scale.factor * largest, logarithmic=bool(logarithmic)
+    )
+    shown = _Shown(result, figure, scale, axis, is_share(values))
+    each = [replace(shown, along=along, lines=lines) for along, lines in panel_options(result)]
+    columns = min(COLUMNS, len(each))
+    rows = [_rows(one) for one in each]
+    return Picture(
+        title=figure.meaning[:1].upper() + figure.meaning[1:],
+        caption=_caption(each, [row for found in rows for row in found]) + _coinciding(each, rows),
+        panels=tuple(_panel(one, found) for one, found in zip(each, rows, strict=True)),
+        columns=columns,
+        wide=columns > 1,
+    )
 
 
-def _alone(result: SweepResult, figure: Figure, panels: Sequence[_Panel], across: int) -> Drawing:
-    rows = -(-len(panels) // across)
-    drawing = new_figure(Width.FULL if across > 1 else Width.HALF, (PANEL_HEIGHT + 0.3) * rows)
-    _draw(drawing, rows, across, result, figure, panels)
-    return drawing
-
-
-def _panels(result: SweepResult) -> list[_Panel]:
-    """What suits as many options as were really varied."""
-    varied = [each for each in result.plan.varied if len(each.values) > 1]
+def panel_options(result: SweepResult) -> list[tuple[OptionAxis | None, OptionAxis | None]]:
+    """Return for each panel what is along x, and of what there are lines: as suits what was really varied."""
+    varied = [OptionAxis(each, result.plan.unit(each.name)) for each in result.plan.varied if len(each.values) > 1]
     if not varied:
-        return [_Panel()]
-    if len(varied) == 1:
-        return [_Panel(varied[0])]
-    if len(varied) == 2:
-        # along x goes what has numbers, and more of them
-        along, lines = sorted(varied, key=lambda each: (_numeric(each), len(each.values)), reverse=True)
-        return [_Panel(along, lines)]
-    return [_Panel(each) for each in varied]
+        return [(None, None)]
+    if len(varied) != 2:
+        return [(each, None) for each in varied]
+    # along x goes what has numbers, and more of them
+    along, lines = sorted(varied, key=lambda each: (each.numeric, len(each.names)), reverse=True)
+    return [(along, lines)]
 
 
-def _caption(result: SweepResult, figure: Figure, panels: Sequence[_Panel]) -> str:
-    seeds = len(result.plan.seeds)
-    if panels[0].along is None:
-        caption = "Each point is a run, one per seed; the line is their median."
-    elif is_share(_known(result, figure)):
-        caption = "Share of the runs for which it is so."
-    elif panels[0].is_map:
-        caption = "Medians over the seeds, as colours; grey where no run got to its end."
-    elif seeds == 1 and len(panels) == 1:
-        caption = "One run each: only more seeds can show what is chance."
+def _caption(each: Sequence[_Shown], rows: Sequence[_Row]) -> str:
+    result, first = each[0].result, each[0]
+    count, left = len(result.plan.seeds), len(result.failures)
+    seeds = "one run each" if count == 1 else f"{count} seeds each"
+    few = any(row.seeds < FEWEST_SEEDS for row in rows) or count < FEWEST_SEEDS
+    others = "" if len(each) == 1 else ", whatever the other options are"
+    if first.along is None:
+        caption = "Each point is a run, one per seed" + ("." if few else "; the line is their median.")
+    elif first.share:
+        caption = f"Share of the runs for which it is so, {seeds}{others}."
+    elif first.is_map:
+        caption = f"Medians over the seeds, {seeds}, as colours; grey where no run got to its end."
+    elif few:
+        caption = f"Each point is a run, {seeds}{others}" + ("." if count == 1 else "; lines join their medians.")
     else:
-        caption = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %"
-        caption += f", {seeds} seeds each." if len(panels) == 1 else ", over all seeds and all other options."
+        caption = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %, {seeds}{others}."
         caption += " Where bands do not meet, the difference is hardly chance."
-    left = len(result.failures)
+    if few and not result.seeds_alike:
+        caption += f" Fewer than {FEWEST_SEEDS} seeds do not tell what is chance."
     return caption + (
         f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else ""
     )
 
 
-def _known(result: SweepResult, figure: Figure) -> list[bool | int | float]:
-    values = result.values(figure, result.plan.combinations)
-    return [value for value in values if isinstance(value, bool | int | float)]
+def _coinciding(each: Sequence[_Shown], rows: Sequence[Sequence[_Row]]) -> str:
+    """A sentence on lines that hide one another."""
+    found = []
+    for shown, group in zip(each, rows, strict=True):
+        if shown.along is not None and shown.along.numeric and not shown.is_map:
+            found += [" and ".join(row.name for row in alike) for alike in _alike(shown, group)]
+    return f" Too close to be told apart here: {'; '.join(found)}." if found else ""
 
 
-def _draw(
-    drawing: FigureBase, rows: int, across: int, result: SweepResult, figure: Figure, panels: Sequence[_Panel]
-) -> None:
-    values = numbers_of(_known(result, figure))
-    scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
-    logarithmic = values.size > 0 and values.min() > 0.0 and values.max() >= LOGARITHMIC_FIGURE * values.min()
-    quantity = _quantity(figure.meaning, scale)
-    all_axes = list(drawing.subplots(rows, across, squeeze=False).ravel())
-    for axes, panel in zip(all_axes, panels, strict=False):
-        if panel.along is None:
-            _draw_seeds(axes, result, figure, scale, quantity)
-        elif panel.is_map:
-            _draw_map(axes, result, figure, panel, scale, quantity)
+def _alike(shown: _Shown, rows: Sequence[_Row]) -> list[list[_Row]]:
+    """Rows whose lines are one to the eye, two or more each."""
+    if len(rows) < 2:
+        return []
+    heights = {id(row): np.log10(row.middle) if shown.axis.logarithmic else row.middle for row in rows}
+    together = np.concatenate(list(heights.values()))
+    near = ALIKE * max(float(np.ptp(together)), 0.0 if shown.axis.logarithmic else shown.axis.span)
+    groups: list[list[_Row]] = []
+    for row in rows:
+        for group in groups:
+            same = np.array_equal(group[0].x, row.x)
+            if same and np.abs(heights[id(group[0])] - heights[id(row)]).max() <= near:
+                group.append(row)
+                break
         else:
-            _draw_lines(axes, result, figure, panel, scale, quantity)
-        if panel.is_map:
-            continue
-        if logarithmic:
-            axes.set_yscale("log")
-        else:
-            _widen(axes)
-    for axes in all_axes[len(panels) :]:
-        axes.set_axis_off()
-    legend_above(drawing, all_axes, LEGEND_COLUMNS)
+            groups.append([row])
+    return [group for group in groups if len(group) > 1]
 
 
-def _widen(axes: Axes) -> None:
-    """Show no smaller differences than `LEAST_SPAN`: beyond, an axis shows rounding."""
-    low, high = axes.get_ylim()
-    least = LEAST_SPAN * max(abs(low), abs(high))
-    if high - low < least:
-        middle = 0.5 * (low + high)
-        axes.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
-
-
-def _draw_seeds(axes: Axes, result: SweepResult, figure: Figure, scale: Scale, quantity: str) -> None:
-    pairs = [
-        (record.seed, float(value))
-        for record in result.records
-        if record.done and isinstance(value := record.figures.get(figure.column), bool | int | float)
+def _panel(shown: _Shown, rows: Sequence[_Row]) -> Panel:
+    if shown.along is None:
+        return _seeds_panel(shown)
+    if shown.is_map:
+        return _map_panel(shown, rows)
+    covering = {id(row) for group in _alike(shown, rows) for row in group[1:]}
+    marks = [
+        mark for row in rows for mark in _marks(shown, row, Dash.DASHED if id(row) in covering else Dash.SOLID)
     ]
-    seeds, values = [seed for seed, _ in pairs], [scale.factor * value for _, value in pairs]
-    axes.plot(seeds, values, "o", color=MEASURED, markersize=4.0)
-    if values:
-        axes.axhline(float(np.median(values)), color=QUIET, linewidth=1.0, label="median")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    style_axes(axes, x="seed", y=quantity)
+    return Panel(tuple(marks), shown.along.axis, shown.axis, height=340)
 
 
-def _draw_lines(
-    axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, quantity: str
-) -> None:
-    along, lines = panel.along, panel.lines
-    assert along is not None
-    place, x_label = _placed(axes, result, along)
-    groups: Sequence[object] = (None,) if lines is None else lines.values
-    shift = 0.0 if _numeric(along) else 0.5 / max(1, len(groups))
-    for i, group in enumerate(groups):
-        colour = SIDE_BY_SIDE[i % len(SIDE_BY_SIDE)]
-        beside = shift * (i - 0.5 * (len(groups) - 1))
-        spreads = [_spread(result, figure, along, value, lines, group) for value in along.values]
-        known = sorted((x + beside, spread) for x, spread in zip(place, spreads, strict=True) if spread.count)
-        if not known:
-            continue
-        x = [each for each, _ in known]
-        middle, low, high = (
-            [scale.factor * getattr(spread, name) for _, spread in known] for name in ("middle", "low", "high")
-        )
-        name = None if lines is None else _line_name(result, lines, group)
-        style = "o-" if _numeric(along) else "o"
-        axes.plot(x, middle, style, color=colour, linewidth=1.4, markersize=4.0, label=name)
-        if _numeric(along) and len(x) > 1:
-            axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0.0)
-        else:
-            axes.vlines(x, low, high, color=colour, alpha=0.5, linewidth=2.0)
-    style_axes(axes, x=x_label, y=quantity)
+def _marks(shown: _Shown, row: _Row, dash: Dash) -> tuple[Mark, ...]:
+    """A line with its band; of few seeds every run; of words no line, for there is nothing between them."""
+    assert shown.along is not None
+    joined, few = shown.along.numeric and len(row.x) > 1, row.seeds < FEWEST_SEEDS
+    line = (Line(row.x, row.middle, row.name, row.colour, 1.0 if few else 1.8, dash),) if joined else ()
+    name = "" if joined else row.name
+    if few and not shown.share:
+        x = np.repeat(row.x, [len(values) for values in row.values])
+        return (*line, Points(x, np.concatenate(row.values), name, row.colour, 6.0))
+    low, high = (np.array([getattr(each, end) for each in row.spreads]) for end in ("low", "high"))
+    error = None if joined or shown.share else np.array([row.middle - low, high - row.middle])
+    texts = tuple(_told(each, shown) for each in row.spreads)
+    points = Points(row.x, row.middle, name, row.colour, 6.0, y_error=error, texts=texts)
+    band = (Band(row.x, low, high, colour=row.colour),) if joined and not shown.share else ()
+    return (*band, *line, points)
 
 
-def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, quantity: str) -> None:
-    along, lines = panel.along, panel.lines
+def _told(spread: FigureSpread, shown: _Shown) -> str:
+    runs = f"{spread.count} run{'s' if spread.count > 1 else ''}"
+    if shown.share:
+        return f"share of {runs}"
+    return f"median of {runs}; {LOW:g} to {HIGH:g} %: {spread.low:.4g} to {spread.high:.4g} {shown.scale.unit}"
+
+
+def _seeds_panel(shown: _Shown) -> Panel:
+    done = [record for record in shown.result.records if record.done]
+    pairs = [(float(record.seed), record.figures.get(shown.figure.column)) for record in done]
+    known = [(seed, shown.scale.factor * value) for seed, value in pairs if isinstance(value, bool | int | float)]
+    seeds, values = (np.array([pair[i] for pair in known]) for i in (0, 1))
+    middle = float(np.median(values)) if len(values) >= FEWEST_SEEDS else None
+    all_seeds = shown.result.plan.seeds
+    ticks = tuple((float(seed), str(seed)) for seed in all_seeds[:: -(-len(all_seeds) // MOST_TICKS)])
+    rule = () if middle is None else (Rule(middle, "median", QUIET_COLOUR, upright=False),)
+    return Panel((*rule, Points(seeds, values)), Axis("seed", ticks=ticks), shown.axis)
+
+
+def _map_panel(shown: _Shown, rows: Sequence[_Row]) -> Panel:
+    along, lines = shown.along, shown.lines
     assert along is not None
     assert lines is not None
-    field = np.array(
-        [
-            [scale.factor * _spread(result, figure, along, x, lines, y).middle for x in along.values]
-            for y in lines.values
-        ]
-    )
-    axes.set_facecolor(MAP_GROUND)  # where no run got to its end
-    drawn = axes.pcolormesh(np.ma.masked_invalid(field), cmap=HEIGHT_COLOURS)
-    style_axes(axes, x=_name(result, along), y=_name(result, lines), grid=False)
-    for axis, varied in ((axes.xaxis, along), (axes.yaxis, lines)):
-        every = -(-len(varied.values) // MOST_TICKS)
-        axis.set_ticks(
-            [i + 0.5 for i in range(0, len(varied.values), every)],
-            [_value_text(result, varied, value) for value in varied.values[::every]],
+    field = np.full((len(lines.names), len(along.names)), np.nan)
+    for row in rows:
+        field[row.line, list(row.at)] = row.middle
+    across, upwards = np.argsort(along.places), np.argsort(lines.places)[::-1]
+    colouring = Colouring(shown.axis.quantity, np.ravel(field[np.ix_(upwards, across)]), shown.axis.unit)
+    cells = Cells(colouring, tuple(along.names[i] for i in across), tuple(lines.names[i] for i in upwards))
+    x, y = (Axis(axis.quantity, axis.unit) for axis in (along.axis, lines.axis))
+    return Panel((cells,), x, y, ground=MAP_COLOUR, height=400)
+
+
+def _rows(shown: _Shown) -> list[_Row]:
+    """What is drawn over one another: one for each value that has any run."""
+    along, lines, plan = shown.along, shown.lines, shown.result.plan
+    if along is None:
+        return []
+    names = [each.name for each in plan.varied]
+    groups: Sequence[object] = (None,) if lines is None else lines.varied.values
+    shift = 0.0 if along.numeric or lines is None else 0.5 / len(groups)
+    runs: dict[
+        tuple[int, int], list[list[FigureValue]]
+    ] = {}  # by line and place along x, those of each combination
+    for combination, found in zip(plan.combinations, shown.result.by_combination(shown.figure), strict=True):
+        line = 0 if lines is None else groups.index(combination.values[names.index(lines.varied.name)])
+        at = along.varied.values.index(combination.values[names.index(along.varied.name)])
+        if len(numbers_of(found)):
+            runs.setdefault((line, at), []).append(found)
+    rows = []
+    for line in range(len(groups)):
+        known = [at for at in np.argsort(along.places).tolist() if (line, at) in runs]
+        if not known:
+            continue
+        each = [list(chain.from_iterable(runs[line, at])) for at in known]
+        rows.append(
+            _Row(
+                line,
+                "" if lines is None else lines.assignments[line],
+                tuple(known),
+                along.places[known] + shift * (line - 0.5 * (len(groups) - 1)),
+                tuple(shown.scale.factor * numbers_of(values) for values in each),
+                tuple(spread_of(values).scaled(shown.scale.factor) for values in each),
+                min(len(numbers_of(found)) for at in known for found in runs[line, at]),
+            )
         )
-    bar = axes.figure.colorbar(drawn, ax=axes)
-    bar.set_label(quantity, fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
-
-
-def _spread(
-    result: SweepResult, figure: Figure, along: Varied, value: object, lines: Varied | None, group: object
-) -> FigureSpread:
-    """Over all runs with that value along x, and of that line."""
-    names = [each.name for each in result.plan.varied]
-    wanted = {names.index(along.name): value} | ({} if lines is None else {names.index(lines.name): group})
-    matching = [
-        combination
-        for combination in result.plan.combinations
-        if all(combination.values[i] == each for i, each in wanted.items())
-    ]
-    return spread_of(result.values(figure, matching))
-
-
-def _placed(axes: Axes, result: SweepResult, along: Varied) -> tuple[list[float], str]:
-    """Where values stand along x, and what the axis is called."""
-    if not _numeric(along):
-        names = [_value_text(result, along, value) for value in along.values]
-        turned = max(map(len, names)) * len(names) > 32
-        axes.set_xticks(range(len(names)), names, rotation=25 if turned else 0, ha="right" if turned else "center")
-        axes.set_xlim(-0.6, len(names) - 0.4)
-        return [float(i) for i in range(len(names))], _name(result, along)
-    numbers = numbers_of([value for value in along.values if isinstance(value, int | float)])
-    scale = _option_scale(result, along)
-    if numbers.min() > 0.0 and numbers.max() >= LOGARITHMIC * numbers.min():
-        axes.set_xscale("log")
-    return [scale.factor * value for value in numbers.tolist()], _name(result, along)
-
-
-def _numeric(varied: Varied) -> bool:
-    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in varied.values)
-
-
-def _option_scale(result: SweepResult, varied: Varied) -> Scale:
-    numbers = numbers_of([value for value in varied.values if isinstance(value, int | float)])
-    unit = result.plan.unit(varied.name)
-    return scale_of(unit, float(np.abs(numbers).max())) if _numeric(varied) else Scale(1.0, unit)
-
-
-def _value_text(result: SweepResult, varied: Varied, value: object) -> str:
-    """A value in the unit of its axis, short enough to stand there."""
-    if isinstance(value, float) and _numeric(varied):
-        return f"{_option_scale(result, varied).factor * value:.4g}"
-    return label(shown_value(value).rsplit("/", 1)[-1], LONGEST_NAME)  # of a file, its name
-
-
-def _line_name(result: SweepResult, varied: Varied, value: object) -> str:
-    """An option with one of its values and their unit."""
-    unit = _option_scale(result, varied).unit
-    return f"{varied.name.replace('_', ' ')} = {_value_text(result, varied, value)} {unit}".rstrip()
-
-
-def _name(result: SweepResult, varied: Varied) -> str:
-    return _quantity(varied.name.replace("_", " "), _option_scale(result, varied))
-
-
-def _quantity(words: str, scale: Scale) -> str:
-    return f"{words} [{scale.unit}]" if scale.unit else words
+    return rows

@@ -3,15 +3,15 @@
 import shlex
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.commands.scale import scale_of
 from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.sweep.picture import pictures
 from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
 from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.result import HIGH, LOW, SweepResult, numbers_of, spread_of
+from palpate.commands.sweep.result import FEWEST_SEEDS, HIGH, LOW, SweepResult, numbers_of, spread_of
 from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import shown_value
 from palpate.experiments.kit.figure import is_share
@@ -19,21 +19,12 @@ from palpate.experiments.kit.repeat_words import command_line
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.report import Pictures, Report, Section, TextTable
 
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
-
 MOST_ROWS = 60
 """Of a table in the report: the rest is in runs.csv."""
 
 
 def sweep_report(result: SweepResult) -> Report:
     """Return the report."""
-
-    def draw() -> "list[Picture]":
-        from palpate.commands.sweep.picture import pictures  # with matplotlib
-
-        return pictures(result)
-
     plan = result.plan
     failures = TextTable(failure_rows(result), ("name", "value", "note"), ("run", "how it went", "why"))
     return Report(
@@ -41,7 +32,7 @@ def sweep_report(result: SweepResult) -> Report:
         result.outcome,
         key_figures(result),
         (
-            Section("What came out", (Pictures(draw),)),
+            Section("What came out", (Pictures(lambda: pictures(result)),)),
             *(_in_figures(result, i) for i in range(len(result.figures))),
             Section("Runs that did not get to their end", (failures,)),
         ),
@@ -79,15 +70,15 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
     values = numbers_of(result.values(figure, plan.combinations))
     scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
     rows = []
-    for combination in plan.combinations:
-        spread = spread_of(result.values(figure, [combination]))
+    for combination, found in zip(plan.combinations, result.by_combination(figure), strict=True):
+        spread = spread_of(found).scaled(scale.factor)
         name = plan.name_of(combination) or "all runs"
-        value = f"{scale.factor * spread.middle:.4g}" if spread.count else "-"
-        note = (
-            f"{scale.factor * spread.low:.4g} to {scale.factor * spread.high:.4g}"
-            if spread.low < spread.high
-            else ""
-        )
+        value = f"{spread.middle:.4g}" if spread.count else "-"
+        note = ""
+        if 1 < spread.count < FEWEST_SEEDS and not is_share(found):
+            note = ", ".join(f"{scale.factor * each:.4g}" for each in numbers_of(found))
+        elif spread.low < spread.high:
+            note = f"{spread.low:.4g} to {spread.high:.4g}"
         rows.append((name, value, scale.unit if spread.count else "", _with_count(result, combination, note)))
     return rows
 
@@ -96,7 +87,8 @@ def _in_figures(result: SweepResult, index: int) -> Section:
     """The table of a figure that is shown."""
     figure, plan = result.figures[index], result.plan
     share = is_share(result.values(figure, plan.combinations))
-    heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
+    beside = SPREAD if len(plan.seeds) >= FEWEST_SEEDS else "each run"
+    heads = ("combination", "share", "", "") if share else ("combination", "median", "", beside)
     rows = _shortened(combination_rows(result, index), ("", "", "in runs.csv"))
     heading = figure.meaning[:1].upper() + figure.meaning[1:] + (", by combination" if plan.varied else "")
     return Section(heading, (TextTable(rows, heads=heads),))
@@ -124,10 +116,10 @@ def advice(result: SweepResult) -> tuple[str, ...]:
         )
     if result.seeds_alike:
         sentences.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
-    elif len(result.plan.seeds) == 1 and len(result.records) > 1:
+    elif len(result.plan.seeds) < FEWEST_SEEDS and len(result.records) > 1:
         sentences.append(
-            "With one run of each combination, the effect of the options cannot be separated from chance: "
-            "--seeds 5 into another folder (--out) shows both."
+            f"With fewer than {FEWEST_SEEDS} runs of each combination, the effect of the options cannot be "
+            f"separated from chance: --seeds {FEWEST_SEEDS} into another folder (--out) shows both."
         )
     return tuple(sentences)
 

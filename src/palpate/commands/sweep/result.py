@@ -17,6 +17,10 @@ from palpate.nearest_name import nearest
 LOW, HIGH = 10.0, 90.0
 """Percentiles of the band that is shown of several runs."""
 
+FEWEST_SEEDS = 5
+"""Runs of a combination from which their spread is told: that all of one are above all of another, or below, is
+chance with a probability of 2 / C(10, 5) = 0.8 %; with four runs each it would be 2.9 %."""
+
 SHOWN = 2
 """Number of figures that are shown by default."""
 
@@ -36,6 +40,10 @@ class FigureSpread:
     middle: float
     low: float
     high: float
+
+    def scaled(self, factor: float) -> "FigureSpread":
+        """Return it in another unit."""
+        return FigureSpread(self.count, factor * self.middle, factor * self.low, factor * self.high)
 
 
 def spread_of(values: Sequence[FigureValue]) -> FigureSpread:
@@ -64,6 +72,12 @@ class SweepResult:
     records: tuple[RunRecord, ...]
     figures: tuple[Figure, ...]
 
+    def _repr_html_(self) -> str:
+        from palpate.commands.sweep.report import sweep_report  # which imports this module
+        from palpate.reporting.notebook import report_fragment
+
+        return report_fragment(sweep_report(self))
+
     @cached_property
     def failures(self) -> tuple[RunRecord, ...]:
         """Runs that did not get to their end."""
@@ -82,6 +96,12 @@ class SweepResult:
             for run, record in pairs
             if record.done and id(run.combination) in wanted
         ]
+
+    def by_combination(self, figure: Figure) -> list[list[FigureValue]]:
+        """Return a figure of the runs that got to their end, combination by combination."""
+        count = len(self.plan.seeds)
+        each = (self.records[first : first + count] for first in range(0, len(self.records), count))
+        return [[record.figures.get(figure.column) for record in records if record.done] for records in each]
 
     def done_of(self, combination: Combination) -> int:
         """Return how many runs of a combination got to their end."""

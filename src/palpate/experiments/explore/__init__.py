@@ -14,7 +14,11 @@ __all__ = ["ExploreConfig", "explore"]
 
 
 def explore(
-    config: ExploreConfig, out: str | Path | None = None, observers: "Sequence[Observer]" = ()
+    config: ExploreConfig,
+    out: str | Path | None = None,
+    observers: "Sequence[Observer]" = (),
+    *,
+    progress: bool = False,
 ) -> "Exploration":
     """Explore an object by touch, and return map, shape and errors.
 
@@ -22,6 +26,7 @@ def explore(
         config: How.
         out: Folder for log, report and files; nothing is written if not given.
         observers: Called every period with sample, observation and command.
+        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
 
     Raises:
         InvalidValueError: It cannot be carried out, or what was felt tells nothing.
@@ -30,5 +35,5 @@ def explore(
     from palpate.experiments.explore.experiment import Explore  # what runs and draws is imported only now
     from palpate.experiments.kit.script import perform
 
-    found: Exploration = perform(Explore(), config, out, observers)
+    found: Exploration = perform(Explore(), config, out, observers, progress=progress)
     return found

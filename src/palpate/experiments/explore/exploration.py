@@ -19,25 +19,23 @@ from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import ProgressCallback, Recorded
-from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.mapping import HeightMap, SphereFit, TouchCloud, fit_sphere
 from palpate.runtime import Phase, Record, RunResult
 from palpate.sim import SceneObject
-
-NAME = "explore"
-"""The experiment whose result this is."""
 
 ERRORS = (
     "Errors of the surface",
     "Signed distances of the touched points from the true surface, positive outside, as shares of each run's "
     "points. Narrow and about zero is good; outliers are counted in the outermost bins.",
-    "error of the points [µm]",
+    "error of the points",
+    "µm",
 )
-"""Title, caption and axis of their picture."""
+"""Title, caption, quantity and unit of their picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Exploration:
+class Exploration(ShownResult):
     """What an exploration found, and how it went.
 
     Attributes:
@@ -61,6 +59,8 @@ class Exploration:
         changes: Which of the requested changes of live parameters took effect, and when.
         stop_reason: Why an active exploration ended; None of others, and if it did not get so far.
     """
+
+    experiment = "explore"
 
     plan: ExplorationPlan
     run: RunResult
@@ -130,12 +130,6 @@ class Exploration:
     def error_samples(self) -> tuple[ErrorSample, ...]:
         """Return how far the points are off, for comparisons; none on a robot."""
         return (ErrorSample(*ERRORS, 1e6 * self.point_error),) if self.truth.known else ()
-
-    def _repr_html_(self) -> str:
-        """What a notebook shows: how it went, the key figures, and what was felt."""
-        from palpate.reporting.notebook import report_fragment
-
-        return report_fragment(experiment_named(NAME).report(self))
 
 
 def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:

@@ -14,7 +14,11 @@ __all__ = ["FrictionConfig", "find_friction"]
 
 
 def find_friction(
-    config: FrictionConfig, out: str | Path | None = None, observers: "Sequence[Observer]" = ()
+    config: FrictionConfig,
+    out: str | Path | None = None,
+    observers: "Sequence[Observer]" = (),
+    *,
+    progress: bool = False,
 ) -> "FrictionResult":
     """Rub a surface, and return its friction, and how it bears torque.
 
@@ -22,6 +26,7 @@ def find_friction(
         config: How.
         out: Folder for log, report and files; nothing is written if not given.
         observers: Called every period with sample, observation and command.
+        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
 
     Raises:
         InvalidValueError: It cannot be carried out, or what was felt tells nothing.
@@ -30,5 +35,5 @@ def find_friction(
     from palpate.experiments.friction.experiment import FindFriction  # what runs and draws is imported only now
     from palpate.experiments.kit.script import perform
 
-    found: FrictionResult = perform(FindFriction(), config, out, observers)
+    found: FrictionResult = perform(FindFriction(), config, out, observers, progress=progress)
     return found

@@ -10,6 +10,7 @@ from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.strokes import FreeAir, RubbedPair, free_air, rubbed_pairs
 from palpate.experiments.friction.summary import friction_file
 from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.friction.friction_file import FrictionFile
 from palpate.friction.rubbing.sliding import SETTLING
 from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN
@@ -19,7 +20,7 @@ from palpate.sim.scene_cost import SceneCost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FrictionResult:
+class FrictionResult(ShownResult):
     """How a surface was rubbed, and its friction.
 
     Attributes:
@@ -35,6 +36,8 @@ class FrictionResult:
         cost: Of the simulated scene; None on a robot.
         recognised: Its recognition in a library; None without one.
     """
+
+    experiment = "friction"
 
     plan: FrictionPlan
     run: RunResult

@@ -14,7 +14,11 @@ __all__ = ["GraspConfig", "grasp_object"]
 
 
 def grasp_object(
-    config: GraspConfig, out: str | Path | None = None, observers: "Sequence[Observer]" = ()
+    config: GraspConfig,
+    out: str | Path | None = None,
+    observers: "Sequence[Observer]" = (),
+    *,
+    progress: bool = False,
 ) -> "Grasp":
     """Hold an object, lift it, and set it down; return how it was held.
 
@@ -22,6 +26,7 @@ def grasp_object(
         config: How.
         out: Folder for log, report and files; nothing is written if not given.
         observers: Called every period with sample, observation and command.
+        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
 
     Raises:
         InvalidValueError: It cannot be carried out.
@@ -30,5 +35,5 @@ def grasp_object(
     from palpate.experiments.grasp.experiment import GraspObject  # what runs and draws is imported only now
     from palpate.experiments.kit.script import perform
 
-    found: Grasp = perform(GraspObject(), config, out, observers)
+    found: Grasp = perform(GraspObject(), config, out, observers, progress=progress)
     return found

@@ -17,6 +17,7 @@ from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.truth import STAGES, GraspTruth
 from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.runtime import RunResult
 from palpate.sim.fidelity import GRAVITY
 
@@ -59,7 +60,7 @@ class Onset:
 
 
 @dataclass(frozen=True, eq=False)
-class Grasp:
+class Grasp(ShownResult):
     """The result of a grasp.
 
     Attributes:
@@ -72,6 +73,8 @@ class Grasp:
         met_early: Whether it met something while it was lowered that it did not stand on.
         nudged: What a nudge before the lift found, per finger; empty without.
     """
+
+    experiment = "grasp"
 
     planned: GraspPlan
     run: RunResult

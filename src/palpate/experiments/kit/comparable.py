@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from palpate.errors import FloatArray
+from palpate.mapping import SurfaceMap, SurfaceMesh
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -13,13 +14,15 @@ class ErrorSample:
     Attributes:
         title: What they are.
         caption: What one sees and what is good.
-        axis: Label of the axis, with unit.
+        quantity: What the axis tells.
+        unit: Of it.
         values: In that unit, any number of them.
     """
 
     title: str
     caption: str
-    axis: str
+    quantity: str
+    unit: str
     values: FloatArray
 
 
@@ -39,4 +42,28 @@ class WithErrors(Protocol):
 
     def error_samples(self) -> tuple[ErrorSample, ...]:
         """Return them; none where the truth is not known."""
+        ...
+
+
+class FeltMap(Protocol):
+    """The map of a surface."""
+
+    @property
+    def surface(self) -> SurfaceMap:
+        """What can be asked where the surface is."""
+        ...
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """What is known of it, as triangles."""
+        ...
+
+
+@runtime_checkable
+class WithMap(Protocol):
+    """A result that may have a map."""
+
+    @property
+    def claimed_map(self) -> FeltMap | None:
+        """It, if it claims anything."""
         ...

@@ -1,14 +1,14 @@
 """A default report, and no files, for simple experiments."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.experiment import Writer
 from palpate.experiments.kit.figure import Figure
-from palpate.reporting.computing import computing
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.picture import Picture
-from palpate.reporting.report import Pictures, Report, Section
+
+if TYPE_CHECKING:  # which only those who write a report wait for
+    from palpate.reporting.picture import Picture
+    from palpate.reporting.report import Report
 
 
 class ExperimentDefaults:
@@ -19,12 +19,16 @@ class ExperimentDefaults:
     Config: type[Any]
     figures: tuple[Figure, ...]
 
-    def pictures(self, result: Any) -> Iterator[Picture]:
+    def pictures(self, result: Any) -> "Iterator[Picture]":
         """Return what is drawn into the report; nothing, unless a subclass does."""
         yield from ()
 
-    def report(self, result: Any) -> Report:
+    def report(self, result: Any) -> "Report":
         """Return the figures, the pictures, and how the computer kept up."""
+        from palpate.reporting.computing import computing
+        from palpate.reporting.data import KeyFigure
+        from palpate.reporting.report import Pictures, Report, Section
+
         values = ((each, each.value(result)) for each in self.figures)
         rows = (KeyFigure(each.meaning, "none" if value is None else value, each.unit) for each, value in values)
         return Report(

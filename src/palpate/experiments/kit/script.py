@@ -1,12 +1,16 @@
 """An experiment from a script: one call plans, prepares, runs and evaluates it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+from rich.console import Console
 
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer, write_result
+from palpate.experiments.kit.run_bar import run_bar
 from palpate.experiments.kit.run_report import run_report
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Observer
@@ -23,7 +27,12 @@ def plan_for(experiment: Experiment, config: Any) -> Plan:
 
 
 def perform(
-    experiment: Experiment, config: Any, out: str | Path | None = None, observers: Sequence[Observer] = ()
+    experiment: Experiment,
+    config: Any,
+    out: str | Path | None = None,
+    observers: Sequence[Observer] = (),
+    *,
+    progress: bool = False,
 ) -> Any:
     """Carry an experiment out and return its result.
 
@@ -32,6 +41,7 @@ def perform(
         config: How, an instance of its `Config`.
         out: Folder for log, report and files, made if need be; nothing is written if not given.
         observers: Called every period with sample, observation and command.
+        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
 
     Raises:
         InvalidValueError: It cannot be carried out, or what was felt tells nothing.
@@ -40,7 +50,12 @@ def perform(
     """
     plan = plan_for(experiment, config).prepared()
     sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
-    result = experiment.found(plan, carry_out(plan, observers, sinks))
+    if progress:
+        with run_bar(Console(), plan.expected_duration) as bar:
+            recorded = carry_out(plan, (*observers, bar.observe), sinks)
+            result = experiment.found(plan, replace(recorded, progress=bar.step))
+    else:
+        result = experiment.found(plan, carry_out(plan, observers, sinks))
     if out is not None:
         write_result(experiment, result, run_report(experiment, plan, result), Path(out))
     return result

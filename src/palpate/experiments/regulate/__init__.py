@@ -14,7 +14,11 @@ __all__ = ["RegulateConfig", "regulate"]
 
 
 def regulate(
-    config: RegulateConfig, out: str | Path | None = None, observers: "Sequence[Observer]" = ()
+    config: RegulateConfig,
+    out: str | Path | None = None,
+    observers: "Sequence[Observer]" = (),
+    *,
+    progress: bool = False,
 ) -> "Regulation":
     """Hold a force on a surface, and return how it was held.
 
@@ -22,6 +26,7 @@ def regulate(
         config: How.
         out: Folder for log, report and files; nothing is written if not given.
         observers: Called every period with sample, observation and command.
+        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
 
     Raises:
         InvalidValueError: It cannot be carried out, or what was felt tells nothing.
@@ -30,5 +35,5 @@ def regulate(
     from palpate.experiments.kit.script import perform
     from palpate.experiments.regulate.experiment import Regulate  # what runs and draws is imported only now
 
-    found: Regulation = perform(Regulate(), config, out, observers)
+    found: Regulation = perform(Regulate(), config, out, observers, progress=progress)
     return found

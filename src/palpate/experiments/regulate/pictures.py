@@ -4,70 +4,54 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from palpate.experiments.regulate.response import SETTLED, FrequencyResponse, StepResponse
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.lines import draw_true_and_felt
+from palpate.reporting.lines import true_and_felt
+from palpate.reporting.marks import Band, Dash, Line, Rule, Span
 from palpate.reporting.phases import stretches
-from palpate.reporting.style import (
-    DASH_DOT,
-    DASHED,
-    GRID,
-    INK,
-    LIMIT,
-    MEASURED,
-    MILLI,
-    QUIET,
-    TRUE,
-    WANTED,
-    Picture,
-    Width,
-    legend_above,
-    new_figure,
-    style_axes,
-)
+from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.runtime.data import Phase
+from palpate.runtime.palette import BOUND, FELT, GRID_COLOUR, QUIET_COLOUR, SET, TRUTH
+
+MILLI = 1e3
 
 HALF_POWER_DB = -3.0103
 """20 log10(1 / sqrt 2)."""
 
-CURVES = (TRUE, MEASURED)
+LEAST_GAIN = 1e-6
+"""Of amplitudes on a scale of decibels."""
+
+COLOURS = {"true": TRUTH, "felt": FELT}
+WIDTHS = {"true": 2.5, "felt": 1.2}
+"""[px], so that both are seen where they agree."""
 
 
 def error_picture(series: TimeSeries) -> Picture | None:
     """Return the picture of the force's error while it is held, or None if it never was."""
     held = [(begin, end) for name, begin, end in stretches(series) if name == Phase.HOLD and end > begin]
+    if not held:
+        return None
     shown = np.zeros(len(series.time), dtype=np.bool_)
     for begin, end in held:
         shown |= (series.time >= begin) & (series.time < end)
-    if not shown.any():
-        return None
+    wanted = np.where(shown, series.set_force, np.nan)  # lines are broken where it is not held
+    true = None if series.true_force is None else MILLI * (series.true_force - wanted)
+    lines = true_and_felt(series.time, true, MILLI * (series.measured_force - wanted))
     return Picture(
         title="Force error while holding",
         caption=(
             "Felt and true force less the set one, while the profile was held; the nearer to zero the better."
         ),
-        full=_error(series, shown, Width.FULL),
-        narrow=_error(series, shown, Width.HALF),
+        panels=(
+            Panel(
+                (*lines, Rule(0.0, "set", SET, dash=Dash.DASHED, upright=False)),
+                Axis("time", "s", held[0][0], held[-1][1], run_time=True),
+                Axis("force error", "mN"),
+            ),
+        ),
+        wide=True,
     )
-
-
-def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]], width: Width) -> Figure:
-    figure = new_figure(width, 2.8)
-    axes = figure.subplots()
-    # broken lines where it is not held
-    wanted = np.where(shown, series.set_force, np.nan)
-    true = None if series.true_force is None else MILLI * (series.true_force - wanted)
-    draw_true_and_felt(axes, series.time, true, MILLI * (series.measured_force - wanted))
-    axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
-    times = series.time[shown]
-    axes.set_xlim(float(times[0]), float(times[-1]) + 1e-9)
-    style_axes(axes, x="time [s]", y="force error [mN]")
-    legend_above(figure, [axes], columns=3)
-    return figure
 
 
 def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Picture | None:
@@ -75,76 +59,60 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
     judged = felt if true is None else true
     if judged is None:
         return None
-    count = judged.count
-    figure = new_figure(Width.HALF, 3.3)
-    axes = figure.subplots()
-    time = MILLI * judged.time
-    axes.axhspan(1.0 - SETTLED, 1.0 + SETTLED, color=GRID, linewidth=0, label=f"within {100.0 * SETTLED:g} %")
-    for row in judged.each:
-        axes.plot(time, row, color=QUIET, linewidth=0.5, alpha=0.5)
-    if felt is not None:
-        axes.plot(time, felt.mean, color=MEASURED, linewidth=0.9, label="felt")
-    if true is not None:
-        axes.plot(time, true.mean, color=TRUE, linewidth=1.8, label="true")
-    axes.axhline(1.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
-    if all(map(math.isfinite, judged.rise)):
-        for at in judged.rise:
-            axes.axvline(MILLI * at, color=INK, linewidth=0.7, linestyle=":")
-    axes.margins(x=0.0)
-    style_axes(axes, x="time since the step [ms]", y="share of the step")
-    legend_above(figure, [axes], columns=4)
+    time, count = MILLI * judged.time, judged.count
+    each = Band(time, judged.each.min(axis=0), judged.each.max(axis=0), "single steps", QUIET_COLOUR)
+    means = (("true", true), ("felt", felt))
+    lines = (Line(time, it.mean, name, COLOURS[name], WIDTHS[name]) for name, it in means if it is not None)
+    rise = (Rule(MILLI * at, dash=Dash.DOTTED) for at in judged.rise if all(map(math.isfinite, judged.rise)))
     return Picture(
         title="Step response",
         caption=(
-            f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1; dotted: "
-            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within the band "
-            "at once, is good."
+            f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1, and "
+            "between which limits the single ones are; dotted: 10 and 90 %, between which the rise is counted. "
+            "Quick, and within the band at once, is good."
         ),
-        full=figure,
+        panels=(
+            Panel(
+                (
+                    Span(
+                        1.0 - SETTLED, 1.0 + SETTLED, f"within {100.0 * SETTLED:g} %", GRID_COLOUR, upright=False
+                    ),
+                    each,
+                    *lines,
+                    Rule(1.0, "set", SET, dash=Dash.DASHED, upright=False),
+                    *rise,
+                ),
+                Axis("time since the step", "ms"),
+                Axis("share of the step"),
+                height=360,
+            ),
+        ),
     )
 
 
 def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
-    """Return the Bode plot of frequency responses; there is at least one, and the first is judged."""
-    judged = next(iter(tones.values()))
-    bandwidth = judged.bandwidth
-    figure = new_figure(Width.HALF, 4.4)
-    gain, phase = figure.subplots(2, 1, sharex=True)
-    marks = ("o", "x")
-    for i, (name, response) in enumerate(tones.items()):
-        colour, mark = CURVES[i % 2], marks[i % 2]
-        line = {"color": colour, "marker": mark, "markersize": 4.5, "linewidth": 1.4 - 0.5 * (i % 2)}
-        gain.semilogx(response.frequency, 20.0 * np.log10(np.maximum(response.gain, 1e-6)), label=name, **line)
-        phase.semilogx(response.frequency, response.phase_deg, **line)
-    gain.axhline(HALF_POWER_DB, color=LIMIT, linewidth=1.0, linestyle=DASH_DOT, label="-3 dB")
-    if bandwidth is not None:
-        for axes in (gain, phase):
-            axes.axvline(bandwidth, color=INK, linewidth=0.7, linestyle=":")
-        beside = -6 if bandwidth > math.sqrt(judged.frequency[0] * judged.frequency[-1]) else 6
-        gain.annotate(
-            f"{bandwidth:.3g} Hz",
-            (bandwidth, 0.06),
-            xycoords=("data", "axes fraction"),
-            xytext=(beside, 0),
-            textcoords="offset points",
-            ha="right" if beside < 0 else "left",
-            fontsize=8.5,
-            color=INK,
-        )
-    _style_frequency_axes(gain, "amplitude ratio [dB]", "")
-    _style_frequency_axes(phase, "phase [degrees]", "frequency [Hz]")
-    figure.align_ylabels()
-    legend_above(figure, [gain], columns=3)
-    width = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB at {bandwidth:.3g} Hz"
+    """Return the Bode plot of frequency responses ("true", "felt"); there is at least one, the first is judged."""
+    bandwidth = next(iter(tones.values())).bandwidth
+    frequency = Axis("frequency", "Hz", logarithmic=True)
+    gain, phase = [], []
+    for name, response in tones.items():
+        colour, thick = COLOURS[name], WIDTHS[name]
+        decibels = 20.0 * np.log10(np.maximum(response.gain, LEAST_GAIN))
+        gain.append(Line(response.frequency, decibels, name, colour, thick, points=True))
+        phase.append(Line(response.frequency, response.phase_deg, "", colour, thick, points=True))
+    at = () if bandwidth is None else (Rule(bandwidth, dash=Dash.DOTTED),)
+    width = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB (dotted) at {bandwidth:.3g} Hz"
     return Picture(
         title="Frequency response",
         caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {width}. "
         "Level gain and a phase near zero up to high frequencies are good.",
-        full=figure,
+        panels=(
+            Panel(
+                (*gain, Rule(HALF_POWER_DB, "-3 dB", BOUND, dash=Dash.DASH_DOT, upright=False), *at),
+                frequency,
+                Axis("amplitude ratio", "dB"),
+                height=240,
+            ),
+            Panel((*phase, *at), frequency, Axis("phase", "degrees"), height=220),
+        ),
     )
-
-
-def _style_frequency_axes(axes: Axes, y: str, x: str) -> None:
-    style_axes(axes, x=x, y=y)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())

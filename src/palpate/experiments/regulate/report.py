@@ -2,22 +2,21 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.regulate.key_figures import key_figures, margins
+from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse
 from palpate.experiments.regulate.result import Regulation
 from palpate.experiments.regulate.words import asked, limits, outcome, settings, title
 from palpate.reporting.computing import computing
 from palpate.reporting.data import TimeSeries
+from palpate.reporting.force_picture import force_overview
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
 from palpate.runtime import Ending
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 LEAST_GAIN_MARGIN = 2.0
 """Below it a loop is nearer to swinging than is usual (6 dB)."""
@@ -86,19 +85,14 @@ def _tone_rows(tones: dict[str, FrequencyResponse]) -> list[tuple[str, str, str,
     ]
 
 
-def _over_time(regulation: Regulation) -> "Iterator[Picture | None]":
-    from palpate.experiments.regulate.pictures import error_picture
-    from palpate.reporting.force_picture import force_overview
-
+def _over_time(regulation: Regulation) -> Iterator[Picture | None]:
     if len(regulation.record):
         series = series_of(regulation)
         yield force_overview(series)
         yield error_picture(series)
 
 
-def _responses(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> "Iterator[Picture | None]":
-    from palpate.experiments.regulate.pictures import bode_picture, step_picture
-
+def _responses(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> Iterator[Picture | None]:
     judged, felt = regulation.judged_steps, regulation.felt_steps
     if judged is not None:
         yield step_picture(judged if regulation.truth.known else None, felt)

@@ -11,6 +11,7 @@ from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_periods import Periods
 from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.experiments.regulate.held import Held
 from palpate.experiments.regulate.held_responses import HeldResponses
 from palpate.experiments.regulate.held_sums import HeldSums
@@ -22,7 +23,7 @@ from palpate.sim.scene_cost import SceneCost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Regulation(Held):
+class Regulation(Held, ShownResult):
     """How a force was regulated. Its periods are those that pictures show; its figures are of all.
 
     Attributes:
@@ -40,6 +41,8 @@ class Regulation(Held):
         every: 1 if the figures are of all periods; else of every second, fourth, ... one, and of responses
             nothing is known.
     """
+
+    experiment = "regulate"
 
     run: RunResult
     pieces: Callable[[], Iterator[Held]]
