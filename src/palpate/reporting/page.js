@@ -64,19 +64,22 @@
     return kept;
   };
 
-  const coloured = (trace, chosen) => {
-    const scale = { cmin: chosen.low, cmax: chosen.high, colorscale: chosen.scale, colorbar: barOf(chosen.label) };
-    if (trace.type !== "mesh3d") return [{ ...trace, marker: { ...trace.marker, ...scale, color: chosen.values, showscale: true } }];
-    const { unknown, ...mesh } = trace;
+  const coloured = (trace, chosen, bar) => {
+    const scale = { cmin: chosen.low, cmax: chosen.high, colorscale: chosen.scale, colorbar: barOf(chosen.label), showscale: bar };
+    const said = Array.from(chosen.values, (value) => `${chosen.quantity} ${value.toPrecision(4)} ${chosen.unit}`);
+    const shown = { ...trace, hovertext: said, hovertemplate: [trace.hovertemplate, "%{hovertext}"].filter(Boolean).join("<br>") };
+    delete shown.hoverinfo;
+    if (trace.type !== "mesh3d") {
+      const part = trace.mode === "lines" ? "line" : "marker";
+      return [{ ...shown, [part]: { ...trace[part], ...scale, color: chosen.values } }];
+    }
+    const { unknown, ...mesh } = shown;
     const some = known(mesh, chosen.values, true);
-    const shown = { ...mesh, ...some, ...scale, intensity: chosen.values, showscale: true };
-    const said = (value) => `${chosen.quantity} ${value.toPrecision(4)} ${chosen.unit}`;
-    shown.hovertext = Array.from(chosen.values, said);
-    shown.hovertemplate += "<br>%{hovertext}";
-    delete shown.color;
-    if (some.i.length === mesh.i.length) return [shown];
-    const rest = known(mesh, chosen.values, false);
-    return [shown, { ...mesh, ...rest, color: unknown, showlegend: false, hoverinfo: "skip", hovertemplate: null }];
+    Object.assign(mesh, scale, { intensity: chosen.values, legendgroup: mesh.uid });
+    delete mesh.color;
+    if (some.i.length === trace.i.length) return [mesh];
+    const rest = { ...trace, ...known(trace, chosen.values, false), uid: `${trace.uid} unknown`, legendgroup: trace.uid };
+    return [{ ...mesh, ...some }, plain({ ...rest, showlegend: false, hoverinfo: "skip", hovertemplate: null })];
   };
 
   // A rigid body where it is in a step.
@@ -88,11 +91,20 @@
     return { x: row(0), y: row(1), z: row(2) };
   };
 
-  const traces = (plot, state) =>
-    plot.data.flatMap((stated, n) => {
+  const plain = ({ unknown, ...trace }) => (unknown ? { ...trace, color: unknown } : trace);
+
+  const quantities = (plot) => [...new Set(plot.extras.flatMap((each) => (each.colourings ?? []).map((c) => c.quantity)))];
+
+  // What has the chosen quantity is coloured by it, all else of the plot is plain; plots without it keep their first.
+  const traces = (plot, state) => {
+    const names = quantities(plot);
+    const quantity = names.includes(state.colouring) ? state.colouring : names[0];
+    let bar = true; // one is enough
+    return plot.data.flatMap((stated, n) => {
       const extra = plot.extras[n];
       const trace = themed(stated);
       if (extra.step !== undefined && extra.step !== state.step) return [];
+      trace.uid = extra.step !== undefined && trace.name ? trace.name : `${n}`;
       if (extra.moving) {
         trace.x = [extra.moving.x[state.step]];
         trace.y = [extra.moving.y[state.step]];
@@ -101,10 +113,13 @@
       if (extra.meshes) Object.assign(trace, extra.meshes[state.step]);
       if (trace.marker?.colorbar) trace.marker.colorbar = { ...barOf(trace.marker.colorbar.title.text), y: -0.2 };
       if (trace.type === "heatmap" && trace.colorbar) trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
-      if (!extra.colourings) return [trace];
-      const chosen = extra.colourings.find((each) => each.quantity === state.colouring) ?? extra.colourings[0];
-      return coloured(trace, chosen);
+      const chosen = (extra.colourings ?? []).find((each) => each.quantity === quantity);
+      if (!chosen) return [plain(trace)];
+      const first = bar && trace.visible !== "legendonly";
+      bar = bar && !first;
+      return coloured(trace, chosen, first);
     });
+  };
 
   const axis = (stated, base) => ({
     gridcolor: base.grid, linecolor: base.quiet, tickcolor: base.quiet, zeroline: false, showline: true,
@@ -164,8 +179,9 @@
   };
 
   const switchOf = (figure, state, plots) => {
-    const names = [...new Set(plots.flatMap((each) => each.plot.extras.flatMap((e) => (e.colourings ?? []).map((c) => c.quantity))))];
-    if (names.length < 2) return;
+    const choices = plots.map((each) => quantities(each.plot)).filter((names) => names.length > 1);
+    if (!choices.length) return;
+    const names = [...new Set(choices.flat())];
     const select = document.createElement("select");
     select.setAttribute("aria-label", "coloured by");
     for (const name of names) select.add(new Option(name, name));

@@ -37,19 +37,8 @@ from palpate.reporting.marks import (
     finite_limits,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
-from palpate.reporting.solids import (
-    Arrows,
-    Labels,
-    Path,
-    Placed,
-    Solid,
-    Spots,
-    Stepped,
-    Surface,
-    extent,
-    moves,
-)
-from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR, Colour
+from palpate.reporting.solids import Arrows, Labels, Path, Placed, Solid, Spots, Stepped, Surface, places
+from palpate.runtime.palette import CARD, MAP_COLOUR, PANE_COLOUR, Colour
 
 MOST_POINTS = 12_000
 """Of a line: enough to zoom in by ten on a wide screen."""
@@ -59,15 +48,17 @@ FEW_DECADES = 1e3
 
 MILLI = 1e3
 
+ROOM, FLATTEST = 0.04, 0.12
+"""Around what a space shows, and its least height, of its largest extent."""
+
+SIZE = 1.7
+"""Of the diagonal of a space, in plotly.js's unit: it fits into its panel, however it is turned."""
+
+RIMMED = 6.0
+"""Spots from this size on have a rim [px]: they stand out on every colour of a surface."""
+
 LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
 """Dull surfaces: a highlight would be taken for a value."""
-
-LAMP: Mapping[str, float] = {"x": -3e4, "y": 6e4, "z": -1e5}
-"""Over the reader's left shoulder, in coordinates of the screen: towards the reader is -z in a parallel projection."""
-
-LONGEST = 1.9
-"""A box whose longest side is so long, over the geometric mean of all three, fills a panel; those that are longer are
-seen from farther away."""
 
 Json = dict[str, Any]
 """What plotly.js takes."""
@@ -191,9 +182,13 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
         few = least > 0.0 and largest < FEW_DECADES * least
         out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
-    if ends != [None, None]:
-        out["range"] = ends
-        out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
+    if None not in ends:
+        out |= {"range": ends, "autorange": False}
+    elif ends != [None, None] and axis.logarithmic:
+        out |= {"range": ends, "autorange": "max" if ends[1] is None else "min"}
+    elif ends != [None, None]:  # of a range without an end plotly.js forgets the other one when it draws again
+        end, side = (low, "min") if high is None else (high, "max")
+        out["autorangeoptions"] = {f"{side}allowed": end, "include": [end]}
     if axis.ticks:
         out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [_typed(name) for _, name in axis.ticks]}
     return out
@@ -382,13 +377,14 @@ def _space(space: Space) -> Json:
     plot = _Plot([], [], {})
     for mark in space.marks:
         _add_solid(plot, mark, {})
-    axes: Json = {f"{name}axis": {"title": {"text": f"{name} [mm]"}, "nticks": 6} for name in "xyz"}
-    low, high = extent(space.marks)
-    if any(moves(mark) for mark in space.marks):  # it moves, not the walls
-        for each, begin, end in zip(axes.values(), (MILLI * low).tolist(), (MILLI * high).tolist(), strict=True):
-            each |= {"range": [begin, end], "autorange": False}
-    longest = float((high - low).max() / np.cbrt((high - low).prod()))
-    eye = dict(zip("xyz", (np.array(space.view) * max(1.0, longest / LONGEST)).tolist(), strict=True))
+    ranges = _ranges(space)
+    axes = {
+        f"{name}axis": {"title": {"text": f"{name} [mm]"}, "range": ends, "autorange": False}
+        for name, ends in zip("xyz", ranges.tolist(), strict=True)
+    }
+    sizes = np.ptp(ranges, axis=1)
+    aspect = SIZE * sizes / float(np.linalg.norm(sizes))
+    eye = dict(zip("xyz", space.view, strict=True))
     up = {"x": 0, "y": 0, "z": 1} if abs(space.view[0]) + abs(space.view[1]) > 0.1 else {"x": 0, "y": 1, "z": 0}
     plot.layout |= {
         "scene": {
@@ -396,7 +392,8 @@ def _space(space: Space) -> Json:
                 name: axis | {"backgroundcolor": _role(PANE_COLOUR), "showbackground": True}
                 for name, axis in axes.items()
             },
-            "aspectmode": "data",
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", aspect.tolist(), strict=True)),
             "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
         },
         "title": _typed(space.title),
@@ -405,32 +402,42 @@ def _space(space: Space) -> Json:
     return {"kind": "space", "data": plot.traces, "extras": plot.extras, "layout": plot.layout, "zoomedWith": ""}
 
 
+def _ranges(space: Space) -> FloatArray:
+    """Return along each axis the ends of all that is ever shown, shape (3, 2) [mm]: no step changes the scale."""
+    points = np.concatenate([np.zeros((0, 3)), *map(places, space.marks)])
+    points = MILLI * points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return np.array([[-1.0, 1.0]] * 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    largest = max(float((high - low).max()), 1e-3)
+    half = np.maximum(0.5 * (high - low) + ROOM * largest, 0.5 * FLATTEST * largest)
+    middle = 0.5 * (low + high)
+    return np.column_stack([middle - half, middle + half])
+
+
 def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
     match mark:
         case Surface():
-            colourings = [_colouring(each) for each in mark.colourings]
             trace = _mesh(mark.vertices, mark.triangles, mark.colour, mark.opacity)
             trace |= _named(mark.name)
             if not mark.shown:
                 trace["visible"] = "legendonly"
-            if colourings:
+            if mark.colourings:
                 trace["unknown"] = _role(MAP_COLOUR)
-                extra = extra | {"colourings": colourings, "triangles": packed(np.asarray(mark.triangles).ravel())}
-            plot.add(trace, **extra)
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Path():
-            line = {"color": _role(mark.colour), "width": mark.width}
-            plot.add(
-                _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"line": line, "hoverinfo": "skip"},
-                **extra,
-            )
+            trace = _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"hoverinfo": "skip"}
+            del trace["hovertemplate"]
+            trace["line"] = {"color": _role(mark.colour), "width": mark.width}
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Spots():
             marker = {"color": _role(mark.colour), "size": mark.size, "symbol": _in_space(mark.symbol.value)}
             trace = _lined(mark.points, "markers", mark.name, shown=mark.shown) | {"marker": marker}
+            if mark.size >= RIMMED:
+                marker["line"] = {"color": _role(CARD), "width": 1}
             if mark.texts:
-                trace["text"] = list(mark.texts)
-            if mark.colourings:
-                extra = extra | {"colourings": [_colouring(each) for each in mark.colourings]}
-            plot.add(trace, **extra)
+                trace |= {"text": list(mark.texts), "hovertemplate": "%{text}<br>" + trace["hovertemplate"]}
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Arrows():
             steps = mark.starts if mark.starts.ndim == 3 else mark.starts[None]
             ways = mark.along if mark.along.ndim == 3 else mark.along[None]
@@ -456,6 +463,10 @@ def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
                     _add_solid(plot, each, {"step": step})
 
 
+def _choices(colourings: tuple[Colouring, ...]) -> Json:
+    return {"colourings": [_colouring(each) for each in colourings]} if colourings else {}
+
+
 def _in_space(symbol: str) -> str:
     """The symbol in space: plotly.js has few there."""
     return symbol if symbol in {"circle", "circle-open", "square", "diamond", "x", "cross"} else "diamond"
@@ -474,7 +485,7 @@ def _mesh(vertices: FloatArray, triangles: npt.NDArray[np.integer], colour: Colo
         "color": _role(colour),
         "opacity": opacity,
         "lighting": dict(LIGHT),
-        "lightposition": dict(LAMP),
+        "lightposition": {"x": 2e3, "y": 3e3, "z": -6e3},  # above: plotly.js turns normals inwards
         "hovertemplate": "x %{x:.3f}<br>y %{y:.3f}<br>z %{z:.3f} mm",
     }
 

@@ -1,14 +1,15 @@
 """Marks of a panel in space: surfaces, paths, points, arrows, as data. Lengths in metres; drawn in millimetres."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
 from palpate.reporting.marks import Colouring, Symbol
-from palpate.runtime.palette import FELT, INK_COLOUR, TRACK, Colour
+from palpate.runtime.palette import FELT, INK_COLOUR, MAP_COLOUR, TRACK, Colour
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,8 +42,9 @@ class Path:
     Attributes:
         points: Shape (n, 3) [m].
         name: In the legend; "" for none.
-        colour: Role.
+        colour: Role, where no colouring is.
         width: [px]
+        colourings: By value at the points, one at a time.
         shown: Whether it is shown before the reader asks for it in the legend.
     """
 
@@ -50,6 +52,7 @@ class Path:
     name: str = ""
     colour: Colour = TRACK
     width: float = 2.0
+    colourings: tuple[Colouring, ...] = ()
     shown: bool = True
 
 
@@ -142,35 +145,44 @@ class Placed:
 
 
 Solid = Surface | Path | Spots | Arrows | Labels | Stepped | Placed
-"""What a panel in space shows."""
+"""What a panel in space shows. What has the quantity that the reader chooses is coloured by it, the rest is plain;
+the first quantity of a panel is chosen at first."""
 
 
-def moves(mark: Solid) -> bool:
-    """Return whether it is another in each step of the picture."""
-    return isinstance(mark, Stepped | Placed) or (isinstance(mark, Arrows) and mark.starts.ndim == 3)
+def quantities(marks: Iterable[Solid]) -> tuple[str, ...]:
+    """Return all quantities by which marks of a panel can be coloured, in order."""
+    flat = (each for mark in marks for each in (chain(*mark.marks) if isinstance(mark, Stepped) else (mark,)))
+    coloured = (each for each in flat if isinstance(each, Surface | Path | Spots))
+    return tuple(dict.fromkeys(each.quantity for mark in coloured for each in mark.colourings))
 
 
-def extent(marks: Sequence[Solid]) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the largest coordinates of marks in any step, with some room; each (3,) [m]."""
-    points = np.concatenate([np.zeros((0, 3)), *(each for mark in marks for each in _points(mark))])
-    known = points[np.isfinite(points).all(axis=1)]
-    low, high = (known.min(axis=0), known.max(axis=0)) if len(known) else (np.zeros(3), np.zeros(3))
-    room = 0.03 * max(float((high - low).max()), 1e-3)
-    return low - room, high + room
+def coloured_by(marks: Iterable[Solid], quantity: str) -> tuple[Solid, ...]:
+    """Return marks coloured by one quantity alone."""
+    return tuple(_coloured_by(mark, quantity) for mark in marks)
 
 
-def _points(mark: Solid) -> Iterator[FloatArray]:
+def _coloured_by(mark: Solid, quantity: str) -> Solid:
     match mark:
         case Stepped():
-            for marks in mark.marks:
-                for each in marks:
-                    yield from _points(each)
-        case Placed():
-            for step in range(len(mark.positions)):
-                yield mark.at(step).vertices
-        case Surface():
-            yield mark.vertices
-        case Arrows():
-            yield from (mark.starts.reshape(-1, 3), (mark.starts + mark.along).reshape(-1, 3))
+            return Stepped(tuple(coloured_by(each, quantity) for each in mark.marks))  # type: ignore[misc]
+        case Surface() | Path() | Spots() if mark.colourings:
+            chosen = tuple(each for each in mark.colourings if each.quantity == quantity)
+            unknown = isinstance(mark, Surface) and not chosen
+            return replace(mark, colourings=chosen, colour=MAP_COLOUR if unknown else mark.colour)
         case _:
-            yield mark.points
+            return mark
+
+
+def places(mark: Solid) -> FloatArray:
+    """Return all points of a mark, those of other steps and those not shown yet among them, shape (n, 3) [m]."""
+    match mark:
+        case Surface():
+            return mark.vertices.reshape(-1, 3)
+        case Arrows():
+            return np.concatenate([mark.starts.reshape(-1, 3), (mark.starts + mark.along).reshape(-1, 3)])
+        case Placed():
+            return np.concatenate([mark.at(step).vertices for step in range(len(mark.positions))])
+        case Stepped():
+            return np.concatenate([np.zeros((0, 3)), *(places(each) for marks in mark.marks for each in marks)])
+        case _:
+            return mark.points.reshape(-1, 3)
