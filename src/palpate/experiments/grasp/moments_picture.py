@@ -17,7 +17,7 @@ from palpate.sim.fidelity import GRAVITY
 MOMENTS = 120
 """That are played, evenly in time, besides the worst."""
 
-LONGEST_ARROW = 1.5
+LONGEST_ARROW = 1.2
 """The largest force is drawn so long, over how far the fingertips are from their middle."""
 
 IntArray = npt.NDArray[np.intp]
@@ -106,7 +106,7 @@ def _space(grasp: Grasp, at: IntArray, step: int) -> Space:
     marks.append(Arrows(places - per_newton * pushes, per_newton * pushes, "contact force", colour))
     outwards = tips[step] * (1.0 + 0.6 * tip_radius(hand.tips[0]) / np.linalg.norm(tips[step], axis=1))[:, None]
     marks.append(Labels(outwards, tuple(str(k + 1) for k in range(truth.fingers))))
-    return Space(tuple(marks), height=330, view=(0.4, -0.9, 0.45))
+    return Space(tuple(marks), height=380, view=(0.4, -0.9, 0.45))
 
 
 def _loads(grasp: Grasp, at: IntArray) -> tuple[FloatArray, FloatArray]:
