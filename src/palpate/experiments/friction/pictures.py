@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -112,8 +113,9 @@ def surface_picture(found: SurfacePoints) -> Picture:
     rounded = np.round(found.loads, 1)
     for load, colour in _colours(sorted(set(rounded.tolist()))).items():
         at = rounded == load
-        errors = (np.tile(found.errors[at, k], (2, 1)) for k in (0, 1))
-        marks.append(Points(*found.points[at].T, f"at {load:g} N", colour, 6.0, Symbol.DOT, *errors))
+        (x, y), (aside, upwards) = found.points[at].T, found.errors[at].T
+        dots = Points(x, y, f"at {load:g} N", colour, 6.0)
+        marks.append(replace(dots, x_error=np.tile(aside, (2, 1)), y_error=np.tile(upwards, (2, 1))))
     return Picture(
         title="Limit surface",
         caption=(
@@ -207,20 +209,24 @@ def _over_speed(speeds: Sequence[Interval]) -> str:
 
 
 def _with_intervals(intervals: Sequence[Interval], unit: float, across: float = 1.0) -> list[Mark]:
-    true = [(across * each.at, unit * each.true) for each in intervals if each.true is not None]
+    known = [each for each in intervals if each.true is not None]
     slipped = [each for each in intervals if not each.bound]
-    bounds = np.array([(across * each.at, unit * each.value) for each in intervals if each.bound])
-    marks: list[Mark] = []
-    if true:
-        marks.append(Points(*np.array(true).T, "true", TRUTH, 18.0, Symbol.STROKE))
-    if slipped:
-        value = np.array([each.value for each in slipped])
-        ends = np.array([[each.lower, each.upper] for each in slipped]).T
-        at = across * np.array([each.at for each in slipped])
-        marks.append(Points(at, unit * value, "measured", INK_COLOUR, 6.0, y_error=unit * np.abs(ends - value)))
-    if len(bounds):
-        marks.append(Points(*bounds.T, "at least", QUIET_COLOUR, 9.0, Symbol.TRIANGLE))
-    return marks
+    bounds = [each for each in intervals if each.bound]
+    ends = unit * np.array([[each.value - each.lower, each.upper - each.value] for each in slipped]).T
+
+    def places(chosen: Sequence[Interval]) -> FloatArray:
+        return across * np.array([each.at for each in chosen])
+
+    def values(chosen: Sequence[Interval]) -> FloatArray:
+        return unit * np.array([each.value for each in chosen])
+
+    true = unit * np.array([each.true for each in known], dtype=np.float64)
+    marks = (
+        Points(places(known), true, "true", TRUTH, 18.0, Symbol.STROKE),
+        Points(places(slipped), values(slipped), "measured", INK_COLOUR, 6.0, y_error=ends),
+        Points(places(bounds), values(bounds), "at least", QUIET_COLOUR, 9.0, Symbol.TRIANGLE),
+    )
+    return [mark for mark in marks if len(mark.x)]
 
 
 def _colours(loads: Sequence[float]) -> dict[float, Colour]:
