@@ -78,7 +78,7 @@ def stroke_picture(
                 tuple(marks),
                 Axis("travel", "mm"),
                 Axis("tangential / normal force", low=0.0 if least >= 0.0 else None),
-                height=320,
+                height=380,
             ),
         ),
     )
@@ -145,7 +145,7 @@ def length_picture(lengths: Sequence[Interval], growth: tuple[float, float] | No
     marks: list[Mark] = []
     if growth is not None:
         c, gamma = growth
-        marks.append(Line(span, MILLI * c * span**gamma, "c f_n^gamma", FELT))
+        marks.append(Line(span, MILLI * c * span**gamma, "fitted, c f_n^gamma", FELT))
         power = f"{gamma:.2f}"
         law = "at all loads" if float(power) == 0.0 else f"(f_n / 1 N)^{power}"
         caption = (
