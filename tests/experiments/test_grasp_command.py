@@ -253,7 +253,7 @@ def test_the_page_shows_both_controls_and_their_figures(grasped, tmp_path):
     experiment.files(grasped)["grasp.csv"](table)
     for word in ("limit surface", "Grip against the least", "Slip and spin", "ignoring spin", "degrees"):
         assert word in page
-    assert page.count("<figure") == 2 * (2 + 2) + 2  # grip, slip, a load per finger, of both; the heaviest; timing
+    assert page.count("<figure") == 2 * 2 + 2  # over time and moments, of both; the heaviest load; timing
     assert "http" not in page.replace("http://www.w3.org", "")
     rows = np.loadtxt(table, delimiter=",", skiprows=1)
     assert rows.shape == (len(grasped.truth), 6)

@@ -119,7 +119,8 @@ def _cones(grasp: GraspContacts, height: float) -> Surface:
     """The forces that friction bears: cones with their apexes at the contacts, open along n."""
     angle = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
     rings = np.stack([np.ones(CORNERS), np.cos(angle), np.sin(angle)], axis=1)
-    vertices, triangles = [], []
+    vertices: list[FloatArray] = []
+    triangles = []
     corner = np.arange(CORNERS)
     for place, frame, mu in zip(grasp.positions, grasp.frames, grasp.friction.tolist(), strict=True):
         apex = len(vertices) * (CORNERS + 1)

@@ -33,6 +33,7 @@ from palpate.reporting.marks import (
     Region,
     Rule,
     Span,
+    Symbol,
     Text,
     finite_limits,
 )
@@ -281,6 +282,8 @@ def _outline(band: Band) -> Region:
 
 def _points(panel: Panel, mark: Points) -> Json:
     marker: Json = {"color": _role(mark.colour), "size": mark.size, "symbol": mark.symbol.value}
+    if mark.symbol is Symbol.STROKE:
+        marker["line"] = {"color": _role(mark.colour), "width": 2.5}
     colouring = mark.colouring
     if colouring is not None:
         low, high = finite_limits(colouring)
