@@ -286,7 +286,36 @@ class Cells:
     texts: tuple[str, ...] = field(default=())
 
 
-Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells
+@dataclass(frozen=True, slots=True, eq=False)
+class Density:
+    """How often something was where: cells of a grid in one colour, the more opaque the more often.
+
+    Attributes:
+        x: Edges of the columns, shape (columns + 1,), in the unit of the axis, evenly spaced.
+        y: Of the rows, shape (rows + 1,), likewise.
+        shares: Of all that was counted, shape (rows, columns); 0 where nothing was.
+        name: In the legend; "" for none.
+        colour: Role.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    shares: FloatArray
+    name: str = ""
+    colour: Colour = FELT
+
+    @property
+    def depth(self) -> FloatArray:
+        """Logarithm of the shares, from 0 for the least to 1 for the largest; NaN where nothing was."""
+        depth = np.log(np.where(self.shares > 0.0, self.shares, np.nan))
+        low = np.nanmin(depth, initial=0.0)
+        return np.asarray((depth - low) / max(float(np.nanmax(depth, initial=low) - low), 1e-12))
+
+
+FAINTEST = 0.15
+"""Opacity of the least density."""
+
+Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells | Density
 """What a flat panel shows."""
 
 

@@ -47,6 +47,8 @@
     return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, themed(each)]));
   };
 
+  const BARS = 90; // [px] above and below a space: its legend and its colour bar
+
   const barOf = (label) => ({
     orientation: "h", thickness: 12, len: 0.82, x: 0.5, xanchor: "center", y: -0.02, yanchor: "top",
     title: { text: label, side: "bottom" }, outlinewidth: 0, ticks: "outside",
@@ -64,37 +66,66 @@
     return kept;
   };
 
-  const coloured = (trace, chosen) => {
-    const scale = { cmin: chosen.low, cmax: chosen.high, colorscale: chosen.scale, colorbar: barOf(chosen.label) };
-    if (trace.type !== "mesh3d") return [{ ...trace, marker: { ...trace.marker, ...scale, color: chosen.values, showscale: true } }];
-    const { unknown, ...mesh } = trace;
+  const coloured = (trace, chosen, bar) => {
+    const scale = { cmin: chosen.low, cmax: chosen.high, colorscale: chosen.scale, colorbar: barOf(chosen.label), showscale: bar };
+    const said = Array.from(chosen.values, (value) => `${chosen.quantity} ${value.toPrecision(4)} ${chosen.unit}`);
+    const shown = { ...trace, hovertext: said, hovertemplate: [trace.hovertemplate, "%{hovertext}"].filter(Boolean).join("<br>") };
+    delete shown.hoverinfo;
+    if (trace.type !== "mesh3d") {
+      const part = trace.mode === "lines" ? "line" : "marker";
+      return [{ ...shown, [part]: { ...trace[part], ...scale, color: chosen.values } }];
+    }
+    const { unknown, ...mesh } = shown;
     const some = known(mesh, chosen.values, true);
-    const shown = { ...mesh, ...some, ...scale, intensity: chosen.values, showscale: true };
-    const said = (value) => `${chosen.quantity} ${value.toPrecision(4)} ${chosen.unit}`;
-    shown.hovertext = Array.from(chosen.values, said);
-    shown.hovertemplate += "<br>%{hovertext}";
-    delete shown.color;
-    if (some.i.length === mesh.i.length) return [shown];
-    const rest = known(mesh, chosen.values, false);
-    return [shown, { ...mesh, ...rest, color: unknown, showlegend: false, hoverinfo: "skip", hovertemplate: null }];
+    Object.assign(mesh, scale, { intensity: chosen.values, legendgroup: mesh.uid });
+    delete mesh.color;
+    if (some.i.length === trace.i.length) return [mesh];
+    const rest = { ...trace, ...known(trace, chosen.values, false), uid: `${trace.uid} unknown`, legendgroup: trace.uid };
+    return [{ ...mesh, ...some }, plain({ ...rest, showlegend: false, hoverinfo: "skip", hovertemplate: null })];
   };
 
-  const traces = (plot, state) =>
-    plot.data.flatMap((stated, n) => {
+  // A rigid body where it is in a step.
+  const placed = (mesh, extra, step) => {
+    const place = extra.places.subarray(3 * step, 3 * step + 3);
+    const turn = extra.turns.subarray(9 * step, 9 * step + 9);
+    const row = (i) => mesh.x.map((x, n) =>
+      turn[3 * i] * x + turn[3 * i + 1] * mesh.y[n] + turn[3 * i + 2] * mesh.z[n] + place[i]);
+    return { x: row(0), y: row(1), z: row(2) };
+  };
+
+  // A mesh that once had values keeps them in plotly.js, so that what is unknown has one value of one colour.
+  const plain = ({ unknown, ...trace }) =>
+    unknown
+      ? { ...trace, intensity: new Float32Array(trace.x.length), colorscale: [[0, unknown], [1, unknown]], showscale: false }
+      : trace;
+
+  const quantities = (plot) => [...new Set(plot.extras.flatMap((each) => (each.colourings ?? []).map((c) => c.quantity)))];
+
+  // What has the chosen quantity is coloured by it, all else of the plot is plain; plots without it keep their first.
+  const traces = (plot, state) => {
+    const names = quantities(plot);
+    const quantity = names.includes(state.colouring) ? state.colouring : names[0];
+    let bar = true; // one is enough
+    return plot.data.flatMap((stated, n) => {
       const extra = plot.extras[n];
       const trace = themed(stated);
       if (extra.step !== undefined && extra.step !== state.step) return [];
+      trace.uid = extra.step !== undefined && trace.name ? trace.name : `${n}`;
       if (extra.moving) {
         trace.x = [extra.moving.x[state.step]];
         trace.y = [extra.moving.y[state.step]];
       }
+      if (extra.places) Object.assign(trace, placed(trace, extra, state.step));
       if (extra.meshes) Object.assign(trace, extra.meshes[state.step]);
       if (trace.marker?.colorbar) trace.marker.colorbar = { ...barOf(trace.marker.colorbar.title.text), y: -0.2 };
-      if (trace.type === "heatmap") trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
-      if (!extra.colourings) return [trace];
-      const chosen = extra.colourings.find((each) => each.quantity === state.colouring) ?? extra.colourings[0];
-      return coloured(trace, chosen);
+      if (trace.type === "heatmap" && trace.colorbar) trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
+      const chosen = (extra.colourings ?? []).find((each) => each.quantity === quantity);
+      if (!chosen) return [plain(trace)];
+      const first = bar && trace.visible !== "legendonly";
+      bar = bar && !first;
+      return coloured(trace, chosen, first);
     });
+  };
 
   const axis = (stated, base) => ({
     gridcolor: base.grid, linecolor: base.quiet, tickcolor: base.quiet, zeroline: false, showline: true,
@@ -138,8 +169,15 @@
     toImageButtonOptions: { format: plot.kind === "flat" ? "svg" : "png", scale: 2 },
   });
 
-  const show = (each) =>
-    Plotly.react(each.div, traces(each.plot, each.state), layout(each.plot), settings(each.plot));
+  const show = (each) => {
+    const stated = layout(each.plot);
+    if (each.plot.kind === "space") {
+      // plotly.js fits a space to the height of its panel: on a phone it is not to be higher than wide
+      stated.height = Math.min(stated.height, 0.9 * each.div.clientWidth + BARS);
+      each.div.style.height = `${stated.height}px`;
+    }
+    return Plotly.react(each.div, traces(each.plot, each.state), stated, settings(each.plot));
+  };
 
   const link = (from) => (change) => {
     if (linking) return;
@@ -154,8 +192,9 @@
   };
 
   const switchOf = (figure, state, plots) => {
-    const names = [...new Set(plots.flatMap((each) => each.plot.extras.flatMap((e) => (e.colourings ?? []).map((c) => c.quantity))))];
-    if (names.length < 2) return;
+    const choices = plots.map((each) => quantities(each.plot)).filter((names) => names.length > 1);
+    if (!choices.length) return;
+    const names = [...new Set(choices.flat())];
     const select = document.createElement("select");
     select.setAttribute("aria-label", "coloured by");
     for (const name of names) select.add(new Option(name, name));

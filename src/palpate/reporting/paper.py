@@ -9,13 +9,14 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
@@ -24,10 +25,12 @@ from palpate.atomic_file import replacing
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.reporting.envelope import thinned
 from palpate.reporting.marks import (
+    FAINTEST,
     Band,
     Bars,
     Cells,
     Dash,
+    Density,
     Line,
     Mark,
     Moving,
@@ -42,7 +45,7 @@ from palpate.reporting.paper_colours import colour_bar, colour_map, norm_of
 from palpate.reporting.paper_space import draw_space
 from palpate.reporting.picture import Panel, Picture, Space
 from palpate.reporting.report import Pictures, Report
-from palpate.reporting.solids import Spots, Surface
+from palpate.reporting.solids import coloured_by, quantities
 from palpate.runtime.palette import GRID_COLOUR, INK_COLOUR
 
 COLUMN, PAGE = 3.5, 7.16
@@ -168,29 +171,20 @@ def paper_figure(picture: Picture) -> Figure:
 
 def _by_colouring(picture: Picture) -> Iterator[tuple[str, Picture]]:
     """Each colouring of a picture with a name, as a picture of its own."""
-    quantities = dict.fromkeys(
-        each.quantity
-        for panel in picture.panels
-        if isinstance(panel, Space)
-        for mark in panel.marks
-        if isinstance(mark, Surface | Spots)
-        for each in mark.colourings
-    )
-    if len(quantities) < 2:
-        yield picture.title, picture
-        return
-    for quantity in quantities:
+    spaces = (each for each in picture.panels if isinstance(each, Space))
+    choices = [found for found in (quantities(each.marks) for each in spaces) if len(found) > 1]
+    for quantity in dict.fromkeys(chain(*choices)):
         panels = tuple(_coloured(each, quantity) if isinstance(each, Space) else each for each in picture.panels)
         yield f"{picture.title} {quantity}", replace(picture, panels=panels)
+    if not choices:
+        yield picture.title, picture
 
 
 def _coloured(space: Space, quantity: str) -> Space:
-    def chosen(mark: Surface | Spots) -> Surface | Spots:
-        first = tuple(each for each in mark.colourings if each.quantity == quantity)
-        return replace(mark, colourings=first or mark.colourings[:1])
-
-    marks = (chosen(each) if isinstance(each, Surface | Spots) else each for each in space.marks)
-    return replace(space, marks=tuple(marks))
+    """A space coloured by a quantity, if any of its marks has it."""
+    if quantity not in quantities(space.marks):
+        return space
+    return replace(space, marks=coloured_by(space.marks, quantity))
 
 
 def _file_name(title: str) -> str:
@@ -335,6 +329,11 @@ def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
             axes.text(mark.x, mark.y, mark.text, color=mark.colour.light, ha="center", va="center", zorder=order)
         case Cells():
             _draw_cells(axes, mark)
+        case Density():
+            colour = to_rgb(mark.colour.light)
+            shades = LinearSegmentedColormap.from_list("", [(*colour, FAINTEST), (*colour, 1.0)])
+            depth = np.ma.masked_invalid(mark.depth)
+            axes.pcolormesh(mark.x, mark.y, depth, cmap=shades, zorder=order, label=name, rasterized=True)
 
 
 def _draw_points(axes: Axes, mark: Points, order: float) -> None:

@@ -6,14 +6,26 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
 from palpate.errors import FloatArray
 from palpate.reporting.arrow_shapes import arrow_triangles
 from palpate.reporting.marks import Symbol
 from palpate.reporting.paper_colours import colour_bar, colour_map, norm_of
 from palpate.reporting.picture import Space
-from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
+from palpate.reporting.solids import (
+    Arrows,
+    Labels,
+    Path,
+    Placed,
+    Solid,
+    Spots,
+    Stepped,
+    Surface,
+    coloured_by,
+    quantities,
+)
+from palpate.reporting.space_box import space_box
 from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR
 
 MILLI = 1e3
@@ -24,24 +36,17 @@ LIGHT = np.array([-0.35, -0.45, 0.82])
 AMBIENT = 0.62
 """Share of a colour that is left on a face turned away from the light."""
 
-THICKNESS = 0.05
-"""Of what is flat, over its longest side: a box without height cannot be drawn."""
-
 
 def draw_space(axes: Axes3D, space: Space, step: int) -> None:
     """Draw a panel in space; of what moves, that step."""
-    marks = [each for mark in space.marks for each in _shown(mark, step)]
-    ends = np.concatenate([_points_of(mark) for mark in marks] or [np.zeros((1, 3))])
-    ends = MILLI * ends[np.isfinite(ends).all(axis=1)]
+    first = quantities(space.marks)[:1]
+    marks = [each for mark in coloured_by(space.marks, *first or ("",)) for each in _shown(mark, step)]
     for order, mark in enumerate(marks):
         _draw(axes, mark, float(order))
-    low, high = ends.min(axis=0, initial=np.inf), ends.max(axis=0, initial=-np.inf)
-    if not np.isfinite(low).all():
-        low, high = -np.ones(3), np.ones(3)
-    size = np.maximum(high - low, THICKNESS * max(float((high - low).max()), 1e-3))
-    middle = 0.5 * (low + high)
-    for axis, m, s, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), middle, size, "xyz", strict=True):
-        axis.set_view_interval(m - 0.52 * s, m + 0.52 * s, ignore=True)
+    box = MILLI * space_box(space)
+    size = np.ptp(box, axis=1)
+    for axis, ends, s, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), box, size, "xyz", strict=True):
+        axis.set_view_interval(*ends, ignore=True)
         axis.set_label_text(f"{name} [mm]")
         axis.set_pane_color(PANE_COLOUR.light)
         axis.set_major_locator(MaxNLocator(nbins=max(1, round(5.0 * s / float(size.max())))))
@@ -57,29 +62,19 @@ def draw_space(axes: Axes3D, space: Space, step: int) -> None:
 def _shown(mark: Solid, step: int) -> "list[Surface | Path | Spots | Arrows | Labels]":
     if isinstance(mark, Stepped):
         return list(mark.marks[step])
+    if isinstance(mark, Placed):
+        return [mark.at(step)]
     if isinstance(mark, Arrows) and mark.starts.ndim == 3:
         return [Arrows(mark.starts[step], mark.along[step], mark.name, mark.colour)]
     return [mark] if getattr(mark, "shown", True) else []
 
 
-def _points_of(mark: Surface | Path | Spots | Arrows | Labels) -> FloatArray:
-    match mark:
-        case Surface():
-            return mark.vertices
-        case Arrows():
-            return np.concatenate([mark.starts, mark.starts + mark.along])
-        case _:
-            return mark.points
-
-
 def _draw(axes: Axes3D, mark: Surface | Path | Spots | Arrows | Labels, order: float) -> None:
-    name = getattr(mark, "name", "") or None
     match mark:
         case Surface():
             _draw_surface(axes, mark, order)
         case Path():
-            line = (MILLI * mark.points).T
-            axes.plot(*line, color=mark.colour.light, linewidth=0.5 * mark.width, zorder=order, label=name)
+            _draw_path(axes, mark, order)
         case Spots():
             _draw_spots(axes, mark, order)
         case Arrows():
@@ -88,11 +83,27 @@ def _draw(axes: Axes3D, mark: Surface | Path | Spots | Arrows | Labels, order: f
             if len(triangles):
                 faces = _lit(vertices[triangles], np.array(to_rgb(mark.colour.light)))
                 axes.add_collection3d(
-                    Poly3DCollection(MILLI * vertices[triangles], facecolors=faces, zorder=order, label=name)
+                    Poly3DCollection(
+                        MILLI * vertices[triangles], facecolors=faces, zorder=order, label=mark.name or None
+                    )
                 )
         case Labels():
             for point, text in zip(MILLI * mark.points, mark.texts, strict=True):
                 axes.text(*point, text, color=mark.colour.light, zorder=order)
+
+
+def _draw_path(axes: Axes3D, mark: Path, order: float) -> None:
+    points = MILLI * mark.points
+    name, width = mark.name or None, 0.5 * mark.width
+    if not mark.colourings:
+        axes.plot(*points.T, color=mark.colour.light, linewidth=width, zorder=order, label=name)
+        return
+    colouring = mark.colourings[0]
+    parts = np.stack([points[:-1], points[1:]], axis=1)
+    scale = {"cmap": colour_map(colouring.scale), "norm": norm_of(colouring), "array": colouring.values[:-1]}
+    line = Line3DCollection(parts, rasterized=True, linewidth=width, zorder=order, label=name, **scale)
+    axes.add_collection3d(line)
+    colour_bar(axes, line, colouring.label)
 
 
 def _draw_spots(axes: Axes3D, mark: Spots, order: float) -> None:

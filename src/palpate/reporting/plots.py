@@ -19,11 +19,13 @@ from palpate.reporting.arrow_shapes import arrow_triangles
 from palpate.reporting.colour_scales import ANCHORS
 from palpate.reporting.envelope import thinned
 from palpate.reporting.marks import (
+    FAINTEST,
     Band,
     Bars,
     Cells,
     Colouring,
     ColourScale,
+    Density,
     Line,
     Mark,
     Moving,
@@ -35,8 +37,9 @@ from palpate.reporting.marks import (
     finite_limits,
 )
 from palpate.reporting.picture import Axis, Panel, Picture, Space
-from palpate.reporting.solids import Arrows, Labels, Path, Solid, Spots, Stepped, Surface
-from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR, Colour
+from palpate.reporting.solids import Arrows, Labels, Path, Placed, Solid, Spots, Stepped, Surface
+from palpate.reporting.space_box import space_box
+from palpate.runtime.palette import CARD, MAP_COLOUR, PANE_COLOUR, Colour
 
 MOST_POINTS = 12_000
 """Of a line: enough to zoom in by ten on a wide screen."""
@@ -46,7 +49,16 @@ FEW_DECADES = 1e3
 
 MILLI = 1e3
 
-LIGHT: Mapping[str, float] = {"ambient": 0.55, "diffuse": 0.65, "specular": 0.06, "roughness": 0.9}
+TICKS = 6
+"""At most so many along the longest axis of a space."""
+
+SIZE = 2.1
+"""Of the diagonal of a space, in plotly.js's unit: it fits into its panel, however it is turned."""
+
+RIMMED = 6.0
+"""Spots from this size on have a rim [px]: they stand out on every colour of a surface."""
+
+LIGHT: Mapping[str, float] = {"ambient": 0.65, "diffuse": 0.4, "specular": 0.06, "roughness": 0.9}
 """Dull surfaces: a highlight would be taken for a value."""
 
 Json = dict[str, Any]
@@ -171,9 +183,13 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
         least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
         few = least > 0.0 and largest < FEW_DECADES * least
         out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
-    if ends != [None, None]:
-        out["range"] = ends
-        out["autorange"] = False if None not in ends else ("max" if ends[1] is None else "min")
+    if None not in ends:
+        out |= {"range": ends, "autorange": False}
+    elif ends != [None, None] and axis.logarithmic:
+        out |= {"range": ends, "autorange": "max" if ends[1] is None else "min"}
+    elif ends != [None, None]:  # of a range without an end plotly.js forgets the other one when it draws again
+        end, side = (low, "min") if high is None else (high, "max")
+        out["autorangeoptions"] = {f"{side}allowed": end, "include": [end]}
     if axis.ticks:
         out |= {"tickvals": [at for at, _ in axis.ticks], "ticktext": [_typed(name) for _, name in axis.ticks]}
     return out
@@ -251,6 +267,8 @@ def _add(plot: _Plot, panel: Panel, mark: Mark) -> None:
             )
         case Cells():
             plot.add(_cells(mark))
+        case Density():
+            plot.add(_density(mark))
 
 
 def _outline(band: Band) -> Region:
@@ -333,6 +351,24 @@ def _cells(mark: Cells) -> Json:
     return trace
 
 
+def _density(mark: Density) -> Json:
+    depth = np.where(np.isfinite(mark.depth), mark.depth, -1.0)
+    faint, full = _role(mark.colour, FAINTEST), _role(mark.colour)
+    return {
+        "type": "heatmap",
+        "x": packed(0.5 * (mark.x[1:] + mark.x[:-1])),
+        "y": packed(0.5 * (mark.y[1:] + mark.y[:-1])),
+        "z": [[each if each >= 0.0 else None for each in row] for row in _rows(depth, depth.shape)],
+        "customdata": [[100.0 * each for each in row] for row in _rows(mark.shares, depth.shape)],
+        "zmin": 0.0,
+        "zmax": 1.0,
+        "colorscale": [[0.0, faint], [1.0, full]],
+        "showscale": False,
+        "hovertemplate": "%{customdata:.2~g} % of the time<extra></extra>",
+        **_named(mark.name),
+    }
+
+
 def _rows(values: FloatArray, shape: tuple[int, int]) -> list[list[float]]:
     rows: list[list[float]] = np.asarray(values, dtype=np.float64).reshape(shape).tolist()
     return rows
@@ -342,7 +378,14 @@ def _space(space: Space) -> Json:
     plot = _Plot([], [], {})
     for mark in space.marks:
         _add_solid(plot, mark, {})
-    axes = {f"{name}axis": {"title": {"text": f"{name} [mm]"}} for name in "xyz"}
+    ranges = MILLI * space_box(space)
+    sizes = np.ptp(ranges, axis=1)
+    ticks = np.maximum(1 + np.rint(TICKS * sizes / sizes.max()), 2).astype(int)
+    axes = {
+        f"{name}axis": {"title": {"text": f"{name} [mm]"}, "range": ends, "autorange": False, "nticks": most}
+        for name, ends, most in zip("xyz", ranges.tolist(), ticks.tolist(), strict=True)
+    }
+    aspect = SIZE * sizes / float(np.linalg.norm(sizes))
     eye = dict(zip("xyz", space.view, strict=True))
     up = {"x": 0, "y": 0, "z": 1} if abs(space.view[0]) + abs(space.view[1]) > 0.1 else {"x": 0, "y": 1, "z": 0}
     plot.layout |= {
@@ -351,7 +394,8 @@ def _space(space: Space) -> Json:
                 name: axis | {"backgroundcolor": _role(PANE_COLOUR), "showbackground": True}
                 for name, axis in axes.items()
             },
-            "aspectmode": "data",
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", aspect.tolist(), strict=True)),
             "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
         },
         "title": _typed(space.title),
@@ -363,29 +407,26 @@ def _space(space: Space) -> Json:
 def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
     match mark:
         case Surface():
-            colourings = [_colouring(each) for each in mark.colourings]
             trace = _mesh(mark.vertices, mark.triangles, mark.colour, mark.opacity)
             trace |= _named(mark.name)
             if not mark.shown:
                 trace["visible"] = "legendonly"
-            if colourings:
+            if mark.colourings:
                 trace["unknown"] = _role(MAP_COLOUR)
-                extra = extra | {"colourings": colourings, "triangles": packed(np.asarray(mark.triangles).ravel())}
-            plot.add(trace, **extra)
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Path():
-            line = {"color": _role(mark.colour), "width": mark.width}
-            plot.add(
-                _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"line": line, "hoverinfo": "skip"},
-                **extra,
-            )
+            trace = _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"hoverinfo": "skip"}
+            del trace["hovertemplate"]
+            trace["line"] = {"color": _role(mark.colour), "width": mark.width}
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Spots():
             marker = {"color": _role(mark.colour), "size": mark.size, "symbol": _in_space(mark.symbol.value)}
             trace = _lined(mark.points, "markers", mark.name, shown=mark.shown) | {"marker": marker}
+            if mark.size >= RIMMED:
+                marker["line"] = {"color": _role(CARD), "width": 1}
             if mark.texts:
-                trace["text"] = list(mark.texts)
-            if mark.colourings:
-                extra = extra | {"colourings": [_colouring(each) for each in mark.colourings]}
-            plot.add(trace, **extra)
+                trace |= {"text": list(mark.texts), "hovertemplate": "%{text}<br>" + trace["hovertemplate"]}
+            plot.add(trace, **extra, **_choices(mark.colourings))
         case Arrows():
             steps = mark.starts if mark.starts.ndim == 3 else mark.starts[None]
             ways = mark.along if mark.along.ndim == 3 else mark.along[None]
@@ -399,10 +440,20 @@ def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
             trace = _lined(mark.points, "text", "")
             font = {"color": _role(mark.colour), "size": 14}
             plot.add(trace | {"text": list(mark.texts), "textfont": font, "hoverinfo": "skip"}, **extra)
+        case Placed():
+            _add_solid(
+                plot,
+                mark.surface,
+                {"places": packed(MILLI * mark.positions.ravel()), "turns": packed(mark.rotations.ravel())},
+            )
         case Stepped():
             for step, marks in enumerate(mark.marks):
                 for each in marks:
                     _add_solid(plot, each, {"step": step})
+
+
+def _choices(colourings: tuple[Colouring, ...]) -> Json:
+    return {"colourings": [_colouring(each) for each in colourings]} if colourings else {}
 
 
 def _in_space(symbol: str) -> str:
@@ -423,7 +474,7 @@ def _mesh(vertices: FloatArray, triangles: npt.NDArray[np.integer], colour: Colo
         "color": _role(colour),
         "opacity": opacity,
         "lighting": dict(LIGHT),
-        "lightposition": {"x": -2e3, "y": -3e3, "z": 6e3},
+        "lightposition": {"x": 2e3, "y": 3e3, "z": -6e3},  # above: plotly.js turns normals inwards
         "hovertemplate": "x %{x:.3f}<br>y %{y:.3f}<br>z %{z:.3f} mm",
     }
 

@@ -1,13 +1,15 @@
 """Marks of a panel in space: surfaces, paths, points, arrows, as data. Lengths in metres; drawn in millimetres."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
 from palpate.reporting.marks import Colouring, Symbol
-from palpate.runtime.palette import FELT, INK_COLOUR, TRACK, Colour
+from palpate.runtime.palette import FELT, INK_COLOUR, MAP_COLOUR, TRACK, Colour
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,8 +42,9 @@ class Path:
     Attributes:
         points: Shape (n, 3) [m].
         name: In the legend; "" for none.
-        colour: Role.
+        colour: Role, where no colouring is.
         width: [px]
+        colourings: By value at the points, one at a time.
         shown: Whether it is shown before the reader asks for it in the legend.
     """
 
@@ -49,6 +52,7 @@ class Path:
     name: str = ""
     colour: Colour = TRACK
     width: float = 2.0
+    colourings: tuple[Colouring, ...] = ()
     shown: bool = True
 
 
@@ -120,5 +124,65 @@ class Stepped:
     marks: "tuple[tuple[Surface | Path | Spots | Labels, ...], ...]"
 
 
-Solid = Surface | Path | Spots | Arrows | Labels | Stepped
-"""What a panel in space shows."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A surface that moves as a rigid body.
+
+    Attributes:
+        surface: In a frame of its own.
+        positions: Of that frame in each step of the picture, shape (steps, 3) [m].
+        rotations: Its axes as columns, shape (steps, 3, 3).
+    """
+
+    surface: Surface
+    positions: FloatArray
+    rotations: FloatArray
+
+    def at(self, step: int) -> Surface:
+        """Return it where it is in a step."""
+        vertices = self.surface.vertices @ self.rotations[step].T + self.positions[step]
+        return replace(self.surface, vertices=vertices)
+
+
+Solid = Surface | Path | Spots | Arrows | Labels | Stepped | Placed
+"""What a panel in space shows. What has the quantity that the reader chooses is coloured by it, the rest is plain;
+the first quantity of a panel is chosen at first."""
+
+
+def quantities(marks: Iterable[Solid]) -> tuple[str, ...]:
+    """Return all quantities by which marks of a panel can be coloured, in order."""
+    flat = (each for mark in marks for each in (chain(*mark.marks) if isinstance(mark, Stepped) else (mark,)))
+    coloured = (each for each in flat if isinstance(each, Surface | Path | Spots))
+    return tuple(dict.fromkeys(each.quantity for mark in coloured for each in mark.colourings))
+
+
+def coloured_by(marks: Iterable[Solid], quantity: str) -> tuple[Solid, ...]:
+    """Return marks coloured by one quantity alone."""
+    return tuple(_coloured_by(mark, quantity) for mark in marks)
+
+
+def _coloured_by(mark: Solid, quantity: str) -> Solid:
+    match mark:
+        case Stepped():
+            return Stepped(tuple(coloured_by(each, quantity) for each in mark.marks))  # type: ignore[misc]
+        case Surface() | Path() | Spots() if mark.colourings:
+            chosen = tuple(each for each in mark.colourings if each.quantity == quantity)
+            unknown = isinstance(mark, Surface) and not chosen
+            return replace(mark, colourings=chosen, colour=MAP_COLOUR if unknown else mark.colour)
+        case _:
+            return mark
+
+
+def places(mark: Solid) -> FloatArray:
+    """Return all points of a mark, those of other steps and those not shown yet among them, shape (n, 3) [m]."""
+    match mark:
+        case Surface():
+            return mark.vertices.reshape(-1, 3)
+        case Arrows():
+            return np.concatenate([mark.starts.reshape(-1, 3), (mark.starts + mark.along).reshape(-1, 3)])
+        case Placed():
+            return np.concatenate([mark.at(step).vertices for step in range(len(mark.positions))])
+        case Stepped():
+            return np.concatenate([np.zeros((0, 3)), *(places(each) for marks in mark.marks for each in marks)])
+        case _:
+            return mark.points.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""How the map of an exploration grew: key numbers at many moments, the map at a few; computed afterwards."""
+"""How the map of an exploration grew: the map at some moments, and its key numbers; computed afterwards."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +15,10 @@ from palpate.runtime.plan_track import PlanTrack
 from palpate.runtime.shown_plan import PlanChange, ShownMark
 
 SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
-"""Shares of the path length at which the curve is evaluated."""
-
-SHOWN = (0.1, 0.3, 0.6, 1.0)
-"""Those of them that are shown as maps."""
+"""Shares of the path length at which the map is made."""
 
 MOST_VERTICES = 3_000
-"""Of a mesh: each panel of the picture is a few hundred pixels wide."""
+"""Of a mesh: some eight are in one picture."""
 
 MOST_CONTACTS = 20_000
 """Contacts are decimated to at most so many: the map averages over a millimetre, fifty times their distance."""
@@ -57,7 +54,6 @@ class GrowthSnapshot:
     """The map at one moment.
 
     Attributes:
-        moment: Which of the curve's it is.
         mesh: What was observed by then.
         done: Where the tip was by then, shape (n, 3) [m].
         to_go: Of the leg of that moment, what the tip had still to go, shape (m, 3) [m]; empty if what is felt
@@ -65,7 +61,6 @@ class GrowthSnapshot:
         marks: By then.
     """
 
-    moment: int
     mesh: SurfaceMesh
     done: FloatArray
     to_go: FloatArray
@@ -78,7 +73,7 @@ class MapGrowth:
 
     Attributes:
         curve: Over all moments.
-        snapshots: In order, at least one.
+        snapshots: Of each of those.
     """
 
     curve: GrowthCurve
@@ -149,13 +144,13 @@ def _mesh(surface: SurfaceMap, voxel: float, worst: Knowledge) -> SurfaceMesh:
 def _snapshots(
     record: Record, until: FloatArray, meshes: Sequence[SurfaceMesh], plans: Sequence[PlanChange]
 ) -> tuple[GrowthSnapshot, ...]:
-    """The maps that are shown, each with where the tip was, where it was going, and what was marked by then."""
+    """The maps, each with where the tip was, where it was going, and what was marked by then."""
     track, followed, moved = PlanTrack(), 0, 0
     marks: Sequence[ShownMark] = ()
     found = []
-    for moment in (SHARES.index(share) for share in SHOWN):
-        end = int(np.searchsorted(record.time, until[moment], side="right"))
-        while followed < len(plans) and plans[followed].time <= until[moment]:
+    for moment, mesh in zip(until.tolist(), meshes, strict=True):
+        end = int(np.searchsorted(record.time, moment, side="right"))
+        while followed < len(plans) and plans[followed].time <= moment:
             change = plans[followed]
             begins = int(np.searchsorted(record.time, change.time))
             track.move(record.position[moved:begins])
@@ -163,7 +158,7 @@ def _snapshots(
             moved, followed, marks = max(begins, moved), followed + 1, change.plan.marks
         track.move(record.position[moved:end])
         moved = max(end, moved)
-        found.append(GrowthSnapshot(moment, meshes[moment], track.done, track.rest, marks))
+        found.append(GrowthSnapshot(mesh, track.done, track.rest, marks))
     return tuple(found)
 
 

@@ -2,21 +2,24 @@
 
 import shlex
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate.controllers.paths import GoalError
-from palpate.errors import FloatArray
 from palpate.experiments.explore.assumption_check import assumption_sentences
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.contour_picture import contour_picture
+from palpate.experiments.explore.error_picture import error_histogram
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
+from palpate.experiments.explore.growth_picture import growth_picture
 from palpate.experiments.explore.map_growth import MapGrowth
-from palpate.experiments.explore.scans import ActiveScan, Scan
+from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan
+from palpate.experiments.explore.snapshots_picture import snapshots_picture
+from palpate.experiments.explore.spin_picture import spin_picture
+from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.experiments.explore.tables import (
     TOO_LITTLE,
     as_known,
@@ -31,17 +34,15 @@ from palpate.experiments.explore.tables import (
 from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.kit.repeat_words import log_row
-from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure, TimeSeries
+from palpate.reporting.force_picture import force_overview, force_zoom
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.runtime import Ending
 from palpate.sim.scene_cost import SceneCost, scene_cost
-
-if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
-    from palpate.reporting.style import Picture
 
 CONTACT_NOTE = (
     "Where the finger accelerates, as at corners, points come out outside: MuJoCo's friction adds to the normal "
@@ -52,12 +53,6 @@ takes the whole normal force for compression."""
 
 OUTSIDE = 2e-6
 """An error of points from which on this is worth a sentence [m]."""
-
-GRID = 81
-"""Grid lines of the true surface's picture along each side."""
-
-DRAWN = ("friction", "stiffness", "curvature_mean")
-"""Layers that the report has a picture of; of curvature one is enough, and map.ply has them all."""
 
 WELL_OBSERVED = 0.95
 """Share of what can be felt from which on a map counts as whole."""
@@ -90,14 +85,9 @@ def exploration_report(exploration: Exploration) -> Report:
 def _surface(exploration: Exploration) -> Section:
     nothing = "" if len(exploration.cloud) else "The finger felt nothing, so there is no surface to show."
 
-    def draw() -> "Iterator[Picture]":
-        from palpate.experiments.explore.surface_picture import touched_surface, true_surface  # with matplotlib
-
-        cloud, found = exploration.cloud, exploration.map
-        if len(cloud):
-            yield touched_surface(cloud, found.mesh if found is not None and len(found.mesh.triangles) else None)
-            if exploration.truth.known:
-                yield true_surface(cloud, *true_surface_of(exploration))
+    def draw() -> Iterator[Picture | None]:
+        line = isinstance(exploration.plan.scan, ContourScan)
+        yield contour_picture(exploration) if line else surface_picture(exploration)
 
     return Section("The surface", (Paragraph(nothing), Pictures(draw)))
 
@@ -106,30 +96,17 @@ def _map(found: ExploredMap | None) -> tuple[Section, ...]:
     if found is None:
         return ()
 
-    def draw() -> "Iterator[Picture | None]":
-        from palpate.experiments.explore.layer_picture import layer_picture
-        from palpate.experiments.explore.map_picture import map_picture
-
-        yield map_picture(found)
-        for layer in found.layers:
-            if layer.name in DRAWN and isinstance(layer, VertexLayer):
-                yield layer_picture(found.mesh, layer)
-
-    nothing = "Contacts are too far apart: nothing of the surface counts as observed."
-    shown = Pictures(draw) if len(found.mesh.triangles) else Paragraph(nothing)
+    nothing = "" if len(found.mesh.triangles) else "Contacts are too far apart: nothing of it counts as observed."
     # of a line nothing is claimed that could have held
     verdict = () if found.is_line and found.verdict.ok else tuple(map(Paragraph, found.verdict.lines()))
-    return (Section("The map", (*verdict, TextTable((*map_rows(found), *layer_rows(found))), shown)),)
+    return (Section("The map", (*verdict, TextTable((*map_rows(found), *layer_rows(found))), Paragraph(nothing))),)
 
 
 def _growth(growth: MapGrowth | None) -> tuple[Section, ...]:
     if growth is None:
         return ()
 
-    def draw() -> "Iterator[Picture]":
-        from palpate.experiments.explore.growth_picture import growth_picture
-        from palpate.experiments.explore.snapshots_picture import snapshots_picture
-
+    def draw() -> Iterator[Picture]:
         if growth.curve.area.any():
             yield growth_picture(growth)
         yield snapshots_picture(growth)
@@ -146,19 +123,13 @@ def _shape(found: ExploredMap | None) -> tuple[Section, ...]:
     return (Section("Which shape it is", (sentence, TextTable(shape_rows(shape)), candidates)),)
 
 
-def _error_pictures(exploration: Exploration) -> "Iterator[Picture]":
-    from palpate.experiments.explore.error_picture import error_histogram, error_map
-
+def _error_pictures(exploration: Exploration) -> Iterator[Picture]:
     error = exploration.point_error
     if exploration.truth.known and len(error):
-        yield error_map(exploration.cloud, error, CONTACT_NOTE if error.max() > OUTSIDE else "")
-        yield error_histogram(error)
+        yield error_histogram(error, CONTACT_NOTE if error.max() > OUTSIDE else "")
 
 
-def _time_pictures(exploration: Exploration) -> "Iterator[Picture | None]":
-    from palpate.experiments.explore.spin_picture import spin_picture
-    from palpate.reporting.force_picture import force_overview, force_zoom
-
+def _time_pictures(exploration: Exploration) -> Iterator[Picture | None]:
     series = time_series(exploration)
     if series.phase:
         yield force_overview(series)
@@ -408,11 +379,3 @@ def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
 def _cost(exploration: Exploration) -> SceneCost | None:
     scene = exploration.plan.scene
     return None if scene is None else scene_cost(scene.model)
-
-
-def true_surface_of(exploration: Exploration) -> tuple[FloatArray, npt.NDArray[np.integer]]:
-    """Return the true upper surface over the touched region: vertices [m] and triangles."""
-    touched = exploration.cloud.position
-    x, y = (np.linspace(touched[:, i].min(), touched[:, i].max(), GRID) for i in (0, 1))
-    z = exploration.plan.target.height(*np.meshgrid(x, y))
-    return height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))

@@ -1,23 +1,16 @@
 """Spin torque, and how much of the force is tangential, over time."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.envelope import envelope
-from palpate.reporting.lines import draw_true_and_felt
-from palpate.reporting.phases import shade
-from palpate.reporting.style import (
-    MEASURED,
-    MILLI,
-    Picture,
-    Width,
-    legend_above,
-    new_figure,
-    style_axes,
-)
+from palpate.reporting.lines import true_and_felt
+from palpate.reporting.marks import Line
+from palpate.reporting.phases import phase_spans
+from palpate.reporting.picture import TIME, Axis, Panel, Picture
+
+MILLI = 1e3
 
 GAP_PERIODS = 5.0
 """The line of the ratio is broken where contacts are further apart than this many median periods."""
@@ -26,7 +19,6 @@ LIGHTEST = 0.1
 """Below this share of the median normal force no ratio is drawn: while landing and lifting it is noise over
 noise, and would set the scale."""
 
-
 LEAST_SPIN = 0.01
 """The scale of torque spans at least plus and minus this [mN m]; fine sensors resolve no less (ATI Nano17
 SI-12-0.12: 1/64 mN m)."""
@@ -34,6 +26,10 @@ SI-12-0.12: 1/64 mN m)."""
 
 def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
     """Return the picture of spin torque and force ratio over the whole run."""
+    true = None if series.true_spin_torque is None else MILLI * series.true_spin_torque
+    spin = true_and_felt(series.time, true, MILLI * series.spin_torque)
+    ratio = Line(*_force_ratio(cloud), width=1.2)
+    spans = phase_spans(series)
     return Picture(
         title="Spin torque and friction",
         caption=(
@@ -42,28 +38,12 @@ def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
             f"below {LEAST_SPIN:g} mN m are rounding. Felt torque on the true one, and an even ratio, "
             f"are good."
         ),
-        full=_draw(series, cloud, Width.FULL),
-        narrow=_draw(series, cloud, Width.HALF),
+        panels=(
+            Panel((*spans, *spin), TIME, Axis("spin torque", "mN m", span=2.0 * LEAST_SPIN), height=240),
+            Panel((*spans, ratio), TIME, Axis("tangential / normal force", low=0.0), height=200),
+        ),
+        wide=True,
     )
-
-
-def _draw(series: TimeSeries, cloud: TouchCloud, width: Width) -> Figure:
-    figure = new_figure(width, 4.2)
-    spin, ratio = figure.subplots(2, 1, sharex=True)
-    for axes in (spin, ratio):
-        shade(axes, series)
-    true = None if series.true_spin_torque is None else MILLI * series.true_spin_torque
-    draw_true_and_felt(spin, series.time, true, MILLI * series.spin_torque)
-    low, high = spin.get_ylim()
-    spin.set_ylim(min(low, -LEAST_SPIN), max(high, LEAST_SPIN))
-    ratio.plot(*envelope(*_force_ratio(cloud)), color=MEASURED, linewidth=0.8, label="felt")
-    ratio.set_ylim(bottom=0.0)
-    style_axes(spin, x="", y="spin torque [mN m]")
-    style_axes(ratio, x="time [s]", y="tangential / normal force")
-    spin.margins(x=0.0)
-    figure.align_ylabels()
-    legend_above(figure, [spin], columns=9 if width is Width.FULL else 4)
-    return figure
 
 
 def _force_ratio(cloud: TouchCloud) -> tuple[FloatArray, FloatArray]:

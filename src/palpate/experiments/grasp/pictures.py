@@ -1,165 +1,127 @@
-"""A grasp over time: grip against the least, slip and spin with alarms; and each load in its limit surface."""
+"""A grasp over time: grip against the least, slip and spin with alarms."""
 
-from itertools import pairwise
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from palpate.controllers.grip.grasp import GraspStage
+from palpate.errors import FloatArray
 from palpate.experiments.grasp.result import Grasp
-from palpate.experiments.grasp.truth import STAGES
-from palpate.reporting.envelope import envelope
-from palpate.reporting.limit_surface_picture import limit_surface_picture
-from palpate.reporting.style import (
-    DASH_DOT,
-    DASHED,
-    INK,
-    LIMIT,
-    MEASURED,
-    MILLI,
-    OTHER_PHASE,
-    SPIN,
-    STAGE_COLOURS,
-    TRUE,
-    WANTED,
-    Picture,
-    Width,
-    legend_above,
-    new_figure,
-    style_axes,
+from palpate.reporting.lines import true_and_felt
+from palpate.reporting.marks import Dash, Line, Points, Symbol
+from palpate.reporting.phases import phase_spans
+from palpate.reporting.picture import Axis, Panel, Picture
+from palpate.runtime.palette import (
+    APPROACH,
+    BOUND,
+    INK_COLOUR,
+    LIFT,
+    OTHER,
+    SCAN,
+    SET,
+    SETTLE,
+    SPIN_COLOUR,
+    TRAVEL,
+    TRUTH,
+    Colour,
 )
 
+GROUNDS: Mapping[str, Colour] = {
+    GraspStage.CLOSE: APPROACH,
+    GraspStage.NUDGE: SETTLE,
+    GraspStage.LIFT: LIFT,
+    GraspStage.HOLD: OTHER,
+    GraspStage.SET_DOWN: TRAVEL,
+    GraspStage.LET_GO: SCAN,
+}
+"""Behind plots over time."""
+
 HIGHEST = 1.15
-"""Grip is drawn up to this share of the largest while it was held: impacts are left out."""
+"""What is drawn goes up to this share of the largest; of grip while it was held: impacts are left out."""
 
 NO_SLIP, NO_SPIN = 0.01, 0.1
 """The scales span at least this [mm], [degrees]: below is the elastic deflection of contacts."""
 
-SLIDES, SPINS = TRUE, SPIN
+MILLI = 1e3
 
 
-def grip_picture(grasp: Grasp, note: str = "") -> Picture:
-    """Return the picture of grip, wanted and true, against the least that would do.
+def over_time(grasp: Grasp, note: str = "") -> Picture | None:
+    """Return the picture of a grasp over time; None if it did not last.
 
     Args:
         grasp: What came of it.
         note: For the end of the title.
     """
+    if len(grasp.truth) < 2:
+        return None
+    if not grasp.truth_known:
+        return Picture(
+            title=f"Grip{note}",
+            caption="Normal force of each finger (mean), as set and as felt: the closer together the better. "
+            f"Above: when slip was detected ({_alarms(grasp)}).",
+            panels=(_grip(grasp),),
+            wide=True,
+        )
     return Picture(
-        title=f"Grip against the least{note}",
+        title=f"Grip, slip and spin{note}",
         caption=(
             "Normal force of each finger (mean), as it was set and as it was, and the least that the true load "
             "needs with the true friction, shared as best it can be; known while the object is held in the air. "
-            "At the end the table pushes the object up between the fingers, and the grip that would hold against "
-            "that jumps. From there on the hand keeps its grip until it lets go. A grip slightly above the "
-            "least is good."
+            "A grip slightly above the least is good. At the end the table pushes the object up between the "
+            "fingers, and the grip that would hold against that jumps; the hand keeps its grip until it lets go. "
+            "Below: how far the object moved over the fingertips, and turned about the contact normals, in the "
+            "air, since the lift began: the larger of the fingers, by the simulation's truth. Next to nothing is "
+            f"good. Triangles: when slip was detected ({_alarms(grasp)})."
         ),
-        full=_grip(grasp, Width.FULL, "true", TRUE),
-        narrow=_grip(grasp, Width.HALF, "true", TRUE),
-    )
-
-
-def felt_grip_picture(grasp: Grasp) -> Picture:
-    """Return the picture of grip, wanted and felt, of a robot on which nobody knows what would do."""
-    return Picture(
-        title="Grip",
-        caption=("Normal force of each finger (mean), as set and as felt: the closer together the better."),
-        full=_grip(grasp, Width.FULL, "felt", MEASURED),
-        narrow=_grip(grasp, Width.HALF, "felt", MEASURED),
-    )
-
-
-def slip_picture(grasp: Grasp, note: str = "") -> Picture:
-    """Return the picture of slip and spin by the truth, with alarms.
-
-    Args:
-        grasp: What came of it.
-        note: For the end of the title.
-    """
-    alarms = f"{len(grasp.alarms_aloft)} alarm{'' if len(grasp.alarms_aloft) == 1 else 's'}, drawn as short lines"
-    return Picture(
-        title=f"Slip and spin{note}",
-        caption=(
-            "How far the object moved over the fingertips, and turned about the contact normals, in the air, "
-            "since the lift began: the larger of the fingers, by the simulation's truth. Next to nothing is good. "
-            f"Above: when slip was detected ({alarms})."
+        panels=(
+            _grip(grasp),
+            _motion(grasp, Axis("slip", "mm"), MILLI * grasp.truth.slid, NO_SLIP, TRUTH),
+            _motion(grasp, Axis("spin", "degrees"), np.degrees(grasp.truth.turned), NO_SPIN, SPIN_COLOUR),
         ),
-        full=_slip(grasp, Width.FULL),
-        narrow=_slip(grasp, Width.HALF),
+        wide=True,
     )
 
 
-def load_pictures(grasp: Grasp, note: str = "") -> list[Picture]:
-    """Return for each finger the path of its load inside the limit surface, while figures count.
-
-    Args:
-        grasp: What came of it.
-        note: For the end of the titles.
-    """
-    at, truth, surface = grasp.counted, grasp.truth, grasp.planned.true
-    if not at.any():
-        return []
-    pictures = []
-    for k in range(truth.fingers):
-        drawn = limit_surface_picture(surface, truth.time[at], truth.loads[at, k], grasp.slipping[at, k])
-        pictures.append(Picture(f"Load of finger {k + 1} in its limit surface{note}", drawn.caption, drawn.full))
-    return pictures
+def _alarms(grasp: Grasp) -> str:
+    count = len(grasp.alarms_aloft)
+    return f"{count} alarm{'' if count == 1 else 's'} in the air"
 
 
-def _grip(grasp: Grasp, width: Width, name: str, colour: str) -> Figure:
-    figure = new_figure(width, 3.4)
-    axes = figure.subplots()
-    time = grasp.truth.time
-    _shade(axes, grasp)
-    axes.plot(*envelope(time, grasp.truth.target), color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
-    axes.plot(*envelope(time, grasp.felt), color=colour, linewidth=1.1, label=name)
+def _grip(grasp: Grasp) -> Panel:
+    truth, known = grasp.truth, grasp.truth_known
+    wanted = Line(truth.time, truth.target, "set", SET, dash=Dash.DASHED)
+    if not known:
+        top = float(np.nanmax(np.maximum(grasp.felt, truth.target), initial=0.0))
+        return _panel(grasp, Axis("grip", "N", 0.0, top), (*true_and_felt(truth.time, None, grasp.felt), wanted))
+    pressed = Line(truth.time, grasp.felt, "true", TRUTH, width=4.0, opacity=0.55)
+    least = Line(truth.time, grasp.least, "least", BOUND, width=1.8, dash=Dash.DASH_DOT)
     held = np.isfinite(grasp.least)
-    if held.any():
-        axes.plot(*envelope(time, grasp.least), color=LIMIT, linewidth=1.6, linestyle=DASH_DOT, label="least")
-        axes.set_ylim(0.0, HIGHEST * float(np.nanmax(np.maximum(grasp.felt[held], grasp.least[held]))))
-    axes.margins(x=0.0)
-    style_axes(axes, x="time [s]", y="grip [N]")
-    legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
-    return figure
+    top = float(np.maximum(grasp.felt, grasp.least)[held].max()) if held.any() else float(grasp.felt.max())
+    return _panel(grasp, Axis("grip", "N", 0.0, top), (pressed, wanted, least), alarms=False)
 
 
-def _slip(grasp: Grasp, width: Width) -> Figure:
-    figure = new_figure(width, 4.0)
-    slip, spin = figure.subplots(2, 1, sharex=True)
-    truth, shown = grasp.truth, grasp.aloft
-    time = truth.time
-    at, alarms = time[shown], [alarm.time for alarm in grasp.alarms_aloft]
-    for axes, values, colour, least in (
-        (slip, MILLI * truth.slid, SLIDES, NO_SLIP),
-        (spin, np.degrees(truth.turned), SPINS, NO_SPIN),
-    ):
-        if len(at):
-            axes.axvspan(float(at[0]), float(at[-1]), color=STAGE_COLOURS["hold"], linewidth=0, zorder=0)
-        worst = np.where(shown, values.max(axis=1), np.nan)
-        axes.plot(*envelope(time, worst), color=colour, linewidth=1.4)
-        top = max(least, 1.1 * float(values[shown].max(initial=0.0)))
-        axes.set_ylim(0.0, 1.12 * top)
-        if alarms:
-            axes.vlines(alarms, 1.03 * top, 1.12 * top, color=INK, linewidth=0.8, label="alarm")
-    style_axes(slip, x="", y="slip [mm]")
-    style_axes(spin, x="time [s]", y="spin [degrees]")
-    if len(at):
-        spin.set_xlim(float(at[0]) - 0.2, float(at[-1]) + 0.2)
-    figure.align_ylabels()
-    legend_above(figure, [slip], columns=9 if width is Width.FULL else 4)
-    return figure
+def _motion(grasp: Grasp, axis: Axis, values: FloatArray, least: float, colour: Colour) -> Panel:
+    """The largest of the fingers since the lift; `least` is what the scale spans."""
+    largest = np.where(grasp.aloft, values.max(axis=1), np.nan)
+    top = max(least, float(values[grasp.aloft].max(initial=0.0)))
+    return _panel(grasp, replace(axis, low=0.0, high=top), (Line(grasp.truth.time, largest, colour=colour),))
 
 
-def _shade(axes: Axes, grasp: Grasp) -> None:
-    """Lay the stages on the ground of a plot over time, each once in its legend."""
-    names, time = np.array([str(STAGES[i]) for i in grasp.truth.stage], dtype=np.str_), grasp.truth.time
-    begins = np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names) - 1]])
-    named = set()
-    for i, j in pairwise(begins):
-        if i >= j:
-            continue
-        name = str(names[i])
-        label = None if name in named else name
-        colour = STAGE_COLOURS.get(name, OTHER_PHASE)
-        axes.axvspan(float(time[i]), float(time[j]), color=colour, linewidth=0, label=label, zorder=0)
-        named.add(name)
+def _panel(grasp: Grasp, axis: Axis, lines: tuple[Line, ...], *, alarms: bool = True) -> Panel:
+    """Lines over time with the stages behind them, up to a bit more than the axis's end."""
+    truth, top = grasp.truth, HIGHEST * (axis.high or 1.0)
+    spans = phase_spans(truth, grounds=GROUNDS)
+    if axis.quantity != "grip":  # one legend is enough
+        spans = tuple(replace(span, name="") for span in spans)
+    heard = np.array([alarm.time for alarm in grasp.alarms_aloft])
+    signals = tuple(f"finger {each.finger + 1}: {each.signal.value}" for each in grasp.alarms_aloft)
+    marks = Points(
+        heard, np.full(len(heard), 0.96 * top), "alarm", INK_COLOUR, symbol=Symbol.TRIANGLE, texts=signals
+    )
+    return Panel(
+        (*spans, *lines, *((marks,) if alarms and signals else ())),
+        Axis("time", "s", float(truth.time[0]), float(truth.time[-1]), run_time=True),
+        replace(axis, high=top),
+        height=220,
+    )

@@ -227,7 +227,7 @@ class GraspPlan(PlanDefaults):
     ) -> GraspTruthRecorder | GraspFeltRecorder:
         """Return what keeps what really happened; on a robot, what was felt."""
         if truth is None or self.hand.real:
-            return GraspFeltRecorder(controller, self.config.fingers)
+            return GraspFeltRecorder(controller, self.hand.geometry)
         rubbed = rubbed_by_plant(self.config)
         return GraspTruthRecorder(truth, controller, self.config, self.hand, self.times.begin, rubbed=rubbed)
 

@@ -1,18 +1,18 @@
 """The report on one grasp."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.heaviest import heaviest_load
 from palpate.experiments.grasp.key_figures import compared, key_figures
+from palpate.experiments.grasp.moments_picture import moments_picture
+from palpate.experiments.grasp.pictures import over_time
 from palpate.experiments.grasp.result import Grasp
 from palpate.experiments.grasp.words import account, advice, asked, outcome, settings, title
 from palpate.reporting.computing import computing
+from palpate.reporting.grasp_force_picture import grasp_force_picture
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section
 from palpate.runtime import Ending
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 IGNORING = ", ignoring spin"
 """At the end of the titles of pictures of such a control."""
@@ -26,8 +26,7 @@ def grasp_report(grasp: Grasp) -> Report:
         figures=key_figures(grasp),
         sections=(
             Section("What was seen", tuple(Paragraph(each) for each in account(grasp))),
-            Section("Over time", (Pictures(lambda: _over_time(grasp)),)),
-            Section("Loads and what contacts bear", (Pictures(lambda: _loads(grasp)),)),
+            Section("From the first touch to the last", (Pictures(lambda: _over_time(grasp)),)),
             *_least_forces(grasp),
             *_ignoring_spin(grasp),
             computing(grasp.run.timing),
@@ -40,22 +39,9 @@ def grasp_report(grasp: Grasp) -> Report:
     )
 
 
-def _over_time(grasp: Grasp, note: str = "") -> "Iterator[Picture]":
-    from palpate.experiments.grasp.pictures import felt_grip_picture, grip_picture, slip_picture  # with matplotlib
-
-    if len(grasp.truth) < 2:
-        return
-    if grasp.truth_known:
-        yield grip_picture(grasp, note)
-        yield slip_picture(grasp, note)
-    else:
-        yield felt_grip_picture(grasp)
-
-
-def _loads(grasp: Grasp, note: str = "") -> "Iterator[Picture]":
-    from palpate.experiments.grasp.pictures import load_pictures
-
-    yield from load_pictures(grasp, note if grasp.truth_known else ", as believed")
+def _over_time(grasp: Grasp, note: str = "") -> Iterator[Picture | None]:
+    yield over_time(grasp, note)
+    yield moments_picture(grasp, note)
 
 
 def _least_forces(grasp: Grasp) -> Iterator[Section]:
@@ -63,9 +49,7 @@ def _least_forces(grasp: Grasp) -> Iterator[Section]:
     if at is None:
         return
 
-    def draw() -> "Iterator[Picture]":
-        from palpate.reporting.grasp_force_picture import grasp_force_picture
-
+    def draw() -> Iterator[Picture | None]:
         yield grasp_force_picture(at.grasp, at.forces, at.load, at.disturbance)
 
     yield Section(
@@ -79,8 +63,5 @@ def _ignoring_spin(grasp: Grasp) -> Iterator[Section]:
     if other is None:
         return
 
-    def draw() -> "Iterator[Picture]":
-        yield from _over_time(other, IGNORING)
-        yield from _loads(other, IGNORING)
-
-    yield Section("A control that ignores spin", (FigureTable(compared(grasp)), Pictures(draw)))
+    pictures = Pictures(lambda: _over_time(other, IGNORING))
+    yield Section("A control that ignores spin", (FigureTable(compared(grasp)), pictures))

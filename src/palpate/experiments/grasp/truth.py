@@ -19,16 +19,17 @@ from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.truth import TruthSource
 from palpate.sim.hand.truth import FingerTruth, HandTruth
 from palpate.sim.hand.truth_numbers import moment_of_numbers
-from palpate.spatial import Vector, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
+from palpate.spatial import Vector, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
 
 STAGES = tuple(GraspStage)
 
-ALL = 12
-"""Columns of all fingers together: time, stage, target, height; pull; clearance, and regrips."""
+ALL = 16
+"""Columns of all fingers together: time, stage, target, height; pull; clearance, regrips; orientation."""
 
-PER_FINGER = 15
+PER_FINGER = 21
 """Columns: touching; contact and normal, base frame, from the object's origin; normal force, length of the
-tangential force, spin torque; slip and spin since the pull began, and since the lift did; commanded grip."""
+tangential force, spin torque; slip and spin since the pull began, and since the lift did; commanded grip; middle
+of the fingertip, as the contact, and the force on it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +58,9 @@ class GraspTruth:
         slid: As slip, but since the lift began, shape (n, k) [m].
         turned: As spin, but since the lift began, shape (n, k) [rad].
         regrips: How often the grip had been raised for an alarm by then, shape (n,).
+        quat_wxyz: The object's orientation, object to base, shape (n, 4).
+        tip: Middle of each fingertip, as `contact`, shape (n, k, 3) [m].
+        force: What the object exerts on each, base frame, shape (n, k, 3) [N].
     """
 
     time: FloatArray
@@ -75,10 +79,18 @@ class GraspTruth:
     slid: FloatArray
     turned: FloatArray
     regrips: npt.NDArray[np.intp]
+    quat_wxyz: FloatArray
+    tip: FloatArray
+    force: FloatArray
 
     def __len__(self) -> int:
         """Number of periods."""
         return len(self.time)
+
+    @property
+    def phase(self) -> npt.NDArray[np.str_]:
+        """Name of the stage, shape (n,)."""
+        return np.array(STAGES, dtype=np.str_)[self.stage]
 
     @property
     def fingers(self) -> int:
@@ -121,10 +133,8 @@ class GraspTruthRecorder:
         truth = moment.hand
         assert truth.pose_base_hand is not None  # of numbers it is
         sensors = [truth.pose_base_hand @ pose for pose in hand.sensor_poses(truth.joint_position)]
-        normals = [
-            _normal(tip.center_of_mass, f, its)
-            for tip, f, its in zip(hand.tips, truth.fingers, sensors, strict=True)
-        ]
+        tips = [(its @ Pose(tip.center_of_mass)).position for tip, its in zip(hand.tips, sensors, strict=True)]
+        normals = [_normal(tip, f, its) for tip, f, its in zip(tips, truth.fingers, sensors, strict=True)]
         if now.time >= self._from:
             self._pulled.update(truth, sensors, normals, moment.slip)
         if controller.stage is GraspStage.LIFT or self._lifted.begun:
@@ -137,8 +147,9 @@ class GraspTruthRecorder:
             *moment.pull,
             clearance(self._config, truth.position[2], truth.quat_wxyz),
             controller.grip.regrips,
+            *truth.quat_wxyz,
         ]
-        for i, (finger, normal) in enumerate(zip(truth.fingers, normals, strict=True)):
+        for i, (finger, normal, tip) in enumerate(zip(truth.fingers, normals, tips, strict=True)):
             pressed = -dot(finger.force, normal)
             aside = norm(add_scaled(finger.force, pressed, normal))
             wanted = math.nan if command.grip_force is None else command.grip_force[i]
@@ -146,6 +157,7 @@ class GraspTruthRecorder:
             spun = dot(finger.torque, normal)
             motion = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
             row += [finger.touching, *at, *normal, pressed, aside, spun, *motion, wanted]
+            row += [*subtract(tip, truth.position), *finger.force]
         self._rows.extend(row)
 
     def _wanted(self, command: Command) -> float:
@@ -175,6 +187,9 @@ class GraspTruthRecorder:
             each[:, :, 12],
             each[:, :, 13],
             rows[:, 11].astype(np.intp),
+            rows[:, 12:16],
+            each[:, :, 15:18],
+            each[:, :, 18:21],
         )
 
 
@@ -259,9 +274,8 @@ def _seen_from(sensor: Pose, truth: HandTruth) -> tuple[FloatArray, FloatArray]:
     return turn @ (np.array(truth.position) - np.array(sensor.position)), turn @ flat.reshape(3, 3)
 
 
-def _normal(center: Vector, finger: FingerTruth, sensor: Pose) -> Vector:
+def _normal(middle: Vector, finger: FingerTruth, sensor: Pose) -> Vector:
     """Out of a spherical fingertip where it is touched, base frame; along its closing where it is not."""
     if not finger.touching:
         return rotate(sensor.rotation, (1.0, 0.0, 0.0))
-    middle = add(sensor.position, rotate(sensor.rotation, center))
     return unit(subtract(finger.position, middle))
