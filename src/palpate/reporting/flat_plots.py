@@ -162,9 +162,9 @@ def _add(plot: Plot, panel: Panel, mark: Mark) -> None:
                 float(np.log10(at)) if axis.logarithmic else at
                 for at, axis in ((mark.x, panel.x), (mark.y, panel.y))
             )
-            plot.layout["annotations"].append(
-                {"x": across, "y": upwards, "text": mark.text, "showarrow": False, "font": {"color": role(mark.colour)}}
-            )
+            font = {"color": role(mark.colour)}
+            words = {"x": across, "y": upwards, "text": mark.text, "showarrow": False, "font": font}
+            plot.layout["annotations"].append(words)
         case Cells():
             plot.add(_cells(mark))
         case Density():
