@@ -251,7 +251,7 @@ def test_the_page_shows_both_controls_and_their_figures(grasped, tmp_path):
     experiment, table = GraspObject(), tmp_path / "grasp.csv"
     page = report_page(experiment.report(grasped))
     experiment.files(grasped)["grasp.csv"](table)
-    for word in ("limit surface", "Grip against the least", "Slip and spin", "ignoring spin", "degrees"):
+    for word in ("limit surface", "Grip, slip and spin", "Forces and loads", "ignoring spin", "degrees"):
         assert word in page
     assert page.count("<figure") == 2 * 2 + 2  # over time and moments, of both; the heaviest load; timing
     assert "http" not in page.replace("http://www.w3.org", "")

@@ -182,6 +182,18 @@
     return Plotly.react(each.div, traces(each.plot, each.state), stated, settings(each.plot));
   };
 
+  // Another step: where rings alone move, nothing else is drawn again.
+  const move = (each) => {
+    const { kind, extras } = each.plot;
+    if (kind !== "flat" || extras.some((extra) => extra.step !== undefined)) return show(each);
+    const rings = [...extras.keys()].filter((n) => extras[n].moving);
+    const at = ({ moving }) => ({ x: [moving.x[each.state.step]], y: [moving.y[each.state.step]] });
+    const now = { mode: "immediate", frame: { duration: 0, redraw: false }, transition: { duration: 0 } };
+    if (!rings.length) return;
+    // it is rejected where the next step comes first
+    Plotly.animate(each.div, { data: rings.map((n) => at(extras[n])), traces: rings }, now).catch(() => {});
+  };
+
   const link = (from) => (change) => {
     if (linking) return;
     const together = from.plot.zoomedWith;
@@ -213,7 +225,7 @@
     Object.assign(slider, { type: "range", min: 0, max: names.length - 1, value: state.step });
     slider.setAttribute("aria-label", "step");
     let timer = null;
-    const go = (step) => { state.step = step; slider.value = step; said.textContent = names[step]; plots.forEach(show); };
+    const go = (step) => { state.step = step; slider.value = step; said.textContent = names[step]; plots.forEach(move); };
     const stop = () => { clearInterval(timer); timer = null; play.textContent = "\u25b6 play"; };
     slider.oninput = () => { stop(); go(Number(slider.value)); };
     play.onclick = () => {
