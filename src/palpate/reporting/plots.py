@@ -182,7 +182,9 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
     if axis.logarithmic:
         least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
         few = least > 0.0 and largest < FEW_DECADES * least
-        out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
+        out |= {"type": "log"} | (
+            {"nticks": 4, "tickformat": "~g"} if few else {"nticks": 5, "exponentformat": "power"}
+        )
     if None not in ends:
         out |= {"range": ends, "autorange": False}
     elif ends != [None, None] and axis.logarithmic:
@@ -199,8 +201,10 @@ def _hover(panel: Panel) -> str:
     """What stands beside the pointer; over the time of a run it stands there for all lines together."""
     if panel.x.run_time:
         return f"%{{y:.5~g}} {panel.y.unit}".rstrip()
-    x, y = (f"%{{{name}:.5~g}} {axis.unit}".rstrip() for name, axis in (("x", panel.x), ("y", panel.y)))
-    return f"{panel.y.quantity} {y}<br>{panel.x.quantity} {x}"
+    numbered = (
+        (name, axis) for name, axis in (("y", panel.y), ("x", panel.x)) if axis.quantity and not axis.ticks
+    )
+    return "<br>".join(f"{_typed(axis.quantity)} %{{{name}:.5~g}} {axis.unit}".rstrip() for name, axis in numbered)
 
 
 def _add(plot: _Plot, panel: Panel, mark: Mark) -> None:
@@ -258,13 +262,12 @@ def _add(plot: _Plot, panel: Panel, mark: Mark) -> None:
         case Rule() | Span():
             plot.layout["shapes"].append(_shape(mark))
         case Text():
-            x, y = (
+            across, up = (
                 float(np.log10(at)) if axis.logarithmic else at
                 for at, axis in ((mark.x, panel.x), (mark.y, panel.y))
             )
-            plot.layout["annotations"].append(
-                {"x": x, "y": y, "text": mark.text, "showarrow": False, "font": {"color": _role(mark.colour)}}
-            )
+            said = {"text": mark.text, "showarrow": False, "font": {"color": _role(mark.colour)}}
+            plot.layout["annotations"].append({"x": across, "y": up, **said})
         case Cells():
             plot.add(_cells(mark))
         case Density():

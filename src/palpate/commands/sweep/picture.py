@@ -248,7 +248,8 @@ def _seeds_panel(shown: _Shown) -> Panel:
     all_seeds = shown.result.plan.seeds
     ticks = tuple((float(seed), str(seed)) for seed in all_seeds[:: -(-len(all_seeds) // MOST_TICKS)])
     rule = () if middle is None else (Rule(middle, "median", QUIET_COLOUR, upright=False),)
-    return Panel((*rule, Points(seeds, values)), Axis("seed", ticks=ticks), shown.axis)
+    points = Points(seeds, values, texts=tuple(f"seed {seed:.0f}" for seed in seeds))
+    return Panel((*rule, points), Axis("seed", ticks=ticks), shown.axis)
 
 
 def _map_panel(shown: _Shown, rows: Sequence[_Row]) -> Panel:
