@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.surface_colours import ERROR_OF_POINTS, HEIGHT
 from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.friction.pressure import limit_curve
 from palpate.reporting.paper import write_picture
-from palpate.reporting.picture import Picture, Space
-from palpate.reporting.solids import Surface
+from palpate.reporting.picture import Space
+from palpate.reporting.solids import coloured_by
 from palpate.runtime import palette
 
 INK, QUIET, GRID = (each.light for each in (palette.INK_COLOUR, palette.QUIET_COLOUR, palette.GRID_COLOUR))
@@ -67,13 +68,8 @@ def exploration() -> None:
     assert picture is not None
     (space,) = picture.panels
     assert isinstance(space, Space)
-    surface = next(mark for mark in space.marks if isinstance(mark, Surface))
-    height, error = (
-        replace(surface, colourings=tuple(each for each in surface.colourings if each.quantity.startswith(word)))
-        for word in ("height", "error")
-    )
-    panels = tuple(replace(space, marks=(each, *space.marks[1:])) for each in (height, error))
-    write_picture(Picture(picture.title, picture.caption, panels, columns=2, wide=True), HERE / "exploration.png")
+    sides = (replace(space, marks=coloured_by(space.marks, each)) for each in (HEIGHT, ERROR_OF_POINTS))
+    write_picture(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
     print(f"exploration.png: points {1e6 * found.point_rms:.1f} µm RMS from the true surface")
 
 

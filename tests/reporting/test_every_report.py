@@ -35,7 +35,7 @@ HOSTILE = (
 )
 
 UNITLESS = re.compile(
-    r"number of|relative|share of|force / |/ normal force|^contacts$|mu|^robot$|^taken for$|^touched$|^Friction$"
+    r"number of|relative|share of|force / |/ normal force|^contacts$|mu|^robot$|^taken for$|^touched$|^friction"
 )
 """Labels of counts and ratios, and of what is words."""
 
