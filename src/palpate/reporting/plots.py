@@ -182,9 +182,7 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
     if axis.logarithmic:
         least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
         few = least > 0.0 and largest < FEW_DECADES * least
-        out |= {"type": "log"} | (
-            {"nticks": 4, "tickformat": "~g"} if few else {"nticks": 4, "exponentformat": "power"}
-        )
+        out |= {"type": "log", "nticks": 4} | ({"tickformat": "~g"} if few else {"exponentformat": "power"})
     if None not in ends:
         out |= {"range": ends, "autorange": False}
     elif ends != [None, None] and axis.logarithmic:
