@@ -82,7 +82,7 @@ def _axis(axis: Axis, extent: tuple[float, float]) -> Json:
     if axis.logarithmic:
         least, largest = (end if known is None else known for known, end in zip((low, high), extent, strict=True))
         few = least > 0.0 and largest < FEW_DECADES * least
-        out |= {"type": "log"} | ({"nticks": 4, "tickformat": "~g"} if few else {"exponentformat": "power"})
+        out |= {"type": "log", "nticks": 4} | ({"tickformat": "~g"} if few else {"exponentformat": "power"})
     if None not in ends:
         out |= {"range": ends, "autorange": False}
     elif ends != [None, None] and axis.logarithmic:
@@ -99,8 +99,9 @@ def _hover(panel: Panel) -> str:
     """What stands beside the pointer; over the time of a run it stands there for all lines together."""
     if panel.x.run_time:
         return f"%{{y:.5~g}} {panel.y.unit}".rstrip()
-    x, y = (f"%{{{name}:.5~g}} {axis.unit}".rstrip() for name, axis in (("x", panel.x), ("y", panel.y)))
-    return f"{panel.y.quantity} {y}<br>{panel.x.quantity} {x}"
+    axes = (("y", panel.y), ("x", panel.x))
+    numbered = ((name, axis) for name, axis in axes if axis.quantity and not axis.ticks)
+    return "<br>".join(f"{typed(axis.quantity)} %{{{name}:.5~g}} {axis.unit}".rstrip() for name, axis in numbered)
 
 
 def _add(plot: Plot, panel: Panel, mark: Mark) -> None:

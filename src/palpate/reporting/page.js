@@ -176,7 +176,7 @@
     const stated = layout(each.plot);
     if (each.plot.kind === "space") {
       // plotly.js fits a space to the height of its panel: on a phone it is not to be higher than wide
-      stated.height = Math.min(stated.height, 0.9 * each.div.clientWidth + BARS);
+      stated.height = Math.min(stated.height, 0.8 * each.div.clientWidth + BARS);
       each.div.style.height = `${stated.height}px`;
     }
     return Plotly.react(each.div, traces(each.plot, each.state), stated, settings(each.plot));

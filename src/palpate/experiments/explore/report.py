@@ -157,10 +157,14 @@ def _advice(exploration: Exploration) -> tuple[str, ...]:
             "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run shows "
             "where the tip would go."
         )
+    elif isinstance(exploration.plan.scan, ContourScan):
+        advice.append(
+            "A contour is a line, of which no surface is claimed: --strategy raster or active make a map."
+        )
     elif found is None:
         advice.append(
-            "No surface is claimed, for contacts are too far apart or on one line: rows that lie closer "
-            "(--spacing) make a map."
+            "No surface is claimed, for contacts are too far apart or on one line: what lies closer (--spacing) "
+            "makes a map."
         )
     else:
         if found.truth_known and found.observed_share < WELL_OBSERVED:

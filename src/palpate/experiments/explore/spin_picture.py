@@ -6,7 +6,7 @@ from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.lines import true_and_felt
-from palpate.reporting.marks import Line
+from palpate.reporting.marks import Line, unnamed
 from palpate.reporting.phases import phase_spans
 from palpate.reporting.picture import TIME, Axis, Panel, Picture
 
@@ -40,7 +40,7 @@ def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
         ),
         panels=(
             Panel((*spans, *spin), TIME, Axis("spin torque", "mN m", span=2.0 * LEAST_SPIN), height=240),
-            Panel((*spans, ratio), TIME, Axis("tangential / normal force", low=0.0), height=200),
+            Panel((*unnamed(spans), ratio), TIME, Axis("tangential / normal force", low=0.0), height=200),
         ),
         wide=True,
     )
