@@ -16,10 +16,10 @@ from palpate.runtime.palette import CARD, MAP_COLOUR, PANE_COLOUR, Colour
 
 MILLI = 1e3
 
-TICKS = 6
+TICKS = 5
 """At most so many along the longest axis of a space."""
 
-SIZE = 2.1
+SIZE = 1.95
 """Of the diagonal of a space, in plotly.js's unit: it fits into its panel, however it is turned."""
 
 RIMMED = 6.0
