@@ -24,9 +24,6 @@ from palpate.version import __version__
 PHONE_WIDTH = 680
 """Up to this width of the window [px], pictures drawn for a phone are shown; also in `STYLE`."""
 
-NO_UNIT = "no unit"
-"""Shown for a number without a unit: a count, a ratio."""
-
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """Content security policy: whatever might get into a report, the browser runs and fetches none of it."""
 
@@ -177,20 +174,8 @@ def picture_cards(pictures: Iterable[Picture | None]) -> str:
 
 
 def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
-    cells = (
-        f'<td class="unit quiet">{NO_UNIT}</td>'
-        if tag == "td" and c == "unit" and not t and any(map(_is_number, _measured(i, row, columns)))
-        else f'<{tag} class="{c}">{text(t)}</{tag}>'
-        for i, (c, t) in enumerate(zip(columns, row, strict=True))
-    )
+    cells = (f'<{tag} class="{c}">{text(t)}</{tag}>' for c, t in zip(columns, row, strict=True))
     return "<tr>" + "".join(cells) + "</tr>"
-
-
-def _measured(unit: int, row: Sequence[str], columns: Sequence[str]) -> list[str]:
-    """The values of a unit: those since the unit before; where it stands before all of them, those that follow."""
-    values = [(i, value) for i, (name, value) in enumerate(zip(columns, row, strict=True)) if name == "value"]
-    begin = max((i for i in range(unit) if columns[i] == "unit"), default=-1)
-    return [value for i, value in values if begin < i < unit] or [value for i, value in values if i > unit]
 
 
 def _command(typed: str) -> str:

@@ -11,9 +11,10 @@ from palpate.commands.scale import scale_of
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
 from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.result import HIGH, LOW, SweepResult, numbers_of, spread_of
+from palpate.commands.sweep.result import HIGH, LEAST_RUNS, LOW, FigureSpread, SweepResult, numbers_of, spread_of
 from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import shown_value
+from palpate.errors import FloatArray
 from palpate.experiments.kit.figure import is_share
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.reporting.data import KeyFigure
@@ -55,7 +56,7 @@ def sweep_report(result: SweepResult) -> Report:
 
 
 SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
-"""What the interval beside a median is."""
+"""What the interval beside a median is, of `LEAST_RUNS` and more."""
 
 
 def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:
@@ -80,23 +81,29 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
     scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
     rows = []
     for combination in plan.combinations:
-        spread = spread_of(result.values(figure, [combination]))
-        name = plan.name_of(combination) or "all runs"
+        own = result.values(figure, [combination])
+        spread, name = spread_of(own), plan.name_of(combination) or "all runs"
         value = f"{scale.factor * spread.middle:.4g}" if spread.count else "-"
-        note = (
-            f"{scale.factor * spread.low:.4g} to {scale.factor * spread.high:.4g}"
-            if spread.low < spread.high
-            else ""
-        )
+        note = _spread_note(spread, scale.factor * numbers_of(own))
         rows.append((name, value, scale.unit if spread.count else "", _with_count(result, combination, note)))
     return rows
+
+
+def _spread_note(spread: FigureSpread, values: FloatArray) -> str:
+    """Return how far the runs of a combination lie apart; of few no more than what they are."""
+    if not spread.low < spread.high:
+        return ""
+    if spread.count < LEAST_RUNS:
+        return f"{values.min():.4g} to {values.max():.4g}, all of {spread.count} runs"
+    return "{:.4g} to {:.4g}".format(*np.percentile(values, (LOW, HIGH)))
 
 
 def _in_figures(result: SweepResult, index: int) -> Section:
     """The table of a figure that is shown."""
     figure, plan = result.figures[index], result.plan
     share = is_share(result.values(figure, plan.combinations))
-    heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
+    spread = SPREAD if len(plan.seeds) >= LEAST_RUNS else "least to largest"
+    heads = ("combination", "share", "", "") if share else ("combination", "median", "", spread)
     rows = _shortened(combination_rows(result, index), ("", "", "in runs.csv"))
     heading = figure.meaning[:1].upper() + figure.meaning[1:] + (", by combination" if plan.varied else "")
     return Section(heading, (TextTable(rows, heads=heads),))
@@ -124,10 +131,11 @@ def advice(result: SweepResult) -> tuple[str, ...]:
         )
     if result.seeds_alike:
         sentences.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
-    elif len(result.plan.seeds) == 1 and len(result.records) > 1:
+    elif len(result.plan.seeds) < LEAST_RUNS and len(result.records) > 1:
+        few = "one run" if len(result.plan.seeds) == 1 else f"{len(result.plan.seeds)} runs"
         sentences.append(
-            "With one run of each combination, the effect of the options cannot be separated from chance: "
-            "--seeds 5 into another folder (--out) shows both."
+            f"With {few} of each combination, the effect of the options cannot be separated from chance: "
+            f"--seeds {LEAST_RUNS} into another folder (--out) shows both."
         )
     return tuple(sentences)
 

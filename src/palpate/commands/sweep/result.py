@@ -17,6 +17,9 @@ from palpate.nearest_name import nearest
 LOW, HIGH = 10.0, 90.0
 """Percentiles of the band that is shown of several runs."""
 
+LEAST_RUNS = 5
+"""From so many on a band is told of: of fewer, a tenth is nobody's."""
+
 SHOWN = 2
 """Number of figures that are shown by default."""
 
