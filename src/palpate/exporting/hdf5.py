@@ -20,6 +20,9 @@ FILE = "episodes.hdf5"
 _CHUNK = 1000
 """Periods that are compressed together: 8 to 100 kB."""
 
+_CACHE = 1 << 16
+"""Bytes that HDF5 holds of each array: it is written from its beginning to its end, and a log has a hundred."""
+
 _SLOTS = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 """Filters that every build of HDF5 has."""
 
@@ -31,7 +34,7 @@ class Hdf5Exporter(Exporter, Settings, frozen=True):
         """See `Exporter`."""
         require("h5py", "hdf5", "--to hdf5")
         h5py: Any = import_module("h5py")  # it has no types
-        with h5py.File(folder / FILE, "w") as file:
+        with h5py.File(folder / FILE, "w", rdcc_nbytes=_CACHE) as file:
             file.attrs["written_by"] = f"palpate {__version__}"
             for index, episode in enumerate(episodes):
                 group = file.create_group(f"episode_{index:06d}")
