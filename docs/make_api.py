@@ -82,6 +82,11 @@ PAGES = {
         "Recording every period of a run, reading it back, and replaying it.",
         ("palpate.runtime.log", "palpate.runtime.truth", "palpate.commands.replay.run"),
     ),
+    "exporting": Page(
+        "Data sets",
+        "Logs as files of other programs, and what a format of your own is.",
+        ("palpate.exporting.exporter", "palpate.exporting.tables"),
+    ),
     "batch": Page(
         "Many runs at once",
         "Sweeps over several processes or computers.",

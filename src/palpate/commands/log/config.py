@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import tyro
 
 LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
-
-TableFormat = Literal["csv", "parquet"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,17 +24,22 @@ class LogInfoConfig:
 
 @dataclass(frozen=True, slots=True)
 class LogExportConfig:
-    """Write the log of a run as tables: period (one row per control period), event and parameter.
+    """Write the log of a run, or all logs of a sweep, as one data set: an episode a run, a row a period.
 
-    The header names every unit: SI throughout, contacts in the sensor frame, the arm in base coordinates. Numbers
-    keep every digit (CSV: 17, nan and inf as such). Periods that the log has not got leave a gap in `sequence`.
+    Names tell every unit: SI throughout, contacts in the sensor frame, the arm in base coordinates. Periods that a
+    log has not got leave a gap in `sequence`. Which columns there are: docs/files.md.
 
-    Example: palpate log export runs/demo --format csv --out tables
+    Formats: csv (17 digits); parquet, hdf5 and lerobot (LeRobot dataset v3) keep every bit, but in lerobot what is
+    not a finite number is 0. One of your own is named as module:Class.
+
+    Example: palpate log export runs/demo --to csv --out tables
     """
 
     log: LogPlace
-    """Log file (.mcap); a folder stands for its latest.mcap."""
-    to: Annotated[TableFormat, tyro.conf.arg(name="format", aliases=("--to",))] = "csv"
-    """CSV, or Parquet (which needs: pip install "palpate[parquet]")."""
+    """Log file (.mcap); a folder stands for its latest.mcap, or is a sweep's made with --keep-reports."""
+
+    to: Annotated[str, tyro.conf.arg(metavar="FORMAT")] = "csv"
+    """Format: csv, hdf5, lerobot, parquet, one of an installed package, or module:Class."""
+
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Folder for the tables, made if need be. Left out: named as the log, beside it."""
+    """Folder, made if need be. Left out: named as the log, beside it; of a sweep, `dataset` in it."""
