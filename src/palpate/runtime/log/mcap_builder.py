@@ -32,14 +32,10 @@ from palpate.runtime.log.chunk import PERIOD_CHANNEL, ChunkContent
 from palpate.runtime.log.entry_codec import EVENT_CHANNEL, PARAMETER_CHANNEL
 from palpate.runtime.log.heading import encode_heading
 from palpate.runtime.log.period_codec import PeriodCodec
-from palpate.runtime.log.schema import (
-    EVENT_SCHEMA,
-    EVENT_TYPE,
-    PARAMETER_SCHEMA,
-    PARAMETER_TYPE,
-    PERIOD_TYPE,
-    period_schema,
-)
+from palpate.runtime.log.schema import EVENT, PARAMETER, PERIOD, PLAIN_TYPES, full_name, own_types, schema
+from palpate.runtime.log.standard.cloud import CLOUD_CHANNEL, CLOUD_TOPIC
+from palpate.runtime.log.standard.topics import StandardTopics
+from palpate.runtime.log.standard.types import POINT_CLOUD, STANDARD_TYPES
 
 MAGIC = b"\x89MCAP0\r\n"
 PROFILE = "ros2"
@@ -70,25 +66,26 @@ class Piece:
 class McapBuilder:
     """Knows what has been written so far, and makes what comes next. Memory: about 100 bytes per chunk."""
 
-    def __init__(self, codec: PeriodCodec, attachments: Mapping[str, str]) -> None:
-        """Take the run's codec, and texts to attach by name."""
+    def __init__(self, codec: PeriodCodec, attachments: Mapping[str, str], standard: StandardTopics) -> None:
+        """Take the run's codec, texts to attach by name, and what other tools read."""
         heading = codec.heading
-        self._schemas = (
-            _schema(PERIOD_CHANNEL, PERIOD_TYPE, period_schema(codec.groups)),
-            _schema(EVENT_CHANNEL, EVENT_TYPE, EVENT_SCHEMA),
-            _schema(PARAMETER_CHANNEL, PARAMETER_TYPE, PARAMETER_SCHEMA),
+        topics = (
+            (PERIOD_CHANNEL, "/period", PERIOD),
+            (EVENT_CHANNEL, "/event", EVENT),
+            (PARAMETER_CHANNEL, "/parameter", PARAMETER),
+            (CLOUD_CHANNEL, CLOUD_TOPIC, POINT_CLOUD),
+            *((each.channel, each.name, each.kind) for each in (*standard.every_period, *standard.seldom)),
         )
-        self._channels = (
-            _channel(PERIOD_CHANNEL, "/period"),
-            _channel(EVENT_CHANNEL, "/event"),
-            _channel(PARAMETER_CHANNEL, "/parameter"),
-        )
+        types = {**PLAIN_TYPES, **STANDARD_TYPES, **own_types(heading.codes, heading.layout.truth)}
+        kinds = {kind: i + 1 for i, kind in enumerate(dict.fromkeys(kind for _, _, kind in topics))}
+        self._schemas = tuple(_schema(i, full_name(kind), schema(kind, types)) for kind, i in kinds.items())
+        self._channels = tuple(_channel(number, topic, kinds[kind]) for number, topic, kind in topics)
         self._attachments = dict(attachments)
         self._heading = heading
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._attachment_entries: list[AttachmentIndex] = []
         self._chunk_entries = bytearray()
-        self._counts: dict[int, int] = dict.fromkeys((PERIOD_CHANNEL, EVENT_CHANNEL, PARAMETER_CHANNEL), 0)
+        self._counts: dict[int, int] = dict.fromkeys((number for number, _, _ in topics), 0)
         self._chunks = 0
         self._start, self._end = 0, 0
         self._size = self._crc = 0
@@ -215,8 +212,8 @@ def _schema(number: int, name: str, text: str) -> Schema:
     return Schema(id=number, data=text.encode(), encoding="ros2msg", name=name)
 
 
-def _channel(number: int, topic: str) -> Channel:
-    return Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
+def _channel(number: int, topic: str, schema_number: int) -> Channel:
+    return Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=schema_number)
 
 
 def _records(records: Iterable[McapRecord]) -> bytes:

@@ -32,7 +32,7 @@ def poses_at(
     """
     late = np.flatnonzero((wanted != time) & (np.abs(wanted) < MAX_MAGNITUDE) & (np.abs(time) < MAX_MAGNITUDE))
     usable = np.asarray((np.abs(time) < MAX_MAGNITUDE) & (np.abs(position) < MAX_MAGNITUDE).all(axis=1))
-    usable[usable] = _proper(rotation[usable])
+    usable[usable] = proper_rotations(rotation[usable])
     samples = np.flatnonzero(usable)
     if not len(late) or not len(samples):
         return position, rotation
@@ -55,7 +55,7 @@ def poses_at(
     return moved, turned
 
 
-def _proper(rotation: FloatArray) -> npt.NDArray[np.bool_]:
+def proper_rotations(rotation: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which of some matrices (n, 3, 3), of any numbers, are rotations."""
     fine = np.asarray((np.abs(rotation) <= 1.0 + SKEWED).all(axis=(1, 2)))
     R = rotation[fine]
