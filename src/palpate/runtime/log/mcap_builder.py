@@ -7,7 +7,7 @@ since MCAP has none for schemas and channels.
 
 import struct
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import zstandard
@@ -27,10 +27,11 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from mcap.summary import Summary
 
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, ChunkContent
 from palpate.runtime.log.entry_codec import EVENT_CHANNEL, PARAMETER_CHANNEL
-from palpate.runtime.log.heading import encode_heading
+from palpate.runtime.log.heading import Heading, encode_heading
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.schema import EVENT, PARAMETER, PERIOD, PLAIN_TYPES, full_name, own_types, schema
 from palpate.runtime.log.standard.cloud import CLOUD_CHANNEL, CLOUD_TOPIC
@@ -66,44 +67,55 @@ class Piece:
 class McapBuilder:
     """Knows what has been written so far, and makes what comes next. Memory: about 100 bytes per chunk."""
 
-    def __init__(self, codec: PeriodCodec, attachments: Mapping[str, str], standard: StandardTopics) -> None:
-        """Take the run's codec, texts to attach by name, and what other tools read."""
-        heading = codec.heading
-        topics = (
-            (PERIOD_CHANNEL, "/period", PERIOD),
-            (EVENT_CHANNEL, "/event", EVENT),
-            (PARAMETER_CHANNEL, "/parameter", PARAMETER),
-            (CLOUD_CHANNEL, CLOUD_TOPIC, POINT_CLOUD),
-            *((each.channel, each.name, each.kind) for each in (*standard.every_period, *standard.seldom)),
-        )
-        types = {**PLAIN_TYPES, **STANDARD_TYPES, **own_types(heading.codes, heading.layout.truth)}
-        kinds = {kind: i + 1 for i, kind in enumerate(dict.fromkeys(kind for _, _, kind in topics))}
-        self._schemas = tuple(_schema(i, full_name(kind), schema(kind, types)) for kind, i in kinds.items())
-        self._channels = tuple(_channel(number, topic, kinds[kind]) for number, topic, kind in topics)
-        self._attachments = dict(attachments)
-        self._heading = heading
+    def __init__(self, schemas: Sequence[Schema], channels: Sequence[Channel]) -> None:
+        """Begin a file with these; see `run_builder`, and `McapBuilder.resumed` for one that there is."""
+        self._schemas, self._channels = tuple(schemas), tuple(channels)
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._attachment_entries: list[AttachmentIndex] = []
         self._chunk_entries = bytearray()
-        self._counts: dict[int, int] = dict.fromkeys((number for number, _, _ in topics), 0)
+        self._counts: dict[int, int] = dict.fromkeys((channel.id for channel in channels), 0)
         self._chunks = 0
         self._start, self._end = 0, 0
         self._size = self._crc = 0
 
-    def opening(self) -> bytes:
-        """Return what the file begins with."""
-        head = MAGIC + _records([Header(PROFILE, self._heading.written_by), *self._schemas, *self._channels])
+    @classmethod
+    def resumed(cls, summary: Summary, size: int, crc: int) -> "McapBuilder":
+        """Return one that goes on with a finished file.
+
+        Args:
+            summary: Of the file.
+            size: Bytes of its data section, without DataEnd.
+            crc: Check sum of these.
+        """
+        self = cls(tuple(summary.schemas.values()), tuple(summary.channels.values()))
+        self._attachment_entries = list(summary.attachment_indexes)
+        self._chunk_entries = bytearray(_records(summary.chunk_indexes))
+        self._chunks = len(summary.chunk_indexes)
+        if summary.statistics is not None:
+            self._counts |= summary.statistics.channel_message_counts
+            self._start, self._end = summary.statistics.message_start_time, summary.statistics.message_end_time
+        self._size, self._crc = size, crc
+        return self
+
+    def opening(self, given: Heading, attachments: Mapping[str, str]) -> bytes:
+        """Return what the file begins with.
+
+        Args:
+            given: Of the run.
+            attachments: Texts to attach, by name.
+        """
+        head = MAGIC + _records([Header(PROFILE, given.written_by), *self._schemas, *self._channels])
         parts = [head]
-        heading = encode_heading(self._heading, zlib.crc32(head))
+        heading = encode_heading(given, zlib.crc32(head))
         place = len(head)
         texts = {HEADING_NAME: heading} | {
-            name: text.encode("utf-8", "backslashreplace") for name, text in self._attachments.items()
+            name: text.encode("utf-8", "backslashreplace") for name, text in attachments.items()
         }
         for name, data in texts.items():
             suffix = name[name.rfind(".") :]
             attachment = Attachment(
-                create_time=self._heading.wall_start,
-                log_time=self._heading.wall_start,
+                create_time=given.wall_start,
+                log_time=given.wall_start,
                 name=name,
                 media_type=_MEDIA_TYPES.get(suffix, "text/plain"),
                 data=data,
@@ -206,6 +218,22 @@ class McapBuilder:
     def _advance(self, data: bytes) -> None:
         self._size += len(data)
         self._crc = zlib.crc32(data, self._crc)
+
+
+def run_builder(codec: PeriodCodec, standard: StandardTopics) -> McapBuilder:
+    """Return the builder of a run's log: with palpate's topics, and those that other tools read."""
+    topics = (
+        (PERIOD_CHANNEL, "/period", PERIOD),
+        (EVENT_CHANNEL, "/event", EVENT),
+        (PARAMETER_CHANNEL, "/parameter", PARAMETER),
+        (CLOUD_CHANNEL, CLOUD_TOPIC, POINT_CLOUD),
+        *((each.channel, each.name, each.kind) for each in (*standard.every_period, *standard.seldom)),
+    )
+    codes, truth = codec.heading.codes, codec.heading.layout.truth
+    types = {**PLAIN_TYPES, **STANDARD_TYPES, **own_types(codes, truth)}
+    kinds = {kind: i + 1 for i, kind in enumerate(dict.fromkeys(kind for _, _, kind in topics))}
+    schemas = [_schema(i, full_name(kind), schema(kind, types)) for kind, i in kinds.items()]
+    return McapBuilder(schemas, [_channel(number, topic, kinds[kind]) for number, topic, kind in topics])
 
 
 def _schema(number: int, name: str, text: str) -> Schema:
