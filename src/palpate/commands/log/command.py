@@ -1,4 +1,4 @@
-"""`palpate log info` and `palpate log export`: what is in the log of a run."""
+"""`palpate log info`, `export` and `ros2`: what is in the log of a run."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from palpate.commands.command_result import CommandResult
-from palpate.commands.log.config import LogExportConfig, LogInfoConfig
+from palpate.commands.log.config import LogExportConfig, LogInfoConfig, LogRos2Config
 from palpate.commands.log.export import (
     CsvWriter,
     ParquetWriter,
@@ -26,6 +26,7 @@ from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.runtime.log import LogReader, log_in
+from palpate.runtime.log.ros2_bag import METADATA, write_bag
 
 BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""
@@ -74,6 +75,32 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
         say(console, warning)
     tables = [{"file": file, "rows": count, "columns": names[file]} for file, count in rows.items()]
     return CommandResult(facts={"log": path, "tables": tables}, files=tuple(rows), warnings=damage)
+
+
+def run_log_ros2(config: LogRos2Config) -> CommandResult:
+    """Write a log as a bag of ROS 2; returns its files.
+
+    Raises:
+        InvalidValueError: There is no log, nothing of it can be read, or the folder is there already.
+        OSError: A file cannot be written.
+    """
+    path, console = _path(config.log), Console()
+    folder = path.with_name(f"{path.stem}_bag") if config.out is None else config.out
+    with LogReader(path) as log, _patient_progress(f"reading {path.name}") as progress:
+        for _ in log.pieces(progress):
+            pass
+    damage = () if not log.damage else (f"The log is damaged, the bag has gaps: {log.damage_words}",)
+    counts = write_bag(path, folder, complete=log.complete)
+    for topic, count in counts.items():
+        say(console, f"{topic}: {count} messages")
+    for warning in damage:
+        say(console, warning)
+    say(console, f"Bag: {folder}; play it with: ros2 bag play {folder}")
+    return CommandResult(
+        facts={"log": path, "bag": folder, "topics": dict(counts)},
+        files=(folder / path.name, folder / METADATA),
+        warnings=damage,
+    )
 
 
 def _path(place: Path) -> Path:
