@@ -150,7 +150,8 @@ def sizes(folder: Path) -> Table:
     for block in range(25):
         random[:, 0] = (200 * block + np.arange(200)) * PERIOD
         started = time.thread_time()
-        piece = builder.piece(encode_chunk([PackedRows(200 * block, memoryview(random.tobytes()))], codec, standard))
+        rows = PackedRows(200 * block, memoryview(random.tobytes()))
+        piece = builder.piece(encode_chunk([rows], codec, standard))
         taken.append(time.thread_time() - started)
         builder.written(piece)
         size += len(piece.data)

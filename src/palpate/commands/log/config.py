@@ -29,8 +29,8 @@ class LogRos2Config:
     """Write the log of a run as a bag of ROS 2, a folder that `ros2 bag play` takes.
 
     It holds all topics of the log: wrenches, joints, transforms, contacts and a map, of types that every tool
-    knows, and palpate's own, whose package examples/ros2/palpate_msgs is built by colcon. Of a log that is damaged,
-    or whose run was killed, it is all that is whole.
+    knows, and palpate's own, whose package examples/ros2/palpate_msgs is built by colcon. Of a log that is
+    damaged, or whose run was killed, it is all that is whole.
 
     Example: palpate log ros2 runs/demo --out bag
     """

@@ -49,8 +49,8 @@ from palpate.friction.friction_file import (
     read_friction_file,
 )
 from palpate.friction.limit_surface import LimitSurface
-from palpate.reporting.data import KeyFigure
 from palpate.kinematics.hand import HandKinematics
+from palpate.reporting.data import KeyFigure
 from palpate.robots.hand_description import HandDescription, hand_backend
 from palpate.robots.hand_task import HandTask
 from palpate.robots.robot import Robot

@@ -18,7 +18,7 @@ from palpate.runtime.log.log_path import point_latest
 from palpate.runtime.log.mcap_builder import HEADING_NAME, McapBuilder, run_builder
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.sink import RecordingSummary
-from palpate.runtime.log.standard.topics import RobotNotes, StandardTopics
+from palpate.runtime.log.standard.topics import PLAIN_ROBOT, RobotNotes, StandardTopics
 
 BACKLOG = 32 * 2**20
 """Bytes that may wait for the disk: about a minute at 1 kHz. Beyond, periods are dropped and counted."""
@@ -52,7 +52,7 @@ class LogWriter:
         self,
         path: Path,
         attachments: Mapping[str, str] = MappingProxyType({}),
-        notes: RobotNotes = RobotNotes(),
+        notes: RobotNotes = PLAIN_ROBOT,
         *,
         backlog: int = BACKLOG,
         closing_time: float = CLOSING_TIME,

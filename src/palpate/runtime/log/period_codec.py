@@ -15,6 +15,7 @@ from palpate.runtime.log.fields import Constant, LogField, path_of, period_group
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.message_layout import MessageLayout, Messages, messages_at, put_stamps
 
+
 @dataclass(frozen=True, slots=True)
 class _Run:
     """Neighbours of one type, in rows and messages alike: copied at once."""

@@ -58,7 +58,7 @@ def write_bag(log: Path, folder: Path, *, complete: bool) -> Mapping[str, int]:
     assert summary is not None  # the file is complete
     with replacing(folder / METADATA) as file:
         file.write(yaml_text({"rosbag2_bagfile_information": _information(bag.name, summary)}).encode())
-    return {topic["topic_metadata"]["name"]: topic["message_count"] for topic in _topics(summary)}
+    return {channel.topic: count for channel, count in _counted(summary)}
 
 
 def _information(name: str, summary: Summary) -> dict[str, object]:
@@ -81,8 +81,13 @@ def _information(name: str, summary: Summary) -> dict[str, object]:
     }
 
 
-def _topics(summary: Summary) -> list[dict[str, object]]:
+def _counted(summary: Summary) -> list[tuple[Channel, int]]:
+    """Return each channel that has messages, with their number."""
     counts = {} if summary.statistics is None else summary.statistics.channel_message_counts
+    return [(channel, counts[number]) for number, channel in summary.channels.items() if counts.get(number)]
+
+
+def _topics(summary: Summary) -> list[dict[str, object]]:
     return [
         {
             "topic_metadata": {
@@ -91,10 +96,9 @@ def _topics(summary: Summary) -> list[dict[str, object]]:
                 "serialization_format": channel.message_encoding,
                 "offered_qos_profiles": "",
             },
-            "message_count": counts[number],
+            "message_count": count,
         }
-        for number, channel in summary.channels.items()
-        if counts.get(number)
+        for channel, count in _counted(summary)
     ]
 
 
@@ -124,7 +128,7 @@ def _finish(source: BinaryIO, target: BinaryIO) -> None:
                     record.publish_time,
                     record.sequence,
                 )
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
 
 
 def _whole_records(source: BinaryIO) -> Iterator[McapRecord]:

@@ -8,7 +8,6 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.log.message_layout import Messages, Stamps, messages_at, put_stamps
 from palpate.runtime.log.standard.topic import BASE, begin
-from palpate.runtime.log.standard.types import POINT_CLOUD
 
 CLOUD_CHANNEL = 4
 CLOUD_TOPIC = "/map"

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-
 from palpate.kinematics.hand import HandKinematics
 from palpate.runtime.log.fields import HAND, finger_name
 from palpate.runtime.log.layout import Layout
@@ -41,15 +40,19 @@ class RobotNotes:
     gives_wrenches: tuple[bool, ...] = ()
 
 
+PLAIN_ROBOT = RobotNotes()
+"""A fingertip at the end of an arm, whose sensor gives wrenches."""
+
+
 class StandardTopics:
-    """Turns periods into messages that every tool reads. Pure; told of whole blocks, it takes microseconds a period.
+    """Turns periods into messages that every tool reads, whole blocks at once.
 
     Attributes:
         every_period: Topics with a message in each period: wrenches and joints.
         seldom: Topics with at most one every `INTERVAL`: transforms, contacts.
     """
 
-    def __init__(self, codec: PeriodCodec, notes: RobotNotes = RobotNotes()) -> None:
+    def __init__(self, codec: PeriodCodec, notes: RobotNotes = PLAIN_ROBOT) -> None:
         """Take the rows' codec, and what else is known of the robot."""
         layout = codec.heading.layout
         self._every = max(1, round(INTERVAL / codec.heading.period))

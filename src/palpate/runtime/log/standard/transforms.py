@@ -14,7 +14,11 @@ from palpate.runtime.log.standard.types import TRANSFORMS
 
 
 class TransformTopic:
-    """A `Topic`. Periods in which a pose cannot be are left out: readers refuse them."""
+    """A `Topic`. Periods in which a pose cannot be are left out: readers refuse them.
+
+    Attributes:
+        frames: Each frame with that in which it is told, in the order of a message.
+    """
 
     kind, name = TRANSFORMS, "/tf"
 
@@ -24,12 +28,13 @@ class TransformTopic:
         self._heading, self._columns, self._hand = codec.heading, codec.columns, hand
         fingers = len(codec.heading.layout.channels)
         carried = finger_name(0) if hand is None and fingers == 1 else HAND
-        self._children = (carried, *((finger_name(i) for i in range(fingers)) if hand is not None else ()))
+        held = range(fingers) if hand is not None else ()
+        self.frames = ((carried, BASE), *((finger_name(i), HAND) for i in held))
         layout = MessageLayout(channel)
-        layout.constant("<u4", len(self._children))
-        for child in self._children:
+        layout.constant("<u4", len(self.frames))
+        for child, parent in self.frames:
             layout.stamp(child)
-            layout.text(BASE if child == carried else HAND)
+            layout.text(parent)
             layout.text(child)
             layout.add(child, "<f8", 7)
         self._template = layout.template()
@@ -37,26 +42,38 @@ class TransformTopic:
     def messages(self, block: Block) -> Messages:
         """See `Topic`."""
         names = ("arm.position", "arm.rotation", *(("hand.joint_position",) if self._hand is not None else ()))
-        usable = np.isfinite(np.hstack([block.rows[:, self._columns[name]] for name in names])).all(axis=1)
-        usable[usable] = proper_rotations(
-            block.rows[usable][:, self._columns["arm.rotation"]].reshape(-1, 3, 3)
-        )
+        numbers = np.hstack([block.rows[:, self._columns[name]] for name in names])
+        usable = np.asarray(np.isfinite(numbers).all(axis=1))
+        usable[usable] = proper_rotations(block.rows[usable][:, self._columns["arm.rotation"]].reshape(-1, 3, 3))
         block = block.where(usable)
-        found, rows = messages_at(self._template, block.sequence, block.stamps), block.rows
+        rows = block.rows
         position, rotation = rows[:, self._columns["arm.position"]], rows[:, self._columns["arm.rotation"]]
-        carried, *fingers = self._children
+        (carried, _), *fingers = self.frames
+        try:
+            in_hand = self._in_hand(rows)
+        except Exception:  # whatever a geometry of others raises: the log must not end for it
+            return messages_at(self._template, block.sequence[:0], block.stamps[:0])
+        found = messages_at(self._template, block.sequence, block.stamps)
         put_stamps(found, self._stamps(rows, "arm"), carried)
         found[carried] = _transforms(position, rotation)
-        if self._hand is not None and len(rows):
-            joints = rows[:, self._columns["hand.joint_position"]].tolist()
-            poses = [self._hand.sensor_poses(tuple(angles)) for angles in joints]
-            for i, finger in enumerate(fingers):
-                put_stamps(found, self._stamps(rows, HAND), finger)
-                found[finger] = _transforms(
-                    np.array([each[i].position for each in poses]),
-                    np.array([each[i].rotation for each in poses]).reshape(-1, 9),
-                )
+        for (finger, _), pose in zip(fingers, in_hand, strict=True):
+            put_stamps(found, self._stamps(rows, HAND), finger)
+            found[finger] = pose
         return found
+
+    def _in_hand(self, rows: FloatArray) -> list[FloatArray]:
+        """Return where each finger is in the hand, numbers of transforms, shape (n, 7) each."""
+        if self._hand is None:
+            return []
+        joints = rows[:, self._columns["hand.joint_position"]].tolist()
+        poses = [self._hand.sensor_poses(tuple(angles)) for angles in joints]
+        return [
+            _transforms(
+                np.array([each[i].position for each in poses]),
+                np.array([each[i].rotation for each in poses]).reshape(-1, 9),
+            )
+            for i in range(len(self.frames) - 1)
+        ]
 
     def _stamps(self, rows: FloatArray, group: str) -> np.ndarray[tuple[int], np.dtype[np.uint64]]:
         return self._heading.stamps(rows[:, self._columns[f"{group}.time"].start])
