@@ -95,7 +95,7 @@ def test_foxglove_gets_what_the_log_holds(layout):
         found = page.messages(codec.heading.stamp(periods[30][0].time), feed)
         assert live.run_over() == ()
     assert sorted(found) == sorted(names)
-    for topic, messages in topics.messages(Block.of(codec.heading, rows, np.arange(40))):
+    for topic, messages in topics.messages(Block.of(codec, rows, np.arange(40))):
         kept = {int(each["log_time"]): each.tobytes()[PAYLOAD:] for each in messages}
         assert found[topic.name].items() <= kept.items()
         assert page.schemas[topic.name] == (topic.kind.replace("/", "/msg/"), "ros2msg", "cdr")

@@ -155,7 +155,7 @@ def play_topics(publisher: Publisher, log: Log, notes: RobotNotes, speed: float)
     while sent < len(times):
         passed = speed * (monotonic() - started)
         until = len(times) if np.isinf(speed) else int(np.searchsorted(times, passed, side="right"))
-        publisher.periods(Block.of(codec.heading, log.rows[sent:until], log.sequence[sent:until]))
+        publisher.periods(Block.of(codec, log.rows[sent:until], log.sequence[sent:until]))
         sent = until
         sleep(INTERVAL)
 
@@ -181,7 +181,7 @@ def _serve(ring: RowRing, tool: Tool, notes: RobotNotes, host: str, port: int, p
             pipe.poll(INTERVAL)  # until it is closed nothing comes
             rows = reader.read()
             if len(rows):
-                publisher.periods(Block.of(heading, rows[:, 1:-1], rows[:, 0].astype(np.int64)))
+                publisher.periods(Block.of(codec, rows[:, 1:-1], rows[:, 0].astype(np.int64)))
             if pipe.poll():
                 pipe.recv()
     except (EOFError, OSError):

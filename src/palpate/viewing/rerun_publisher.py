@@ -4,7 +4,6 @@ import socket
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from palpate.errors import FloatArray
 from palpate.runtime.log.fields import finger_name
 from palpate.runtime.log.message_layout import Messages, Stamps
 from palpate.runtime.log.period_codec import PeriodCodec
@@ -76,14 +75,15 @@ class RerunPublisher:
         self._sdk: Any = rerun
         self._stream, self._log = stream, stream.log
         self._senders: Mapping[str, Callable[[Any, Messages], None]] = {
-            WRENCH_STAMPED: lambda topic, messages: self._curves(topic, messages, messages["wrench"]),
-            JOINT_STATE: lambda topic, messages: self._curves(topic, messages, messages["position"]),
+            WRENCH_STAMPED: self._curves,
+            JOINT_STATE: self._curves,
             TRANSFORMS: self._transforms,
             POINT_STAMPED: self._points,
             MARKER: self._arrows,
         }
 
-    def _curves(self, topic: Topic, messages: Messages, values: FloatArray) -> None:
+    def _curves(self, topic: Topic, messages: Messages) -> None:
+        values = messages["numbers"]
         columns = self._sdk.Scalars.columns(scalars=values.ravel())
         lengths = [values.shape[1]] * len(values)
         self._send(topic.name, messages["log_time"], columns.partition(lengths))

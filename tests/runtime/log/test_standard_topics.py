@@ -212,8 +212,7 @@ def test_a_slow_robot_tells_all_in_every_period():
     rows = np.zeros((7, codec.width))
     rows[:, codec.columns["arm.rotation"]] = np.eye(3).ravel()
     told = {
-        topic.name: each
-        for topic, each in StandardTopics(codec).messages(Block.of(codec.heading, rows, np.arange(7)))
+        topic.name: each for topic, each in StandardTopics(codec).messages(Block.of(codec, rows, np.arange(7)))
     }
     assert len(told["/tf"]) == len(told["/finger_0/wrench"]) == 7
     assert told["/tf"][0].tobytes()[PAYLOAD : PAYLOAD + 4] == bytes((0, 1, 0, 0))

@@ -80,7 +80,7 @@ def encode_chunk(
             chunk.add(data, (_Part(int.from_bytes(data[9:11], "little"), stamps, 0, len(data)),))
         else:
             rows = codec.rows(segment.data)
-            _add_rows(chunk, Block.of(codec.heading, rows, segment.first + np.arange(len(rows))), codec, standard)
+            _add_rows(chunk, Block.of(codec, rows, segment.first + np.arange(len(rows))), codec, standard)
     return chunk.content()
 
 
@@ -105,11 +105,11 @@ class _Chunk:
     """A chunk that grows."""
 
     def __init__(self) -> None:
-        self._data: list[bytes] = []
+        self._data: list[bytes | memoryview] = []
         self._index: dict[int, list[npt.NDArray[np.uint64]]] = {}
         self._size = 0
 
-    def add(self, data: bytes, parts: Iterable[_Part]) -> None:
+    def add(self, data: bytes | memoryview, parts: Iterable[_Part]) -> None:
         for part in parts:
             entries = np.empty((len(part.stamps), 2), np.uint64)
             entries[:, 0] = part.stamps
@@ -126,21 +126,26 @@ class _Chunk:
 
 def _add_rows(chunk: _Chunk, block: Block, codec: PeriodCodec, standard: StandardTopics) -> None:
     """Add each period followed by its standard messages, whose numbers the compressor finds just before them."""
-    periods = [(PERIOD_CHANNEL, codec.encode(block.rows, block.sequence))]
-    periods += [(topic.channel, topic.messages(block)) for topic in standard.every_period]
-    ends = np.cumsum([messages.itemsize for _, messages in periods]).tolist()
-    together = np.empty((len(block.rows), ends[-1]), np.uint8)
-    parts = []
-    for (channel, messages), end in zip(periods, ends, strict=True):
-        begin = end - messages.itemsize
-        together[:, begin:end] = messages.view(np.uint8).reshape(len(messages), -1)
-        parts.append(_Part(channel, block.stamps, begin, ends[-1]))
-    chunk.add(together.tobytes(), parts)
+    templates = [codec.template, *(topic.template for topic in standard.every_period)]
+    ends = np.cumsum([template.itemsize for template in templates]).tolist()
+    count, step = len(block.rows), ends[-1]
+    together = np.tile(np.concatenate([template.view(np.uint8) for template in templates]), count)
+    messages: list[Messages] = [
+        np.ndarray((count,), template.dtype, together, end - template.itemsize, (step,))
+        for template, end in zip(templates, ends, strict=True)
+    ]
+    codec.fill(messages[0], block.rows, block.sequence, block.stamps)
+    for topic, theirs in zip(standard.every_period, messages[1:], strict=True):
+        topic.fill(theirs, block)
+    channels = (PERIOD_CHANNEL, *(topic.channel for topic in standard.every_period))
+    begins = (end - each.itemsize for each, end in zip(messages, ends, strict=True))
+    parts = (_Part(channel, block.stamps, place, step) for channel, place in zip(channels, begins, strict=True))
+    chunk.add(together.data, parts)
     selected = standard.selected(block)
-    for topic in standard.seldom if len(selected.rows) else ():
-        messages = topic.messages(selected)
-        if len(messages):
-            chunk.add(messages.tobytes(), (_Part(topic.channel, messages["log_time"], 0, messages.itemsize),))
+    for other in standard.seldom if len(selected.rows) else ():
+        told = other.messages(selected)
+        if len(told):
+            chunk.add(told.view(np.uint8).data, (_Part(other.channel, told["log_time"], 0, told.itemsize),))
 
 
 def decode_chunk(data: bytes, codec: PeriodCodec) -> list[LogRows | Entry]:

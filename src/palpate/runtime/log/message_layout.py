@@ -18,7 +18,7 @@ CDR_LITTLE_ENDIAN = bytes((0, 1, 0, 0))
 SEQUENCES = 2**32
 """Sequence numbers are counted modulo this: 32 bits last for 49 days at 1 kHz."""
 
-NANOSECONDS = 10**9
+NANOSECONDS = np.uint64(10**9)
 """Of a second."""
 
 Messages = npt.NDArray[np.void]
@@ -105,18 +105,16 @@ class MessageLayout:
         return found
 
 
-def messages_at(template: Messages, sequence: npt.NDArray[np.int64], log_time: Stamps) -> Messages:
-    """Return messages as the template is, with their numbers and times of logging, shape (n,).
+def put_heads(messages: Messages, sequence: npt.NDArray[np.int64], log_time: Stamps) -> None:
+    """Fill in numbers and times of logging.
 
     Args:
-        template: See `MessageLayout.template`.
+        messages: Made from a template, shape (n,).
         sequence: Number of each, shape (n,).
         log_time: Shape (n,) [ns].
     """
-    messages: Messages = np.repeat(template, len(sequence))
     messages["sequence"] = sequence % SEQUENCES
     messages["log_time"] = messages["publish_time"] = log_time
-    return messages
 
 
 def put_stamps(messages: Messages, stamps: Stamps, name: str = "") -> None:
@@ -127,4 +125,6 @@ def put_stamps(messages: Messages, stamps: Stamps, name: str = "") -> None:
         stamps: Shape (n,) [ns].
         name: As in `stamp`.
     """
-    messages[f"{name}sec"], messages[f"{name}nanosec"] = np.divmod(stamps, NANOSECONDS)
+    seconds = stamps // NANOSECONDS
+    messages[f"{name}sec"] = seconds
+    messages[f"{name}nanosec"] = stamps - seconds * NANOSECONDS

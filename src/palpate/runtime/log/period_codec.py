@@ -13,7 +13,7 @@ import numpy.typing as npt
 from palpate.errors import FloatArray
 from palpate.runtime.log.fields import Constant, LogField, path_of, period_groups, walk, wire
 from palpate.runtime.log.heading import Heading
-from palpate.runtime.log.message_layout import MessageLayout, Messages, messages_at, put_stamps
+from palpate.runtime.log.message_layout import MessageLayout, Messages, Stamps, put_heads, put_stamps
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,7 @@ class PeriodCodec:
         columns: Where each quantity ("arm.position") stands in a row.
         width: Columns of a row.
         dtype: Of one whole message record.
+        template: One with all that is the same in every one, shape (1,).
     """
 
     def __init__(self, heading: Heading, channel: int) -> None:
@@ -45,8 +46,8 @@ class PeriodCodec:
         for group, quantity in walk(self.groups):
             self.columns[path_of(group, quantity)] = slice(self.width, self.width + quantity.count)
             self.width += quantity.count
-        self._runs, self._template = self._wire_format(channel)
-        self.dtype = self._template.dtype
+        self._runs, self.template = self._wire_format(channel)
+        self.dtype = self.template.dtype
 
     @property
     def row_bytes(self) -> int:
@@ -64,12 +65,23 @@ class PeriodCodec:
             rows: Shape (n, width).
             sequence: Number of each period, shape (n,).
         """
-        stamps = self.heading.stamps(rows[:, 0])
-        messages = messages_at(self._template, sequence, stamps)
+        messages: Messages = np.repeat(self.template, len(rows))
+        self.fill(messages, rows, sequence, self.heading.stamps(rows[:, 0]))
+        return messages
+
+    def fill(self, messages: Messages, rows: FloatArray, sequence: npt.NDArray[np.int64], stamps: Stamps) -> None:
+        """Fill in messages made from `template`.
+
+        Args:
+            messages: Shape (n,).
+            rows: Shape (n, width).
+            sequence: Number of each period, shape (n,).
+            stamps: Of each period, shape (n,) [ns].
+        """
+        put_heads(messages, sequence, stamps)
         put_stamps(messages, stamps)
         for run in self._runs:
             messages[run.name] = rows[:, run.column : run.column + run.count]
-        return messages
 
     def decode(self, messages: Messages) -> FloatArray:
         """Return the rows of messages, shape (n, width)."""

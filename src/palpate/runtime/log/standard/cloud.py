@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.runtime.log.message_layout import Messages, Stamps, messages_at, put_stamps
+from palpate.runtime.log.message_layout import Messages, Stamps, put_heads, put_stamps
 from palpate.runtime.log.standard.topic import BASE, begin
 
 CLOUD_CHANNEL = 4
@@ -69,7 +69,8 @@ def cloud_message(cloud: Cloud, stamp: int) -> Messages:
     layout.add("data", "u1", step * len(points))
     layout.constant("u1", int(np.isfinite(points).all()))
     stamps: Stamps = np.array([stamp], np.uint64)
-    found = messages_at(layout.template(), np.zeros(1, np.int64), stamps)
+    found = layout.template()
+    put_heads(found, np.zeros(1, np.int64), stamps)
     put_stamps(found, stamps)
     found["data"] = points.view("u1").ravel()
     return found

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.runtime.log.fields import finger_name
-from palpate.runtime.log.message_layout import Messages, messages_at, put_stamps
+from palpate.runtime.log.message_layout import Messages, put_heads, put_stamps
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.standard.topic import Block, begin
 from palpate.runtime.log.standard.types import MARKER, POINT_STAMPED
@@ -24,10 +24,9 @@ class _Touches:
     """Which periods have a contact that is known, and where."""
 
     def __init__(self, codec: PeriodCodec, finger: int) -> None:
-        self.heading, at = codec.heading, finger_name(finger)
+        self._name = at = finger_name(finger)
         self._ok = codec.heading.codes.statuses.index(ContactStatus.OK.name)
         self._touching, self._status = (codec.columns[f"{at}.{name}"].start for name in ("touching", "status"))
-        self._time = codec.columns[f"{at}.time"].start
         self.centroid = codec.columns[f"{at}.centroid"]
         wrench = codec.columns[f"{at}.wrench"].start
         self.force = slice(wrench, wrench + 3)
@@ -38,8 +37,9 @@ class _Touches:
         return block.where(known & np.isfinite(rows[:, self.centroid]).all(axis=1))
 
     def filled(self, template: Messages, touched: Block) -> Messages:
-        found = messages_at(template, touched.sequence, touched.stamps)
-        put_stamps(found, self.heading.stamps(touched.rows[:, self._time]))
+        found: Messages = np.repeat(template, len(touched.rows))
+        put_heads(found, touched.sequence, touched.stamps)
+        put_stamps(found, touched.sampled(self._name))
         return found
 
 

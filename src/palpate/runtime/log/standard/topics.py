@@ -10,10 +10,10 @@ from palpate.runtime.log.message_layout import Messages
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.standard.cloud import CLOUD_CHANNEL
 from palpate.runtime.log.standard.contact import ContactMarkerTopic, ContactPointTopic
-from palpate.runtime.log.standard.joint_state import JointTopic
-from palpate.runtime.log.standard.topic import Block, Topic
+from palpate.runtime.log.standard.joint_state import joint_topic
+from palpate.runtime.log.standard.topic import Block, NumbersTopic, Topic
 from palpate.runtime.log.standard.transforms import TransformTopic
-from palpate.runtime.log.standard.wrench import WrenchTopic
+from palpate.runtime.log.standard.wrench import wrench_topic
 
 FIRST_CHANNEL = CLOUD_CHANNEL
 """From here on channels are standard: all that is in them is in the periods, too, or was found after the run."""
@@ -57,7 +57,7 @@ class StandardTopics:
         layout = codec.heading.layout
         self._every = max(1, round(INTERVAL / codec.heading.period))
         channel = iter(range(FIRST_CHANNEL + 1, 2**16))
-        self.every_period: tuple[Topic, ...] = tuple(_every_period(codec, notes, layout, channel))
+        self.every_period: tuple[NumbersTopic, ...] = tuple(_every_period(codec, notes, layout, channel))
         self.seldom: tuple[Topic, ...] = tuple(_seldom(codec, notes, layout, channel))
 
     def selected(self, block: Block) -> Block:
@@ -66,27 +66,25 @@ class StandardTopics:
 
     def messages(self, block: Block) -> Iterator[tuple[Topic, Messages]]:
         """Yield the messages of some periods, topic after topic."""
-        for topic in self.every_period:
-            yield topic, topic.messages(block)
         selected = self.selected(block)
-        for topic in self.seldom:
-            yield topic, topic.messages(selected)
+        yield from ((topic, topic.messages(block)) for topic in self.every_period)
+        yield from ((topic, topic.messages(selected)) for topic in self.seldom)
 
 
 def _every_period(
     codec: PeriodCodec, notes: RobotNotes, layout: Layout, channel: Iterator[int]
-) -> Iterator[Topic]:
+) -> Iterator[NumbersTopic]:
     for i, channels in enumerate(layout.channels):
         name = finger_name(i)
-        yield WrenchTopic(codec, next(channel), f"/{name}/wrench", i, "wrench")
+        yield wrench_topic(codec, next(channel), f"/{name}/wrench", i, "wrench")
         if channels == _WRENCH and (i >= len(notes.gives_wrenches) or notes.gives_wrenches[i]):
-            yield WrenchTopic(codec, next(channel), f"/{name}/wrench_raw", i, "reading")
+            yield wrench_topic(codec, next(channel), f"/{name}/wrench_raw", i, "reading")
     if layout.joints:
         joints = tuple(f"joint_{i + 1}" for i in range(layout.joints))
-        yield JointTopic(codec, next(channel), "/joint_states", "arm", joints)
+        yield joint_topic(codec, next(channel), "/joint_states", "arm", joints)
     if layout.hand_joints:
         joints = tuple(f"hand_joint_{i + 1}" for i in range(layout.hand_joints))
-        yield JointTopic(codec, next(channel), "/hand/joint_states", HAND, joints)
+        yield joint_topic(codec, next(channel), "/hand/joint_states", HAND, joints)
 
 
 def _seldom(codec: PeriodCodec, notes: RobotNotes, layout: Layout, channel: Iterator[int]) -> Iterator[Topic]:

@@ -1,14 +1,13 @@
 """Where the frames are, as tf2_msgs/TFMessage: the tip or the hand in the base frame, fingers in the hand."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray
 from palpate.kinematics.hand import HandKinematics
 from palpate.runtime.log.fields import HAND, finger_name
-from palpate.runtime.log.message_layout import MessageLayout, Messages, messages_at, put_stamps
+from palpate.runtime.log.message_layout import MessageLayout, Messages, put_heads, put_stamps
 from palpate.runtime.log.period_codec import PeriodCodec
-from palpate.runtime.log.poses import proper_rotations
+from palpate.runtime.log.poses import proper_rotations, quaternions_xyzw
 from palpate.runtime.log.standard.topic import BASE, Block
 from palpate.runtime.log.standard.types import TRANSFORMS
 
@@ -25,7 +24,7 @@ class TransformTopic:
     def __init__(self, codec: PeriodCodec, channel: int, hand: HandKinematics | None) -> None:
         """Take the geometry of the hand; None if there is none, or if it is not known."""
         self.channel = channel
-        self._heading, self._columns, self._hand = codec.heading, codec.columns, hand
+        self._columns, self._hand = codec.columns, hand
         fingers = len(codec.heading.layout.channels)
         carried = finger_name(0) if hand is None and fingers == 1 else HAND
         held = range(fingers) if hand is not None else ()
@@ -52,12 +51,13 @@ class TransformTopic:
         try:
             in_hand = self._in_hand(rows)
         except Exception:  # whatever a geometry of others raises: the log must not end for it
-            return messages_at(self._template, block.sequence[:0], block.stamps[:0])
-        found = messages_at(self._template, block.sequence, block.stamps)
-        put_stamps(found, self._stamps(rows, "arm"), carried)
+            return np.repeat(self._template, 0)
+        found: Messages = np.repeat(self._template, len(rows))
+        put_heads(found, block.sequence, block.stamps)
+        put_stamps(found, block.sampled("arm"), carried)
         found[carried] = _transforms(position, rotation)
         for (finger, _), pose in zip(fingers, in_hand, strict=True):
-            put_stamps(found, self._stamps(rows, HAND), finger)
+            put_stamps(found, block.sampled(HAND), finger)
             found[finger] = pose
         return found
 
@@ -69,18 +69,13 @@ class TransformTopic:
         poses = [self._hand.sensor_poses(tuple(angles)) for angles in joints]
         return [
             _transforms(
-                np.array([each[i].position for each in poses]),
-                np.array([each[i].rotation for each in poses]).reshape(-1, 9),
+                np.array([each[i].position for each in poses]).reshape(-1, 3),
+                np.array([each[i].rotation for each in poses]),
             )
             for i in range(len(self.frames) - 1)
         ]
 
-    def _stamps(self, rows: FloatArray, group: str) -> np.ndarray[tuple[int], np.dtype[np.uint64]]:
-        return self._heading.stamps(rows[:, self._columns[f"{group}.time"].start])
-
 
 def _transforms(position: FloatArray, rotation: FloatArray) -> FloatArray:
     """Translations (n, 3) and rotations (n, 9) as the numbers of a geometry_msgs/Transform, shape (n, 7)."""
-    if not len(position):
-        return np.empty((0, 7))
-    return np.hstack([position, Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat()])  # w last, as ROS
+    return np.hstack([position, quaternions_xyzw(rotation)])
