@@ -187,7 +187,7 @@ def test_events_have_room_when_periods_have_none_left(tmp_path, disk):
 
 
 def test_an_unforeseen_error_is_reported_too(tmp_path, monkeypatch):
-    def broken(segments, codec, standard):
+    def broken(segments, codec):
         raise ZeroDivisionError("a mistake of ours")
 
     monkeypatch.setattr(log_writer_module, "encode_chunk", broken)
@@ -284,8 +284,8 @@ def test_a_folder_without_a_log_is_refused(tmp_path):
         log_in(tmp_path)
 
 
-def test_sixty_random_channels_at_1_khz_stay_below_600_kilobytes_per_second(tmp_path):
-    """The worst case there is: doubles of any bits, none repeated but in the topics that other tools read."""
+def test_sixty_random_channels_at_1_khz_stay_below_half_a_megabyte_per_second(tmp_path):
+    """The worst case there is: doubles of any bits, none of them repeated."""
     rng = np.random.default_rng(0)
     writer = LogWriter(tmp_path / "a.mcap")
     heading = Heading(Layout(2, None, (6,), 2), PERIOD, 0.0, time.time_ns(), "test")
@@ -301,4 +301,4 @@ def test_sixty_random_channels_at_1_khz_stay_below_600_kilobytes_per_second(tmp_
         until(lambda: writer._queue.empty())
     summary = writer.close()
     assert summary.rows_written == 5000
-    assert (tmp_path / "a.mcap").stat().st_size / 5.0 <= 0.6e6
+    assert (tmp_path / "a.mcap").stat().st_size / 5.0 <= 0.5e6

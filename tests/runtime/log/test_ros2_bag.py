@@ -11,7 +11,7 @@ from palpate.commands.log.config import LogRos2Config
 from palpate.errors import InvalidValueError
 from palpate.runtime.log import log_writer
 from palpate.runtime.log.standard.topics import RobotNotes
-from runtime.log.log_examples import ONE_FINGER, TWO_FINGERS_AND_A_HAND
+from runtime.log.log_examples import ONE_FINGER, TWO_FINGERS_AND_A_HAND, write
 from runtime.log.test_standard_topics import LATE, Sliding, recorded, stamp, touching_run
 
 highlevel = pytest.importorskip("rosbags.highlevel", reason="rosbags reads bags without ROS")
@@ -55,7 +55,7 @@ def test_wrench_joints_transforms_and_contacts_arrive_with_stamps_and_frames(tmp
 def test_of_a_log_that_was_cut_off_all_that_is_whole_is_in_the_bag(tmp_path, monkeypatch):
     monkeypatch.setattr(log_writer, "LARGEST_CHUNK", 1)  # many chunks in a small file
     periods, path = touching_run(430, ONE_FINGER), tmp_path / "a.mcap"
-    recorded(path, periods)
+    write(path, periods)
     path.write_bytes(path.read_bytes()[: int(0.8 * path.stat().st_size)])
     result = run_log_ros2(LogRos2Config(path))
     found, _ = told(tmp_path / "a_bag")

@@ -11,18 +11,18 @@ from scipy.spatial.transform import Rotation
 from palpate.errors import InvalidValueError
 from palpate.kinematics import Pose
 from palpate.runtime.data import ArmSample
-from palpate.runtime.log import LogWriter, Recorder, added_cloud, read_log
-from palpate.runtime.log.added_cloud import add_cloud
-from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows, encode_chunk
+from palpate.runtime.log import read_log
+from palpate.runtime.log.chunk import PERIOD_CHANNEL
 from palpate.runtime.log.heading import Heading
-from palpate.runtime.log.mcap_builder import run_builder
+from palpate.runtime.log.mcap_builder import McapBuilder
 from palpate.runtime.log.message_layout import PAYLOAD
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.standard.cloud import MOST_POINTS, Cloud
 from palpate.runtime.log.standard.topic import Block
 from palpate.runtime.log.standard.topics import PLAIN_ROBOT, RobotNotes, StandardTopics
+from palpate.runtime.log.told_log import add_topics
 from palpate.sensing.contact import ContactStatus
-from runtime.log.log_examples import ONE_FINGER, PERIOD, TWO_FINGERS_AND_A_HAND, a_run, feed
+from runtime.log.log_examples import ONE_FINGER, PERIOD, TWO_FINGERS_AND_A_HAND, a_run, bits, write
 
 LATE = 4e-4
 """So long before its period a wrench was sampled [s]."""
@@ -79,11 +79,10 @@ def touching_run(count, layout):
     return periods
 
 
-def recorded(path, periods, notes=PLAIN_ROBOT):
-    recorder = Recorder(LogWriter(path, {}, notes))
-    recorder.start(periods[0][0], periods[0][1], PERIOD)
-    feed(recorder, periods)
-    assert recorder.close().problem is None
+def recorded(path, periods, notes=PLAIN_ROBOT, cloud=None):
+    """A log as a run leaves it, and then with topics."""
+    assert write(path, periods, {"notes.txt": "as they came"}).problem is None
+    add_topics(path, notes, cloud)
     return read_log(path)
 
 
@@ -177,22 +176,22 @@ def test_contacts_are_there_while_there_is_one(run):
 
 
 @pytest.mark.parametrize("layout", [ONE_FINGER, TWO_FINGERS_AND_A_HAND])
-def test_of_random_numbers_a_log_grows_by_at_most_40_per_cent(layout):
-    codec = PeriodCodec(Heading(layout, PERIOD, 0.0, 0, "test"), PERIOD_CHANNEL)
-    rows = np.random.default_rng(0).normal(size=(200, codec.width))
-    rows[:, 0] = np.arange(200) * PERIOD
-    for name, place in codec.columns.items():
-        if name.rpartition(".")[2] in ("status", "touching", "health", "phase"):
-            rows[:, place] = name.endswith("touching")
-        elif name.endswith("count"):
-            rows[:, place] = -1.0
-    every, none = StandardTopics(codec), StandardTopics(codec)
-    none.every_period = none.seldom = ()
-    sizes = []
-    for topics in (every, none):
-        content = encode_chunk([PackedRows(0, memoryview(rows.tobytes()))], codec, topics)
-        sizes.append(len(run_builder(codec, topics).piece(content).data))
-    assert sizes[1] < sizes[0] <= 1.4 * sizes[1]
+def test_of_random_numbers_a_log_grows_by_at_most_40_per_cent(layout, tmp_path):
+    write(tmp_path / "a.mcap", touching_run(430, layout))
+    before = (tmp_path / "a.mcap").stat().st_size
+    add_topics(tmp_path / "a.mcap", RobotNotes(Sliding()))
+    assert before < (tmp_path / "a.mcap").stat().st_size <= 1.4 * before
+
+
+def test_nothing_of_the_log_itself_is_changed(tmp_path):
+    write(tmp_path / "a.mcap", touching_run(430, ONE_FINGER), {"notes.txt": "as they came"})
+    before, after = read_log(tmp_path / "a.mcap"), recorded(tmp_path / "b.mcap", touching_run(430, ONE_FINGER))
+    for log in (before, after):
+        assert (log.complete, log.attachments) == (True, {"notes.txt": "as they came"})
+    assert (after.rows.tobytes(), after.sequence.tolist()) == (before.rows.tobytes(), before.sequence.tolist())
+    assert bits((after.events, after.changes)) == bits((before.events, before.changes))
+    add_topics(tmp_path / "b.mcap", PLAIN_ROBOT)  # a second time
+    assert read_log(tmp_path / "b.mcap").rows.tobytes() == before.rows.tobytes()
 
 
 def test_readings_of_a_sensor_that_is_calibrated_here_are_no_wrenches(tmp_path):
@@ -221,14 +220,10 @@ def test_a_slow_robot_tells_all_in_every_period():
 CLOUD = Cloud(np.arange(12.0).reshape(4, 3), {"band": np.array([1e-3, 2e-3, np.nan, 4e-3])})
 
 
-def test_a_map_joins_a_log_that_stays_as_it_was(tmp_path):
-    path = tmp_path / "a.mcap"
-    before = recorded(path, touching_run(430, ONE_FINGER))
-    add_cloud(path, CLOUD)
-    log = read_log(path)
-    assert (log.complete, log.damage, log.events) == (True, None, before.events)
-    assert log.rows.tobytes() == before.rows.tobytes()
-    ((logged, cloud),) = messages(path)["/map"]
+def test_a_map_is_stamped_with_the_end_of_the_run(tmp_path):
+    log = recorded(tmp_path / "a.mcap", touching_run(430, ONE_FINGER), cloud=CLOUD)
+    assert (log.complete, len(log)) == (True, 430)
+    ((logged, cloud),) = messages(tmp_path / "a.mcap")["/map"]
     assert logged == stamp(cloud.header) == log.heading.stamps(log.rows[:, 0]).max()
     assert (cloud.header.frame_id, cloud.width, cloud.is_dense) == ("base", 4, False)
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "band"]
@@ -237,23 +232,24 @@ def test_a_map_joins_a_log_that_stays_as_it_was(tmp_path):
     assert told.tobytes() == wanted.tobytes()
 
 
-def test_where_a_map_cannot_be_written_the_log_is_as_before(tmp_path, monkeypatch):
-    path, put = tmp_path / "a.mcap", added_cloud._put
-    recorded(path, touching_run(100, ONE_FINGER))
+def test_a_log_that_cannot_be_written_anew_stays(tmp_path, monkeypatch):
+    path = tmp_path / "a.mcap"
+    write(path, touching_run(100, ONE_FINGER))
     kept = path.read_bytes()
 
-    def full(file, place, data):
-        monkeypatch.setattr(added_cloud, "_put", put)
-        put(file, place, data[:10])
+    def full(self):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(added_cloud, "_put", full)
-    with pytest.raises(OSError, match="No space left"):
-        add_cloud(path, CLOUD)
+    with monkeypatch.context() as patch:
+        patch.setattr(McapBuilder, "closing", full)
+        with pytest.raises(OSError, match="No space left"):
+            add_topics(path, PLAIN_ROBOT)
     assert path.read_bytes() == kept
     path.write_bytes(kept[:-20])
-    with pytest.raises(InvalidValueError, match="is not finished"):
-        add_cloud(path, CLOUD)
+    with pytest.raises(InvalidValueError, match="is not whole: the summary is cut off"):
+        add_topics(path, PLAIN_ROBOT)
+    assert path.read_bytes() == kept[:-20]
+    assert [each.name for each in tmp_path.iterdir() if not each.is_symlink()] == ["a.mcap"]
 
 
 def test_a_cloud_is_thinned_to_what_a_viewer_draws():

@@ -25,8 +25,9 @@ from palpate.commands.log.times import LogTimes
 from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.recording import notes_in
 from palpate.runtime.log import LogReader, log_in
-from palpate.runtime.log.ros2_bag import METADATA, write_bag
+from palpate.runtime.log.ros2_bag import write_bag
 
 BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""
@@ -86,21 +87,16 @@ def run_log_ros2(config: LogRos2Config) -> CommandResult:
     """
     path, console = _path(config.log), Console()
     folder = path.with_name(f"{path.stem}_bag") if config.out is None else config.out
-    with LogReader(path) as log, _patient_progress(f"reading {path.name}") as progress:
-        for _ in log.pieces(progress):
-            pass
-    damage = () if not log.damage else (f"The log is damaged, the bag has gaps: {log.damage_words}",)
-    counts = write_bag(path, folder, complete=log.complete)
-    for topic, count in counts.items():
+    with _patient_progress(f"reading {path.name}") as progress:
+        bag = write_bag(path, folder, notes_in, progress)
+    damage = () if bag.damage is None else (f"The log is damaged, the bag has gaps: {bag.damage}",)
+    for topic, count in bag.counts.items():
         say(console, f"{topic}: {count} messages")
     for warning in damage:
         say(console, warning)
     say(console, f"Bag: {folder}; play it with: ros2 bag play {folder}")
-    return CommandResult(
-        facts={"log": path, "bag": folder, "topics": dict(counts)},
-        files=(folder / path.name, folder / METADATA),
-        warnings=damage,
-    )
+    facts = {"log": path, "bag": folder, "topics": dict(bag.counts)}
+    return CommandResult(facts=facts, files=bag.files, warnings=damage)
 
 
 def _path(place: Path) -> Path:

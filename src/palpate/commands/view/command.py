@@ -11,7 +11,7 @@ from rich.console import Console
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
-from palpate.commands.run_shown import kept_if_interrupted
+from palpate.commands.run_shown import kept_if_interrupted, tell
 from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
@@ -117,6 +117,7 @@ def _watch(config: ViewConfig, tool: Tool | None, console: Console) -> CommandRe
             say(console, note)
         with kept_if_interrupted(result), doing(console, "working out what was found"):
             found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
+            tell(console, plan, result, experiment.cloud(found))
         report = run_report(experiment, plan, found)
         done = result.done and report.reached
         command_result = CommandResult(

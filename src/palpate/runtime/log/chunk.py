@@ -69,18 +69,25 @@ class ChunkContent:
 
 
 def encode_chunk(
-    segments: Sequence[PackedRows | Entry], codec: PeriodCodec, standard: StandardTopics
+    segments: Sequence[PackedRows | LogRows | Entry], codec: PeriodCodec, standard: StandardTopics | None = None
 ) -> ChunkContent:
-    """Return the messages of rows and entries, and the standard messages that tell the same."""
+    """Return the messages of rows and entries, with the standard ones that tell the same if topics are given."""
     chunk = _Chunk()
     for segment in segments:
         if isinstance(segment, Entry):
             data = encode_entry(segment, codec.heading)
             stamps = codec.heading.stamps(np.array([segment.what.time]))
             chunk.add(data, (_Part(int.from_bytes(data[9:11], "little"), stamps, 0, len(data)),))
-        else:
+            continue
+        if isinstance(segment, PackedRows):
             rows = codec.rows(segment.data)
-            _add_rows(chunk, Block.of(codec, rows, segment.first + np.arange(len(rows))), codec, standard)
+            segment = LogRows(segment.first + np.arange(len(rows)), rows)
+        if standard is None:
+            messages = codec.encode(segment.values, segment.sequence)
+            part = _Part(PERIOD_CHANNEL, messages["log_time"], 0, messages.itemsize)
+            chunk.add(messages.view(np.uint8).data, (part,))
+        else:
+            _add_rows(chunk, Block.of(codec, segment.values, segment.sequence), codec, standard)
     return chunk.content()
 
 

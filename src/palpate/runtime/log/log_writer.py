@@ -18,7 +18,6 @@ from palpate.runtime.log.log_path import point_latest
 from palpate.runtime.log.mcap_builder import HEADING_NAME, McapBuilder, run_builder
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.sink import RecordingSummary
-from palpate.runtime.log.standard.topics import PLAIN_ROBOT, RobotNotes, StandardTopics
 
 BACKLOG = 32 * 2**20
 """Bytes that may wait for the disk: about a minute at 1 kHz. Beyond, periods are dropped and counted."""
@@ -52,7 +51,6 @@ class LogWriter:
         self,
         path: Path,
         attachments: Mapping[str, str] = MappingProxyType({}),
-        notes: RobotNotes = PLAIN_ROBOT,
         *,
         backlog: int = BACKLOG,
         closing_time: float = CLOSING_TIME,
@@ -62,7 +60,6 @@ class LogWriter:
         Args:
             path: The file to make; see `new_log_path`.
             attachments: Texts to keep with the run ("experiment.yaml", "versions.yaml"), by name.
-            notes: What else is known of the robot, for topics that other tools read.
             backlog: Bytes of rows that may wait for the disk.
             closing_time: How long to wait for the disk at the end [s].
 
@@ -77,7 +74,7 @@ class LogWriter:
                     f"attachment {name!r} has {len(text)} characters: at most {LARGEST_ATTACHMENT}; "
                     f"keep it beside the log"
                 )
-        self._path, self._attachments, self._notes = path, dict(attachments), notes
+        self._path, self._attachments = path, dict(attachments)
         self._backlog, self._closing_time = backlog, closing_time
         self._queue: queue.SimpleQueue[PackedRows | Entry | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
@@ -99,8 +96,7 @@ class LogWriter:
         """
         codec = PeriodCodec(heading, PERIOD_CHANNEL)
         self._row_bytes = codec.row_bytes
-        standard = StandardTopics(codec, self._notes)
-        builder = run_builder(codec, standard)
+        builder = run_builder(codec)
         self._time = heading.first_time
         try:
             file = LogFile.begun(self._path, builder.opening(heading, self._attachments))
@@ -109,7 +105,7 @@ class LogWriter:
         self._note = point_latest(self._path)
         # a daemon: a disk that hangs must not keep the process from ending
         self._thread = threading.Thread(
-            target=self._write, args=(file, builder, codec, standard), name="palpate log writer", daemon=True
+            target=self._write, args=(file, builder, codec), name="palpate log writer", daemon=True
         )
         self._thread.start()
 
@@ -146,11 +142,11 @@ class LogWriter:
             problem = f"{what} were dropped: {self._path} was not written fast enough"
         return RecordingSummary(self._path, written, lost, problem, self._note)
 
-    def _write(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec, standard: StandardTopics) -> None:
+    def _write(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec) -> None:
         """Write until asked to stop: the thread."""
         try:
             while segments := self._next_segments():
-                content = encode_chunk(segments, codec, standard)
+                content = encode_chunk(segments, codec)
                 self._append(file, builder, content)
                 rows = [segment for segment in segments if isinstance(segment, PackedRows)]
                 if rows:
@@ -164,7 +160,7 @@ class LogWriter:
                 pass  # no more is put in, and what is there is lost
         try:
             with file:
-                self._finish(file, builder, codec, standard)
+                self._finish(file, builder, codec)
                 file.check()
         except LogGoneError as error:
             self._fail(error, codec)
@@ -195,12 +191,12 @@ class LogWriter:
         self._taken += size
         return segments
 
-    def _finish(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec, standard: StandardTopics) -> None:
+    def _finish(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec) -> None:
         lost = self._offered - self._written
         if lost:
             reason = self._problem or "the disk was too slow"
             event = Event(self._time, Level.WARN, "recorder", f"{lost} periods were not recorded: {reason}")
-            self._append(file, builder, encode_chunk([Entry(self._entries, event)], codec, standard))
+            self._append(file, builder, encode_chunk([Entry(self._entries, event)], codec))
         file.append(builder.closing())
 
     def _append(self, file: LogFile, builder: McapBuilder, content: ChunkContent) -> None:

@@ -27,7 +27,6 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from mcap.summary import Summary
 
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, ChunkContent
 from palpate.runtime.log.entry_codec import EVENT_CHANNEL, PARAMETER_CHANNEL
@@ -68,7 +67,7 @@ class McapBuilder:
     """Knows what has been written so far, and makes what comes next. Memory: about 100 bytes per chunk."""
 
     def __init__(self, schemas: Sequence[Schema], channels: Sequence[Channel]) -> None:
-        """Begin a file with these; see `run_builder`, and `McapBuilder.resumed` for one that there is."""
+        """Begin a file with these; see `run_builder`."""
         self._schemas, self._channels = tuple(schemas), tuple(channels)
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._attachment_entries: list[AttachmentIndex] = []
@@ -77,25 +76,6 @@ class McapBuilder:
         self._chunks = 0
         self._start, self._end = 0, 0
         self._size = self._crc = 0
-
-    @classmethod
-    def resumed(cls, summary: Summary, size: int, crc: int) -> "McapBuilder":
-        """Return one that goes on with a finished file.
-
-        Args:
-            summary: Of the file.
-            size: Bytes of its data section, without DataEnd.
-            crc: Check sum of these.
-        """
-        self = cls(tuple(summary.schemas.values()), tuple(summary.channels.values()))
-        self._attachment_entries = list(summary.attachment_indexes)
-        self._chunk_entries = bytearray(_records(summary.chunk_indexes))
-        self._chunks = len(summary.chunk_indexes)
-        if summary.statistics is not None:
-            self._counts |= summary.statistics.channel_message_counts
-            self._start, self._end = summary.statistics.message_start_time, summary.statistics.message_end_time
-        self._size, self._crc = size, crc
-        return self
 
     def opening(self, given: Heading, attachments: Mapping[str, str]) -> bytes:
         """Return what the file begins with.
@@ -182,6 +162,11 @@ class McapBuilder:
         for channel, entries in content.index.items():
             self._counts[channel] += len(entries)
 
+    @property
+    def end(self) -> int:
+        """Latest stamp of a message that was written [ns]."""
+        return self._end
+
     def closing(self) -> bytes:
         """Return what the file ends with."""
         data_end = _records([DataEnd(self._crc)])
@@ -220,15 +205,16 @@ class McapBuilder:
         self._crc = zlib.crc32(data, self._crc)
 
 
-def run_builder(codec: PeriodCodec, standard: StandardTopics) -> McapBuilder:
-    """Return the builder of a run's log: with palpate's topics, and those that other tools read."""
-    topics = (
+def run_builder(codec: PeriodCodec, standard: StandardTopics | None = None) -> McapBuilder:
+    """Return the builder of a run's log: with palpate's own topics, and those that other tools read if given."""
+    topics = [
         (PERIOD_CHANNEL, "/period", PERIOD),
         (EVENT_CHANNEL, "/event", EVENT),
         (PARAMETER_CHANNEL, "/parameter", PARAMETER),
-        (CLOUD_CHANNEL, CLOUD_TOPIC, POINT_CLOUD),
-        *((each.channel, each.name, each.kind) for each in (*standard.every_period, *standard.seldom)),
-    )
+    ]
+    if standard is not None:
+        topics.append((CLOUD_CHANNEL, CLOUD_TOPIC, POINT_CLOUD))
+        topics += [(each.channel, each.name, each.kind) for each in (*standard.every_period, *standard.seldom)]
     codes, truth = codec.heading.codes, codec.heading.layout.truth
     types = {**PLAIN_TYPES, **STANDARD_TYPES, **own_types(codes, truth)}
     kinds = {kind: i + 1 for i, kind in enumerate(dict.fromkeys(kind for _, _, kind in topics))}
