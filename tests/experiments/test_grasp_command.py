@@ -311,6 +311,10 @@ class Failing:
     def surface(self):
         return self._finger.surface
 
+    @property
+    def gives_wrenches(self):
+        return self._finger.gives_wrenches
+
     def stillness(self):
         return self._finger.stillness()
 

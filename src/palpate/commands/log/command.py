@@ -1,4 +1,4 @@
-"""`palpate log info` and `palpate log export`: what is in the log of a run."""
+"""`palpate log info`, `export` and `ros2`: what is in the log of a run."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from palpate.commands.command_result import CommandResult
-from palpate.commands.log.config import LogExportConfig, LogInfoConfig
+from palpate.commands.log.config import LogExportConfig, LogInfoConfig, LogRos2Config
 from palpate.commands.log.episodes import default_folder, episodes, logs_in
 from palpate.commands.log.result import log_result
 from palpate.commands.log.summary import VERSIONS, log_summary
@@ -19,9 +19,11 @@ from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.recording import notes_in
 from palpate.exporting.exporter import Exporter
 from palpate.open_kinds import kind_named
 from palpate.runtime.log import LogReader, log_in
+from palpate.runtime.log.ros2_bag import write_bag
 
 BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""
@@ -97,6 +99,27 @@ def _moved(part: Path, folder: Path) -> tuple[Path, ...]:
     for each in written:
         each.replace(folder / each.name)
     return tuple(files)
+
+
+def run_log_ros2(config: LogRos2Config) -> CommandResult:
+    """Write a log as a bag of ROS 2; returns its files.
+
+    Raises:
+        InvalidValueError: There is no log, nothing of it can be read, or the folder is there already.
+        OSError: A file cannot be written.
+    """
+    path, console = _path(config.log), Console()
+    folder = path.with_name(f"{path.stem}_bag") if config.out is None else config.out
+    with _patient_progress(f"reading {path.name}") as progress:
+        bag = write_bag(path, folder, notes_in, progress)
+    damage = () if bag.damage is None else (f"The log is damaged, the bag has gaps: {bag.damage}",)
+    for topic, count in bag.counts.items():
+        say(console, f"{topic}: {count} messages")
+    for warning in damage:
+        say(console, warning)
+    say(console, f"Bag: {folder}; play it with: ros2 bag play {folder}")
+    facts = {"log": path, "bag": folder, "topics": dict(bag.counts)}
+    return CommandResult(facts=facts, files=bag.files, warnings=damage)
 
 
 def _path(place: Path) -> Path:

@@ -23,6 +23,23 @@ class LogInfoConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class LogRos2Config:
+    """Write the log of a run as a bag of ROS 2, a folder that `ros2 bag play` takes.
+
+    It holds all topics of the log: wrenches, joints, transforms, contacts and a map, of types that every tool
+    knows, and palpate's own, whose package examples/ros2/palpate_msgs is built by colcon. Of a log that is
+    damaged, or whose run was killed, it is all that is whole.
+
+    Example: palpate log ros2 runs/demo --out bag
+    """
+
+    log: LogPlace
+    """Log file (.mcap); a folder stands for its latest.mcap."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """New folder for the bag. Left out: named as the log with _bag behind it, beside it."""
+
+
+@dataclass(frozen=True, slots=True)
 class LogExportConfig:
     """Write the log of a run, or all logs of a sweep, as one data set: an episode a run, a row a period.
 
