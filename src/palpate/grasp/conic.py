@@ -68,8 +68,8 @@ class ConicProgramme:
     def near(self, start: ConicSolution, steps: int = NEWTON_STEPS) -> ConicSolution:
         """Return where Newton's method comes from a start, s and z in cones and without work on each other.
 
-        It is SOLVED if it meets the optimality conditions to 1e-10 of the sizes of what they consist of; where that
-        is not so, nothing is known of it.
+        It is SOLVED if it meets the optimality conditions to 1e-10 of the sizes of what they consist of. Otherwise
+        nothing is known of it.
         """
         x, y, r = start.x.copy(), start.y.copy(), start.s - start.z
         s, z = np.empty(r.size), np.empty(r.size)

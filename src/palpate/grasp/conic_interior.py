@@ -180,7 +180,9 @@ def solve_conic(
                 right[n + i] = -(1.0 - sigma) * r_y[i]
             for i in range(m):
                 right[size + i] = t[i] - (1.0 - sigma) * r_z[i]
-            solve_scaled(P, A, G, blocks, columns, where, w, eta, K, right, step, work, 1 + corrector * REFINEMENTS)
+            solve_scaled(
+                P, A, G, blocks, columns, where, w, eta, K, right, step, work, 1 + corrector * REFINEMENTS
+            )
             above = -(1.0 - sigma) * r_tau + d_kappa / tau
             below = -kappa / tau - quadratic / (tau * tau)
             for i in range(n):

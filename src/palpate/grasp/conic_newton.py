@@ -1,4 +1,4 @@
-"""Newton's method on the optimality conditions of conic problems: from a point nearby, to rounding, in a few steps.
+"""Newton's method on the optimality conditions of conic problems: from a point nearby to rounding, in few steps.
 
 Slacks s and their multipliers z are in cones and do no work on each other exactly if s is the projection of
 r = s - z on the cones, and z that of -r. So x, y and r are all that is unknown, in as many equations,
@@ -99,7 +99,7 @@ def _missing(
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
 def _held(G: Any, blocks: Any, r: Any, limits: Any, K: Any, right: Any, size: int) -> int:
-    """Add to K and `right` what blocks hold, as further rows, and how they bend; return how many rows there are."""
+    """Add to K and `right` what blocks hold, as further rows, and how they bend; return how many rows it is."""
     n = G.shape[1]
     along, across = np.empty(n), np.empty(n)
     for b in range(blocks.shape[0] - 1):

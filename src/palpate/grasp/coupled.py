@@ -17,8 +17,8 @@ from palpate.grasp.convex_forms import Quadratic
 from palpate.grasp.coupled_limits import actuator_limits, shared_limits
 from palpate.grasp.coupled_programme import CoupledProgramme
 from palpate.grasp.grasp_proof import LARGEST_FORCES
-from palpate.grasp.objective import Objective
 from palpate.grasp.nonlinear import NonlinearProgramme
+from palpate.grasp.objective import Objective
 from palpate.grasp.own_terms import OwnTerms
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
@@ -130,9 +130,7 @@ class Coupled:
             return self._local(wrench, programme, found, used)
         result = self._result(wrench, found.solution, math.nan)
         status = SolveStatus.MAX_ITERATIONS
-        return replace(
-            result, objective=math.inf, iterations=used, status=status, reason=found.reason, local=True
-        )
+        return replace(result, objective=math.inf, iterations=used, status=status, reason=found.reason, local=True)
 
     def _local(
         self, wrench: FloatArray, programme: NonlinearProgramme, found: Stationary, used: int

@@ -152,9 +152,8 @@ class Sequence:
                 break
             penalty *= 100.0
         if solution is None:
-            base = programme.base
-            nothing = np.zeros(base.h.size)
-            solution = ConicSolution(ConicOutcome.UNDECIDED, v, np.zeros(base.b.size), nothing, nothing, 0, math.inf)
+            y, nothing = np.zeros(programme.base.b.size), np.zeros(programme.base.h.size)
+            solution = ConicSolution(ConicOutcome.UNDECIDED, v, y, nothing, nothing, 0, math.inf)
         return Stationary(solution, steps, programme.merit(now, penalty), reason=reason)
 
     def _lower(
