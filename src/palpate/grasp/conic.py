@@ -8,7 +8,8 @@ optimality conditions, ten times faster, and to rounding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
@@ -74,7 +75,10 @@ class ConicProgramme:
         x, y, r = start.x.copy(), start.y.copy(), start.s - start.z
         s, z = np.empty(r.size), np.empty(r.size)
         given = (self.P, self.q, self.A, self.b, self.G, self.h, self.blocks)
-        error, used = newton_steps(*given, x, y, r, s, z, steps)
+        try:
+            error, used = newton_steps(*given, x, y, r, s, z, steps)
+        except np.linalg.LinAlgError:  # singular, or not finite
+            return replace(start, outcome=ConicOutcome.UNDECIDED, error=math.inf)
         outcome = ConicOutcome.SOLVED if error <= NEARLY else ConicOutcome.UNDECIDED
         return ConicSolution(outcome, x, y, s, z, used, error)
 

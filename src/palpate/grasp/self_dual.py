@@ -46,6 +46,11 @@ GAP = 1e-8
 SMALL = 1e-3
 """Objective, over that of the load's scale, below which the gap counts absolutely."""
 
+OTHER_LOAD = 3e-10
+"""Share of the load by which another may differ whose optimum it is: next to the largest load that is held cost
+grows by multipliers without bound, and rounding lets no gap be smaller than what they make of it. Where they do,
+no residual may be larger either."""
+
 TINY = 1e-300
 """Keeps quotients of zeros finite."""
 
@@ -121,7 +126,9 @@ class _Shared:
         earned = casadi.dot(b, y) - h_z
         value, bound = 0.5 * quadratic / tau**2 + q * theta / tau, -0.5 * quadratic / tau**2 + earned / tau
         gap = casadi.fmax(casadi.fabs(value - bound), complementarity / tau**2)
-        gap = gap / casadi.fmax(casadi.fabs(value), SMALL)
+        cost = casadi.fmax(casadi.fabs(value), SMALL)
+        worth = OTHER_LOAD / GAP * casadi.mmax(casadi.fabs(y)) / tau if self._bears_load else SX(0.0)
+        gap, kept = gap / casadi.fmax(cost, worth), casadi.if_else(worth > cost, OTHER_LOAD, RESIDUAL)
         primal = casadi.fmax(casadi.mmax(casadi.fabs(r_y)), worst[1]) / tau
         dual = casadi.fmax(casadi.fabs(r_theta), worst[0]) / (tau + casadi.mmax(casadi.fabs(y)))
         drift = casadi.fmax(casadi.mmax(casadi.fabs(pushed + B * theta)), worst[3])
@@ -132,7 +139,7 @@ class _Shared:
             quadratic=quadratic, load=given["load"], push=B, idle=given["idle"],
             scale=given["scale"], shy=given["shy"],
             primal=primal, gap=gap,
-            error=(primal + dual) / RESIDUAL + gap / GAP,  # a sum: fmax would hide what is not a number
+            error=primal / kept + dual / RESIDUAL + gap / GAP,  # a sum: fmax would hide what is not a number
             doubt=casadi.fmax(worst[2], casadi.fabs(unproved)) / casadi.fmax(earned, TINY),
             drift=drift / casadi.fmax(-q * theta, TINY),
         )  # fmt: skip
