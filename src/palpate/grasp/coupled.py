@@ -95,6 +95,8 @@ class Coupled:
         solution = None if last is None else programme.near(last)
         if solution is None or solution.outcome != ConicOutcome.SOLVED:
             solution = programme.solve()
+            if solution.outcome == ConicOutcome.UNBOUNDED and self._wanted.objective is Objective.LOAD_FACTOR:
+                return self._any_load(wrench)
             if solution.outcome != ConicOutcome.SOLVED:
                 return self._not_solved(wrench, load, size, solution, self._programme)
             sharp = programme.near(solution)
@@ -102,6 +104,14 @@ class Coupled:
                 solution = replace(sharp, iterations=solution.iterations + sharp.iterations)
         self._last = solution
         return self._result(wrench, solution, self._programme.unit)
+
+    def _any_load(self, wrench: FloatArray) -> GraspForces:
+        """Return the least forces that hold the load, of which any multiple could be held."""
+        held = Coupled(self._grasp, replace(self._wanted, objective=Objective.MIN_EFFORT))
+        result = held.solve(wrench, warm=False)
+        if result.status is not SolveStatus.SOLVED:
+            return result
+        return replace(result, objective=math.inf, dual=np.zeros(6), load_factor=math.inf)
 
     def _by_sequence(
         self, wrench: FloatArray, load: FloatArray, size: float, terms: SmoothTerms, last: ConicSolution | None
