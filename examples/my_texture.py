@@ -70,9 +70,8 @@ class Texture(ExperimentDefaults):
         return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
     def pictures(self, result):
-        line = Line(1e3 * result.x, 1e6 * result.z)
-        panel = Panel((line,), Axis("place", "mm"), Axis("height", "µm"))
-        yield Picture("Height", "Where the contact was, along the stroke.", (panel,))
+        felt = Panel((Line(1e3 * result.x, 1e6 * result.z),), Axis("place", "mm"), Axis("height", "µm"))
+        yield Picture("Height", "Where the contact was, along the stroke.", (felt,))
 
 
 def new_stroke(plan):

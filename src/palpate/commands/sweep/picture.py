@@ -164,7 +164,8 @@ def _caption(each: Sequence[_Shown], rows: Sequence[_Row]) -> str:
     elif first.is_map:
         caption = f"Medians over the seeds, {seeds}, as colours; grey where no run got to its end."
     elif few:
-        caption = f"Each point is a run, {seeds}{others}" + ("." if count == 1 else "; lines join their medians.")
+        joined = count > 1 and any(one.along is not None and one.along.numeric for one in each)
+        caption = f"Each point is a run, {seeds}{others}" + ("; lines join their medians." if joined else ".")
     else:
         caption = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %, {seeds}{others}."
         caption += " Where bands do not meet, the difference is hardly chance."
@@ -248,7 +249,10 @@ def _seeds_panel(shown: _Shown) -> Panel:
     all_seeds = shown.result.plan.seeds
     ticks = tuple((float(seed), str(seed)) for seed in all_seeds[:: -(-len(all_seeds) // MOST_TICKS)])
     rule = () if middle is None else (Rule(middle, "median", QUIET_COLOUR, upright=False),)
-    return Panel((*rule, Points(seeds, values)), Axis("seed", ticks=ticks), shown.axis)
+    points = Points(seeds, values, texts=tuple(f"seed {seed:.0f}" for seed in seeds))
+    return Panel(
+        (*rule, points), Axis("seed", low=all_seeds[0] - 0.5, high=all_seeds[-1] + 0.5, ticks=ticks), shown.axis
+    )
 
 
 def _map_panel(shown: _Shown, rows: Sequence[_Row]) -> Panel:

@@ -11,7 +11,8 @@ MOST_POINTS = 4000
 """Of a path: more than pixels can resolve."""
 
 BROKEN, LEAST_GAP = 4.0, 0.02
-"""The path is broken where neighbours are further apart than so many median distances and such a share of all."""
+"""The path is broken where neighbours are further apart than this many median distances, and than this share of
+the extent."""
 
 LIFT = 0.003
 """Of the extent: the path is drawn so far outside the surface, or either would cover the other here and there."""
