@@ -37,6 +37,7 @@ from palpate.friction.materials.trials import confusion, drawn_specimen, drawn_t
 from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
+from palpate.reporting.paper import write_picture
 from palpate.sim.friction.law import FrictionLaw
 from support.rubbing_runs import Motion, Place, Rubber
 
@@ -185,7 +186,7 @@ def mujoco_figures(figures, rounds, seed, picture):
     figures.add("  strangers said to be unknown", share(unknown, rounds * len(strangers)))
     if picture is not None:
         picture.parent.mkdir(parents=True, exist_ok=True)
-        confusion_picture(confusion(library, cases)).full.savefig(picture, dpi=96)
+        write_picture(confusion_picture(confusion(library, cases)), picture)
 
 
 def choice_figures(figures, trials, seed):

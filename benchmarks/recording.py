@@ -28,7 +28,7 @@ from palpate.runtime import ArmSample, Command, Finger, Sample, Touch, WrenchSam
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.log import Heading, Layout, LogWriter, MemoryLog, Recorder
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows, encode_chunk
-from palpate.runtime.log.mcap_builder import McapBuilder
+from palpate.runtime.log.mcap_builder import run_builder
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 
@@ -144,11 +144,12 @@ def sizes(folder: Path) -> Table:
     random = np.random.default_rng(0).normal(size=(200, codec.width))
     random[:, [codec.columns[f"finger_0.{name}"].start for name in ("status", "touching", "health")]] = 0.0
     random[:, [codec.columns[f"command.{name}"].start for name in ("grip_count", "phase")]] = 0.0
-    builder, taken, size = McapBuilder(codec, {}), [], 0
+    builder, taken, size = run_builder(codec), [], 0
     for block in range(25):
         random[:, 0] = (200 * block + np.arange(200)) * PERIOD
         started = time.thread_time()
-        piece = builder.piece(encode_chunk([PackedRows(200 * block, memoryview(random.tobytes()))], codec))
+        rows = PackedRows(200 * block, memoryview(random.tobytes()))
+        piece = builder.piece(encode_chunk([rows], codec))
         taken.append(time.thread_time() - started)
         builder.written(piece)
         size += len(piece.data)

@@ -82,6 +82,11 @@ PAGES = {
         "Recording every period of a run, reading it back, and replaying it.",
         ("palpate.runtime.log", "palpate.runtime.truth", "palpate.commands.replay.run"),
     ),
+    "exporting": Page(
+        "Data sets",
+        "Logs as files of other programs, and what a format of your own is.",
+        ("palpate.exporting.exporter", "palpate.exporting.tables"),
+    ),
     "batch": Page(
         "Many runs at once",
         "Sweeps over several processes or computers.",
@@ -157,7 +162,8 @@ PAGES = {
         "Reports",
         "What a run tells its reader: HTML, tables, pictures.",
         ("palpate.reporting.report", "palpate.reporting.data", "palpate.reporting.page",
-         "palpate.reporting.computing", "palpate.reporting.terminal", "palpate.reporting.style"),
+         "palpate.reporting.picture", "palpate.reporting.marks", "palpate.reporting.solids",
+         "palpate.reporting.paper", "palpate.reporting.computing", "palpate.reporting.terminal"),
     ),
 }  # fmt: skip
 """The pages in the order of the contents."""

@@ -175,6 +175,11 @@ def solimp(impedance: float) -> tuple[float, float, float, float, float]:
     return (impedance, impedance, 1e-3, 0.5, 2.0)
 
 
+def largest_inverse_mass(law: ContactLaw, time_step: float) -> float:
+    """Return the largest A that keeps to a law with a time step [s], for a message of its own [1/kg]."""
+    return (LARGEST_CONTACT_STEP / time_step) ** 2 / law.stiffness
+
+
 def _check_contact_step(law: ContactLaw, inverse_mass: float, time_step: float) -> None:
     contact_step = math.sqrt(law.stiffness * inverse_mass) * time_step
     if contact_step > LARGEST_CONTACT_STEP:

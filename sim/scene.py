@@ -1,5 +1,6 @@
 """A scene: what carries the tip, the tip, an object, a table if wanted, and nothing else."""
 
+import math
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -8,7 +9,13 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.stage import Stage
-from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.contact_law import (
+    ContactLaw,
+    PairParameters,
+    frictionless_parameters,
+    largest_inverse_mass,
+    pair_parameters,
+)
 from palpate.sim.contact_pair import add_contact_sensor, add_pair
 from palpate.sim.fidelity import GRAVITY, Fidelity
 from palpate.sim.friction.law import FrictionLaw
@@ -111,6 +118,8 @@ def build_scene(
             f"carrier = {carrier}, target = {target}: neither can move, and nothing would press; take a carrier "
             "that moves, or an object that does"
         )
+    if target.mount is Mount.SPRUNG:
+        _check_mount_mass(of_target, largest_inverse_mass(law, time_step) - of_tip, law, time_step)
     parameters = pair_parameters if friction is None else frictionless_parameters
     if target.mount is Mount.JOINTED:  # of what hangs on joints MuJoCo takes a mean over all directions
         pair_parameters(law, of_tip + _largest_inverse_mass(compiled), time_step)
@@ -140,6 +149,22 @@ def build_scene(
         raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {of_tip}")
     rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
     return Scene(model, tip, carrier, target, law, pair, fidelity, rubbing, table)
+
+
+def _check_mount_mass(inverse_mass: float, room: float, law: ContactLaw, time_step: float) -> None:
+    """Refuse a mount whose mass alone is what the contact is too stiff for.
+
+    Args:
+        inverse_mass: Of what moves on the mount [1/kg].
+        room: The largest that would do [1/kg]; without any, the tip is too light, whatever the mount.
+        law: Of the contact.
+        time_step: Of the simulation [s].
+    """
+    if 0.0 < room < inverse_mass:
+        raise InvalidValueError(
+            f"mount_mass = {1.0 / inverse_mass:.3g} kg: too light for a contact of {law.stiffness:g} N/m with a "
+            f"time step of {time_step:g} s; take at least {math.ceil(1e3 / room) / 1e3:g} kg, or a softer contact"
+        )
 
 
 def _largest_inverse_mass(model: mujoco.MjModel) -> float:

@@ -11,7 +11,7 @@ import trimesh
 
 from palpate.bounded_file import read_text
 from palpate.commands.calibrate.data import read_csv, wrenches
-from palpate.commands.log.export import CsvWriter, entry_tables, period_tables
+from palpate.commands.log.episodes import episodes
 from palpate.commands.log.summary import log_summary
 from palpate.commands.log.times import LogTimes
 from palpate.commands.sweep.record import read_record
@@ -22,6 +22,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.heights_file import load_heights
 from palpate.experiments.kit.config_file import config_text, load_overlay, read_config
 from palpate.experiments.regulate.motion import read_motion
+from palpate.exporting.csv_tables import CsvExporter
 from palpate.friction.friction_file import load_friction_file
 from palpate.friction.materials.library import load_materials
 from palpate.mapping.compare_files import read_map, read_reference
@@ -113,10 +114,7 @@ def _logs(folder: Path) -> InputReader:
             for piece in log.pieces():
                 times.take(piece)
         log_summary(log, times, len(data))
-        with LogReader(path) as log:
-            CsvWriter().write(period_tables(log, lambda _: None), folder / "t.csv")
-        for table in entry_tables(log).values():
-            CsvWriter().write([table], folder / "t.csv")
+        CsvExporter().write(episodes([path], lambda _: None, lambda _: None), folder)
 
     return InputReader("log", examples, read)
 

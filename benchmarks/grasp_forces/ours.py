@@ -19,6 +19,7 @@ ENDED = {
     InteriorPointStatus.SOLVED: Ended.SOLVED,
     InteriorPointStatus.UNBOUNDED: Ended.SOLVED,
     InteriorPointStatus.INFEASIBLE: Ended.INFEASIBLE,
+    InteriorPointStatus.NEARLY: Ended.UNDECIDED,
     InteriorPointStatus.MAX_ITERATIONS: Ended.UNDECIDED,
     SolveStatus.SOLVED: Ended.SOLVED,
     SolveStatus.INFEASIBLE: Ended.INFEASIBLE,

@@ -28,7 +28,7 @@ from palpate.commands.emulate.config import (
     EmulateRobotConfig,
     EmulateUrConfig,
 )
-from palpate.commands.log.config import LogExportConfig, LogInfoConfig
+from palpate.commands.log.config import LogExportConfig, LogInfoConfig, LogRos2Config
 from palpate.commands.output_format import JsonOutput, OutputFormat, TextOutput
 from palpate.commands.recover.config import RecoverConfig
 from palpate.commands.replay.config import ReplayConfig
@@ -126,8 +126,9 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
         {
             "info": TypedCommand(LogInfoConfig, "palpate.commands.log.command:run_log_info"),
             "export": TypedCommand(LogExportConfig, "palpate.commands.log.command:run_log_export"),
+            "ros2": TypedCommand(LogRos2Config, "palpate.commands.log.command:run_log_ros2"),
         },
-        "Logs of runs: what is in them, and as tables.\n\nExample: palpate log info runs/explore",
+        "Logs of runs: what is in them; as tables, and for ROS 2.\n\nExample: palpate log info runs/explore",
     ),
     "replay": TypedCommand(ReplayConfig, "palpate.commands.replay.command:run_replay"),
     "view": TypedCommand(ViewConfig, "palpate.commands.view.command:run_view"),

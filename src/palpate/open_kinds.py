@@ -42,15 +42,17 @@ def declared_in(group: str) -> dict[str, EntryPoint]:
     return dict(sorted(found.items(), key=lambda item: (item[1].module.partition(".")[0] != "palpate", item[0])))
 
 
-def kind_named(family: type[OpenKind], name: str) -> type[Settings]:
+def kind_named(family: type[OpenKind], name: str, option: str = "kind") -> type[Settings]:
     """Return the class of a kind.
 
     Args:
         family: Whose kind it is.
         name: A declared word, `module:Class`, or `file.py:Class`; the present folder is looked in first.
 
+        option: That was typed, for messages.
+
     Raises:
-        InvalidValueError: There is none, or it is no kind of this family; the message starts with `kind`.
+        InvalidValueError: There is none, or it is no kind of this family; the message starts with `option`.
     """
     known = declared_in(family.GROUP)
     declared = known.get(name)
@@ -58,25 +60,25 @@ def kind_named(family: type[OpenKind], name: str) -> type[Settings]:
         try:
             found = declared.load()
         except Exception as error:
-            raise InvalidValueError(f"kind = {name}: {raised(f'loading {declared.value}', error)}") from error
+            raise InvalidValueError(f"{option} = {name}: {raised(f'loading {declared.value}', error)}") from error
     elif ":" in name:
-        found = named_object("kind", name, "mine:Mine or mine.py:Mine for the class Mine in mine.py")
+        found = named_object(option, name, "mine:Mine or mine.py:Mine for the class Mine in mine.py")
     else:
         near = nearest(name, list(known))
         meant = f"did you mean {near}? " if near else ""
         raise InvalidValueError(
-            f"kind = {shown(name)}: {meant}known: {', '.join(known)}; one of your own is named as module:Class"
+            f"{option} = {shown(name)}: {meant}known: {', '.join(known)}; one of your own is named as module:Class"
         )
     if not (isinstance(found, type) and issubclass(found, family) and issubclass(found, Settings)):
         raise InvalidValueError(
-            f"kind = {name}: must be a class that inherits from {family.__module__}.{family.__name__} and "
+            f"{option} = {name}: must be a class that inherits from {family.__module__}.{family.__name__} and "
             f"{Settings.__module__}.{Settings.__name__}"
         )
     for base in found.__mro__:
         missing = [each for each in vars(base).get("METHODS", ()) if getattr(found, each) is vars(base).get(each)]
         if missing:
             lacks = f"{found.__name__} lacks {', '.join(missing)}"
-            raise InvalidValueError(f"kind = {name}: {lacks}; see {base.__module__}.{base.__name__}")
+            raise InvalidValueError(f"{option} = {name}: {lacks}; see {base.__module__}.{base.__name__}")
     return found
 
 

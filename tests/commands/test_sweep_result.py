@@ -410,10 +410,18 @@ def test_what_is_true_or_false_is_shown_as_a_share():
     assert median in html(made("force=1,2", seeds=2))
 
 
+def test_of_few_runs_no_band_is_claimed():
+    few, enough = (combination_rows(made("force=1,2", seeds=count), 0)[0][3] for count in (4, 5))
+    assert few.endswith(", all of 4 runs")
+    assert " to " in enough
+    assert "runs" not in enough
+
+
 def test_advice_is_given_where_there_is_something_to_do():
     assert advice(made("force=1,2", seeds=5)) == ()
     assert "Nothing has to be done" in html(made("force=1,2", seeds=5))
     failed = made("force=1,2", seeds=3, status=lambda n: RunStatus.FAILED if n == 3 else RunStatus.DONE)
     assert "--repeat-failed" in " ".join(advice(failed))
-    assert "--seeds" in " ".join(advice(made("force=1,2")))
+    for seeds in (1, 4):
+        assert "--seeds 5" in " ".join(advice(made("force=1,2", seeds=seeds)))
     assert "One seed of each is enough" in " ".join(advice(made("force=1,2", seeds=2, value=lambda run: 1.0)))

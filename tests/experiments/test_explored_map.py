@@ -233,8 +233,8 @@ def test_the_files_of_a_map_hold_its_uncertainty_and_friction(tmp_path):
     data = ply.metadata["_ply_raw"]["vertex"]["data"]
     mesh = run.map.mesh
     np.testing.assert_allclose(ply.vertices, mesh.vertices, atol=1e-6)
-    np.testing.assert_allclose(np.ravel(data["quality"]), 1e3 * mesh.sd, rtol=1e-5)
-    np.testing.assert_allclose(np.ravel(data["band"]), 1e3 * mesh.band(), rtol=1e-5)
+    np.testing.assert_allclose(np.ravel(data["quality"]), mesh.sd, rtol=1e-5)
+    np.testing.assert_allclose(np.ravel(data["band"]), mesh.band(), rtol=1e-5)
     assert (np.ravel(data["knowledge"]) == Knowledge.OBSERVED).all()
     np.testing.assert_allclose(np.ravel(data["friction"]), run.map.friction.mean, rtol=1e-5)
     np.testing.assert_allclose(np.ravel(data["friction_sd"]), run.map.friction.sd, rtol=1e-5)

@@ -251,9 +251,9 @@ def test_the_page_shows_both_controls_and_their_figures(grasped, tmp_path):
     experiment, table = GraspObject(), tmp_path / "grasp.csv"
     page = report_page(experiment.report(grasped))
     experiment.files(grasped)["grasp.csv"](table)
-    for word in ("limit surface", "Grip against the least", "Slip and spin", "ignoring spin", "degrees"):
+    for word in ("limit surface", "Grip, slip and spin", "Forces and loads", "ignoring spin", "degrees"):
         assert word in page
-    assert page.count("<figure") == 2 * (2 + 2) + 2  # grip, slip, a load per finger, of both; the heaviest; timing
+    assert page.count("<figure") == 2 * 2 + 2  # over time and moments, of both; the heaviest load; timing
     assert "http" not in page.replace("http://www.w3.org", "")
     rows = np.loadtxt(table, delimiter=",", skiprows=1)
     assert rows.shape == (len(grasped.truth), 6)
@@ -310,6 +310,10 @@ class Failing:
     @property
     def surface(self):
         return self._finger.surface
+
+    @property
+    def gives_wrenches(self):
+        return self._finger.gives_wrenches
 
     def stillness(self):
         return self._finger.stillness()

@@ -31,6 +31,7 @@ from palpate.runtime.touch import Finger
 from palpate.runtime.watchdog import STEPPED
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.sim.hand.jointed_hand import JointedHand
+from palpate.spatial import IDENTITY
 from palpate.yaml_text import yaml_text
 from support.emulated_file import changed_file
 from support.grasp_runs import plan_of, planned_again, run_grasp
@@ -140,13 +141,21 @@ def test_devices_that_only_close_refuse_to_move_fingers_sideways():
 def felt_grasp(planned, loads):
     """A grasp of which these normal forces were felt, half of it held: no simulation, no device."""
     control = planned.controller()
-    recorder = GraspFeltRecorder(control, 2)
+    hand = planned.hand.geometry
+    recorder = GraspFeltRecorder(control, hand)
     for i, load in enumerate(loads):
         control.stage = GraspStage.HOLD
-        contact = SimpleNamespace(normal_force=load, tangential_force=np.array([0.3, 0.0, 0.4]), spin_torque=1e-3)
-        finger = SimpleNamespace(touching=load > 0.2, contact=contact)
-        arm = SimpleNamespace(position_base_tip=(0.0, 0.0, 0.1 + 0.001 * i))
-        now = SimpleNamespace(time=planned.times.begin + 0.002 * i, fingers=(finger, finger), arm=arm)
+        contact = SimpleNamespace(
+            centroid=np.array([4e-3, 0.0, 6.9e-3]),
+            normal_force=load,
+            tangential_force=np.array([0.3, 0.0, 0.4]),
+            spin_torque=1e-3,
+        )
+        felt = load > 0.2
+        finger = SimpleNamespace(touching=felt, believed=felt, contact=contact, force=(-load, 0.3, 0.4))
+        arm = SimpleNamespace(position_base_tip=(0.0, 0.0, 0.1 + 0.001 * i), rotation_base_tip=IDENTITY)
+        time, joints = planned.times.begin + 0.002 * i, SimpleNamespace(joint_position=hand.start)
+        now = SimpleNamespace(time=time, fingers=(finger, finger), arm=arm, hand=joints)
         recorder(None, now, Command(grip_force=(2.0, 3.0)))
     return recorder.truth()
 
@@ -158,6 +167,13 @@ def test_what_fingers_feel_stands_in_the_place_of_a_truth_that_nobody_knows():
     assert truth.loads[0, 1].tolist() == pytest.approx([2.0, 0.5, 1e-3])
     assert truth.command[0].tolist() == [2.0, 3.0]
     assert np.diff(truth.height) == pytest.approx([0.001, 0.001])
+    # each at its fingertip, and out of the object
+    assert np.linalg.norm(truth.contact[:2] - truth.tip[:2], axis=2) == pytest.approx(8e-3, abs=4e-3)
+    assert truth.contact[2].tolist() == truth.tip[2].tolist()
+    assert np.linalg.norm(truth.force[:, 0], axis=1) == pytest.approx(
+        [np.hypot(2.0, 0.5), np.hypot(2.5, 0.5), 0.0]
+    )
+    assert truth.force[0].sum(axis=0)[0] == pytest.approx(0.0, abs=1e-9)
     for unknown in (truth.slip, truth.spin, truth.slid, truth.turned, truth.pull, truth.clearance, truth.normal):
         assert np.isnan(unknown).all()
 

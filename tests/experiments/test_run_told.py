@@ -212,6 +212,42 @@ def test_an_interruption_without_marks_speaks_of_none(raster):
     assert outcome(dataclasses.replace(raster, run=run)).startswith("Not finished (interrupted) after ")
 
 
+def as_if(raster, share, **options):
+    """An exploration that observed a share of what it could, by another strategy."""
+    count = len(raster.map.found)
+    found = dataclasses.replace(raster.map, found=np.arange(count) < share * count)
+    plan = dataclasses.replace(raster.plan, config=ExploreConfig(**BALL, **options))
+    return dataclasses.replace(raster, map=found, plan=plan)
+
+
+def test_who_felt_less_than_half_has_not_explored(raster):
+    for share, reached in ((0.3, False), (0.7, True)):
+        report = exploration_report(as_if(raster, share))
+        assert report.reached is reached
+        assert ("less than half" in report.outcome) is not reached
+        assert "% of what could be felt in" in report.outcome
+
+
+@pytest.mark.parametrize(
+    ("options", "told", "unheard"),
+    [
+        ({}, "--spacing", "--radius"),
+        ({"strategy": "spiral"}, "closer turns (--spacing)", "rows"),
+        ({"strategy": "taps"}, "closer taps (--spacing)", "rows"),
+        ({"strategy": "contour"}, "", "--spacing"),
+    ],
+)
+def test_advice_names_options_of_the_strategy(raster, options, told, unheard):
+    some = as_if(raster, 0.7, **options)
+    nothing = dataclasses.replace(some, cloud=some.cloud.select(np.zeros(len(some.cloud), bool)), map=None)
+    advice = " ".join(exploration_report(some).advice)
+    assert told in advice
+    assert unheard not in advice
+    aim = " ".join(exploration_report(nothing).advice)
+    assert "--center" in aim
+    assert ("--width" in aim) is (options.get("strategy", "raster") in ("raster", "taps"))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "enough"),

@@ -27,7 +27,7 @@ def test_ipopt_finds_the_same_forces(name):
     assert result.status is SolveStatus.SOLVED
     assert result.local == (name in OTHERS)
     assert result.objective == pytest.approx(value, rel=1e-9)
-    np.testing.assert_allclose(result.forces, forces, atol=2e-6)  # of IPOPT's: the objective is flat there
+    np.testing.assert_allclose(result.forces, forces, atol=1e-8)
     assert np.abs(result.equilibrium_residual).max() < 1e-9
     assert result.margin.min() > -1e-9
     assert (TENDONS @ result.forces.ravel() <= np.array(SHARED[2]) + 1e-11).all()
@@ -76,6 +76,30 @@ def test_named_objectives_with_limits_that_do_not_bind_are_what_they_were(object
     assert result.objective == pytest.approx(
         GraspForceOptimizer(ring(), objective).solve(LOAD).objective, rel=1e-8
     )
+
+
+def test_any_multiple_of_no_load_is_held_and_of_a_load_that_nothing_limits():
+    nothing = GraspForceOptimizer(ring(), "load_factor", shared_actuators=SHARED).solve(np.zeros(6))
+    unlimited = (TENDONS, -0.01, np.inf)
+    endless = GraspForceOptimizer(ring(force_max=np.inf), "load_factor", shared_actuators=unlimited).solve(LOAD)
+    for result in (nothing, endless):
+        assert result.status is SolveStatus.SOLVED
+        assert result.load_factor == math.inf
+        assert np.abs(result.equilibrium_residual).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", [*CONVEX, *OTHERS])
+def test_where_it_begins_changes_nothing(name):
+    """Newton's method goes on from the last forces; a convex problem or a sequence of them from none."""
+    objective, subject_to = (CONVEX | OTHERS)[name]
+    optimizer = GraspForceOptimizer(ring(), objective, subject_to=subject_to, shared_actuators=SHARED)
+    for k in range(8):
+        load = LOAD * (1.0 + 0.03 * np.sin(k + np.arange(6)))
+        warm, cold = optimizer.solve(load), copy.copy(optimizer).solve(load)
+        assert warm.status is cold.status
+        if warm.status is SolveStatus.SOLVED:
+            np.testing.assert_allclose(warm.forces, cold.forces, atol=1e-9)
+            np.testing.assert_allclose(warm.dual, cold.dual, rtol=1e-6, atol=1e-6)
 
 
 def test_actuators_behind_one_contact_may_be_stated_as_shared():

@@ -121,8 +121,8 @@ def test_a_ply_says_how_well_each_vertex_is_known(tmp_path):
     mesh = mesh_of(ball(low=0.0), worst=Knowledge.EXTRAPOLATED)
     write_mesh(mesh, tmp_path / "map.ply")
     raw = trimesh.load(tmp_path / "map.ply", process=False).metadata["_ply_raw"]["vertex"]["data"]
-    np.testing.assert_allclose(raw["quality"].ravel(), 1e3 * mesh.sd, rtol=1e-6)
-    np.testing.assert_allclose(raw["band"].ravel(), 1e3 * mesh.band(), rtol=1e-6)
+    np.testing.assert_allclose(raw["quality"].ravel(), mesh.sd, rtol=1e-6)
+    np.testing.assert_allclose(raw["band"].ravel(), mesh.band(), rtol=1e-6)
     np.testing.assert_array_equal(raw["knowledge"].ravel(), mesh.knowledge)
 
 

@@ -10,6 +10,7 @@ from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.reporting.marks import Points, Region, Span
 
 ASSUMED = SurfacePoints(
     surface=LimitSurface(0.5, 0.003, norm_exponent=1.7),
@@ -23,32 +24,37 @@ ASSUMED = SurfacePoints(
 LEVEL = (Interval(1.0, 0.5, 0.48, 0.51), Interval(4.0, 0.5, 0.49, 0.53))
 
 
-def labels(picture):
-    return [text.get_text() for text in picture.full.legends[0].get_texts()]
-
-
-def band(picture):
-    """Vertices of what is filled with a label."""
-    patches = picture.full.axes[0].patches
-    return [patch.get_xy() for patch in patches if str(patch.get_label()).startswith("p from")]
+def marks(picture, kind):
+    return [mark for mark in picture.panels[0].marks if isinstance(mark, kind)]
 
 
 def test_a_surface_whose_p_was_assumed_may_be_any_from_the_diamond_to_the_ellipse():
     picture = surface_picture(ASSUMED)
-    picture.full.draw_without_rendering()
-    (drawn,) = band(picture)
-    total, squares = drawn.sum(axis=1), (drawn**2).sum(axis=1)
-    assert total.min() == pytest.approx(1.0)
-    assert squares.max() == pytest.approx(1.0)
+    (between,) = marks(picture, Region)
+    total, squares = between.x + between.y, between.x**2 + between.y**2
     assert np.all(np.isclose(total, 1.0) | np.isclose(squares, 1.0))  # its two edges, and nothing else
     assert "p was assumed" in picture.caption
-    assert "p from 1 to 2" in labels(picture)
+    assert between.name == "p from 1 to 2"
 
 
 def test_a_surface_whose_p_was_measured_has_one_line():
     picture = surface_picture(replace(ASSUMED, exponent_measured=True))
-    assert band(picture) == []
+    assert marks(picture, Region) == []
     assert "assumed" not in picture.caption
+
+
+def test_each_load_has_its_dots_with_their_intervals():
+    dots = {mark.name: mark for mark in marks(surface_picture(ASSUMED), Points)}
+    assert list(dots) == ["at 1 N", "at 4 N"]
+    assert (dots["at 4 N"].x, dots["at 4 N"].y) == (0.0, 1.0)
+    assert dots["at 4 N"].y_error == pytest.approx(0.02)
+
+
+def test_what_is_only_a_bound_has_no_interval():
+    bound = replace(LEVEL[1], upper=np.inf, bound=True)
+    measured, least = marks(length_picture((LEVEL[0], bound), None), Points)
+    assert measured.y_error.ravel() == pytest.approx([20.0, 10.0])  # mm
+    assert (least.name, least.y_error) == ("at least", None)
 
 
 @pytest.mark.parametrize(("gamma", "law"), [(0.0, "at all loads."), (1.5e-4, "at all loads."), (0.2, "^0.20.")])
@@ -67,10 +73,11 @@ def test_creep_is_told_only_of_what_creeps():
 def test_the_band_of_mu_holds_each_loads_interval_and_is_named_so():
     stroke = StrokeCurve(1.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
     picture = stroke_picture([stroke], LEVEL)
-    assert "95 %, load by load: 0.480 to 0.530" in labels(picture)
+    (band,) = marks(picture, Span)
+    assert (band.low, band.high, band.name) == (0.48, 0.53, "95 %, load by load: 0.480 to 0.530")
     assert "at each load; that of all loads together" in picture.caption
     assert "turns" not in picture.caption
     assert "normal turns along the stroke" in stroke_picture([stroke], LEVEL, bent=True).caption
     alone = stroke_picture([stroke], LEVEL[:1])
-    assert any(text.startswith("95 %: ") for text in labels(alone))
+    assert marks(alone, Span)[0].name.startswith("95 %: ")
     assert "together" not in alone.caption

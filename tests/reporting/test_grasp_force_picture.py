@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from matplotlib.patches import Rectangle
 
 from palpate.errors import InvalidValueError
 from palpate.grasp.contacts import GraspContacts
-from palpate.reporting.encode import svg_uri
 from palpate.reporting.grasp_force_picture import grasp_force_picture, limit_shares
+from palpate.reporting.marks import Bars, Rule
+from palpate.reporting.solids import Arrows, Surface
 
 PAIR = GraspContacts(
     [[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]], [np.eye(3), np.diag([-1.0, -1.0, 1.0])], [0.5, 0.8], [0.005, 0.005]
@@ -22,22 +22,27 @@ def test_shares_are_of_the_limit():
     assert np.isnan(limit_shares(PAIR, np.zeros((2, 4)))).all()
 
 
-def test_it_is_drawn_with_bars_for_every_contact_and_a_line_at_the_limit():
-    picture = grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0]))
-    space, bars = picture.full.axes
-    drawn = [bar.get_width() for bar in bars.patches[:2] if isinstance(bar, Rectangle)]
-    assert drawn == pytest.approx([1.0, 0.0])
-    assert [label.get_text() for label in bars.get_yticklabels()] == ["1: 10.00 N", "2: 10.00 N"]
-    assert len([line for line in bars.lines if list(line.get_xdata()) == [1.0, 1.0]]) == 1
-    assert [text.get_text() for text in space.texts] == ["1", "2"]
-    assert picture.narrow is not None
-    for figure in (picture.full, picture.narrow):
-        assert svg_uri(figure).startswith("data:image/svg+xml")
+def test_arrows_end_at_contacts_cones_open_by_friction_and_bars_stand_beside_the_limit():
+    space, bars = grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0])).panels
+    arrows = {mark.name: mark for mark in space.marks if isinstance(mark, Arrows)}
+    assert set(arrows) == {"contact force", "load", "worst moment"}
+    pushes, load = arrows["contact force"], arrows["load"]
+    assert pushes.starts + pushes.along == pytest.approx(PAIR.positions)
+    # both on the same scale
+    assert np.linalg.norm(load.along) / np.linalg.norm(pushes.along[1]) == pytest.approx(0.3)
+    (cones,) = (mark for mark in space.marks if isinstance(mark, Surface))
+    apex, *rim = cones.vertices[: len(cones.vertices) // 2]
+    along = np.array(rim) - apex
+    assert np.hypot(along[:, 1], along[:, 2]) == pytest.approx(0.5 * along[:, 0])
+    together = next(mark for mark in bars.marks if isinstance(mark, Bars))
+    assert together.length == pytest.approx([1.0, 0.0])
+    assert [mark.at for mark in bars.marks if isinstance(mark, Rule)] == [1.0]
+    assert [name for _, name in bars.y.ticks] == ["1: 10.00 N", "2: 10.00 N"]
 
 
-def test_it_is_drawn_without_load_and_for_one_contact():
-    one = PAIR.chosen([0])
-    assert svg_uri(grasp_force_picture(one, np.zeros((1, 4)), np.zeros(6)).full)
+def test_one_contact_without_load_is_a_picture():
+    space, _ = grasp_force_picture(PAIR.chosen([0]), np.zeros((1, 4)), np.zeros(6)).panels
+    assert all(np.isfinite(mark.along).all() for mark in space.marks if isinstance(mark, Arrows))
 
 
 def test_shapes_that_do_not_go_together_are_refused():

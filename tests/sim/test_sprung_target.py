@@ -1,6 +1,7 @@
 """A target on a spring: what it weighs, how it swings, what a tip feels of it."""
 
 import math
+import re
 
 import mujoco
 import numpy as np
@@ -76,3 +77,14 @@ def test_pressed_it_yields_by_force_over_stiffness_and_the_truth_says_where_it_i
 def test_what_cannot_be_is_refused(make, words):
     with pytest.raises(InvalidValueError, match=words):
         make()
+
+
+def test_a_mount_too_light_is_refused_by_its_own_mass_and_what_is_named_will_do():
+    def scene(mass):
+        return build_scene(
+            Tip(Sphere(0.008), 0.03), SprungTarget(PLATE, mass=mass), ContactLaw(stiffness=20e3), (0.0, 0.0, 0.03)
+        )
+
+    with pytest.raises(InvalidValueError, match=r"mount_mass = 0\.02 kg: .*take at least ([\d.]+) kg") as refused:
+        scene(0.02)
+    scene(float(re.search(r"at least ([\d.]+) kg", str(refused.value))[1]))

@@ -4,7 +4,7 @@ import casadi
 import numpy as np
 
 
-def opti_forces(grasp, load, objective, subject_to=None, shared_actuators=None):
+def opti_forces(grasp, load, objective, subject_to=None, shared_actuators=None, start=None):
     """Return the objective and the forces (n, 4) that IPOPT finds; friction limits are squared."""
     opti, n = casadi.Opti(), len(grasp)
     w = opti.variable(n, 4)
@@ -22,6 +22,6 @@ def opti_forces(grasp, load, objective, subject_to=None, shared_actuators=None):
         opti.subject_to(each)
     tight = {"tol": 1e-11, "constr_viol_tol": 1e-11, "bound_relax_factor": 0.0, "print_level": 0, "sb": "yes"}
     opti.solver("ipopt", {"print_time": False}, tight)
-    opti.set_initial(w, np.tile([1.0, 0.01, 0.01, 0.0], (n, 1)))
+    opti.set_initial(w, np.tile([1.0, 0.01, 0.01, 0.0], (n, 1)) if start is None else start)
     found = opti.solve()
     return found.value(objective(w)), found.value(w)

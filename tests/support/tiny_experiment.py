@@ -12,6 +12,7 @@ from palpate.controllers.force_profile import ConstantForce
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
 from palpate.experiments.kit.figure import Figure
 from palpate.experiments.kit.options import NOISY, TOUCHED, WRITTEN, check_options, option
 from palpate.experiments.kit.run_checks import check_force
@@ -71,7 +72,7 @@ class TapPlan(SimpleNamespace, PlanDefaults):
         return scene_view("Tapping a sphere", known_scene(self.backend()).model)
 
 
-class Tap:
+class Tap(ExperimentDefaults):
     name, summary, Config = "tap", "Tap a sphere.", TapConfig
     figures = (
         Figure("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),

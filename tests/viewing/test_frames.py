@@ -1,6 +1,7 @@
 """Rows of a view: the same from the loop as from its log, and geometry that fits the arm's."""
 
 import multiprocessing
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,10 @@ from palpate.kinematics.posture import Posture
 from palpate.runtime import Phase
 from palpate.runtime.live import LiveParameters
 from palpate.viewing import FrameLayout, Frames, LiveView, Part, RowMaker, TipPlacement, ViewScene, frames_of_log
-from palpate.viewing.frame_ring import FrameRing, RingReader
 from palpate.viewing.plan_board import PlanBoard
 from palpate.viewing.plots import extremes
 from palpate.viewing.request_board import BoardWriter, RequestBoard
+from palpate.viewing.row_ring import RingReader, RowRing
 from palpate.viewing.rows import SELDOM
 
 
@@ -24,9 +25,10 @@ def observer_without_process(scene, live=None, free_poses=None, capacity=100_000
     """The observer of a live view, what its process would read, and how it would ask."""
     context, live = multiprocessing.get_context("spawn"), live or LiveParameters()
     maker, board = RowMaker(scene, live, free_poses), RequestBoard(context, tuple(live.parameters))
-    ring, view = FrameRing(context, maker.layout, capacity), object.__new__(LiveView)
+    ring, view = RowRing(context, maker.layout.width, capacity), object.__new__(LiveView)
     view._take_up(maker, ring, board, live, plan, PlanBoard(context))
-    return view.observe, RingReader(ring), BoardWriter(board)
+    read = RingReader(ring).read
+    return view.observe, SimpleNamespace(read=lambda: Frames(read(), maker.layout)), BoardWriter(board)
 
 
 def test_a_live_view_sees_what_the_log_says(short_run):

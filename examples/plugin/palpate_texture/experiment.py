@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.experiments.kit import TOUCHED, Figure, check_options, option
+from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Figure, check_options, option
 
 STIFFNESS = 20e3  # of the simulated contact [N/m]
 ALONG = 1e-4  # between two heights of a profile [m]
@@ -91,7 +91,7 @@ class TextureResult:
         return float(np.mean([getattr(each, name) for each in self.profiles])) if self.profiles else None
 
 
-class Texture:
+class Texture(ExperimentDefaults):
     """The experiment; see `palpate.experiments.kit.Experiment`."""
 
     name = "texture"

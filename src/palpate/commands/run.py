@@ -8,7 +8,7 @@ from rich.console import Console
 from palpate.commands.command_result import CommandResult, ExitCode, reported_result
 from palpate.commands.earlier_run import print_earlier_run
 from palpate.commands.progress import doing, run_progress
-from palpate.commands.run_shown import kept_if_interrupted, print_outcome, run_shown
+from palpate.commands.run_shown import kept_if_interrupted, print_outcome, run_shown, tell
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
@@ -76,7 +76,9 @@ def run_experiment(experiment: Experiment, config: Any, figures: PictureKind | N
             report = run_report(experiment, plan, found)
             with doing(console, "drawing the report"):
                 files = write_result(experiment, found, report, config.out, figures)
+            tell(console, plan, result, experiment.cloud(found))
         except UNUSABLE as error:
+            tell(console, plan, result)
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
     console.print(key_figures(report.title, report.outcome, report.all_figures))
     print_outcome(console, result, files)

@@ -8,8 +8,11 @@ from rich.console import Console
 
 from palpate.commands.progress import run_progress
 from palpate.commands.say import say
+from palpate.experiments.kit.experiment import Plan
+from palpate.experiments.kit.recording import tell_log
 from palpate.interruption import finishing, requested
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
+from palpate.runtime.log.standard.cloud import Cloud
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
 """Printed immediately after Ctrl-C."""
@@ -63,6 +66,15 @@ def kept_if_interrupted(result: RunResult) -> Iterator[None]:
         raise KeyboardInterrupt(
             f"interrupted while the run was evaluated, not finished; the run was over, {result.rest}; {kept}"
         ) from None
+
+
+def tell(console: Console, plan: Plan, result: RunResult, cloud: Cloud | None = None) -> None:
+    """Add topics that other tools read to the log of a run; where that fails, print why: the log is as it was."""
+    try:
+        tell_log(plan, result, cloud)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        say(console, f"The log has no topics for other tools: {reason}; `palpate log ros2` makes them of any log")
 
 
 def print_outcome(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:

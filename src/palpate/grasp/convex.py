@@ -95,7 +95,8 @@ class Convex:
         if status is SolveStatus.INFEASIBLE:
             proof = self._proof(wrench, result.certificate, result, size)
             return self._least_violation(wrench, proof, result.iterations)
-        if status is SolveStatus.MAX_ITERATIONS and self._objective in (Objective.MIN_EFFORT, Objective.MIN_PEAK):
+        undecided = result.status in (InteriorPointStatus.NEARLY, InteriorPointStatus.MAX_ITERATIONS)
+        if undecided and self._objective in (Objective.MIN_EFFORT, Objective.MIN_PEAK):
             found = self._least_violation(wrench, None, result.iterations)
             if found.status is SolveStatus.INFEASIBLE:
                 return found
@@ -234,6 +235,7 @@ def _direction(load: FloatArray, size: float) -> tuple[FloatArray, float]:
 
 _STATUS = {
     InteriorPointStatus.SOLVED: SolveStatus.SOLVED,
+    InteriorPointStatus.NEARLY: SolveStatus.SOLVED,
     InteriorPointStatus.UNBOUNDED: SolveStatus.SOLVED,
     InteriorPointStatus.INFEASIBLE: SolveStatus.INFEASIBLE,
     InteriorPointStatus.MAX_ITERATIONS: SolveStatus.MAX_ITERATIONS,

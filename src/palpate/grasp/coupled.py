@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,26 +13,23 @@ from palpate.grasp.balance import balance
 from palpate.grasp.certificate import certified_reach
 from palpate.grasp.conic import ConicOutcome, ConicSolution
 from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.convex_forms import Quadratic
 from palpate.grasp.coupled_limits import actuator_limits, shared_limits
 from palpate.grasp.coupled_programme import CoupledProgramme
 from palpate.grasp.grasp_proof import LARGEST_FORCES
+from palpate.grasp.nonlinear import NonlinearProgramme
 from palpate.grasp.objective import Objective
-from palpate.grasp.own_terms import OwnTerms, Quadratic, SmoothTerms
+from palpate.grasp.own_terms import OwnTerms
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.sequential import ENDLESS, Sequence, Stationary
+from palpate.grasp.sequential import ENDLESS, Sequence, Stationary, newton
+from palpate.grasp.smooth_terms import SmoothTerms
 from palpate.grasp.wanted import Wanted
 
 __all__ = ["Coupled"]
 
 SLACK = 1e-9
 """Largest margin below zero, over the load, that is none."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Last:
-    v: FloatArray
-    multipliers: FloatArray
 
 
 class Coupled:
@@ -43,7 +40,8 @@ class Coupled:
         self._wanted = wanted
         self._terms: OwnTerms | None = None
         self._contacts = 0
-        self._last: _Last | None = None
+        self._rows: tuple[int, ...] = ()
+        self._last: ConicSolution | None = None
         self.update(grasp)
 
     def update(self, grasp: GraspContacts, wanted: Wanted | None = None) -> None:
@@ -54,9 +52,9 @@ class Coupled:
         """
         wanted = self._wanted if wanted is None else wanted
         _check(grasp)
-        n, terms, moved = len(grasp), self._terms, True
+        n, terms, last = len(grasp), self._terms, self._last
         if terms is None or n != self._contacts:
-            terms, moved = OwnTerms.traced(n, wanted.own_objective, wanted.subject_to), False
+            terms, last = OwnTerms.traced(n, wanted.own_objective, wanted.subject_to), None
         limits = shared_limits(wanted.shared_actuators, n)
         limits = limits.and_also(actuator_limits(grasp.actuator_map, grasp.actuator_limit, n))
         self._limits, self._terms, self._wanted = limits.and_also(terms.limits), terms, wanted
@@ -69,7 +67,8 @@ class Coupled:
         self._programme = self._stated(objective)
         by_effort = terms.smooth is not None and terms.smooth.has_objective
         self._start = self._stated(Objective.MIN_EFFORT) if by_effort else self._programme
-        self._last = self._last if moved else None
+        before, self._rows = self._rows, self._programme.rows
+        self._last = last if self._rows == before else None
 
     def solve(self, wrench: FloatArray, *, warm: bool) -> GraspForces:
         """Return the forces for a finite load, shape (6,) [N, N m]."""
@@ -79,61 +78,82 @@ class Coupled:
             length = float(np.linalg.norm(load))
             load, size = (load / length, size * length) if length > 0.0 else (load, size)
         assert self._terms is not None
+        last = self._last if warm else None
+        self._last = None
         if self._terms.smooth is None:
-            return self._convex(wrench, load, size)
-        return self._by_sequence(wrench, load, size, self._terms.smooth, warm=warm)
+            return self._convex(wrench, load, size, last)
+        return self._by_sequence(wrench, load, size, self._terms.smooth, last)
 
     def _stated(self, objective: Objective | Quadratic, only: Collection[int] | None = None) -> CoupledProgramme:
         limits = self._limits if only is None else self._limits.chosen(only)
         return CoupledProgramme(self._grasp, self._scaled, objective, self._wanted.effort_weight, limits)
 
-    def _convex(self, wrench: FloatArray, load: FloatArray, size: float) -> GraspForces:
-        solution = self._programme.of(load, size).solve()
-        if solution.outcome != ConicOutcome.SOLVED:
-            return self._not_solved(wrench, load, size, solution, self._programme)
-        return self._result(wrench, solution.x, solution.y, solution.iterations, self._programme.unit)
+    def _convex(
+        self, wrench: FloatArray, load: FloatArray, size: float, last: ConicSolution | None
+    ) -> GraspForces:
+        programme = self._programme.of(load, size)
+        solution = None if last is None else programme.near(last)
+        if solution is None or solution.outcome != ConicOutcome.SOLVED:
+            solution = programme.solve()
+            if solution.outcome == ConicOutcome.UNBOUNDED and self._wanted.objective is Objective.LOAD_FACTOR:
+                return self._any_load(wrench)
+            if solution.outcome != ConicOutcome.SOLVED:
+                return self._not_solved(wrench, load, size, solution, self._programme)
+            sharp = programme.near(solution)
+            if sharp.outcome == ConicOutcome.SOLVED:
+                solution = replace(sharp, iterations=solution.iterations + sharp.iterations)
+        self._last = solution
+        return self._result(wrench, solution, self._programme.unit)
+
+    def _any_load(self, wrench: FloatArray) -> GraspForces:
+        """Return the least forces that hold the load, of which any multiple could be held."""
+        held = Coupled(self._grasp, replace(self._wanted, objective=Objective.MIN_EFFORT))
+        result = held.solve(wrench, warm=False)
+        if result.status is not SolveStatus.SOLVED:
+            return result
+        return replace(result, objective=math.inf, dual=np.zeros(6), load_factor=math.inf)
 
     def _by_sequence(
-        self, wrench: FloatArray, load: FloatArray, size: float, terms: SmoothTerms, *, warm: bool
+        self, wrench: FloatArray, load: FloatArray, size: float, terms: SmoothTerms, last: ConicSolution | None
     ) -> GraspForces:
-        last, used = self._last, 0
-        self._last = None
-        programme = self._programme
-        units = programme.units * size
-        if warm and last is not None:
-            sequence = Sequence(programme.of(load, size), units, terms, last.v)
-            found = sequence.from_(last.v, last.multipliers)
+        base = self._programme.of(load, size)
+        units, used = self._programme.units * size, 0
+        if last is not None:
+            programme = NonlinearProgramme(base, units, terms, last.x)
+            near = newton(programme, last)
+            if near is not None and near.away is None:
+                return self._local(wrench, programme, near, near.steps)
+            found = Sequence(programme).from_(last.x)
             used = found.steps
             if not found.reason:
-                return self._local(wrench, sequence, found, used)
+                return self._local(wrench, programme, found, used)
         first = self._start.of(load, size).solve()
         if first.outcome != ConicOutcome.SOLVED:
             # these limits alone exclude each other, whatever the others are
             return self._not_solved(wrench, load, size, first, self._start)
-        base = programme.of(load, size)
         start = np.zeros(base.q.size)
         start[: first.x.size] = first.x
-        sequence = Sequence(base, units, terms, start)
-        found = sequence.from_(start, None)
+        programme = NonlinearProgramme(base, units, terms, start)
+        found = Sequence(programme).from_(start)
         used += found.steps
         if not found.reason:
-            return self._local(wrench, sequence, found, used)
-        result = self._result(wrench, found.v, found.dual, used, math.nan)
+            return self._local(wrench, programme, found, used)
+        result = self._result(wrench, found.solution, math.nan)
         status = SolveStatus.MAX_ITERATIONS
-        return replace(result, objective=math.inf, status=status, reason=found.reason, local=True)
+        return replace(result, objective=math.inf, iterations=used, status=status, reason=found.reason, local=True)
 
-    def _local(self, wrench: FloatArray, sequence: Sequence, found: Stationary, used: int) -> GraspForces:
-        self._last = _Last(found.v, found.multipliers)
-        unit = self._programme.unit * sequence.unit  # one of them is 1
-        return replace(self._result(wrench, found.v, found.dual, used, unit), local=True)
-
-    def _result(
-        self, wrench: FloatArray, v: FloatArray, y: FloatArray, iterations: int, unit: float
+    def _local(
+        self, wrench: FloatArray, programme: NonlinearProgramme, found: Stationary, used: int
     ) -> GraspForces:
+        self._last = found.solution
+        unit = self._programme.unit * programme.unit  # one of them is 1
+        return replace(self._result(wrench, found.solution, unit), iterations=used, local=True)
+
+    def _result(self, wrench: FloatArray, solution: ConicSolution, unit: float) -> GraspForces:
         """Return what is optimal, from scaled unknowns and multipliers over `unit`."""
         programme, scaled, terms = self._programme, self._scaled, self._terms
         assert terms is not None
-        w = programme.forces(v)
+        w, v = programme.forces(solution.x), solution.x
         forces = w.reshape(-1, 4)
         theta, status, factor = float(v[-1]), SolveStatus.SOLVED, None
         named = None if self._wanted.own_objective is not None else self._wanted.objective
@@ -156,8 +176,8 @@ class Coupled:
                 value = smooth(w, np.zeros(smooth.count))[0]
         if named is Objective.MAX_MARGIN and theta < -SLACK:
             status = SolveStatus.INFEASIBLE
-        dual = scaled.multiplier(y[:6]) * (unit / programme.size)
-        return GraspForces(forces, value, margins, residual, dual, iterations, status, factor)
+        dual = scaled.multiplier(solution.y[:6]) * (unit / programme.size)
+        return GraspForces(forces, value, margins, residual, dual, solution.iterations, status, factor)
 
     def _not_solved(
         self,

@@ -13,10 +13,10 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.grasp.conic import ConicProgramme
 from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.convex_forms import Quadratic
 from palpate.grasp.coupled_limits import CoupledLimits
 from palpate.grasp.dual_newton import HI, LO, MU, E
 from palpate.grasp.objective import Objective
-from palpate.grasp.own_terms import Quadratic
 from palpate.grasp.scaled import ScaledGrasp
 
 __all__ = ["CoupledProgramme"]
@@ -101,6 +101,11 @@ class CoupledProgramme:
         else:
             self._q[-1] = 1.0 if objective is Objective.MIN_PEAK else -1.0
         self._largest = float(np.abs(self._P).max()), float(np.abs(self._q).max())
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """How many equations there are, and where blocks of limits begin: alike, solutions are near each other."""
+        return len(self._b), *self.blocks.tolist()
 
     def of(self, load: FloatArray, size: float) -> ConicProgramme:
         """Return the problem for a load.

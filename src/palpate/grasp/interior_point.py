@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -88,8 +89,8 @@ class InteriorPoint:
         self._proves = in_place(proves, [*given, self._proof, self._push], [self._value])
         self._views = [each.data for each in shared]
         where = graphs.shared.where
-        self._error, self._doubt, self._drift, self._tau = (
-            where[name].start for name in ("error", "doubt", "drift", "tau")
+        self._error, self._of_other, self._doubt, self._drift, self._tau = (
+            where[name].start for name in ("error", "error_of_other", "doubt", "drift", "tau")
         )
         self._primal, self._gap = where["primal"].start, where["gap"].start
 
@@ -112,16 +113,16 @@ class InteriorPoint:
             InvalidValueError: Actuators are missing, or others than it was built for are given.
         """
         self._take_actuators(actuator_rows, actuator_limits)
-        best, least, spent = None, math.inf, 0
+        best, least, spent = None, (True, math.inf), 0
         for attempt in ATTEMPTS:
             result, error = self._attempt(attempt, contacts, load, spent)
-            if result.status is not InteriorPointStatus.MAX_ITERATIONS:
+            if result.status not in (InteriorPointStatus.NEARLY, InteriorPointStatus.MAX_ITERATIONS):
                 return result
-            spent = result.iterations
-            if best is None or error < least:
-                best, least = result, error
+            spent, worth = result.iterations, (result.status is InteriorPointStatus.MAX_ITERATIONS, error)
+            if best is None or worth < least:
+                best, least = result, worth
         assert best is not None
-        return best
+        return replace(best, iterations=spent)
 
     def _take_actuators(self, rows: FloatArray | None, limits: FloatArray | None) -> None:
         n, k = self._n, self._k
@@ -146,7 +147,7 @@ class InteriorPoint:
         self._begin()
         now, last, status = 0, math.inf, InteriorPointStatus.MAX_ITERATIONS
         iterations, best, closest, since = 0, math.inf, math.inf, 0
-        certificate = None
+        certificate, nearly, nearest = None, None, 1.0
         while iterations < MAX_ITERATIONS:
             self._iterate[now]()
             iterations += 1
@@ -163,6 +164,9 @@ class InteriorPoint:
                 now = 1 - now
                 break
             last = error
+            if error > 1.0 and shared[self._of_other] < nearest:
+                nearest = shared[self._of_other]
+                nearly = self._result(InteriorPointStatus.NEARLY, attempt, now, spent + iterations)
             if shared[self._drift] <= ENDLESS:
                 status = InteriorPointStatus.UNBOUNDED
                 break
@@ -178,23 +182,35 @@ class InteriorPoint:
                 break
         if status is InteriorPointStatus.MAX_ITERATIONS and last <= 1.0:
             status = InteriorPointStatus.SOLVED
+        if status is InteriorPointStatus.MAX_ITERATIONS and nearly is not None:
+            return replace(nearly, iterations=spent + iterations), nearest
+        return self._result(status, attempt, now, spent + iterations, certificate), last
+
+    def _result(
+        self,
+        status: InteriorPointStatus,
+        attempt: Attempt,
+        now: int,
+        iterations: int,
+        certificate: FloatArray | None = None,
+    ) -> InteriorPointResult:
+        """Return where it is."""
         self._finish[now]()
         shared = self._views[now]
         forces, theta = self._forces.copy(), float(self._theta[0])
         if status is InteriorPointStatus.UNBOUNDED:
             forces, theta = forces / theta, math.inf
-        result = InteriorPointResult(
+        return InteriorPointResult(
             status,
             forces,
             theta,
             attempt.back(self._dual),
             self._multipliers.copy(),
-            spent + iterations,
+            iterations,
             shared[self._primal],
             shared[self._gap],
             None if certificate is None else attempt.back(certificate),
         )
-        return result, last
 
     def _certificate(self, now: int) -> FloatArray | None:
         """Return y as a proof, if it is one."""

@@ -13,6 +13,8 @@ class InteriorPointStatus(Enum):
 
     SOLVED = "solved"
     """Optimal: residuals within 1e-9 of the load's scale, relative gap within 1e-8."""
+    NEARLY = "nearly solved"
+    """Optimal for a load that differs by 3e-10 of its size: next to the largest there is no better."""
     INFEASIBLE = "infeasible"
     """No forces within the limits hold the load: `certificate` proves it."""
     UNBOUNDED = "unbounded"

@@ -46,6 +46,10 @@ GAP = 1e-8
 SMALL = 1e-3
 """Objective, over that of the load's scale, below which the gap counts absolutely."""
 
+OTHER_LOAD = 3e-10
+"""Share of the load by which another may differ whose optimum it is, where no better is found: next to the largest
+load that is held cost grows by multipliers without bound, and rounding lets no gap be smaller than that."""
+
 TINY = 1e-300
 """Keeps quotients of zeros finite."""
 
@@ -78,7 +82,7 @@ class SelfDual:
 
 SHARED = RecordLayout(
     y=WRENCH, theta=1, tau=1, kappa=1, r_y=WRENCH, r_theta=1, r_tau=1, mu=1, quadratic=1, load=WRENCH, push=WRENCH,
-    idle=21, scale=1, shy=1, primal=1, gap=1, error=1, doubt=1, drift=1,
+    idle=21, scale=1, shy=1, primal=1, gap=1, error=1, error_of_other=1, doubt=1, drift=1,
 )  # fmt: skip
 
 
@@ -120,8 +124,10 @@ class _Shared:
         r_theta = -(q * tau + unproved) if has_theta else SX(0.0)
         earned = casadi.dot(b, y) - h_z
         value, bound = 0.5 * quadratic / tau**2 + q * theta / tau, -0.5 * quadratic / tau**2 + earned / tau
-        gap = casadi.fmax(casadi.fabs(value - bound), complementarity / tau**2)
-        gap = gap / casadi.fmax(casadi.fabs(value), SMALL)
+        excess = casadi.fmax(casadi.fabs(value - bound), complementarity / tau**2)
+        cost = casadi.fmax(casadi.fabs(value), SMALL)
+        gap = excess / cost
+        moved = OTHER_LOAD * casadi.mmax(casadi.fabs(y)) / tau if self._bears_load else SX(0.0)
         primal = casadi.fmax(casadi.mmax(casadi.fabs(r_y)), worst[1]) / tau
         dual = casadi.fmax(casadi.fabs(r_theta), worst[0]) / (tau + casadi.mmax(casadi.fabs(y)))
         drift = casadi.fmax(casadi.mmax(casadi.fabs(pushed + B * theta)), worst[3])
@@ -133,6 +139,7 @@ class _Shared:
             scale=given["scale"], shy=given["shy"],
             primal=primal, gap=gap,
             error=(primal + dual) / RESIDUAL + gap / GAP,  # a sum: fmax would hide what is not a number
+            error_of_other=primal / OTHER_LOAD + dual / RESIDUAL + excess / casadi.fmax(GAP * cost, moved),
             doubt=casadi.fmax(worst[2], casadi.fabs(unproved)) / casadi.fmax(earned, TINY),
             drift=drift / casadi.fmax(-q * theta, TINY),
         )  # fmt: skip

@@ -119,7 +119,8 @@ def _cones(grasp: GraspContacts, height: float) -> Surface:
     """The forces that friction bears: cones with their apexes at the contacts, open along n."""
     angle = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
     rings = np.stack([np.ones(CORNERS), np.cos(angle), np.sin(angle)], axis=1)
-    vertices, triangles = [], []
+    vertices: list[FloatArray] = []
+    triangles = []
     corner = np.arange(CORNERS)
     for place, frame, mu in zip(grasp.positions, grasp.frames, grasp.friction.tolist(), strict=True):
         apex = len(vertices) * (CORNERS + 1)
@@ -143,6 +144,6 @@ def _shares(grasp: GraspContacts, forces: FloatArray) -> Panel:
             Rule(1.0, "limit", BOUND, 1.4, Dash.DASH_DOT),
         ),
         Axis("share of the limit", low=0.0, high=max(1.05, 1.05 * float(shares.max(initial=0.0)))),
-        Axis("contact, and its normal force", low=n - 0.3, high=-0.5, ticks=ticks),
+        Axis("contact, and its normal force", "N", low=n - 0.3, high=-0.5, ticks=ticks),
         height=400,
     )

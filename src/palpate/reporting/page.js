@@ -54,6 +54,9 @@
     title: { text: label, side: "bottom" }, outlinewidth: 0, ticks: "outside",
   });
 
+  // Above the panel, where the names of its columns below need room.
+  const aboveOf = (label) => ({ ...barOf(label), y: 1.02, yanchor: "bottom", title: { text: label, side: "top" } });
+
   // The triangles of a mesh of which all corners are known, or the others.
   const known = (mesh, values, wanted) => {
     const kept = { i: [], j: [], k: [] };
@@ -118,7 +121,7 @@
       if (extra.places) Object.assign(trace, placed(trace, extra, state.step));
       if (extra.meshes) Object.assign(trace, extra.meshes[state.step]);
       if (trace.marker?.colorbar) trace.marker.colorbar = { ...barOf(trace.marker.colorbar.title.text), y: -0.2 };
-      if (trace.type === "heatmap" && trace.colorbar) trace.colorbar = { ...barOf(trace.colorbar.title.text), y: -0.25 };
+      if (trace.type === "heatmap" && trace.colorbar) trace.colorbar = aboveOf(trace.colorbar.title.text);
       const chosen = (extra.colourings ?? []).find((each) => each.quantity === quantity);
       if (!chosen) return [plain(trace)];
       const first = bar && trace.visible !== "legendonly";
@@ -139,7 +142,7 @@
       ...rest, autosize: true, uirevision: "kept", paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: rest.plot_bgcolor ?? "rgba(0,0,0,0)",
       font: { family: "system-ui, sans-serif", size: 12, color: base.ink },
-      margin: { l: plot.kind === "flat" ? 58 : 0, r: 10, t: title ? 26 : 10, b: plot.kind === "flat" ? 44 : 0 },
+      margin: { l: plot.kind === "flat" ? 64 : 0, r: 10, t: title ? 26 : 10, b: plot.kind === "flat" ? 44 : 0 },
       hoverlabel: { bgcolor: colour("role:card"), bordercolor: base.quiet, font: { color: base.ink } },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: base.quiet, activecolor: base.ink },
       hovermode: plot.zoomedWith === "run" ? "x unified" : "closest",
@@ -179,6 +182,18 @@
     return Plotly.react(each.div, traces(each.plot, each.state), stated, settings(each.plot));
   };
 
+  // Another step: where rings alone move, nothing else is drawn again.
+  const move = (each) => {
+    const { kind, extras } = each.plot;
+    if (kind !== "flat" || extras.some((extra) => extra.step !== undefined)) return show(each);
+    const rings = [...extras.keys()].filter((n) => extras[n].moving);
+    const at = ({ moving }) => ({ x: [moving.x[each.state.step]], y: [moving.y[each.state.step]] });
+    const now = { mode: "immediate", frame: { duration: 0, redraw: false }, transition: { duration: 0 } };
+    if (!rings.length) return;
+    // it is rejected where the next step comes first
+    Plotly.animate(each.div, { data: rings.map((n) => at(extras[n])), traces: rings }, now).catch(() => {});
+  };
+
   const link = (from) => (change) => {
     if (linking) return;
     const together = from.plot.zoomedWith;
@@ -210,7 +225,7 @@
     Object.assign(slider, { type: "range", min: 0, max: names.length - 1, value: state.step });
     slider.setAttribute("aria-label", "step");
     let timer = null;
-    const go = (step) => { state.step = step; slider.value = step; said.textContent = names[step]; plots.forEach(show); };
+    const go = (step) => { state.step = step; slider.value = step; said.textContent = names[step]; plots.forEach(move); };
     const stop = () => { clearInterval(timer); timer = null; play.textContent = "\u25b6 play"; };
     slider.oninput = () => { stop(); go(Number(slider.value)); };
     play.onclick = () => {

@@ -31,9 +31,6 @@ from palpate.reporting.report import (
 from palpate.runtime.palette import css_variables
 from palpate.version import __version__
 
-NO_UNIT = "no unit"
-"""Shown for a number without a unit: a count, a ratio."""
-
 FOLDER = Path(__file__).parent
 STYLE = (FOLDER / "page.css").read_text("utf-8")
 SCRIPT = (FOLDER / "page.js").read_text("utf-8")
@@ -186,20 +183,8 @@ def _cards(pictures: Sequence[Picture], shown: list[Picture]) -> str:
 
 
 def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
-    cells = (
-        f'<td class="unit quiet">{NO_UNIT}</td>'
-        if tag == "td" and c == "unit" and not t and any(map(_is_number, _measured(i, row, columns)))
-        else f'<{tag} class="{c}">{text(t)}</{tag}>'
-        for i, (c, t) in enumerate(zip(columns, row, strict=True))
-    )
+    cells = (f'<{tag} class="{c}">{text(t)}</{tag}>' for c, t in zip(columns, row, strict=True))
     return "<tr>" + "".join(cells) + "</tr>"
-
-
-def _measured(unit: int, row: Sequence[str], columns: Sequence[str]) -> list[str]:
-    """The values of a unit: those since the unit before; where it stands before all of them, those that follow."""
-    values = [(i, value) for i, (name, value) in enumerate(zip(columns, row, strict=True)) if name == "value"]
-    begin = max((i for i in range(unit) if columns[i] == "unit"), default=-1)
-    return [value for i, value in values if begin < i < unit] or [value for i, value in values if i > unit]
 
 
 def _command(typed: str) -> str:

@@ -108,7 +108,8 @@ def _draw_path(axes: Axes3D, mark: Path, order: float) -> None:
 
 def _draw_spots(axes: Axes3D, mark: Spots, order: float) -> None:
     x, y, z = (MILLI * mark.points).T
-    style = {"s": (0.7 * mark.size) ** 2, "linewidths": 0.6, "zorder": order, "depthshade": False}
+    style: dict[str, object] = {"s": (0.7 * mark.size) ** 2, "linewidths": 0.6, "zorder": order}
+    style |= {"depthshade": False}
     style["marker"] = {Symbol.CROSS: "x", Symbol.SQUARE: "s", Symbol.DIAMOND: "D"}.get(mark.symbol, "o")
     if not mark.colourings:
         axes.scatter(x, y, z, color=mark.colour.light, label=mark.name or None, **style)

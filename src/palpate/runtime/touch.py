@@ -47,6 +47,11 @@ class FingerDescription(Protocol):
         """The fingertip, in the sensor frame."""
         ...
 
+    @property
+    def gives_wrenches(self) -> bool:
+        """Whether its device's readings are wrenches, not raw channels."""
+        ...
+
     def pipeline(self) -> WrenchPipeline:
         """Return a fresh pipeline for its sensor."""
         ...
@@ -101,6 +106,11 @@ class Finger:
     def __post_init__(self) -> None:
         self.pipeline()  # refuses thresholds that cannot be
 
+    @property
+    def gives_wrenches(self) -> bool:
+        """See `FingerDescription`."""
+        return True
+
     def pipeline(self) -> WrenchPipeline:
         """See `FingerDescription`."""
         return PlainPipeline(self.payload, self.touch_force, self.release_force)
@@ -121,6 +131,11 @@ class SensorFinger:
 
     surface: Surface
     sensor: SensorFile
+
+    @property
+    def gives_wrenches(self) -> bool:
+        """See `FingerDescription`."""
+        return self.sensor.calibration is None
 
     def pipeline(self) -> WrenchPipeline:
         """See `FingerDescription`."""

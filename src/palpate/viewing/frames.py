@@ -20,7 +20,7 @@ PHASES = tuple(Phase)
 NUMBER, TIME, POSITION, ROTATION, PHASE = 0, 1, slice(2, 5), slice(5, 14), 14
 FINGERS = 15
 """Columns of a row, and where those of its contacts begin; the last one is the row's number again: see
-`palpate.viewing.frame_ring`."""
+`palpate.viewing.row_ring`."""
 
 CENTROID, FORCE, NORMAL_FORCE, SPIN_TORQUE, NORMAL, TOUCHING = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), 11
 PER_FINGER = 12

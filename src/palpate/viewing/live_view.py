@@ -10,21 +10,24 @@ What people request in the browser comes back likewise, and takes effect as any 
 import multiprocessing
 import os
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 
 from palpate.errors import InvalidValueError
 from palpate.interruption import SIGNALS
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import LiveParameter, LiveParameters
+from palpate.runtime.log import Sink
 from palpate.runtime.shown_plan import PlanSource
 from palpate.viewing.drawing import Drawing
-from palpate.viewing.frame_ring import CAPACITY, FrameRing, RingReader, RingWriter
+from palpate.viewing.frames import FrameLayout, Frames
 from palpate.viewing.live_controls import LiveControls
 from palpate.viewing.plan_board import PlanBoard, PlanReader, PlanWriter
 from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
+from palpate.viewing.row_ring import CAPACITY, RingReader, RingWriter, RowRing
 from palpate.viewing.rows import FreePoses, RowMaker
 from palpate.viewing.server import LOOPBACK, USUAL_PORT, ViewServer, ViewUnavailableError
 from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
@@ -80,7 +83,7 @@ class LiveView(Closing):
         live = live or LiveParameters()
         maker, parameters = RowMaker(scene, live, free_poses), tuple(live.parameters.values())
         context = multiprocessing.get_context("spawn")
-        ring, board = FrameRing(context, maker.layout, capacity), RequestBoard(context, tuple(live.parameters))
+        ring, board = RowRing(context, maker.layout.width, capacity), RequestBoard(context, tuple(live.parameters))
         plans = PlanBoard(context)
         self._take_up(maker, ring, board, live, plan, plans)
         self._worker = None if scene.surface is None else SurfaceWorker(context, scene.surface)
@@ -88,7 +91,7 @@ class LiveView(Closing):
         worker = None if self._worker is None else self._worker.connection
         self._process = context.Process(
             target=_serve,
-            args=(ring, board, plans, parameters, scene, worker, host, port, theirs),
+            args=(ring, maker.layout, board, plans, parameters, scene, worker, host, port, theirs),
             name="palpate view",
             daemon=True,
         )
@@ -96,12 +99,12 @@ class LiveView(Closing):
         theirs.close()
         if worker is not None:
             worker.close()  # the view's process has it: when that ends, the worker does
-        self.url = self._wait_for_url()
+        self.url = url_from(self._pipe, self._process, self.close)
 
     def _take_up(
         self,
         maker: RowMaker,
-        ring: FrameRing,
+        ring: RowRing,
         board: RequestBoard,
         live: LiveParameters,
         plan: PlanSource | None,
@@ -128,10 +131,22 @@ class LiveView(Closing):
             with suppress(InvalidValueError):
                 self._live.request(name, value)
 
-    def run_over(self) -> None:
-        """Tell who watches that the run is over: the sliders are put out."""
+    @property
+    def sinks(self) -> tuple[Sink, ...]:
+        """What the run's recorder is to be given for it: nothing."""
+        return ()
+
+    def run_over(self) -> tuple[str, ...]:
+        """Tell who watches that the run is over: the sliders are put out.
+
+        Returns:
+            What was not as it should be, a sentence each.
+        """
         with suppress(OSError):
             self._pipe.send(_OVER)
+        if self._worker is None or self._worker.is_alive:
+            return ()
+        return ("The process that makes the map's surface has ended: the view goes on without it",)
 
     @property
     def is_alive(self) -> bool:
@@ -158,25 +173,30 @@ class LiveView(Closing):
         if self._worker is not None:
             self._worker.close()
 
-    def _wait_for_url(self) -> str:
-        try:
-            if not self._pipe.poll(START_TIMEOUT):
-                raise ViewUnavailableError(
-                    f"the view did not start within {START_TIMEOUT:g} s: is the machine busy?"
-                )
-            message: str | Exception = self._pipe.recv()
-        except EOFError:
-            self.close()
-            raise ViewUnavailableError(
-                f"the view's process ended at once (exit code {self._process.exitcode}); its reason stands above"
-            ) from None
-        except BaseException:
-            self.close()
-            raise
-        if isinstance(message, Exception):
-            self.close()
-            raise message
-        return message
+
+def url_from(pipe: Connection, process: SpawnProcess, close: Callable[[], None]) -> str:
+    """Wait for the address that a view's process sends; where it sends none, close the view.
+
+    Raises:
+        ViewUnavailableError: It has not started.
+        Exception: What it has sent instead.
+    """
+    try:
+        if not pipe.poll(START_TIMEOUT):
+            raise ViewUnavailableError(f"the view did not start within {START_TIMEOUT:g} s: is the machine busy?")
+        message: str | Exception = pipe.recv()
+    except EOFError:
+        close()
+        raise ViewUnavailableError(
+            f"the view's process ended at once (exit code {process.exitcode}); its reason stands above"
+        ) from None
+    except BaseException:
+        close()
+        raise
+    if isinstance(message, Exception):
+        close()
+        raise message
+    return message
 
 
 def _no_news() -> None:
@@ -184,7 +204,8 @@ def _no_news() -> None:
 
 
 def _serve(
-    ring: FrameRing,
+    ring: RowRing,
+    layout: FrameLayout,
     board: RequestBoard,
     plans: PlanBoard,
     parameters: Sequence[LiveParameter],
@@ -208,7 +229,7 @@ def _serve(
         feed = None if worker is None or scene.surface is None else SurfaceFeed(worker, scene.surface)
         drawing, reader, plan_reader = Drawing(server, scene, feed=feed), RingReader(ring), PlanReader(plans)
         controls = LiveControls(server, parameters, BoardWriter(board).request)
-        last = reader.read()  # nothing: whoever writes waits for the address
+        last = Frames(reader.read(), layout)  # nothing: whoever writes waits for the address
         pipe.send(server.url)
         while True:
             try:
@@ -216,7 +237,7 @@ def _serve(
                     controls.end()
             except (EOFError, OSError):
                 return  # the loop's process has closed the pipe, or is gone
-            frames = reader.read()
+            frames = Frames(reader.read(), layout)
             controls.step(frames)
             plan = plan_reader.news()
             if plan is not None:

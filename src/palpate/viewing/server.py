@@ -44,7 +44,7 @@ class ViewServer(viser.ViserServer):
             raise InvalidValueError(f"port = {port}: must be from 1 to 65535, or 0 for one that is free")
         check_host(host)
         # viser goes on to the next port without a word, and tries a thousand of them
-        free = _free_port(host, port)
+        free = free_port(host, port)
         self.guard = ViewGuard(host)
         with contextlib.redirect_stdout(io.StringIO()), self.guard.installed():
             super().__init__(host=host, port=free, label=label, verbose=False)
@@ -97,7 +97,7 @@ def check_host(host: str) -> None:
         ) from None
 
 
-def _free_port(host: str, port: int) -> int:
+def free_port(host: str, port: int) -> int:
     """Return the port, or a free one for `ANY_PORT`."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM)[0]

@@ -372,7 +372,7 @@ def test_another_program_s_mcap_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (b'"format": 5', b'"format": 9', "its format is 9, .* reads 5: read it with the palpate that wrote it"),
+        (b'"format": 6', b'"format": 9', "its format is 9, .* reads 6: read it with the palpate that wrote it"),
         (b'"SEEK"', b'"PEEK"', "does not know its Phase 'PEEK'"),
         (b'"grips": 2', b'"grips": 0', "its heading cannot be understood"),
         (b'"period": 0.001', b'"period": "slow', "its heading cannot be understood"),

@@ -155,9 +155,9 @@ def test_the_mcap_library_reads_every_message_with_the_values_that_went_in(layou
         assert bits(xyz(seen.arm.position)) == bits(sample.arm.position_base_tip)
         assert bits(xyz(seen.arm.velocity)) == bits(sample.arm.velocity_base_tip)
         if sample.hand is not None:
-            assert bits(tuple(seen.hand.joint_position)) == bits(sample.hand.joint_position)
+            assert bits(tuple(seen.hand[0].joint_position)) == bits(sample.hand.joint_position)
         for i, (wrench, finger) in enumerate(zip(sample.wrenches, now.fingers, strict=True)):
-            logged = getattr(seen, f"finger_{i}")
+            logged = seen.fingers[i]
             assert bits(logged.time) == bits(wrench.time)
             assert bits(tuple(logged.reading)) == bits(wrench.wrench)
             assert bits(xyz(logged.acceleration)) == bits(wrench.acceleration)
@@ -180,13 +180,13 @@ def test_every_code_in_the_schema_has_its_name(tmp_path):
     write(tmp_path / "a.mcap", a_run(2))
     with (tmp_path / "a.mcap").open("rb") as file:
         schemas = {x.name: x.data.decode() for x in make_reader(file).get_summary().schemas.values()}
-    text = schemas["palpate/msg/Period"]
+    text = schemas["palpate_msgs/msg/Period"]
     for i, phase in enumerate(Phase):
         assert f"uint8 PHASE_{phase.name}={i}\n" in text
     for status in ContactStatus:
         assert f"uint8 STATUS_{status.name}={status.value}\n" in text
     assert "# [m/s] of the tip frame's origin in base coordinates" in text
-    assert set(schemas) == {"palpate/msg/Period", "rcl_interfaces/msg/Log", "palpate/msg/Parameter"}
+    assert set(schemas) == {"palpate_msgs/msg/Period", "rcl_interfaces/msg/Log", "palpate_msgs/msg/Parameter"}
 
 
 def test_stamps_are_the_start_on_the_wall_clock_plus_the_sample_time(tmp_path):

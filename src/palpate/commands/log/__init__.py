@@ -1,1 +1,1 @@
-"""Logs: what is in them, as tables."""
+"""Logs: what is in them, as data sets."""

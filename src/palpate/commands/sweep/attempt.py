@@ -13,7 +13,7 @@ from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer, write_result
+from palpate.experiments.kit.recording import log_writer, tell_log, write_result
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
@@ -56,4 +56,5 @@ def _carried_out(case: RunCase, experiment: Experiment) -> Result:
     result = experiment.found(plan, run.recorded(run.run(sinks=sinks)))
     if case.folder is not None:
         write_result(experiment, result, run_report(experiment, plan, result), case.folder)
+        tell_log(plan, result.run, experiment.cloud(result))
     return result

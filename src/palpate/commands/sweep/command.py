@@ -16,7 +16,7 @@ from palpate.commands.say import say
 from palpate.commands.start_up import interrupted_by
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
-from palpate.commands.sweep.result import SweepResult, spread_of
+from palpate.commands.sweep.result import FEWEST_SEEDS, SweepResult, spread_of
 from palpate.commands.sweep.run import SweepAtWork, check, finished
 from palpate.commands.sweep.store import SweepFolder
 from palpate.commands.sweep.words import time_text
@@ -116,7 +116,8 @@ def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
 
 def _spread_facts(result: SweepResult, figure: Figure, combination: Combination) -> dict[str, float | None]:
     spread = spread_of(result.values(figure, [combination]))
-    return {"median": number(spread.middle), "p10": number(spread.low), "p90": number(spread.high)}
+    low, high = (spread.low, spread.high) if spread.count >= FEWEST_SEEDS else (None, None)
+    return {"median": number(spread.middle), "p10": number(low), "p90": number(high)}
 
 
 def _print_result(console: Console, result: SweepResult) -> None:

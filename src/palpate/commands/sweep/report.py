@@ -46,7 +46,7 @@ def sweep_report(result: SweepResult) -> Report:
 
 
 SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
-"""What the interval beside a median is."""
+"""What the interval beside a median is, of `FEWEST_SEEDS` and more."""
 
 
 def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:

@@ -11,21 +11,22 @@ from rich.console import Console
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
-from palpate.commands.run_shown import kept_if_interrupted
+from palpate.commands.run_shown import kept_if_interrupted, tell
 from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
 from palpate.commands.view.plan import plans_of_log, shown_scene, watched_backend
+from palpate.commands.view.topics import play_log, port_of, tool_of
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
-from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer, written
+from palpate.experiments.kit.recording import log_writer, robot_notes, written
 from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
@@ -37,6 +38,7 @@ from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import (
     LOOPBACK,
+    USUAL_PORT,
     Frames,
     LiveView,
     Player,
@@ -45,6 +47,8 @@ from palpate.viewing import (
     check_host,
     frames_of_log,
 )
+from palpate.viewing.live_topics import LiveTopics
+from palpate.viewing.publisher import Tool
 
 OWN = {"config": "give it as --config FILE.YAML"}
 """What --set does not take, and what to type."""
@@ -67,16 +71,17 @@ def run_view(config: ViewConfig) -> CommandResult:
         InvalidValueError: The configuration cannot be realised, or there is no such log or experiment.
         OSError: The log cannot be read or written.
     """
-    if config.picture is None and config.video is None:
+    tool = tool_of(config)
+    if config.picture is None and config.video is None and not config.rerun:
         check_host(config.host)
     console = Console()
     try:
-        return _watch(config, console) if config.log is None else _show(config, console)
+        return _watch(config, tool, console) if config.log is None else _show(config, tool, console)
     except (NoRendererError, ViewUnavailableError) as error:
         return CommandResult(ExitCode.UNFINISHED, error=str(error))
 
 
-def _watch(config: ViewConfig, console: Console) -> CommandResult:
+def _watch(config: ViewConfig, tool: Tool | None, console: Console) -> CommandResult:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
     if ":" not in config.what and config.what not in experiment_names():
         raise InvalidValueError(
@@ -93,31 +98,26 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
     if plan.preparation:
         with doing(console, plan.preparation):
             plan = plan.prepared()
-    scene, run = shown_scene(experiment, plan), RecordedRun(plan, watched_backend(plan, config.time_scale))
+    run = RecordedRun(plan, watched_backend(plan, config.time_scale))
     with ExitStack() as shown:
         with doing(console, STARTING):
-            controller = run.controller
-            live = live_parameters_of(controller)
-            plans = plan.shown_plan(controller)
-            poses = free_poses_of(run.backend) if len(scene.placement.start.free) == 1 else None
-            view = shown.enter_context(
-                LiveView(scene, config.host, config.port, live=live, free_poses=poses, plan=plans)
-            )
-        _print_where(console, view.url, config.host)
+            view = _page(config, experiment, plan, run) if tool is None else _topics(config, tool, plan)
+            shown.enter_context(view)
+        _print_where(console, view.url, config.host, tool)
         log, interrupted = log_writer(experiment, plan, asked.out), False
         try:
-            result = run.run((view.observe,), (log,))
+            result = run.run((view.observe,), (log, *view.sinks))
         except KeyboardInterrupt as interruption:
             found_until = result_until(interruption)
             if found_until is None:
                 raise
             result, interrupted = found_until, True
             say(console, ENDED)
-        view.run_over()
-        if scene.surface is not None and not view.makes_surface:
-            say(console, "The process that makes the map's surface has ended: the view goes on without it")
+        for note in view.run_over():
+            say(console, note)
         with kept_if_interrupted(result), doing(console, "working out what was found"):
             found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
+            tell(console, plan, result, experiment.cloud(found))
         report = run_report(experiment, plan, found)
         done = result.done and report.reached
         command_result = CommandResult(
@@ -136,6 +136,24 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
     return command_result
 
 
+def _page(config: ViewConfig, experiment: Experiment, plan: Plan, run: RecordedRun) -> LiveView:
+    """Start palpate's own view of a run that is about to begin."""
+    scene, controller = shown_scene(experiment, plan), run.controller
+    return LiveView(
+        scene,
+        config.host,
+        port_of(config, USUAL_PORT),
+        live=live_parameters_of(controller),
+        free_poses=free_poses_of(run.backend) if len(scene.placement.start.free) == 1 else None,
+        plan=plan.shown_plan(controller),
+    )
+
+
+def _topics(config: ViewConfig, tool: Tool, plan: Plan) -> LiveTopics:
+    """Begin to send the topics of a run that is about to begin."""
+    return LiveTopics(tool, robot_notes(plan), config.host, port_of(config, tool.port))
+
+
 def _asked(experiment: Experiment, config: ViewConfig) -> Any:
     """Return the experiment's configuration; --set overrides --config."""
     kind = experiment.Config
@@ -149,17 +167,19 @@ def _check_folder(path: Path) -> None:
         raise InvalidValueError(f"{path}: there is no folder {path.parent}; make it, or choose another")
 
 
-def _show(config: ViewConfig, console: Console) -> CommandResult:
+def _show(config: ViewConfig, tool: Tool | None, console: Console) -> CommandResult:
     """Play a log, or draw it."""
     assert config.log is not None  # run_view has looked
     for path in (config.picture, config.video):
         if path is not None:
             _check_folder(path)
     log = read_log(log_in(config.log))
-    logged = LoggedRun.of(log)
-    scene = shown_scene(logged.experiment, logged.plan())
     if log.damage is not None:
         say(console, f"{log.path}: {log.damage}; what can be read is shown")
+    if tool is not None:
+        return play_log(config, tool, log, console)
+    logged = LoggedRun.of(log)
+    scene = shown_scene(logged.experiment, logged.plan())
     frames = _frames(log, scene, console)
     if config.picture is not None:
         write_still(scene, frames, config.picture)
@@ -173,9 +193,9 @@ def _show(config: ViewConfig, console: Console) -> CommandResult:
     plans = _plans(logged, console)
     with ExitStack() as shown:
         with doing(console, STARTING):
-            player = Player(scene, frames, config.time_scale, config.host, config.port, plans)
+            player = Player(scene, frames, config.time_scale, config.host, port_of(config, USUAL_PORT), plans)
             shown.enter_context(player)
-        _print_where(console, player.url, config.host)
+        _print_where(console, player.url, config.host, tool)
         with suppress(KeyboardInterrupt):  # how a view is ended
             player.play()
     return CommandResult(facts={"log": log.path})
@@ -207,7 +227,7 @@ def _plans(logged: LoggedRun, console: Console) -> Sequence[PlanChange]:
         return ()
 
 
-def _wait(view: LiveView, console: Console) -> None:
+def _wait(view: LiveView | LiveTopics, console: Console) -> None:
     say(console, "The view stays open: Ctrl-C ends it")
     try:
         view.wait()
@@ -215,7 +235,10 @@ def _wait(view: LiveView, console: Console) -> None:
         return
 
 
-def _print_where(console: Console, url: str, host: str) -> None:
+def _print_where(console: Console, url: str, host: str, tool: Tool | None) -> None:
+    if tool is not None:
+        say(console, f"{tool.name}: {url} ({tool.hint}; Ctrl-C ends it)")
+        return
     say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
     if host not in (LOOPBACK, "localhost", "::1"):
         say(console, f"Everybody who reaches {host} with this address can watch, press buttons and move sliders")

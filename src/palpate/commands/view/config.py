@@ -17,6 +17,8 @@ Shown = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LOG|EXPERIME
 class ViewConfig:
     """Watch a run in the browser: tip or hand, object, contact forces, the map as it grows, forces as plots.
 
+    With --foxglove or --rerun its wrenches, joints, transforms and contacts go to that program instead.
+
     Of a log its run is played again. An experiment is carried out while it is watched, and recorded.
     Ctrl-C ends the view.
 
@@ -27,6 +29,8 @@ class ViewConfig:
     Example: palpate view runs/grasp --time-scale 0.5
 
     Example: palpate view runs/explore --video run.gif --time-scale 10
+
+    Example: palpate view explore --foxglove
     """
 
     what: Shown
@@ -41,9 +45,15 @@ class ViewConfig:
     config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
     """Experiment file; --set goes before what it holds."""
     host: str = "127.0.0.1"
-    """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network."""
-    port: int = 8080
-    """Port to listen on; 0 for one that is free."""
+    """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network. With --rerun
+    where the viewer is."""
+    port: int | None = None
+    """Port to listen on; 0 for one that is free. Left out: 8080, for Foxglove 8765. With --rerun that of the
+    viewer; left out: 9876."""
+    foxglove: bool = False
+    """Serve the run's topics to Foxglove (which needs: pip install "palpate[foxglove]")."""
+    rerun: bool = False
+    """Send the run's topics to a rerun viewer that is open (which needs: pip install "palpate[rerun]")."""
     picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE.PNG")] = None
     """Of a log: write a still of its last contact, of a grasp where it grips hardest, drawn by the simulator,
     instead of opening a view."""
@@ -53,8 +63,14 @@ class ViewConfig:
     def __post_init__(self) -> None:
         check_options(self)
         positive("time_scale", self.time_scale, "", infinite_allowed=True)
-        if not 0 <= self.port <= 65535:
+        if self.port is not None and not 0 <= self.port <= 65535:
             raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, or 0 for one that is free")
+        if self.foxglove and self.rerun:
+            raise InvalidValueError("--foxglove and --rerun: a run is shown by one of them; leave the other out")
+        if (self.foxglove or self.rerun) and (self.picture is not None or self.video is not None):
+            raise InvalidValueError(
+                "--picture and --video are drawn by the simulator; leave --foxglove and --rerun out"
+            )
         if self.log is None and (self.picture is not None or self.video is not None):
             raise InvalidValueError(
                 "--picture and --video are made of a log: name one, as in palpate view runs/first --video a.gif"

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
+    from palpate.runtime.log.standard.cloud import Cloud
 
 
 class Explore:
@@ -47,3 +48,9 @@ class Explore:
         from palpate.experiments.explore.files import exploration_files
 
         return exploration_files(result)
+
+    def cloud(self, result: "Exploration") -> "Cloud | None":
+        """See `Experiment`: the map, as far as there is one."""
+        from palpate.experiments.explore.map_cloud import map_cloud
+
+        return None if result.map is None else map_cloud(result.map)

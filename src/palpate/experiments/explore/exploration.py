@@ -89,6 +89,13 @@ class Exploration(ShownResult):
         return self.map if self.map is not None and self.map.claimed.any() else None
 
     @property
+    def coverage(self) -> float:
+        """Share of what could be felt along its path that is observed; NaN where nobody knows the surface."""
+        if not self.truth.known:
+            return float("nan")
+        return 0.0 if self.map is None else self.map.observed_share
+
+    @property
     def scanning(self) -> npt.NDArray[np.bool_]:
         """Which periods belong to the scan, shape (n,)."""
         return np.asarray(self.record.phase == Phase.SCAN.value)

@@ -10,8 +10,9 @@ from palpate.mapping import TouchCloud
 MOST_POINTS = 4000
 """Of a path: more than pixels can resolve."""
 
-BROKEN = 4.0
-"""The path is broken where neighbours are further apart than this many median distances."""
+BROKEN, LEAST_GAP = 4.0, 0.02
+"""The path is broken where neighbours are further apart than this many median distances, and than this share of
+the extent."""
 
 LIFT = 0.003
 """Of the extent: the path is drawn so far outside the surface, or either would cover the other here and there."""
@@ -44,9 +45,10 @@ def felt_path(cloud: TouchCloud, error: FloatArray, *, lift: float = LIFT, dots:
     position, normal = (np.add.reduceat(each, starts) / count for each in (cloud.position, cloud.normal))
     low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
     largest = np.where(high > -low, high, low)
-    points = position + lift * float(np.ptp(cloud.position, axis=0).max()) * normal
+    extent = float(np.ptp(cloud.position, axis=0).max())
+    points = position + lift * extent * normal
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if dots or not len(steps):
         return FeltPath(points, largest)
-    gaps = np.flatnonzero(steps > BROKEN * np.median(steps)) + 1
+    gaps = np.flatnonzero(steps > max(BROKEN * float(np.median(steps)), LEAST_GAP * extent)) + 1
     return FeltPath(np.insert(points, gaps, np.nan, axis=0), np.insert(largest, gaps, np.nan))

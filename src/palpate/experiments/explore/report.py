@@ -1,18 +1,19 @@
 """The report on an exploration."""
 
+import math
 import shlex
 from collections.abc import Iterator
 
 import numpy as np
 
-from palpate.controllers.paths import GoalError
+from palpate.controllers.paths import GoalError, PathEvent, StopReason
 from palpate.experiments.explore.assumption_check import assumption_sentences
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.contour_picture import contour_picture
 from palpate.experiments.explore.error_picture import error_histogram
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.explored_map import ExploredMap
-from palpate.experiments.explore.explored_marks import marks_text, not_felt
+from palpate.experiments.explore.explored_marks import NOT_FELT, marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
 from palpate.experiments.explore.growth_picture import growth_picture
 from palpate.experiments.explore.map_growth import MapGrowth
@@ -57,6 +58,24 @@ OUTSIDE = 2e-6
 WELL_OBSERVED = 0.95
 """Share of what can be felt from which on a map counts as whole."""
 
+HALF_FELT = 0.5
+"""Share of what can be felt below which an exploration has not reached what it is for."""
+
+AIM = {"contour": "--center", "spiral": "--center and --radius"}
+"""Options of strategies that say where; of all others `USUAL_AIM`."""
+
+USUAL_AIM = "--center, --width and --depth"
+
+CLOSER = {
+    "raster": "closer rows (--spacing) or --strategy active find more",
+    "spiral": "closer turns (--spacing) or --strategy active find more",
+    "taps": "closer taps (--spacing) find more",
+}
+"""What finds more, by strategy; a contour follows its line as it is."""
+
+LONGER = {StopReason.SPENT: "more --time finds more", StopReason.REACHED: "a finer --accuracy finds more"}
+"""What finds more where an active exploration ended so."""
+
 
 def exploration_report(exploration: Exploration) -> Report:
     """Return the report on an exploration."""
@@ -78,8 +97,15 @@ def exploration_report(exploration: Exploration) -> Report:
         advice=_advice(exploration),
         settings=settings(exploration),
         footer="Lengths and forces in the robot's base frame.",
-        reached=exploration.run.ending is Ending.DONE and (exploration.map is None or exploration.map.usable),
+        reached=exploration.run.ending is Ending.DONE
+        and (exploration.map is None or exploration.map.usable)
+        and _felt_enough(exploration),
     )
+
+
+def _felt_enough(exploration: Exploration) -> bool:
+    """Whether at least half of what could be felt was; taken for granted where nobody knows the surface."""
+    return not exploration.coverage < HALF_FELT
 
 
 def _surface(exploration: Exploration) -> Section:
@@ -150,33 +176,51 @@ def time_series(exploration: Exploration) -> TimeSeries:
 
 def _advice(exploration: Exploration) -> tuple[str, ...]:
     """What to do after it."""
-    advice: list[str] = []
     found, config = exploration.claimed_map, exploration.config
     if not len(exploration.cloud):
-        advice.append(
-            "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run shows "
-            "where the tip would go."
+        aim = AIM.get(config.strategy, USUAL_AIM)
+        return (
+            f"Nothing was felt: check where the object is, and {aim}; --dry-run shows where the tip would go.",
         )
-    elif isinstance(exploration.plan.scan, ContourScan):
-        advice.append(
-            "A contour is a line, of which no surface is claimed: --strategy raster or active make a map."
-        )
-    elif found is None:
-        advice.append(
-            "No surface is claimed, for contacts are too far apart or on one line: what lies closer (--spacing) "
-            "makes a map."
-        )
-    else:
-        if found.truth_known and found.observed_share < WELL_OBSERVED:
-            advice.append(
-                f"Of what could be felt {100.0 * found.observed_share:.0f} % were observed: closer rows "
-                "(--spacing) or --strategy active find more."
-            )
+    advice = list(_advice_on_places(exploration))
+    closer = None
+    if exploration.run.ending is Ending.DONE:
+        reason = exploration.stop_reason
+        closer = CLOSER.get(config.strategy) if reason is None else LONGER.get(reason)
+    if closer and found is None:
+        advice.append(f"No surface is claimed, for contacts are too far apart or on one line: {closer}.")
+    elif closer and exploration.coverage < WELL_OBSERVED:
+        advice.append(f"Of what could be felt {_coverage(exploration)} were observed: {closer}.")
+    if found is not None:
         advice.append(
             "To compare the map with a model of the object: palpate compare "
             f"{shlex.quote(str(config.out / 'contacts.ply'))} part.stl, both in metres."
         )
     return tuple(advice)
+
+
+def _advice_on_places(exploration: Exploration) -> tuple[str, ...]:
+    """What to do about places that were not felt."""
+    config, events = exploration.config, {mark.event for mark in exploration.marks}
+    if PathEvent.OPEN in events:
+        other = (
+            "at another height (--below)" if config.curve == "level" else "at a constant height (--curve level)"
+        )
+        return (f"The contour did not close: begin elsewhere (--center), or go round {other}.",)
+    if events & NOT_FELT:
+        return ("Places that could not be felt are in marks.csv, each with its reason.",)
+    return ()
+
+
+def _coverage(exploration: Exploration) -> str:
+    return f"{100.0 * exploration.coverage:.0f} %"
+
+
+def _felt(exploration: Exploration) -> str:
+    """How much was felt, in words."""
+    known = math.isfinite(exploration.coverage)
+    share = f" over {_coverage(exploration)} of what could be felt" if known else ""
+    return f"{len(exploration.cloud)} contacts{share}"
 
 
 def _asked(config: ExploreConfig) -> str:
@@ -193,16 +237,17 @@ def outcome(exploration: Exploration) -> str:
         left_out = not_felt(exploration.marks)
         but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
         why = "" if exploration.stop_reason is None else f"; {exploration.stop_reason.value}"
-        finished = (
-            f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {result.rest}."
-        )
-        return finished + _remarks(exploration)
+        finished = f"Finished: {_felt(exploration)} in {result.duration:.1f} s{but}{why}; {result.rest}."
+        little = "" if _felt_enough(exploration) else " That is less than half: it has not been explored."
+        return finished + little + _remarks(exploration)
     if result.ending is Ending.TRIPPED:
-        return f"Stopped by the supervisor: {result.why}; {result.rest}.{_remarks(exploration)}"
+        stopped = f"Stopped by the supervisor: {result.why}; {result.rest}. Until then {_felt(exploration)}."
+        return stopped + _remarks(exploration)
     nothing = ", nothing was met" if result.ending is Ending.LOST and not len(exploration.cloud) else ""
     marked = f"; marked: {marks_text(exploration.marks)}" if exploration.marks else ""
     why = f"{result.ending.value}{nothing}{marked}"
-    return f"Not finished ({why}) after {result.duration:.1f} s; {result.rest}.{_remarks(exploration)}"
+    felt = f" and {_felt(exploration)}" if len(exploration.cloud) else ""
+    return f"Not finished ({why}) after {result.duration:.1f} s{felt}; {result.rest}.{_remarks(exploration)}"
 
 
 def _remarks(exploration: Exploration) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.figures import FIGURES
-from palpate.experiments.kit import Writer
+from palpate.experiments.kit import ExperimentDefaults, Writer
 
 if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.friction.plan import FrictionPlan
@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.robots.robot import Robot
 
 
-class FindFriction:
+class FindFriction(ExperimentDefaults):
     """Rubs and turns a fingertip on a surface, for mu, e and how they depend on load and speed."""
 
     name = "friction"

@@ -2,34 +2,23 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from palpate.errors import FloatArray
 from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
-from palpate.reporting.envelope import envelope
 from palpate.reporting.interval_words import interval_words
-from palpate.reporting.style import (
-    DASHED,
-    INK,
-    INSIDE,
-    LOAD_COLOURS,
-    MEASURED,
-    MILLI,
-    QUIET,
-    TRUE,
-    WANTED,
-    Picture,
-    Width,
-    legend_above,
-    new_figure,
-    style_axes,
-)
+from palpate.reporting.marks import Dash, Line, Mark, Points, Region, Rule, Span, Symbol
+from palpate.reporting.picture import Axis, Panel, Picture
+from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
+
+MILLI = 1e3
+
+LOAD_COLOURS = tuple(SIDE_BY_SIDE[i] for i in (0, 3, 4, 5))
+"""Of loads beside each other; what is true, and what was found of them all, have colours of their own."""
 
 ASSUMED = (
     " p was assumed: these loads do not determine it, and the line may be any in the band; see --fit-exponents."
@@ -61,48 +50,37 @@ def stroke_picture(
     """
     if not strokes:
         return None
-    figure = new_figure(Width.HALF, 3.6)
-    axes = figure.subplots()
-    loads = sorted({stroke.load for stroke in strokes})
-    colours = {load: LOAD_COLOURS[i % len(LOAD_COLOURS)] for i, load in enumerate(loads)}
+    colours = _colours(sorted({stroke.load for stroke in strokes}))
+    marks: list[Mark] = []
     for stroke in strokes:
-        name = f"{stroke.load:g} N" if not stroke.back else None
-        axes.plot(
-            *envelope(MILLI * stroke.travel, stroke.ratio),
-            color=colours[stroke.load],
-            linewidth=0.9,
-            linestyle="--" if stroke.back else "-",
-            alpha=0.85,
-            label=name,
-        )
+        name, dash = ("", Dash.DASHED) if stroke.back else (f"{stroke.load:g} N", Dash.SOLID)
+        marks.append(Line(MILLI * stroke.travel, stroke.ratio, name, colours[stroke.load], 1.2, dash))
     slipped = [each for each in friction if not each.bound]
     if slipped:
         low, high = min(each.lower for each in slipped), max(each.upper for each in slipped)
         which = "95 %" if len(slipped) == 1 else "95 %, load by load"
-        # narrower than a line, often: with an edge, and in front
-        axes.axhspan(
-            low,
-            high,
-            facecolor=(*to_rgb(WANTED), 0.3),
-            edgecolor=WANTED,
-            linewidth=0.8,
-            zorder=3,
-            label=f"{which}: {interval_words(0.5 * (low + high), low, high).partition(': ')[2]}",
-        )
+        words = interval_words(0.5 * (low + high), low, high).partition(": ")[2]
+        marks.insert(0, Span(low, high, f"{which}: {words}", SET, upright=False, opacity=0.3))
+        # narrower than a line, often: with edges
+        marks += [Rule(end, "", SET, upright=False) for end in (low, high)]
     true = friction[0].true if friction else None
     if true is not None:
-        axes.axhline(true, color=TRUE, linewidth=1.2, linestyle=DASHED, label="true")
-    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-    axes.margins(x=0.0)
-    style_axes(axes, x="travel [mm]", y="tangential / normal force")
-    legend_above(figure, [axes], columns=4)
+        marks.append(Rule(true, "true", TRUTH, 1.5, Dash.DASHED, upright=False))
+    least = min(float(np.nanmin(stroke.ratio)) for stroke in strokes)
     return Picture(
         title="Friction along the strokes",
         caption=(
             "There (solid) and back (dashed) at each load. Elastic deflection rises all along; slip stays level, "
             "and only that part counts" + _counted(friction) + (BENT if bent else "") + _band(slipped)
         ),
-        full=figure,
+        panels=(
+            Panel(
+                tuple(marks),
+                Axis("travel", "mm"),
+                Axis("tangential / normal force", low=0.0 if least >= 0.0 else None),
+                height=380,
+            ),
+        ),
     )
 
 
@@ -125,39 +103,19 @@ def _counted(friction: Sequence[Interval]) -> str:
 
 def surface_picture(found: SurfacePoints) -> Picture:
     """Return the picture of the limit surface with the loads that were measured on it."""
-    figure = new_figure(Width.HALF, 4.4)
-    axes = figure.subplots()
     p = found.surface.norm_exponent
-    x, y = _curve(p)
-    axes.fill(np.append(x, 0.0), np.append(y, 0.0), color=INSIDE, zorder=1)
     exponent = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
-    if not found.exponent_measured:
-        _draw_between(axes, *found.exponents)
-    axes.plot(x, y, color=INK, linewidth=1.3, zorder=2, label=exponent)
+    marks: list[Mark] = [] if found.exponent_measured else [_between(*found.exponents)]
+    marks.append(Line(*_curve(p), exponent, INK_COLOUR))
     if found.true is not None:
         q = found.true.norm_exponent
-        axes.plot(*_curve(q), color=TRUE, linewidth=1.3, linestyle=DASHED, zorder=2, label=f"true, p = {q:.3g}")
-    loads = sorted(set(np.round(found.loads, 1).tolist()))
-    for i, load in enumerate(loads):
-        colour = LOAD_COLOURS[i % len(LOAD_COLOURS)]
-        at = np.round(found.loads, 1) == load
-        axes.errorbar(
-            found.points[at, 0],
-            found.points[at, 1],
-            xerr=found.errors[at, 0],
-            yerr=found.errors[at, 1],
-            fmt="o",
-            markersize=3.5,
-            color=colour,
-            elinewidth=0.9,
-            zorder=3,
-            label=f"at {load:g} N",
-        )
-    axes.set_aspect("equal")
-    axes.set_xlim(-0.05, AXIS_LIMIT)
-    axes.set_ylim(-0.05, AXIS_LIMIT)
-    style_axes(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
-    legend_above(figure, [axes], columns=3)
+        marks.append(Line(*_curve(q), f"true, p = {q:.3g}", TRUTH, dash=Dash.DASHED))
+    rounded = np.round(found.loads, 1)
+    for load, colour in _colours(sorted(set(rounded.tolist()))).items():
+        at = rounded == load
+        (x, y), (aside, upwards) = found.points[at].T, found.errors[at].T
+        dots = Points(x, y, f"at {load:g} N", colour, 6.0)
+        marks.append(replace(dots, x_error=np.tile(aside, (2, 1)), y_error=np.tile(upwards, (2, 1))))
     return Picture(
         title="Limit surface",
         caption=(
@@ -165,7 +123,15 @@ def surface_picture(found: SurfacePoints) -> Picture:
             "intervals, where these are wider than the dot. Loads inside the line are borne; dots on it are good."
             + ("" if found.exponent_measured else ASSUMED)
         ),
-        full=figure,
+        panels=(
+            Panel(
+                tuple(marks),
+                Axis("tangential force / (mu f_n)", low=-0.05, high=AXIS_LIMIT),
+                Axis("spin torque / (mu e f_n)", low=-0.05, high=AXIS_LIMIT),
+                equal=True,
+                height=400,
+            ),
+        ),
     )
 
 
@@ -173,28 +139,32 @@ def length_picture(lengths: Sequence[Interval], growth: tuple[float, float] | No
     """Return the picture of e over the load, or None if it was measured nowhere."""
     if not lengths:
         return None
-    figure = new_figure(Width.HALF, 3.4)
-    axes = figure.subplots()
     loads = np.array([each.at for each in lengths])
     span = np.geomspace(0.8 * loads.min(), 1.25 * loads.max(), 60)
     caption = "e at each load with its 95 % interval; short ones that hold the true value are good."
+    marks: list[Mark] = []
     if growth is not None:
         c, gamma = growth
-        axes.plot(span, MILLI * c * span**gamma, color=MEASURED, linewidth=1.2, label="c $f_n^\\gamma$")
+        marks.append(Line(span, MILLI * c * span**gamma, "fitted, c f_n^gamma", FELT))
         power = f"{gamma:.2f}"
         law = "at all loads" if float(power) == 0.0 else f"(f_n / 1 N)^{power}"
         caption = (
             "Short intervals that the line goes through are good. Here are e at each load with its 95 % interval, "
             f"and e = {MILLI * c:.3g} mm {law}."
         )
-    _with_intervals(axes, lengths, MILLI)
+    marks += _with_intervals(lengths, MILLI)
     top = MILLI * max(each.upper if math.isfinite(each.upper) else each.value for each in lengths)
-    axes.set_xscale("log")
-    axes.set_ylim(0.0, 1.25 * top)
-    _plain_ticks(axes, loads)
-    style_axes(axes, x="normal force [N]", y="spin length e [mm]")
-    legend_above(figure, [axes], columns=4)
-    return Picture(title="Spin length over load", caption=caption, full=figure)
+    return Picture(
+        title="Spin length over load",
+        caption=caption,
+        panels=(
+            Panel(
+                tuple(marks),
+                Axis("normal force", "N", logarithmic=True, ticks=_plain_ticks(loads)),
+                Axis("spin length e", "mm", 0.0, 1.25 * top),
+            ),
+        ),
+    )
 
 
 def speed_picture(
@@ -209,21 +179,19 @@ def speed_picture(
     """
     if len(speeds) < 2:
         return None
-    figure = new_figure(Width.HALF, 3.4)
-    axes = figure.subplots()
-    if curve is not None:
-        axes.plot(MILLI * curve[0], curve[1], color=MEASURED, linewidth=1.2, label="fitted")
-    _with_intervals(axes, speeds, 1.0, MILLI)
+    marks = [] if curve is None else [Line(MILLI * curve[0], curve[1], "fitted", FELT)]
     values = [each.value for each in speeds] + [each.true for each in speeds if each.true is not None]
-    axes.set_xscale("log")
-    axes.set_ylim(0.0, 1.3 * max(values))
-    _plain_ticks(axes, MILLI * np.array([each.at for each in speeds]))
-    style_axes(axes, x="slip speed [mm/s]", y="friction $\\mu$")
-    legend_above(figure, [axes], columns=4)
+    at = MILLI * np.array([each.at for each in speeds])
     return Picture(
         title="Friction over speed",
         caption=f"{_over_speed(speeds)} Short intervals on the true value are good.{CREEPING if creeping else ''}",
-        full=figure,
+        panels=(
+            Panel(
+                (*marks, *_with_intervals(speeds, 1.0, MILLI)),
+                Axis("slip speed", "mm/s", logarithmic=True, ticks=_plain_ticks(at)),
+                Axis("friction mu", low=0.0, high=1.3 * max(values)),
+            ),
+        ),
     )
 
 
@@ -240,35 +208,29 @@ def _over_speed(speeds: Sequence[Interval]) -> str:
     )
 
 
-def _with_intervals(axes: Axes, intervals: Sequence[Interval], unit: float, across: float = 1.0) -> None:
-    true = [(across * each.at, unit * each.true) for each in intervals if each.true is not None]
-    if true:
-        axes.plot(*zip(*true, strict=True), "_", color=TRUE, markersize=15, markeredgewidth=2.2, label="true")
+def _with_intervals(intervals: Sequence[Interval], unit: float, across: float = 1.0) -> list[Mark]:
+    known = [each for each in intervals if each.true is not None]
     slipped = [each for each in intervals if not each.bound]
     bounds = [each for each in intervals if each.bound]
-    if slipped:
-        value = np.array([each.value for each in slipped])
-        ends = np.array([[each.lower, each.upper] for each in slipped]).T
-        axes.errorbar(
-            [across * each.at for each in slipped],
-            unit * value,
-            yerr=unit * np.abs(ends - value),
-            fmt="o",
-            markersize=4,
-            color=INK,
-            elinewidth=1.2,
-            capsize=3,
-            label="measured",
-        )
-    if bounds:
-        axes.plot(
-            [across * each.at for each in bounds],
-            [unit * each.value for each in bounds],
-            "^",
-            color=QUIET,
-            markersize=6,
-            label="at least",
-        )
+    ends = unit * np.array([[each.value - each.lower, each.upper - each.value] for each in slipped]).T
+
+    def places(chosen: Sequence[Interval]) -> FloatArray:
+        return across * np.array([each.at for each in chosen])
+
+    def values(chosen: Sequence[Interval]) -> FloatArray:
+        return unit * np.array([each.value for each in chosen])
+
+    true = unit * np.array([each.true for each in known], dtype=np.float64)
+    marks = (
+        Points(places(known), true, "true", TRUTH, 18.0, Symbol.STROKE),
+        Points(places(slipped), values(slipped), "measured", INK_COLOUR, 6.0, y_error=ends),
+        Points(places(bounds), values(bounds), "at least", QUIET_COLOUR, 9.0, Symbol.TRIANGLE),
+    )
+    return [mark for mark in marks if len(mark.x)]
+
+
+def _colours(loads: Sequence[float]) -> dict[float, Colour]:
+    return {load: LOAD_COLOURS[i % len(LOAD_COLOURS)] for i, load in enumerate(loads)}
 
 
 def _curve(p: float) -> tuple[FloatArray, FloatArray]:
@@ -279,21 +241,12 @@ def _curve(p: float) -> tuple[FloatArray, FloatArray]:
     return x, y
 
 
-def _draw_between(axes: Axes, low: float, high: float) -> None:
-    """Draw all limit surfaces whose p lies between two."""
+def _between(low: float, high: float) -> Region:
+    """All limit surfaces whose p lies between two."""
     (x, y), (u, v) = _curve(low), _curve(high)
-    axes.fill(
-        np.concatenate([x, u[::-1]]),
-        np.concatenate([y, v[::-1]]),
-        color=QUIET,
-        alpha=0.25,
-        linewidth=0.0,
-        zorder=1.5,
-        label=f"p from {low:g} to {high:g}",
-    )
+    name = f"p from {low:g} to {high:g}"
+    return Region(np.concatenate([x, u[::-1]]), np.concatenate([y, v[::-1]]), name, QUIET_COLOUR, 0.25)
 
 
-def _plain_ticks(axes: Axes, values: FloatArray) -> None:
-    axes.set_xticks(np.unique(np.round(values, 6)).tolist())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+def _plain_ticks(values: FloatArray) -> tuple[tuple[float, str], ...]:
+    return tuple((each, f"{each:.3g}") for each in np.unique(np.round(values, 6)).tolist())

@@ -3,20 +3,18 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.experiments.friction.library import Recognised
 from palpate.experiments.friction.result import FrictionResult, listed
 from palpate.experiments.friction.summary import SIGMAS
 from palpate.friction.friction_file import FrictionEstimate, FrictionFile
 from palpate.friction.materials.material import Material
 from palpate.friction.materials.recognition import RecognitionOutcome
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import COLUMNS, Paragraph, Pictures, Section, TextTable
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 APART = 2.58
 """Standard deviations from which on a number counts as one that does not fit: so far off is 1 of 100."""
@@ -31,9 +29,7 @@ MOST_MATCHES = 20
 def recognition_section(result: FrictionResult, known: Recognised) -> Section:
     """Return the section on which surface of the library it may be, the likeliest first."""
 
-    def draw() -> "Iterator[Picture | None]":
-        from palpate.experiments.friction.confusion_picture import confusion_picture  # with matplotlib
-
+    def draw() -> Iterator[Picture | None]:
         yield None if known.confusion is None else confusion_picture(known.confusion)
 
     fits = known.recognition.outcome is not RecognitionOutcome.UNKNOWN

@@ -3,25 +3,31 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.experiments.friction.key_figures import key_figures
 from palpate.experiments.friction.measured import frictions, lengths, speeds, table_rows
+from palpate.experiments.friction.pictures import (
+    length_picture,
+    speed_picture,
+    stroke_picture,
+    surface_picture,
+)
 from palpate.experiments.friction.plan import FILE_NAME
 from palpate.experiments.friction.recognised import recognition_section
 from palpate.experiments.friction.result import FrictionResult
+from palpate.experiments.friction.slip_points import slip_points
+from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.reporting.computing import computing
+from palpate.reporting.force_picture import force_overview
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import Pictures, Report, Section, TextTable
 from palpate.runtime import Ending
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 CURVE_POINTS = 80
 """Of mu over speed, along the fitted curve."""
@@ -92,17 +98,7 @@ def _advice(result: FrictionResult) -> Iterator[str]:
     yield f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}."
 
 
-def _felt(result: FrictionResult) -> "Iterator[Picture | None]":
-    # matplotlib takes a third of a second to import: only those who write a report wait for it
-    from palpate.experiments.friction.pictures import (
-        length_picture,
-        speed_picture,
-        stroke_picture,
-        surface_picture,
-    )
-    from palpate.experiments.friction.slip_points import slip_points
-    from palpate.experiments.friction.stroke_curves import stroke_curves
-
+def _felt(result: FrictionResult) -> Iterator[Picture | None]:
     points, file = slip_points(result), result.file
     creeping = file is not None and any(each.creeping for each in file.speeds)
     bent = result.plan.config.object == "sphere"
@@ -129,9 +125,7 @@ def _curve(result: FrictionResult) -> FloatArray | None:
     return np.stack([v, [curve.friction_at(speed) for speed in v.tolist()]])
 
 
-def _over_time(result: FrictionResult) -> "Iterator[Picture | None]":
-    from palpate.reporting.force_picture import force_overview  # with matplotlib
-
+def _over_time(result: FrictionResult) -> Iterator[Picture | None]:
     record = result.record
     if not len(record):
         return

@@ -72,9 +72,9 @@ class GraspConfig:
     A simulated hand with a force/torque sensor behind each fingertip closes on an object on a table, lifts it and
     holds it with the least force that neither lets it slip nor spin: the limit surface of each contact, from mu
     (tangential over normal force) and e (torque over mu times normal force), gives the grip that its load needs.
-    Meanwhile the object is pulled at beside the fingers, so that it tends to spin. The report shows the path
-    of the load inside each limit surface, the grip against the theoretical minimum, and slip and spin by the
-    simulation's truth. A fault never opens the hand.
+    Meanwhile the object is pulled at beside the fingers, so that it tends to spin. The report shows the grip
+    against the theoretical minimum, slip and spin by the simulation's truth, and plays the forces in space and the
+    load inside each limit surface, the worst moment first. A fault never opens the hand.
 
     All values are in SI units: metres, newtons, seconds, kilograms.
 
@@ -140,7 +140,8 @@ class GraspConfig:
     that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
     probability: float = 0.99
-    """Of holding, where friction is estimated: 0.5 to 0.999."""
+    """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that with normal forces as planned some
+    friction within the true limits balances the true load: what comes to its limit creeps, and others take over."""
     believed_friction: float | None = None
     """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.figures import FIGURES
+from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
 
 if TYPE_CHECKING:
     from palpate.experiments.grasp.plan import GraspPlan
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from palpate.robots.robot import Robot
 
 
-class GraspObject:
+class GraspObject(ExperimentDefaults):
     """Holds an object with two or three fingers. An `Experiment`."""
 
     name = "grasp"

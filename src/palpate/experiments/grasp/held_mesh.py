@@ -30,7 +30,7 @@ def held_mesh(config: GraspConfig) -> Mesh:
 def sphere_mesh(radius: float) -> Mesh:
     """Return a sphere about the origin."""
     angle = np.linspace(0.0, np.pi, ROUND // 2 + 1)
-    return _turned(radius * np.cos(angle), radius * np.sin(angle), ROUND)
+    return _turned(-radius * np.cos(angle), radius * np.sin(angle), ROUND)
 
 
 def _turned(x: FloatArray, radius: FloatArray, corners: int) -> Mesh:
@@ -40,5 +40,5 @@ def _turned(x: FloatArray, radius: FloatArray, corners: int) -> Mesh:
     vertices = np.stack([x, radius, radius], axis=1)[:, None] * ring
     i, j = np.meshgrid(np.arange(len(x) - 1), np.arange(corners), indexing="ij")
     a, b = (i * corners + j).ravel(), (i * corners + (j + 1) % corners).ravel()
-    triangles = np.concatenate([np.stack([b, a, a + corners], 1), np.stack([b + corners, b, a + corners], 1)])
+    triangles = np.concatenate([np.stack([a, b, a + corners], 1), np.stack([b, b + corners, a + corners], 1)])
     return vertices.reshape(-1, 3), triangles

@@ -4,20 +4,22 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.belief import tip_radius
 from palpate.experiments.grasp.held_mesh import held_mesh, sphere_mesh
 from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.truth import STAGES
 from palpate.reporting.limit_surface_panel import limit_surface_panel, load_sizes
 from palpate.reporting.picture import Picture, Space
 from palpate.reporting.solids import Arrows, Labels, Placed, Solid, Surface
-from palpate.runtime.palette import FELT, MAP_COLOUR, QUIET_COLOUR, SET, TRUTH
+from palpate.runtime.palette import FELT, QUIET_COLOUR, SET, TRUTH
 from palpate.sim.fidelity import GRAVITY
 
 MOMENTS = 120
 """That are played, evenly in time, besides the worst."""
 
-LONGEST_ARROW = 1.5
+LONGEST_ARROW = 1.2
 """The largest force is drawn so long, over how far the fingertips are from their middle."""
 
 IntArray = npt.NDArray[np.intp]
@@ -47,10 +49,11 @@ def moments_picture(grasp: Grasp, note: str = "") -> Picture | None:
         title=f"Forces and loads{note}",
         caption=(
             "Fingertips, what they press with, and where the load of each was in its limit surface while they "
-            f"alone bore the object, {by}: the darker the more often, by its logarithm. On the line a contact "
-            "slips; well inside is good. First shown is the worst moment, at "
-            f"{truth.time[worst]:.3f} s: there a load is at {size:.2f} of the limit. The player goes through all "
-            "moments from the lift on."
+            f"alone bore the object, {by}: spin torque and tangential force over what the contact bears of each "
+            "alone, in a stronger colour where it was more often (by the logarithm). On the line a contact slips; "
+            "well inside is good. "
+            f"First shown is the worst moment, at {truth.time[worst]:.3f} s: there a load is at {size:.2f} of the "
+            "limit. The player goes through all moments from the lift on."
         ),
         panels=(
             _space(grasp, at, step),
@@ -75,9 +78,10 @@ def worst_moment(grasp: Grasp) -> int:
 
 
 def _borne(grasp: Grasp) -> npt.NDArray[np.bool_]:
-    """When fingers alone, all of them, bore it; where that is not known, since the lift."""
-    alone = grasp.carried & grasp.truth.touching.all(axis=1)
-    return alone if alone.any() else grasp.aloft
+    """When fingers alone, all of them, bore it; where that is not known, while it was held, or since the lift."""
+    touching = grasp.truth.touching.all(axis=1)
+    held = grasp.truth.stage == STAGES.index(GraspStage.HOLD)
+    return next((each for each in (grasp.carried & touching, held & touching) if each.any()), grasp.aloft)
 
 
 def _space(grasp: Grasp, at: IntArray, step: int) -> Space:
@@ -91,13 +95,13 @@ def _space(grasp: Grasp, at: IntArray, step: int) -> Space:
     marks: list[Solid] = []
     still = np.broadcast_to(np.eye(3), (len(at), 3, 3))
     for k, tip in enumerate(hand.tips):
-        ball = Surface(*sphere_mesh(tip_radius(tip)), "" if k else "fingertips", colour=QUIET_COLOUR, opacity=0.35)
+        ball = Surface(*sphere_mesh(tip_radius(tip)), "" if k else "fingertips", colour=QUIET_COLOUR, opacity=0.6)
         marks.append(Placed(ball, tips[:, k], still))
     longest = float(np.linalg.norm(pushes, axis=2).max(initial=0.0))
     per_newton = LONGEST_ARROW * float(np.linalg.norm(tips[step], axis=1).max()) / max(longest, 1e-9)
     if grasp.truth_known:
         turns = Rotation.from_quat(np.roll(truth.quat_wxyz[at], -1, axis=1)).as_matrix()
-        body = Surface(*held_mesh(grasp.planned.config), "object", colour=MAP_COLOUR, opacity=0.4)
+        body = Surface(*held_mesh(grasp.planned.config), "object", colour=QUIET_COLOUR, opacity=0.22)
         marks.append(Placed(body, -middle, turns))
         starts, along = _loads(grasp, at)
         marks.append(Arrows(starts - middle[:, None], per_newton * along, "weight and pull", SET))
@@ -106,7 +110,7 @@ def _space(grasp: Grasp, at: IntArray, step: int) -> Space:
     marks.append(Arrows(places - per_newton * pushes, per_newton * pushes, "contact force", colour))
     outwards = tips[step] * (1.0 + 0.6 * tip_radius(hand.tips[0]) / np.linalg.norm(tips[step], axis=1))[:, None]
     marks.append(Labels(outwards, tuple(str(k + 1) for k in range(truth.fingers))))
-    return Space(tuple(marks), height=330, view=(0.4, -0.9, 0.45))
+    return Space(tuple(marks), height=380, view=(0.4, -0.9, 0.45))
 
 
 def _loads(grasp: Grasp, at: IntArray) -> tuple[FloatArray, FloatArray]:

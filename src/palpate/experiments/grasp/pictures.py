@@ -123,5 +123,5 @@ def _panel(grasp: Grasp, axis: Axis, lines: tuple[Line, ...], *, alarms: bool = 
         (*spans, *lines, *((marks,) if alarms and signals else ())),
         Axis("time", "s", float(truth.time[0]), float(truth.time[-1]), run_time=True),
         replace(axis, high=top),
-        height=220,
+        height=300 if axis.quantity == "grip" else 220,
     )

@@ -49,6 +49,7 @@ from palpate.friction.friction_file import (
     read_friction_file,
 )
 from palpate.friction.limit_surface import LimitSurface
+from palpate.kinematics.hand import HandKinematics
 from palpate.reporting.data import KeyFigure
 from palpate.robots.hand_description import HandDescription, hand_backend
 from palpate.robots.hand_task import HandTask
@@ -119,6 +120,11 @@ class GraspPlan(PlanDefaults):
         return tuple(
             replace(each, noise=noise) if isinstance(each, Finger) else each for each in self.hand.fingers
         )
+
+    @property
+    def hand_kinematics(self) -> HandKinematics:
+        """See `Plan`."""
+        return self.hand.geometry
 
     @property
     def period(self) -> float:

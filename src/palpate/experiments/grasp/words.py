@@ -7,8 +7,9 @@ import numpy as np
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp.config import SPREADS, GraspConfig
 from palpate.experiments.grasp.notes import notes_on
+from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
-from palpate.experiments.grasp.strength import LARGEST_GRIP
+from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load
 from palpate.experiments.grasp.surface import rubbed_by_plant
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.unit_text import MILLI, bears, in_degrees, in_mm, in_percent
@@ -170,17 +171,54 @@ def asked(grasp: Grasp) -> str:
 
 def advice(grasp: Grasp) -> tuple[str, ...]:
     """Return what to do now."""
-    config, known = grasp.planned.config, grasp.truth_known
+    planned, known = grasp.planned, grasp.truth_known
     if grasp.dropped or (known and grasp.gave_way):
-        if config.ignores_spin:
-            return ("Spin was ignored: with --controller limit-surface the grip bears the torque, too.",)
-        return (f"It gave way: hold it with more than the present --margin {config.margin:g}.",)
+        return (against_slip(planned, known),)
     if known and math.isfinite(grasp.grip_ratio) and grasp.grip_ratio > MUCH_GRIP:
-        return (
-            f"It was held with {grasp.grip_ratio:.2g} times the least grip: a smaller --margin, or friction known "
-            "better (palpate friction), would do with less.",
-        )
+        much = f"It was held with {grasp.grip_ratio:.2g} times the least grip:"
+        if planned.config.known == "untouched":
+            return (f"{much} less would do if friction were known: {_remedy(planned.config)}.",)
+        if planned.config.load != "shake":  # which takes more whatever is known: the account says so
+            return (f"{much} a smaller --margin would do with less.",)
     return ()
+
+
+def against_slip(planned: GraspPlan, known: bool) -> str:
+    """Return what keeps it from giving way again, by why it did.
+
+    Args:
+        planned: What was done.
+        known: Whether the truth is.
+    """
+    config = planned.config
+    if config.ignores_spin:
+        return "Spin was ignored: with --controller limit-surface the grip bears the torque, too."
+    more = f"more than the present --margin {config.margin:g}"
+    if not known:
+        return f"It was lost: hold it with {more}, or find its friction out: {_remedy(config)}."
+    if grip_for(config, planned.true, largest_load(config)) > LARGEST_GRIP:
+        return f"No grip of at most {LARGEST_GRIP:g} N holds that load: give a smaller --pull, --offset or --mass."
+    believed, true = planned.believed, planned.true
+    for symbol, was, is_ in (
+        ("mu", believed.friction, true.friction),
+        ("e", MILLI * believed.spin_length, MILLI * true.spin_length),
+    ):
+        if was > (1.0 + config.margin) * is_:
+            unit = "" if symbol == "mu" else " mm"
+            return (
+                f"It gave way because {symbol} was believed to be {was:.3g}{unit}, and is {is_:.3g}{unit}: "
+                f"{_remedy(config)}."
+            )
+    return f"It gave way: hold it with {more}."
+
+
+def _remedy(config: GraspConfig) -> str:
+    """What finds friction out better than it was known."""
+    if config.friction_file is not None:
+        return f"rub it again (palpate friction), for {config.friction_file} is not of this surface"
+    rub = "rub it first (palpate friction, and its file by --friction-file)"
+    nudge = ", or let a nudge measure it before the lift (--known nudged)"
+    return rub if config.known == "nudged" else rub + nudge
 
 
 def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:

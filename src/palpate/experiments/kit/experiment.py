@@ -9,12 +9,14 @@ from palpate.experiments.kit.figure import Figure
 
 if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.kit.recorded_run import Recorded
+    from palpate.kinematics.hand import HandKinematics
     from palpate.reporting.data import KeyFigure
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
     from palpate.runtime.following import FollowingMaker
     from palpate.runtime.live import Change
+    from palpate.runtime.log.standard.cloud import Cloud
     from palpate.runtime.shown_plan import PlanSource
     from palpate.runtime.truth import TruthSource
     from palpate.viewing import ViewScene
@@ -64,6 +66,11 @@ class Plan(Protocol):
     @property
     def limits(self) -> "Limits":
         """For the supervisor."""
+        ...
+
+    @property
+    def hand_kinematics(self) -> "HandKinematics | None":
+        """Geometry of the hand whose fingers feel; None for a fingertip at the end of an arm."""
         ...
 
     @property
@@ -148,6 +155,11 @@ class PlanDefaults:
     """Default implementation of the optional methods of a `Plan`; a base class."""
 
     __slots__ = ()
+
+    @property
+    def hand_kinematics(self) -> "HandKinematics | None":
+        """None: a fingertip at the end of an arm."""
+        return None
 
     @property
     def preparation(self) -> str:
@@ -249,4 +261,8 @@ class Experiment(Protocol):
 
     def files(self, result: Any) -> Mapping[str, Writer]:
         """Return what is written besides report and log, by file name."""
+        ...
+
+    def cloud(self, result: Any) -> "Cloud | None":
+        """Return the points that the log is to have as its topic /map; None for none."""
         ...

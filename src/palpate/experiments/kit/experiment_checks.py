@@ -6,7 +6,7 @@ from typing import Any
 from palpate.errors import InvalidValueError, shown
 from palpate.experiments.kit.figure import Figure
 
-TEXTS, METHODS = ("name", "summary"), ("plan", "found", "report", "files")
+TEXTS, METHODS = ("name", "summary"), ("plan", "found", "report", "files", "cloud")
 """What an experiment has besides `Config` and `figures`; see `Experiment`."""
 
 CONFIG_FIELDS = {

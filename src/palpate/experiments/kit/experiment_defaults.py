@@ -1,4 +1,4 @@
-"""A default report, and no files, for simple experiments."""
+"""A default report, and no files or points, for simple experiments."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -9,10 +9,11 @@ from palpate.experiments.kit.figure import Figure
 if TYPE_CHECKING:  # which only those who write a report wait for
     from palpate.reporting.picture import Picture
     from palpate.reporting.report import Report
+    from palpate.runtime.log.standard.cloud import Cloud
 
 
 class ExperimentDefaults:
-    """Default implementation of the report and files of an `Experiment`; a base class."""
+    """Default implementation of the report, files and points of an `Experiment`; a base class."""
 
     name: str
     summary: str
@@ -44,3 +45,7 @@ class ExperimentDefaults:
     def files(self, result: Any) -> Mapping[str, Writer]:
         """Return none."""
         return {}
+
+    def cloud(self, result: Any) -> "Cloud | None":
+        """Return none."""
+        return None

@@ -1,18 +1,26 @@
 """Output of a run: its log, its report and its files."""
 
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 
-from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text, experiment_in, read_config
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
+from palpate.experiments.kit.options import lasting
 from palpate.experiments.kit.output_folder import make_folder
-from palpate.experiments.kit.registry import reference_to
+from palpate.experiments.kit.registry import experiment_named, reference_to
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.extras import MissingLibraryError
 from palpate.reporting.page import write_report
 from palpate.reporting.picture_kind import PictureKind
 from palpate.reporting.report import Report
+from palpate.robots.robot import ROBOT_TEXT, read_robot
 from palpate.runtime import RunResult
 from palpate.runtime.log import LogWriter, new_log_path
+from palpate.runtime.log.standard.cloud import Cloud
+from palpate.runtime.log.standard.topics import PLAIN_ROBOT, RobotNotes
+from palpate.runtime.log.told_log import add_topics
 
 REPORT = "report.html"
 """Every run writes one."""
@@ -32,6 +40,38 @@ def log_writer(experiment: Experiment, plan: Plan, folder: Path) -> LogWriter:
     """Return the writer of a log from which the run can be replayed."""
     path = new_log_path(folder, datetime.now())  # local time: people look for it by their clock
     return LogWriter(path, log_texts(experiment, plan))
+
+
+def robot_notes(plan: Plan) -> RobotNotes:
+    """Return what topics that other tools read need to know of a plan's robot."""
+    return RobotNotes(plan.hand_kinematics, tuple(finger.gives_wrenches for finger in plan.fingers))
+
+
+def notes_in(texts: Mapping[str, str]) -> RobotNotes:
+    """Return the same of the robot of a log, from the texts that it keeps; what they do not tell is not noted."""
+    try:
+        text = texts[EXPERIMENT_TEXT]
+        experiment = experiment_named(experiment_in(text))
+        robot = read_robot(texts) if ROBOT_TEXT in texts else None
+        return robot_notes(experiment.plan(lasting(read_config(text, experiment.Config)), robot, texts))
+    except (KeyError, InvalidValueError, MissingLibraryError):
+        return PLAIN_ROBOT
+
+
+def tell_log(plan: Plan, run: RunResult, cloud: Cloud | None = None) -> None:
+    """Write the log of a run anew with topics that other tools read; where something of it is lost, it stays.
+
+    Args:
+        plan: Of the run.
+        run: How it ended.
+        cloud: What was found.
+
+    Raises:
+        OSError: The log cannot be written; it is as it was.
+    """
+    recording = run.recording
+    if recording is not None and recording.path is not None and recording.problem is None:
+        add_topics(recording.path, robot_notes(plan), cloud)
 
 
 def write_result(

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.recorded_run import carry_out
-from palpate.experiments.kit.recording import log_writer, write_result
+from palpate.experiments.kit.recording import log_writer, tell_log, write_result
 from palpate.experiments.kit.run_bar import run_bar
 from palpate.experiments.kit.run_report import run_report
 from palpate.robots.values import load_named_robot
@@ -58,4 +58,5 @@ def perform(
         result = experiment.found(plan, carry_out(plan, observers, sinks))
     if out is not None:
         write_result(experiment, result, run_report(experiment, plan, result), Path(out))
+        tell_log(plan, result.run, experiment.cloud(result))
     return result

@@ -5,6 +5,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from palpate.experiments.kit.experiment import Writer
+from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.figures import FIGURES
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from palpate.robots.robot import Robot
 
 
-class Regulate:
+class Regulate(ExperimentDefaults):
     """See `palpate.experiments.kit.experiment.Experiment`."""
 
     name = "regulate"

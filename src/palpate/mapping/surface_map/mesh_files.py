@@ -1,8 +1,8 @@
 """Surface meshes as files that other programs read: PLY with quality, OBJ and STL.
 
-Coordinates are those of the robot's base frame in metres. A PLY keeps per vertex, besides its normal, `quality`:
-its standard deviation in mm (the name that MeshLab colours by), `band`: the half-width that holds the true surface
-with 95 % probability in mm, and `knowledge`: 0 where it is observed. OBJ and STL hold the shape only.
+Coordinates are those of the robot's base frame, all lengths in metres. A PLY keeps per vertex, besides its normal,
+`quality`: its standard deviation (the name that MeshLab colours by), `band`: the half-width that holds the true
+surface with 95 % probability, and `knowledge`: 0 where it is observed. OBJ and STL hold the shape only.
 """
 
 import os
@@ -41,14 +41,14 @@ def write_mesh(mesh: SurfaceMesh, path: str | os.PathLike[str]) -> None:
 
 
 def to_trimesh(mesh: SurfaceMesh) -> trimesh.Trimesh:
-    """Return the mesh for trimesh, `quality`, `band` [mm] and `knowledge` as its vertex attributes."""
+    """Return the mesh for trimesh, `quality`, `band` [m] and `knowledge` as its vertex attributes."""
     return trimesh.Trimesh(
         vertices=mesh.vertices,
         faces=mesh.triangles,
         vertex_normals=mesh.normals,
         vertex_attributes={
-            "quality": (1e3 * mesh.sd).astype(np.float32),
-            "band": (1e3 * mesh.band()).astype(np.float32),
+            "quality": mesh.sd.astype(np.float32),
+            "band": mesh.band().astype(np.float32),
             "knowledge": mesh.knowledge.astype(np.uint8),
         },
         process=False,

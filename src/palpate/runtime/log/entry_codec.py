@@ -7,7 +7,7 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.live import Change
 from palpate.runtime.log.entries import Event, Level
 from palpate.runtime.log.heading import Heading
-from palpate.runtime.log.period_codec import CDR_LITTLE_ENDIAN, MESSAGE, SEQUENCES
+from palpate.runtime.log.message_layout import CDR_LITTLE_ENDIAN, MESSAGE, SEQUENCES
 
 EVENT_CHANNEL = 2
 PARAMETER_CHANNEL = 3
@@ -16,7 +16,7 @@ LONGEST_TEXT = 10_000
 """Characters of a text that are kept: an exception's message may be any length."""
 
 _HEADER = struct.Struct("<BQHIQQ4siI")
-"""MCAP message record, encapsulation, stamp: as `period_codec.MESSAGE_HEADER`."""
+"""MCAP message record, encapsulation, stamp: as `MessageLayout` begins."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.log.fields import Codes
 from palpate.runtime.log.layout import Layout
 
-FORMAT = 5
+FORMAT = 6
 """Goes up with every change that another palpate would misread."""
 
 LAST_NANOSECOND = (2**31 - 1) * 10**9

@@ -13,7 +13,8 @@ from palpate.runtime.live import Change
 from palpate.runtime.log.entries import Event
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.layout import Layout
-from palpate.runtime.log.period_codec import Messages, PeriodCodec
+from palpate.runtime.log.message_layout import Messages
+from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.record import Record, record_of
 from palpate.runtime.log.row_reader import commands_of, samples_of
 from palpate.runtime.log.truth_columns import truth_of

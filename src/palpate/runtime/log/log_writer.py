@@ -15,7 +15,7 @@ from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.log_file import LogFile, LogGoneError
 from palpate.runtime.log.log_path import point_latest
-from palpate.runtime.log.mcap_builder import HEADING_NAME, McapBuilder
+from palpate.runtime.log.mcap_builder import HEADING_NAME, McapBuilder, run_builder
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.sink import RecordingSummary
 
@@ -96,10 +96,10 @@ class LogWriter:
         """
         codec = PeriodCodec(heading, PERIOD_CHANNEL)
         self._row_bytes = codec.row_bytes
-        builder = McapBuilder(codec, self._attachments)
+        builder = run_builder(codec)
         self._time = heading.first_time
         try:
-            file = LogFile.begun(self._path, builder.opening())
+            file = LogFile.begun(self._path, builder.opening(heading, self._attachments))
         except OSError as error:
             raise InvalidValueError(f"log {self._path}: {error.strerror}; choose another place") from None
         self._note = point_latest(self._path)

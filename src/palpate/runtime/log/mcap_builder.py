@@ -7,7 +7,7 @@ since MCAP has none for schemas and channels.
 
 import struct
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import zstandard
@@ -30,16 +30,12 @@ from mcap.records import (
 
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, ChunkContent
 from palpate.runtime.log.entry_codec import EVENT_CHANNEL, PARAMETER_CHANNEL
-from palpate.runtime.log.heading import encode_heading
+from palpate.runtime.log.heading import Heading, encode_heading
 from palpate.runtime.log.period_codec import PeriodCodec
-from palpate.runtime.log.schema import (
-    EVENT_SCHEMA,
-    EVENT_TYPE,
-    PARAMETER_SCHEMA,
-    PARAMETER_TYPE,
-    PERIOD_TYPE,
-    period_schema,
-)
+from palpate.runtime.log.schema import EVENT, PARAMETER, PERIOD, PLAIN_TYPES, full_name, own_types, schema
+from palpate.runtime.log.standard.cloud import CLOUD_CHANNEL, CLOUD_TOPIC
+from palpate.runtime.log.standard.topics import StandardTopics
+from palpate.runtime.log.standard.types import POINT_CLOUD, STANDARD_TYPES
 
 MAGIC = b"\x89MCAP0\r\n"
 PROFILE = "ros2"
@@ -70,43 +66,36 @@ class Piece:
 class McapBuilder:
     """Knows what has been written so far, and makes what comes next. Memory: about 100 bytes per chunk."""
 
-    def __init__(self, codec: PeriodCodec, attachments: Mapping[str, str]) -> None:
-        """Take the run's codec, and texts to attach by name."""
-        heading = codec.heading
-        self._schemas = (
-            _schema(PERIOD_CHANNEL, PERIOD_TYPE, period_schema(codec.groups)),
-            _schema(EVENT_CHANNEL, EVENT_TYPE, EVENT_SCHEMA),
-            _schema(PARAMETER_CHANNEL, PARAMETER_TYPE, PARAMETER_SCHEMA),
-        )
-        self._channels = (
-            _channel(PERIOD_CHANNEL, "/period"),
-            _channel(EVENT_CHANNEL, "/event"),
-            _channel(PARAMETER_CHANNEL, "/parameter"),
-        )
-        self._attachments = dict(attachments)
-        self._heading = heading
+    def __init__(self, schemas: Sequence[Schema], channels: Sequence[Channel]) -> None:
+        """Begin a file with these; see `run_builder`."""
+        self._schemas, self._channels = tuple(schemas), tuple(channels)
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._attachment_entries: list[AttachmentIndex] = []
         self._chunk_entries = bytearray()
-        self._counts: dict[int, int] = dict.fromkeys((PERIOD_CHANNEL, EVENT_CHANNEL, PARAMETER_CHANNEL), 0)
+        self._counts: dict[int, int] = dict.fromkeys((channel.id for channel in channels), 0)
         self._chunks = 0
         self._start, self._end = 0, 0
         self._size = self._crc = 0
 
-    def opening(self) -> bytes:
-        """Return what the file begins with."""
-        head = MAGIC + _records([Header(PROFILE, self._heading.written_by), *self._schemas, *self._channels])
+    def opening(self, given: Heading, attachments: Mapping[str, str]) -> bytes:
+        """Return what the file begins with.
+
+        Args:
+            given: Of the run.
+            attachments: Texts to attach, by name.
+        """
+        head = MAGIC + _records([Header(PROFILE, given.written_by), *self._schemas, *self._channels])
         parts = [head]
-        heading = encode_heading(self._heading, zlib.crc32(head))
+        heading = encode_heading(given, zlib.crc32(head))
         place = len(head)
         texts = {HEADING_NAME: heading} | {
-            name: text.encode("utf-8", "backslashreplace") for name, text in self._attachments.items()
+            name: text.encode("utf-8", "backslashreplace") for name, text in attachments.items()
         }
         for name, data in texts.items():
             suffix = name[name.rfind(".") :]
             attachment = Attachment(
-                create_time=self._heading.wall_start,
-                log_time=self._heading.wall_start,
+                create_time=given.wall_start,
+                log_time=given.wall_start,
                 name=name,
                 media_type=_MEDIA_TYPES.get(suffix, "text/plain"),
                 data=data,
@@ -173,6 +162,11 @@ class McapBuilder:
         for channel, entries in content.index.items():
             self._counts[channel] += len(entries)
 
+    @property
+    def end(self) -> int:
+        """Latest stamp of a message that was written [ns]."""
+        return self._end
+
     def closing(self) -> bytes:
         """Return what the file ends with."""
         data_end = _records([DataEnd(self._crc)])
@@ -211,12 +205,29 @@ class McapBuilder:
         self._crc = zlib.crc32(data, self._crc)
 
 
+def run_builder(codec: PeriodCodec, standard: StandardTopics | None = None) -> McapBuilder:
+    """Return the builder of a run's log: with palpate's own topics, and those that other tools read if given."""
+    topics = [
+        (PERIOD_CHANNEL, "/period", PERIOD),
+        (EVENT_CHANNEL, "/event", EVENT),
+        (PARAMETER_CHANNEL, "/parameter", PARAMETER),
+    ]
+    if standard is not None:
+        topics.append((CLOUD_CHANNEL, CLOUD_TOPIC, POINT_CLOUD))
+        topics += [(each.channel, each.name, each.kind) for each in (*standard.every_period, *standard.seldom)]
+    codes, truth = codec.heading.codes, codec.heading.layout.truth
+    types = {**PLAIN_TYPES, **STANDARD_TYPES, **own_types(codes, truth)}
+    kinds = {kind: i + 1 for i, kind in enumerate(dict.fromkeys(kind for _, _, kind in topics))}
+    schemas = [_schema(i, full_name(kind), schema(kind, types)) for kind, i in kinds.items()]
+    return McapBuilder(schemas, [_channel(number, topic, kinds[kind]) for number, topic, kind in topics])
+
+
 def _schema(number: int, name: str, text: str) -> Schema:
     return Schema(id=number, data=text.encode(), encoding="ros2msg", name=name)
 
 
-def _channel(number: int, topic: str) -> Channel:
-    return Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
+def _channel(number: int, topic: str, schema_number: int) -> Channel:
+    return Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=schema_number)
 
 
 def _records(records: Iterable[McapRecord]) -> bytes:

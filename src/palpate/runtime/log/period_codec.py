@@ -4,38 +4,16 @@ The writer's thread must not hold the interpreter for long: a loop that wakes up
 block of 200 periods costs about a dozen calls.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.runtime.log.fields import LogField, path_of, period_groups, walk
+from palpate.runtime.log.fields import Constant, LogField, path_of, period_groups, walk, wire
 from palpate.runtime.log.heading import Heading
-
-MESSAGE = 5
-"""Opcode of an MCAP message record."""
-
-CDR_LITTLE_ENDIAN = bytes((0, 1, 0, 0))
-"""Encapsulation header: plain CDR, little endian (DDS-XTypes 1.2, section 7.6.3.1.2)."""
-
-MESSAGE_HEADER = (
-    ("opcode", "u1"),
-    ("length", "<u8"),
-    ("channel", "<u2"),
-    ("sequence", "<u4"),
-    ("log_time", "<u8"),
-    ("publish_time", "<u8"),
-    ("encapsulation", "u1", (4,)),
-    ("sec", "<i4"),
-    ("nanosec", "<u4"),
-)
-"""An MCAP message record up to the first quantity; every message of a log begins with its stamp."""
-
-Messages = npt.NDArray[np.void]
-SEQUENCES = 2**32
-"""Sequence numbers are counted modulo this: 32 bits last for 49 days at 1 kHz."""
+from palpate.runtime.log.message_layout import MessageLayout, Messages, Stamps, put_heads, put_stamps
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +34,7 @@ class PeriodCodec:
         columns: Where each quantity ("arm.position") stands in a row.
         width: Columns of a row.
         dtype: Of one whole message record.
+        template: One with all that is the same in every one, shape (1,).
     """
 
     def __init__(self, heading: Heading, channel: int) -> None:
@@ -67,13 +46,8 @@ class PeriodCodec:
         for group, quantity in walk(self.groups):
             self.columns[path_of(group, quantity)] = slice(self.width, self.width + quantity.count)
             self.width += quantity.count
-        self._runs, self.dtype = self._wire_format()
-        template: Messages = np.zeros(1, self.dtype)
-        template["opcode"] = MESSAGE
-        template["length"] = self.dtype.itemsize - 9  # without opcode and length
-        template["channel"] = channel
-        template["encapsulation"] = tuple(CDR_LITTLE_ENDIAN)
-        self._template = template
+        self._runs, self.template = self._wire_format(channel)
+        self.dtype = self.template.dtype
 
     @property
     def row_bytes(self) -> int:
@@ -91,14 +65,23 @@ class PeriodCodec:
             rows: Shape (n, width).
             sequence: Number of each period, shape (n,).
         """
-        messages: Messages = np.repeat(self._template, len(rows))
-        stamp = self.heading.stamps(rows[:, 0])
-        messages["sequence"] = sequence % SEQUENCES
-        messages["log_time"] = messages["publish_time"] = stamp
-        messages["sec"], messages["nanosec"] = np.divmod(stamp, 10**9)
+        messages: Messages = np.repeat(self.template, len(rows))
+        self.fill(messages, rows, sequence, self.heading.stamps(rows[:, 0]))
+        return messages
+
+    def fill(self, messages: Messages, rows: FloatArray, sequence: npt.NDArray[np.int64], stamps: Stamps) -> None:
+        """Fill in messages made from `template`.
+
+        Args:
+            messages: Shape (n,).
+            rows: Shape (n, width).
+            sequence: Number of each period, shape (n,).
+            stamps: Of each period, shape (n,) [ns].
+        """
+        put_heads(messages, sequence, stamps)
+        put_stamps(messages, stamps)
         for run in self._runs:
             messages[run.name] = rows[:, run.column : run.column + run.count]
-        return messages
 
     def decode(self, messages: Messages) -> FloatArray:
         """Return the rows of messages, shape (n, width)."""
@@ -138,28 +121,31 @@ class PeriodCodec:
             place[quantity.name] = values if place[quantity.name].ndim > 1 else values[:, 0]
         return table
 
-    def _wire_format(self) -> tuple[tuple[_Run, ...], np.dtype[np.void]]:
-        """Lay the message out as CDR: each number at a multiple of its size, counted from the stamp."""
-        header = np.dtype(list(MESSAGE_HEADER))
-        origin = header.itemsize - 8
-        fields = dict(header.fields or {})
-        names: list[str] = list(fields)
-        formats, offsets = [x[0] for x in fields.values()], [x[1] for x in fields.values()]
+    def _wire_format(self, channel: int) -> tuple[tuple[_Run, ...], Messages]:
+        """Lay the message out."""
+        layout = MessageLayout(channel)
+        layout.stamp()
         runs: list[_Run] = []
-        place, column, last = header.itemsize, 0, ""
-        for _, quantity in walk(self.groups):
-            size = np.dtype(quantity.dtype).itemsize
-            start = place + -(place - origin) % size
-            if start == place and quantity.dtype == last:
-                runs[-1] = _Run(runs[-1].name, runs[-1].column, runs[-1].count + quantity.count)
-                formats[-1] = np.dtype((last, (runs[-1].count,)))
+        column, last = 0, ""
+
+        def close() -> None:
+            if last:
+                layout.add(runs[-1].name, last, runs[-1].count)
+
+        for part in wire(self.groups):
+            if isinstance(part, Constant):
+                close()
+                layout.constant(part.dtype, part.value)
+                last = ""
+                continue
+            if part.dtype == last:
+                runs[-1] = replace(runs[-1], count=runs[-1].count + part.count)
             else:
-                runs.append(_Run(f"run_{len(runs)}", column, quantity.count))
-                names.append(runs[-1].name)
-                formats.append(np.dtype((quantity.dtype, (quantity.count,))))
-                offsets.append(start)
-            place, column, last = start + size * quantity.count, column + quantity.count, quantity.dtype
-        return tuple(runs), np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": place})
+                close()
+                runs.append(_Run(f"run_{len(runs)}", column, part.count))
+            column, last = column + part.count, part.dtype
+        close()
+        return tuple(runs), layout.template()
 
 
 def _column_type(quantity: LogField) -> tuple[Any, ...]:

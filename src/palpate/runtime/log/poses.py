@@ -32,7 +32,7 @@ def poses_at(
     """
     late = np.flatnonzero((wanted != time) & (np.abs(wanted) < MAX_MAGNITUDE) & (np.abs(time) < MAX_MAGNITUDE))
     usable = np.asarray((np.abs(time) < MAX_MAGNITUDE) & (np.abs(position) < MAX_MAGNITUDE).all(axis=1))
-    usable[usable] = _proper(rotation[usable])
+    usable[usable] = proper_rotations(rotation[usable])
     samples = np.flatnonzero(usable)
     if not len(late) or not len(samples):
         return position, rotation
@@ -55,7 +55,26 @@ def poses_at(
     return moved, turned
 
 
-def _proper(rotation: FloatArray) -> npt.NDArray[np.bool_]:
+def quaternions_xyzw(rotation: FloatArray) -> FloatArray:
+    """Return rotations (n, 3, 3) as unit quaternions (n, 4), by their largest component (Shepperd 1978).
+
+    The log's writer calls this: for 20 matrices scipy's takes five times as long, in Python.
+    """
+    a, b, c, d, e, f, g, h, i = rotation.reshape(-1, 9).T
+    candidates = np.array(
+        [
+            [1.0 + a - e - i, b + d, c + g, h - f],
+            [b + d, 1.0 - a + e - i, f + h, c - g],
+            [c + g, f + h, 1.0 - a - e + i, d - b],
+            [h - f, c - g, d - b, 1.0 + a + e + i],
+        ]
+    )
+    largest = candidates.diagonal().argmax(axis=1)
+    chosen = candidates[largest, :, np.arange(len(largest))]
+    return np.asarray(chosen / np.sqrt(np.square(chosen).sum(axis=1, keepdims=True)))
+
+
+def proper_rotations(rotation: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which of some matrices (n, 3, 3), of any numbers, are rotations."""
     fine = np.asarray((np.abs(rotation) <= 1.0 + SKEWED).all(axis=(1, 2)))
     R = rotation[fine]

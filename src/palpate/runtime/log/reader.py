@@ -157,12 +157,24 @@ class LogReader:
         Args:
             progress: Told now and then which fraction has been read.
         """
+        for chunk in self.chunks(progress):
+            yield from (segment for segment in chunk if isinstance(segment, LogRows))
+
+    def chunks(self, progress: Callable[[float], None] | None = None) -> Iterator[list[LogRows | Entry]]:
+        """Yield likewise all that is in each chunk, in order; `attachments` come before the first.
+
+        Args:
+            progress: Told now and then which fraction has been read.
+        """
         walk = self._walk
         try:
             for record in self._records:
-                for piece in self._take(record):
-                    self._count(piece)
-                    yield piece
+                found = self._take(record)
+                if found:
+                    for segment in found:
+                        if isinstance(segment, LogRows):
+                            self._count(segment)
+                    yield found
                 if progress is not None:
                     progress(walk.place / walk.size)
             if walk.place < walk.size:
@@ -196,8 +208,8 @@ class LogReader:
         self.periods += len(steps)
         self._last_row = int(piece.sequence[-1])
 
-    def _take(self, record: RawRecord) -> list[LogRows]:
-        """Take a record after the heading; returns the periods in it.
+    def _take(self, record: RawRecord) -> list[LogRows | Entry]:
+        """Take a record after the heading; returns what is in it if it is a chunk.
 
         Raises:
             DamageError: What follows it makes no sense either.
@@ -227,7 +239,7 @@ class LogReader:
         except UnicodeDecodeError:
             raise DamageError(f"the attachment {name!r} at byte {record.place} is no text") from None
 
-    def _take_chunk(self, record: RawRecord) -> list[LogRows]:
+    def _take_chunk(self, record: RawRecord) -> list[LogRows | Entry]:
         chunk = chunk_of(record)
         where = f"the chunk at byte {record.place}"
         try:
@@ -252,4 +264,4 @@ class LogReader:
         self.events += [what for what in entries if isinstance(what, Event)]
         self.changes += [what for what in entries if isinstance(what, Change)]
         self._last_entry = last_entry
-        return rows
+        return found

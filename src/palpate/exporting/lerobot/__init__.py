@@ -1,0 +1,1 @@
+"""LeRobot's dataset format v3.0, written with pyarrow alone."""

@@ -1,0 +1,10 @@
+"""Which programs of others show a run's topics."""
+
+from palpate.viewing.foxglove_publisher import FoxglovePublisher
+from palpate.viewing.publisher import Tool
+from palpate.viewing.rerun_publisher import RerunPublisher
+
+FOXGLOVE = Tool(
+    "Foxglove", "foxglove", "foxglove", 8765, "in Foxglove: Open connection, Foxglove WebSocket", FoxglovePublisher
+)
+RERUN = Tool("rerun", "rerun", "rerun", 9876, "the rerun viewer that is open there shows it", RerunPublisher)
