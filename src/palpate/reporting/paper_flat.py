@@ -61,7 +61,8 @@ def draw_panel(axes: Axes, panel: Panel, step: int) -> None:
         return
     axes.grid(visible=True, color=GRID_COLOUR.light, linewidth=0.4)
     axes.set_axisbelow(True)
-    axes.margins(x=0.02 if panel.equal else 0.0)
+    dotted = any(isinstance(mark, Points) or (isinstance(mark, Line) and mark.points) for mark in panel.marks)
+    axes.margins(x=0.02 if panel.equal or dotted else 0.0)
     _limit(axes, panel)
     if panel.ground is not None:
         axes.set_facecolor(panel.ground.light)
