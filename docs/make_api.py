@@ -157,7 +157,8 @@ PAGES = {
         "Reports",
         "What a run tells its reader: HTML, tables, pictures.",
         ("palpate.reporting.report", "palpate.reporting.data", "palpate.reporting.page",
-         "palpate.reporting.computing", "palpate.reporting.terminal", "palpate.reporting.style"),
+         "palpate.reporting.picture", "palpate.reporting.marks", "palpate.reporting.solids",
+         "palpate.reporting.paper", "palpate.reporting.computing", "palpate.reporting.terminal"),
     ),
 }  # fmt: skip
 """The pages in the order of the contents."""

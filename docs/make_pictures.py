@@ -2,61 +2,81 @@
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.error_picture import error_map
-from palpate.experiments.explore.surface_picture import touched_surface
+from palpate.experiments.explore.surface_colours import ERROR_OF_POINTS, HEIGHT
+from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.friction.pressure import limit_curve
-from palpate.reporting.style import (
-    GRID,
-    INK,
-    LIMIT,
-    MEASURED,
-    QUIET,
-    TRUE,
-    WANTED,
-    Width,
-    legend_above,
-    new_figure,
-    style_axes,
-)
+from palpate.reporting.paper import write_picture
+from palpate.reporting.picture import Space
+from palpate.reporting.solids import coloured_by
+from palpate.runtime import palette
+
+INK, QUIET, GRID = (each.light for each in (palette.INK_COLOUR, palette.QUIET_COLOUR, palette.GRID_COLOUR))
+MEASURED, TRUE, WANTED, LIMIT = (each.light for each in (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND))
+
+WIDTH = 10.2
+"""[inch]"""
 
 DOTS_PER_INCH = 110
 HERE = Path(__file__).parent
 
 
-def pixels(figure: Figure) -> np.ndarray:
-    """Return a figure as an RGB picture."""
-    figure.set_dpi(DOTS_PER_INCH)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3]
+def new_figure(height: float) -> Figure:
+    """Return an empty figure, `height` in inches."""
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def style_axes(axes: Axes, *, x: str, y: str) -> None:
+    """Label `axes` with quantities and units, and give it the look of reports."""
+    axes.set_xlabel(x, fontsize=9.0, color=INK)
+    axes.set_ylabel(y, fontsize=9.0, color=INK)
+    axes.tick_params(labelsize=8.5, colors=INK, length=3)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(QUIET)
+    axes.set_axisbelow(True)
+    axes.grid(visible=True, color=GRID, linewidth=0.6)
+
+
+def legend_above(figure: Figure, axes: Axes, columns: int) -> None:
+    """Put one legend above all, each label once."""
+    handles, labels = axes.get_legend_handles_labels()
+    entries = dict(zip(labels, handles, strict=True))
+    figure.legend(
+        list(entries.values()), list(entries), loc="outside upper center", ncols=columns, frameon=False, fontsize=9
+    )
+
+
+def save(figure: Figure, name: str) -> None:
+    """Write a figure beside this file, and say so."""
+    figure.savefig(HERE / name, dpi=DOTS_PER_INCH)
+    print(name)
 
 
 def exploration() -> None:
     """Explore an ellipsoid and put what was felt beside where the errors are."""
     found = explore(ExploreConfig(object="ellipsoid", width=0.05, speed=0.03, force_noise=0.01, moment_noise=1e-4))
-    assert found.map is not None
-    left = pixels(touched_surface(found.cloud, found.map.mesh).full)
-    right = pixels(error_map(found.cloud, found.point_error).full)
-    height = max(len(left), len(right))
-    padded = [np.pad(p, ((0, height - len(p)), (0, 0), (0, 0)), constant_values=255) for p in (left, right)]
-    matplotlib.image.imsave(HERE / "exploration.png", np.hstack(padded))
+    picture = surface_picture(found)
+    assert picture is not None
+    (space,) = picture.panels
+    assert isinstance(space, Space)
+    sides = (replace(space, marks=coloured_by(space.marks, each)) for each in (HEIGHT, ERROR_OF_POINTS))
+    write_picture(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
     print(f"exploration.png: points {1e6 * found.point_rms:.1f} µm RMS from the true surface")
 
 
 def centroid_and_wrench_axis() -> None:
     """The paper's example (Table 1): four points on top of a sphere, and what the two methods make of them."""
     radius = 10.0
-    figure = new_figure(Width.FULL, 2.0)
+    figure = new_figure(2.0)
     for axes, (delta, friction) in zip(
         figure.subplots(1, 3), ((0.125, 1.0), (0.25, 1.0), (0.5, 1.0)), strict=True
     ):
@@ -78,15 +98,13 @@ def centroid_and_wrench_axis() -> None:
         axes.set_xlim(-10 * delta, 10 * delta)
         axes.set_ylim(-2.8 * delta, 2.8 * delta)
         style_axes(axes, x="y", y="x")
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
-    matplotlib.image.imsave(HERE / "centroid_and_wrench_axis.png", pixels(figure))
-    print("centroid_and_wrench_axis.png")
+    legend_above(figure, axes, 4)
+    save(figure, "centroid_and_wrench_axis.png")
 
 
 def contact_centroid() -> None:
     """Where a wrench says that a fingertip is touched: without spin on the wrench's axis, with spin beside it."""
-    figure = new_figure(Width.FULL, 3.3)
+    figure = new_figure(3.3)
     side, top = figure.subplots(1, 2)
     tip = Ellipsoid((0.008, 0.008, 0.012))
     touched = np.array([0.0045, 0.0, 0.012 * math.sqrt(1 - (4.5 / 8) ** 2)])
@@ -138,14 +156,13 @@ def contact_centroid() -> None:
     top.set_aspect("equal")
     style_axes(top, x="x [mm]", y="y [mm]")
     top.set_title("From above, pressed at the apex with 2 N: more and more spin torque", fontsize=9)
-    legend_above(figure, [top], 2)
-    matplotlib.image.imsave(HERE / "contact_centroid.png", pixels(figure))
-    print("contact_centroid.png")
+    legend_above(figure, top, 2)
+    save(figure, "contact_centroid.png")
 
 
 def limit_surface() -> None:
     """What a contact bears of force and torque at once, and how that shrinks and grows with the load."""
-    figure = new_figure(Width.FULL, 2.9)
+    figure = new_figure(2.9)
     shape, load = figure.subplots(1, 2)
     angle = np.linspace(0.0, math.pi / 2, 200)
     for exponent, colour, name in (
@@ -175,13 +192,12 @@ def limit_surface() -> None:
     style_axes(load, x="tangential force [N]", y="torque about the normal [mN m]")
     load.legend(fontsize=8, frameon=False)
     load.set_title("mu = 0.8, e = 3 mm at 1 N, growing with the load to the power 1/3", fontsize=9)
-    matplotlib.image.imsave(HERE / "limit_surface.png", pixels(figure))
-    print("limit_surface.png")
+    save(figure, "limit_surface.png")
 
 
 def hybrid_control() -> None:
     """Which directions of a contact are under force control, and which under motion control."""
-    figure = new_figure(Width.FULL, 3.2)
+    figure = new_figure(3.2)
     axes = figure.subplots()
     ring, ground = 4.2, 14.0
     angle = np.linspace(0.0, 2.0 * math.pi, 200)
@@ -227,15 +243,14 @@ def hybrid_control() -> None:
     axes.set_ylim(-7, 8.5)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    matplotlib.image.imsave(HERE / "hybrid_control.png", pixels(figure))
-    print("hybrid_control.png")
+    save(figure, "hybrid_control.png")
 
 
 def trust() -> None:
     """How often results are honest, reported as broken, or silently wrong, as `benchmarks/trust` last measured."""
     with (HERE.parent / "benchmarks" / "trust" / "measured.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    figure = new_figure(Width.FULL, 0.8 + 0.085 * len(rows))
+    figure = new_figure(0.8 + 0.085 * len(rows))
     half = (len(rows) + 1) // 2
     for axes, part in zip(figure.subplots(1, 2), (rows[:half], rows[half:]), strict=True):
         left = np.zeros(len(part))
@@ -249,8 +264,8 @@ def trust() -> None:
             label.set_color(MEASURED if row["assumptions"] == "hold" else INK)
         axes.set(xlim=(0.0, 100.0), ylim=(half - 0.4, -0.6), xlabel="results, %")
         axes.tick_params(axis="y", length=0)
-    legend_above(figure, figure.axes, 3)
-    matplotlib.image.imsave(HERE / "trust.png", pixels(figure))
+    legend_above(figure, figure.axes[0], 3)
+    save(figure, "trust.png")
 
 
 if __name__ == "__main__":

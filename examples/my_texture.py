@@ -16,6 +16,8 @@ import numpy as np
 import palpate as pp
 from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Figure, option
 from palpate.experiments.kit.one_finger import OneFingerPlan
+from palpate.reporting.marks import Line
+from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.sim import HeightField
 
 STIFFNESS, WAVELENGTH = 20e3, 0.004  # [N/m], [m]
@@ -68,12 +70,8 @@ class Texture(ExperimentDefaults):
         return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
     def pictures(self, result):
-        from palpate.reporting.style import Picture, Width, new_figure, style_axes  # imports matplotlib
-
-        figure = new_figure(Width.HALF, 3.0)
-        figure.subplots().plot(1e3 * result.x, 1e6 * result.z)
-        style_axes(figure.axes[0], x="place [mm]", y="height [µm]")
-        yield Picture("Height", "Where the contact was, along the stroke.", figure)
+        felt = Panel((Line(1e3 * result.x, 1e6 * result.z),), Axis("place", "mm"), Axis("height", "µm"))
+        yield Picture("Height", "Where the contact was, along the stroke.", (felt,))
 
 
 def new_stroke(plan):

@@ -15,11 +15,14 @@ import csv
 from collections import defaultdict
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import tyro
 
 import palpate as pp
+from palpate.reporting.marks import Line
+from palpate.reporting.paper import write_picture
+from palpate.reporting.picture import Axis, Panel, Picture
+from palpate.runtime.palette import SIDE_BY_SIDE
 
 VARIED = ("surface_speed=0.01,0.02", "assumed_stiffness=10e3,20e3,40e3")  # [m/s], [N/m]
 FIXED = ("surface=sine", "force=2", "duration=1", "force_noise=0.01")  # [N], [s], [N]
@@ -36,12 +39,12 @@ def main(out: Path = Path("runs/example-sweep"), vary: tuple[str, ...] = VARIED,
             if row["status"] == "done":
                 speed, stiffness = float(row["surface_speed"]), float(row["assumed_stiffness"])
                 errors[speed][stiffness].append(float(row["force_rms_n"]))
-    figure, axes = plt.subplots()
-    axes.set(xscale="log", xlabel="assumed stiffness [N/m]", ylabel="force error, RMS [N]")
-    for speed, at in errors.items():
-        axes.plot(list(at), [np.median(values) for values in at.values()], "o-", label=f"{1e3 * speed:g} mm/s")
-    axes.legend(title="surface")
-    figure.savefig(out / "own.png")
+    lines = []
+    for colour, (speed, at) in zip(SIDE_BY_SIDE, errors.items(), strict=False):
+        stiffness, medians = np.array(list(at)), np.array([np.median(values) for values in at.values()])
+        lines.append(Line(stiffness, medians, f"{1e3 * speed:g} mm/s", colour, points=True))
+    axes = Axis("assumed stiffness", "N/m", logarithmic=True), Axis("force error, RMS", "N")
+    write_picture(Picture("Force error", "", (Panel(tuple(lines), *axes, title="surface"),)), out / "own.png")
 
 
 if __name__ == "__main__":  # needed: other processes import this file

@@ -13,7 +13,7 @@ from matplotlib.ticker import NullLocator
 from contact.categories import FAILED, Category, Errors
 from contact.methods import Method
 from contact.speed import Speeds
-from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, new_figure, style_axes
+from drawing import FONT_SIZE, INK, QUIET, new_figure, style_axes
 
 COLUMNS = 3
 LEAST = 3e-17  # below every error, a fifth of the rounding unit
@@ -62,7 +62,7 @@ def draw(
     """Return the figure; `found` is by method, then by category. Methods without a mark are left out."""
     drawn = [method for method in methods if method.name in MARKS]
     rows = -(-len(categories) // COLUMNS)
-    figure = new_figure(Width.FULL, 1.35 + 2.55 * rows)
+    figure = new_figure(1.35 + 2.55 * rows)
     panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
     for panel, category in zip(panels, categories, strict=False):
         _ground(panel, category, speeds.floor, len(drawn))

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
+from drawing import FONT_SIZE, INK, QUIET, new_figure, style_axes
 from grasp_forces.asked import GAP, Times
-from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, new_figure, style_axes
 
 COLUMNS = 4
 LEAST, WRONG = 1e-17, 1.0
@@ -59,7 +59,7 @@ MARKS = {
 def draw(times: Times, heading: str) -> Figure:
     """Return the figure."""
     rows = -(-len(times) // COLUMNS)
-    figure = new_figure(Width.FULL, 1.4 + 2.5 * rows)
+    figure = new_figure(1.4 + 2.5 * rows)
     panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
     for panel, n in zip(panels, times, strict=False):
         _ground(panel, n)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from palpate.reporting.style import FONT_SIZE, INK, QUIET, Width, new_figure, style_axes
+from drawing import FONT_SIZE, INK, QUIET, new_figure, style_axes
 from simulation.choices import Group
 from simulation.measured import Findings, HoldFinding, TouchFinding
 from simulation.sensed import FACTS, STIFFNESS_ROWS, Row
@@ -64,7 +64,7 @@ FRAME = 1.45
 
 def draw(found: Findings, rows: Sequence[Row]) -> Figure:
     """Return the figure."""
-    figure = new_figure(Width.FULL, 7.6)
+    figure = new_figure(7.6)
     panels = figure.subplots(2, 3).ravel()
     force: Callable[[TouchFinding], float] = lambda each: 1e3 * each.explored.force_rms  # noqa: E731
     point: Callable[[TouchFinding], float] = lambda each: 1e6 * each.explored.point_rms  # noqa: E731

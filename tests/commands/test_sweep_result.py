@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from palpate.commands.scale import scale_of
-from palpate.commands.sweep.picture import _panels, pictures, summary_picture, write_summary
+from palpate.commands.sweep.picture import panel_options, pictures, summary_picture, write_summary
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import (
     advice,
@@ -33,7 +33,9 @@ from palpate.commands.sweep.words import time_text
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, experiment_names
+from palpate.reporting.marks import Band, Cells, Dash, Line, Points
 from palpate.reporting.page import report_page
+from palpate.reporting.plots import plots
 from support.sweep_runs import SHORT, planned
 from support.tiny_experiment import TINY
 
@@ -227,22 +229,22 @@ SHAPES = {
 }
 
 
+def marks(picture, kind):
+    return [mark for panel in picture.panels for mark in panel.marks if isinstance(mark, kind)]
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
     vary, seeds = SHAPES[shape]
     result = made(*vary, seeds=seeds)
     (picture,) = pictures(result)
-    drawings = [summary_picture(result), picture.full, *([picture.narrow] if picture.narrow else [])]
     names = [each.name for each in result.plan.varied if len(each.values) > 1] or ["seed"]
-    for drawing in drawings:
-        shown = " ".join(
-            text
-            for axes in drawing.axes
-            for text in (axes.get_xlabel(), axes.get_ylabel(), *map(str, axes.get_legend_handles_labels()[1]))
-        )
-        for name in names:
-            assert name.replace("_", " ") in shown.replace("_", " ")
-    if shape == "two numbers, few":
+    named = [panel.x.quantity for panel in picture.panels] + [panel.y.quantity for panel in picture.panels]
+    shown = " ".join(named + [mark.name for mark in marks(picture, Line | Points)])
+    for name in names:
+        assert name.replace("_", " ") in shown
+    assert len(plots(picture)) == len(summary_picture(result).panels)
+    if shape in {"two numbers, few", "two numbers, many"}:
         write_summary(result, tmp_path / "summary.png")
         assert (tmp_path / "summary.png").read_bytes().startswith(b"\x89PNG")
 
@@ -251,15 +253,46 @@ def test_a_line_goes_through_the_medians_and_its_band_holds_the_runs():
     def value(run):
         return 1e-3 * run.combination.config.force * (1.0 + 0.1 * (run.case.seed - 2))
 
-    result = made("force=1,2,4", seeds=5, value=value)
-    (axes,) = pictures(result)[0].full.axes
-    (line,) = axes.get_lines()
-    np.testing.assert_allclose(line.get_xdata(), [1.0, 2.0, 4.0])
-    np.testing.assert_allclose(line.get_ydata(), [1.0, 2.0, 4.0])  # in mN
-    assert axes.get_ylabel() == "mean force held [mN]"
-    low, high = axes.collections[0].get_paths()[0].get_extents().get_points()[:, 1]
-    assert 0.8 <= low < 0.9
-    assert 4.0 < high <= 4.8
+    (picture,) = pictures(made("force=1,2,4", seeds=5, value=value))
+    (line,), (band,), (points,) = (marks(picture, kind) for kind in (Line, Band, Points))
+    np.testing.assert_allclose(line.x, [1.0, 2.0, 4.0])
+    np.testing.assert_allclose(line.y, [1.0, 2.0, 4.0])  # in mN
+    assert picture.panels[0].y.label == "mean force held [mN]"
+    np.testing.assert_allclose(band.low / line.y, 0.84)
+    np.testing.assert_allclose(band.high / line.y, 1.16)
+    assert all("median of 5 runs" in each for each in points.texts)
+
+
+@pytest.mark.parametrize("seeds", [1, 2, 4])
+@pytest.mark.parametrize(
+    "vary", [("force=1,2",), ("surface=hard,soft",), ("force=1,2", "speed=0.01,0.02", "reach=0.01,0.02")]
+)
+def test_nothing_is_claimed_of_fewer_than_five_seeds(vary, seeds):
+    """Neither beside medians, nor where other options make up the number."""
+    result = made(*vary, seeds=seeds)
+    (picture,) = pictures(result)
+    assert "Fewer than 5 seeds do not tell what is chance." in picture.caption
+    assert "hardly chance" not in picture.caption
+    assert not marks(picture, Band)
+    for panel in picture.panels:
+        (points,) = (mark for mark in panel.marks if isinstance(mark, Points))
+        assert points.y_error is None
+        assert len(points.x) == len(result.records), "every run is a point"
+    assert not any(" to " in note for *_, note in combination_rows(result, 0))
+    assert "--seeds 5" in " ".join(advice(result))
+
+
+@pytest.mark.parametrize(("apart", "told"), [(0.0, True), (0.005, True), (0.1, False)])
+def test_lines_that_hide_one_another_are_told(apart, told):
+    def value(run):
+        return (
+            run.combination.config.force * (1.0 + apart * (run.combination.config.speed > 0.015))
+            + 1e-4 * run.number
+        )
+
+    (picture,) = pictures(made("force=1,2,3", "speed=0.01,0.02", seeds=5, value=value))
+    assert ("Too close to be told apart here: speed = 10 mm/s and speed = 20 mm/s." in picture.caption) == told
+    assert [line.dash for line in marks(picture, Line)] == [Dash.SOLID, Dash.DASHED if told else Dash.SOLID]
 
 
 def test_runs_that_did_not_finish_do_not_count():
@@ -274,10 +307,20 @@ def test_runs_that_did_not_finish_do_not_count():
 
 
 def test_with_two_options_the_one_with_more_numbers_lies_along_x():
-    (panel,) = _panels(made("speed=0.01:0.04:4", "force=1,2", "reach=0.02"))
-    assert (panel.along.name, panel.lines.name) == ("speed", "force")
-    (panel,) = _panels(made("surface=hard,soft", "force=1,2"))
-    assert (panel.along.name, panel.lines.name) == ("force", "surface")
+    ((along, lines),) = panel_options(made("speed=0.01:0.04:4", "force=1,2", "reach=0.02"))
+    assert (along.words, lines.words) == ("speed", "force")
+    ((along, lines),) = panel_options(made("surface=hard,soft", "force=1,2"))
+    assert (along.words, lines.words) == ("force", "surface")
+
+
+def test_cells_stand_where_their_values_are():
+    (picture,) = pictures(
+        made("speed=0.01:0.02:8", "force=9:1:9", value=lambda run: run.combination.config.force, seeds=5)
+    )
+    (cells,) = marks(picture, Cells)
+    assert cells.columns == tuple("123456789")
+    assert (cells.rows[0], cells.rows[-1]) == ("20", "10"), "upwards"
+    np.testing.assert_allclose(cells.colouring.values, np.tile(np.arange(1.0, 10.0), 8))
 
 
 # --- report
@@ -299,7 +342,7 @@ def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path)
     text = html(SweepResult(result.plan, (odd, *result.records[1:]), result.figures))
     assert "numpy &lt;i&gt;9&lt;/i&gt; and 2.0" in text
     assert "<i>" not in text
-    assert "<script" not in text
+    assert '<script>alert("x")' not in text
     assert "<b>it" not in text
     assert "&lt;b&gt;it &amp; fell&lt;/b&gt;" in text
     assert not re.search(r'(src|href)="(?!data:)', text)
@@ -368,8 +411,8 @@ def test_what_is_true_or_false_is_shown_as_a_share():
 
 
 def test_advice_is_given_where_there_is_something_to_do():
-    assert advice(made("force=1,2", seeds=3)) == ()
-    assert "Nothing has to be done" in html(made("force=1,2", seeds=3))
+    assert advice(made("force=1,2", seeds=5)) == ()
+    assert "Nothing has to be done" in html(made("force=1,2", seeds=5))
     failed = made("force=1,2", seeds=3, status=lambda n: RunStatus.FAILED if n == 3 else RunStatus.DONE)
     assert "--repeat-failed" in " ".join(advice(failed))
     assert "--seeds" in " ".join(advice(made("force=1,2")))

@@ -12,10 +12,11 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.files import exploration_files
-from palpate.experiments.explore.layer_picture import LOOKS
 from palpate.experiments.explore.report import exploration_report, settings
+from palpate.experiments.explore.surface_colours import LOOKS
 from palpate.experiments.explore.tables import layer_rows
 from palpate.mapping.layers import VertexLayer
+from palpate.reporting.solids import quantities
 from palpate.runtime import Ending
 from support.explore_runs import pictures, plan_of, section
 from support.typed_mistakes import answer_to
@@ -139,8 +140,8 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path):
         np.testing.assert_allclose(np.ravel(data[f"{layer.name}_sd"]), layer.sd, rtol=1e-5)
     assert np.isfinite(np.ravel(data["curvature_direction_x"])).all()
     report = exploration_report(swung)
-    drawn = pictures(report, "The map")
-    assert list(drawn)[1:] == [LOOKS[name].title for name in ("friction", "stiffness", "curvature_mean")]
+    (space,) = pictures(report, "The surface")["Touched surface"].panels
+    assert {look.quantity for look in LOOKS.values()} <= set(quantities(space.marks))
     assert {layer.name for layer in swung.map.layers if isinstance(layer, VertexLayer)} == set(LOOKS)
     rows = {row[0]: row for row in next(p for p in section(report, "The map").parts if hasattr(p, "rows")).rows}
     assert rows["stiffness of the object"][2] == "kN/m"

@@ -14,14 +14,17 @@ from palpate.controllers.paths import StopReason
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.contour_picture import contour_picture
 from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
 from palpate.experiments.kit.change_names import EXPLORED
 from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
 from palpate.mapping.layers import VertexLayer
+from palpate.reporting.marks import Line
+from palpate.reporting.solids import Surface
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
-from support.explore_runs import pictures, plan_of, section
+from support.explore_runs import pictures, plan_of, section, untrue
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
@@ -119,13 +122,28 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
 @pytest.mark.slow
 def test_pictures_of_a_line_claim_nothing():
     report, growth = exploration_report(edge()), edge().growth
-    (mapped,) = pictures(report, "The map").values()
+    (mapped,) = pictures(report, "The surface").values()
     (grown,) = pictures(report, "How the map grew").values()
     assert not growth.curve.area.any()
     for claim in ("95 % band", "true errors", "are observed", "area observed"):
         assert claim not in mapped.caption + grown.caption
     assert "nothing of the surface counts as observed" in grown.caption
-    assert all(len(each.mesh.triangles) for each in growth.snapshots[1:]), "the ribbon is drawn"
+    (space,) = grown.panels
+    assert not any(isinstance(mark, Surface) for step in space.marks[0].marks for mark in step), "no ribbon"
+
+
+@pytest.mark.slow
+def test_an_outline_shows_what_was_felt_the_truth_and_the_error_along_the_arc():
+    found = edge()
+    outline, along = contour_picture(found).panels
+    felt, true = (next(mark for mark in outline.marks if mark.name == name) for name in ("felt", "true"))
+    np.testing.assert_allclose([felt.x, felt.y], [true.x, true.y], atol=1e3 * np.abs(found.point_error).max())
+    error = next(mark for mark in along.marks if isinstance(mark, Line))
+    assert np.nanmax(np.abs(error.y)) == pytest.approx(1e6 * np.abs(found.point_error).max())
+    assert (np.diff(error.x[np.isfinite(error.x)]) >= 0.0).all()
+    assert np.nanmax(error.x) == pytest.approx(1e3 * found.plan.scan.length, rel=0.3)
+    (alone,) = contour_picture(untrue(found)).panels
+    assert "true" not in {mark.name for mark in alone.marks}
 
 
 @pytest.fixture(scope="module")
@@ -138,8 +156,8 @@ def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
     assert not raster.map.is_line
     figures = {figure.name for figure in exploration_report(raster).figures}
     assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= figures
-    shown = pictures(exploration_report(raster), "The map")["The map and its uncertainty"]
-    assert "% of the true errors are inside it" in shown.caption
+    shown = pictures(exploration_report(raster), "The surface")["Touched surface"]
+    assert "% of its true errors are inside it" in shown.caption
     names = [row[0] for row in (*map_rows(raster.map), *layer_rows(raster.map))]
     assert len(set(names)) == len(names), "two rows of one name tell two things"
 
@@ -182,7 +200,7 @@ def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(ra
         off = np.zeros(len(raster.cloud))
         off[3] = error
         report = exploration_report(dataclasses.replace(raster, point_error=off))
-        shown = pictures(report, "Errors of single points")["Where the errors are"]
+        shown = pictures(report, "Errors of single points")["How large the errors are"]
         assert ("artefact" in shown.caption) is told
 
 

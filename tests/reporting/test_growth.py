@@ -10,12 +10,13 @@ from palpate.controllers.paths import Mark, PathEvent
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.growth_picture import growth_picture
-from palpate.experiments.explore.map_growth import SHOWN, MapGrowth, map_growth
+from palpate.experiments.explore.map_growth import SHARES, MapGrowth, map_growth
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.snapshots_picture import snapshots_picture
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
 from palpate.mapping.surface_map.mesh import surface_mesh
+from palpate.reporting.plots import plots
 from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
 from support.explore_runs import pictures, section
 
@@ -35,11 +36,6 @@ def growth(exploration) -> MapGrowth:
     return exploration.growth
 
 
-def texts(figure):
-    figure.draw_without_rendering()
-    return [text.get_text() for axes in figure.axes for text in (axes.title, *axes.texts, axes._left_title)]
-
-
 def test_more_and_more_is_known(growth, exploration):
     """Area never shrinks, path length, time and contacts neither, and the end is the map that was made."""
     curve = growth.curve
@@ -56,14 +52,14 @@ def test_more_and_more_is_known(growth, exploration):
 
 
 def test_snapshots_show_shares_of_the_path(growth):
-    shares = [growth.curve.path_length[each.moment] / growth.curve.path_length[-1] for each in growth.snapshots]
-    assert shares == pytest.approx(SHOWN, abs=0.01)
-    for each in growth.snapshots:
+    curve = growth.curve
+    assert curve.path_length / curve.path_length[-1] == pytest.approx(SHARES, abs=0.01)
+    for moment, each in enumerate(growth.snapshots):
         done = float(np.linalg.norm(np.diff(each.done[:, :2], axis=0), axis=1).sum())
-        assert done <= growth.curve.path_length[each.moment] + 1e-3
-        assert len(each.mesh.triangles) == 0 or growth.curve.area[each.moment] > 0.0
+        assert done <= curve.path_length[moment] + 1e-3
+        assert len(each.mesh.triangles) == 0 or curve.area[moment] > 0.0
     assert not len(growth.snapshots[-1].to_go), "nothing is left at the end"
-    middle = growth.snapshots[1]
+    middle = growth.snapshots[SHARES.index(0.3)]
     assert middle.to_go[0] == pytest.approx(middle.done[-1]), "it goes on from where the tip is"
 
 
@@ -75,8 +71,8 @@ def test_marks_come_when_they_were_made(exploration):
         PlanChange(middle, ShownPlan("", (), (0.0, 0.0, 1.0), (mark,))),
     )
     grown = map_growth(exploration.cloud, record, exploration.map.surface, plans)
-    for each in grown.snapshots:
-        assert tuple(each.marks) == ((mark,) if grown.curve.time[each.moment] >= middle - record.time[0] else ())
+    for time, each in zip(grown.curve.time, grown.snapshots, strict=True):
+        assert tuple(each.marks) == ((mark,) if time >= middle - record.time[0] else ())
 
 
 def test_the_report_has_it(exploration):
@@ -89,34 +85,28 @@ def test_nothing_felt_nothing_grown(exploration):
     assert section(exploration_report(dataclasses.replace(exploration, growth=None)), GREW) is None
 
 
-def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
+def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
     marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(PathEvent))
     last = dataclasses.replace(growth.snapshots[-1], marks=marks)
-    changed = dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last))
-    picture = snapshots_picture(changed)
-    for figure in (picture.full, picture.narrow):
-        panels = [axes for axes in figure.axes if axes.get_xlabel() == "x [mm]"]
-        assert len(panels) == len(SHOWN)
-        assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
-        ((low, high),) = {(c.norm.vmin, c.norm.vmax) for axes in panels for c in axes.collections}
-        assert (low, high) == (0.0, pytest.approx(1e6 * growth.largest_sd))
-        assert any(axes.get_xlabel() == "standard deviation [µm]" for axes in figure.axes)
-        (legend,) = figure.legends
-        labels_shown = {text.get_text() for text in legend.get_texts()}
-        assert labels_shown == {"path of the tip", "tip", "still to go", *(event.value for event in PathEvent)}
-        assert "100 % of the path" in " ".join(texts(figure))
-    lines = [line for line in panels[-1].lines if line.get_label() in set(PathEvent)]
-    assert len({str(line.get_marker()) for line in lines}) == len(PathEvent), "a symbol each"
+    picture = snapshots_picture(dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last)))
+    (space,) = picture.panels
+    (steps,) = space.marks
+    assert len(steps.marks) == len(picture.steps) == len(SHARES)
+    colours = [c for marks in steps.marks for mark in marks for c in getattr(mark, "colourings", ())]
+    assert {(each.low, each.high) for each in colours} == {(0.0, 1e6 * growth.largest_sd)}
+    named = {mark.name for marks in steps.marks for mark in marks}
+    assert named == {"map", "path of the tip", "tip", "still to go", *(event.value for event in PathEvent)}
+    assert "100 % of the path" in picture.steps[picture.step]
     assert "1 x edge" in picture.caption
-    curve = growth_picture(growth)
-    labels = {axes.get_xlabel() for axes in curve.full.axes}
-    assert labels == {"", "path length [mm]", "time [s]", "contacts"}
-    entries = {
-        text.get_text(): line
-        for text, line in zip(curve.full.legends[0].get_texts(), curve.full.legends[0].get_lines(), strict=True)
-    }
-    drawn = {(line.get_color(), line.get_linestyle()) for line in entries.values()}
-    assert len(drawn) == len(entries), "a line each"
+    ends = plots(picture)[0]["layout"]["scene"]["xaxis"]["range"]
+    assert ends[0] < 1e3 * min(each.done[:, 0].min() for each in growth.snapshots), "the frame of all steps"
+
+
+def test_curves_are_over_path_length_time_and_contacts(growth):
+    panels = growth_picture(growth).panels
+    assert [panel.x.label for panel in panels[:3]] == ["path length [mm]", "time [s]", "contacts"]
+    assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.curve.area) for panel in panels[:3])
+    assert len({(mark.colour, mark.dash) for mark in panels[3].marks}) == len(panels[3].marks), "a line each"
 
 
 def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth, exploration):
@@ -126,7 +116,7 @@ def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth, exploration)
     ((title, picture),) = drawn.items()
     assert title == "The map while it grew"
     assert "nothing of the surface counts as observed" in picture.caption
-    assert "nan" not in picture.caption + " ".join(texts(picture.full))
+    assert "nan" not in picture.caption + " ".join(picture.steps)
 
 
 def test_figures_of_a_mesh_are_those_of_its_area():

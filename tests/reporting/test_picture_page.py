@@ -36,7 +36,13 @@ SURFACE = Picture(
     steps=("first", "second", "third"),
     step=1,
 )
-REPORT = Report("A title", "Done.", (), (Section("Seen", (Pictures(lambda: (FORCE, SURFACE)),)),))
+FREQUENCY = Axis("frequency", "Hz", logarithmic=True)
+BODE = Picture(
+    "Bode",
+    "Level gain is good.",
+    tuple(Panel((Line(T + 1.0, -T),), FREQUENCY, y) for y in (Axis("gain", "dB"), Axis("phase", "degrees"))),
+)
+REPORT = Report("A title", "Done.", (), (Section("Seen", (Pictures(lambda: (FORCE, SURFACE, BODE)),)),))
 
 
 def dragged(browser, selector, across):
@@ -63,6 +69,9 @@ def test_a_reader_turns_zooms_switches_and_plays(tmp_path):
         dragged(browser, ".plot .nsewdrag", 200)
         browser.wait_for(f"{plot}[0].layout.xaxis.range[1] < 7.5")
         browser.wait_for(f"{plot}[1].layout.xaxis.range.join() === {plot}[0].layout.xaxis.range.join()")
+        dragged(browser, '[data-picture="2"] .nsewdrag', 100)
+        browser.wait_for(f"{plot}[6].layout.xaxis.range.join() === {plot}[5].layout.xaxis.range.join()")
+        assert browser.evaluate(f"{plot}[0].layout.xaxis.range[1]") > 1.0, "it has another axis"
         eye = f"JSON.stringify({plot}[2]._fullLayout.scene._scene.getCamera().eye)"
         before = browser.evaluate(eye)
         dragged(browser, ".gl-container canvas", 120)
@@ -91,7 +100,12 @@ def test_what_is_drawn_has_the_numbers_in_millimetres_and_the_colours_of_roles()
 
 def test_a_paper_has_one_file_for_each_picture_and_colouring(tmp_path):
     written = write_pictures(REPORT, tmp_path, "pdf")
-    assert [each.name for each in written] == ["force.pdf", "surface-height.pdf", "surface-friction.pdf"]
+    assert [each.name for each in written] == [
+        "force.pdf",
+        "surface-height.pdf",
+        "surface-friction.pdf",
+        "bode.pdf",
+    ]
     assert all(each.read_bytes().startswith(b"%PDF") for each in written)
     again = [each.read_bytes() for each in written]
     assert again == [each.read_bytes() for each in write_pictures(REPORT, tmp_path, "pdf")]

@@ -177,17 +177,17 @@ def _profile(record, force: float, begin: float, end: float) -> Profile | None:
 
 def _pictures(profiles):
     """The amplitude of the height over its spatial frequency, one line for each stroke."""
-    from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, legend_above, new_figure, style_axes
+    from palpate.reporting.marks import Line
+    from palpate.reporting.picture import Axis, Panel, Picture
+    from palpate.runtime.palette import SIDE_BY_SIDE
 
     if not profiles:
         return
-    figure = new_figure(Width.HALF, 3.4)
-    axes = figure.subplots()
+    lines = []
     for i, profile in enumerate(profiles):
         frequency, amplitude = profile.spectrum
         colour = SIDE_BY_SIDE[i % len(SIDE_BY_SIDE)]
-        axes.semilogy(1e-3 * frequency[1:], 1e6 * amplitude[1:], color=colour, label=f"{profile.force:g} N")
-    style_axes(axes, x="spatial frequency [1/mm]", y="amplitude [µm]")
-    legend_above(figure, [axes], columns=4)
+        lines.append(Line(1e-3 * frequency[1:], 1e6 * amplitude[1:], f"{profile.force:g} N", colour))
+    x, y = Axis("spatial frequency", "1/mm"), Axis("amplitude", "µm", logarithmic=True)
     caption = "Amplitude of the height along each stroke. A peak is a ripple; without one the surface is smooth."
-    yield Picture("Roughness spectrum", caption, figure)
+    yield Picture("Roughness spectrum", caption, (Panel(tuple(lines), x, y),))

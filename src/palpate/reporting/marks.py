@@ -209,6 +209,12 @@ class Bars:
     colour: Colour = FELT
     lying: bool = False
 
+    @classmethod
+    def histogram(cls, values: FloatArray, bins: int = 60) -> "Bars":
+        """Return how many of finite `values` (n,), n at least 1, lie in each of some bins."""
+        number, edges = np.histogram(values, bins)
+        return cls(0.5 * (edges[1:] + edges[:-1]), number.astype(np.float64), np.diff(edges))
+
 
 @dataclass(frozen=True, slots=True)
 class Rule:

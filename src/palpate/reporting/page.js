@@ -47,6 +47,8 @@
     return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, themed(each)]));
   };
 
+  const BARS = 90; // [px] above and below a space: its legend and its colour bar
+
   const barOf = (label) => ({
     orientation: "h", thickness: 12, len: 0.82, x: 0.5, xanchor: "center", y: -0.02, yanchor: "top",
     title: { text: label, side: "bottom" }, outlinewidth: 0, ticks: "outside",
@@ -94,7 +96,11 @@
     return { x: row(0), y: row(1), z: row(2) };
   };
 
-  const plain = ({ unknown, ...trace }) => (unknown ? { ...trace, color: unknown } : trace);
+  // A mesh that once had values keeps them in plotly.js, so that what is unknown has one value of one colour.
+  const plain = ({ unknown, ...trace }) =>
+    unknown
+      ? { ...trace, intensity: new Float32Array(trace.x.length), colorscale: [[0, unknown], [1, unknown]], showscale: false }
+      : trace;
 
   const quantities = (plot) => [...new Set(plot.extras.flatMap((each) => (each.colourings ?? []).map((c) => c.quantity)))];
 
@@ -166,8 +172,15 @@
     toImageButtonOptions: { format: plot.kind === "flat" ? "svg" : "png", scale: 2 },
   });
 
-  const show = (each) =>
-    Plotly.react(each.div, traces(each.plot, each.state), layout(each.plot), settings(each.plot));
+  const show = (each) => {
+    const stated = layout(each.plot);
+    if (each.plot.kind === "space") {
+      // plotly.js fits a space to the height of its panel: on a phone it is not to be higher than wide
+      stated.height = Math.min(stated.height, 0.9 * each.div.clientWidth + BARS);
+      each.div.style.height = `${stated.height}px`;
+    }
+    return Plotly.react(each.div, traces(each.plot, each.state), stated, settings(each.plot));
+  };
 
   // Another step: where rings alone move, nothing else is drawn again.
   const move = (each) => {

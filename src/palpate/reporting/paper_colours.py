@@ -24,4 +24,4 @@ def colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
     assert figure is not None
     bar = figure.colorbar(mapped, ax=axes, location="bottom", aspect=30, shrink=0.8, pad=0.02)
     bar.set_label(label)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)

@@ -23,9 +23,9 @@ from palpate.reporting.solids import (
     Stepped,
     Surface,
     coloured_by,
-    places,
     quantities,
 )
+from palpate.reporting.space_box import space_box
 from palpate.runtime.palette import MAP_COLOUR, PANE_COLOUR
 
 MILLI = 1e3
@@ -36,25 +36,17 @@ LIGHT = np.array([-0.35, -0.45, 0.82])
 AMBIENT = 0.62
 """Share of a colour that is left on a face turned away from the light."""
 
-THICKNESS = 0.05
-"""Of what is flat, over its longest side: a box without height cannot be drawn."""
-
 
 def draw_space(axes: Axes3D, space: Space, step: int) -> None:
     """Draw a panel in space; of what moves, that step."""
     first = quantities(space.marks)[:1]
     marks = [each for mark in coloured_by(space.marks, *first or ("",)) for each in _shown(mark, step)]
-    ends = np.concatenate([places(mark) for mark in marks] or [np.zeros((1, 3))])
-    ends = MILLI * ends[np.isfinite(ends).all(axis=1)]
     for order, mark in enumerate(marks):
         _draw(axes, mark, float(order))
-    low, high = ends.min(axis=0, initial=np.inf), ends.max(axis=0, initial=-np.inf)
-    if not np.isfinite(low).all():
-        low, high = -np.ones(3), np.ones(3)
-    size = np.maximum(high - low, THICKNESS * max(float((high - low).max()), 1e-3))
-    middle = 0.5 * (low + high)
-    for axis, m, s, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), middle, size, "xyz", strict=True):
-        axis.set_view_interval(m - 0.52 * s, m + 0.52 * s, ignore=True)
+    box = MILLI * space_box(space)
+    size = np.ptp(box, axis=1)
+    for axis, ends, s, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), box, size, "xyz", strict=True):
+        axis.set_view_interval(*ends, ignore=True)
         axis.set_label_text(f"{name} [mm]")
         axis.set_pane_color(PANE_COLOUR.light)
         axis.set_major_locator(MaxNLocator(nbins=max(1, round(5.0 * s / float(size.max())))))
@@ -116,7 +108,8 @@ def _draw_path(axes: Axes3D, mark: Path, order: float) -> None:
 
 def _draw_spots(axes: Axes3D, mark: Spots, order: float) -> None:
     x, y, z = (MILLI * mark.points).T
-    style = {"s": (0.7 * mark.size) ** 2, "linewidths": 0.6, "zorder": order, "depthshade": False}
+    style: dict[str, object] = {"s": (0.7 * mark.size) ** 2, "linewidths": 0.6, "zorder": order}
+    style |= {"depthshade": False}
     style["marker"] = {Symbol.CROSS: "x", Symbol.SQUARE: "s", Symbol.DIAMOND: "D"}.get(mark.symbol, "o")
     if not mark.colourings:
         axes.scatter(x, y, z, color=mark.colour.light, label=mark.name or None, **style)

@@ -4,8 +4,8 @@ Lines and dots keep the hues of the palette of Okabe and Ito ("Color Universal D
 with colour-blind eyes; on white they are a little darker than there, on a dark ground lighter, so that everything
 meets WCAG 2.2 AA: 4.5 : 1 for text, 3 : 1 for what is drawn (success criteria 1.4.3 and 1.4.11).
 
-Pictures are drawn once, with the light colours. What is text or line in them changes with the reader's theme (see
-`palpate.reporting.encode`): so no two colours have the same light value, which is how they are distinguished.
+Pictures name these roles, and whoever draws them puts the shade in: a report that of the reader's theme, a paper
+the light one. No two roles have the same shade, so that a picture on paper tells them apart as a screen does.
 """
 
 from dataclasses import dataclass

@@ -15,6 +15,9 @@ from palpate.reporting.solids import Surface
 SHOWN_PERCENT = 99.0
 """Colours span this share of the differences, so that a few outliers do not hide the rest."""
 
+LEAST_SHOWN = 0.1
+"""Colours span this share of both bands at least: what is less is nothing."""
+
 LEAST_COMMON = 0.02
 """Share of the first map from which on two are of the same region: below, it is a rim that they share."""
 
@@ -64,21 +67,22 @@ def difference_picture(maps: Sequence[FeltMap | None], names: Sequence[str]) -> 
     found = [(name, one) for name, one in each if len(one.common) > LEAST_COMMON * len(one.height)]
     if not found:
         return None
-    largest = MICRO * max(float(np.percentile(np.abs(one.common), SHOWN_PERCENT)) for _, one in found)
     told = "; ".join(f"{name}: {one.words}" for name, one in found)
     return Picture(
         title="Difference of the maps",
         caption=f"The map of {names[0]}, coloured by how much further out the other one lies; grey where not both "
         f"know the surface. {told}. Where it is more than both 95 % bands together, one of the maps is wrong.",
         panels=tuple(
-            Space((_coloured(first, one, largest),), title=f"{name} less {names[0]}") for name, one in found
+            Space((_coloured(first, one),), title=f"{name} less {names[0]}", height=400) for name, one in found
         ),
         columns=min(2, len(found)),
         wide=len(found) > 1,
     )
 
 
-def _coloured(first: FeltMap, found: MapDifference, largest: float) -> Surface:
+def _coloured(first: FeltMap, found: MapDifference) -> Surface:
+    shown = float(np.percentile(np.abs(found.common), SHOWN_PERCENT))
+    largest = MICRO * max(shown, LEAST_SHOWN * float(np.nanmedian(found.band)))
     height = Colouring("difference", MICRO * found.height, "µm", -largest, largest, ColourScale.ERROR)
     share = Colouring("difference over both bands", np.abs(found.height) / found.band, low=0.0, high=2.0)
     return Surface(first.mesh.vertices, first.mesh.triangles, colourings=(height, share))

@@ -2,18 +2,16 @@
 
 import math
 import shlex
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.commands.compare.config import CompareConfig
+from palpate.commands.compare.pictures import error_histogram, error_on_map, gaps_on_reference
 from palpate.mapping.compare import Comparison
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.picture import Picture
 from palpate.reporting.report import Pictures, Report, Section
-
-if TYPE_CHECKING:
-    from palpate.reporting.style import Picture
 
 _MILLI = 1e3
 
@@ -66,9 +64,7 @@ def outcome(found: Comparison) -> str:
 def map_comparison_report(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> Report:
     """Return the report."""
 
-    def draw() -> "list[Picture | None]":
-        from palpate.commands.compare.pictures import error_histogram, error_on_map, gaps_on_reference
-
+    def draw() -> list[Picture | None]:
         return [error_on_map(found, reference.is_watertight), error_histogram(found), gaps_on_reference(found)]
 
     title = f"{config.map.name} against {config.reference.name}"

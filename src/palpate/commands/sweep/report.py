@@ -75,10 +75,9 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
         name = plan.name_of(combination) or "all runs"
         value = f"{spread.middle:.4g}" if spread.count else "-"
         note = ""
-        if 1 < spread.count < FEWEST_SEEDS and not is_share(found):
-            note = ", ".join(f"{scale.factor * each:.4g}" for each in numbers_of(found))
-        elif spread.low < spread.high:
-            note = f"{spread.low:.4g} to {spread.high:.4g}"
+        if spread.low < spread.high:
+            each = ", ".join(f"{scale.factor * number:.4g}" for number in numbers_of(found))
+            note = each if spread.count < FEWEST_SEEDS else f"{spread.low:.4g} to {spread.high:.4g}"
         rows.append((name, value, scale.unit if spread.count else "", _with_count(result, combination, note)))
     return rows
 

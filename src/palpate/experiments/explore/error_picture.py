@@ -8,8 +8,6 @@ from palpate.reporting.picture import Axis, Panel, Picture
 
 MICRO = 1e6
 
-BINS = 60
-
 
 def error_histogram(point_error: FloatArray, note: str = "") -> Picture:
     """Return the histogram of signed errors; `point_error` (n,) [m], n at least 1.
@@ -18,13 +16,13 @@ def error_histogram(point_error: FloatArray, note: str = "") -> Picture:
     """
     error = MICRO * point_error
     mean, rms = float(error.mean()), float(np.sqrt((error**2).mean()))
-    number, edges = np.histogram(error, BINS)
-    bars = Bars(0.5 * (edges[1:] + edges[:-1]), number.astype(np.float64), np.diff(edges))
     return Picture(
         title="How large the errors are",
         caption=(
             f"Signed distances of {len(error)} points from the true surface: root mean square {rms:.3g} µm, "
             f"mean {mean:.3g} µm, largest {np.abs(error).max():.3g} µm. Narrow and about zero is good. {note}"
         ).rstrip(),
-        panels=(Panel((bars, Rule(0.0)), Axis("error of the points", "µm"), Axis("number of points")),),
+        panels=(
+            Panel((Bars.histogram(error), Rule(0.0)), Axis("error of the points", "µm"), Axis("number of points")),
+        ),
     )

@@ -27,9 +27,9 @@ def growth_picture(growth: MapGrowth) -> Picture:
         title="Growth of the map",
         caption=(
             f"In the end {AREA * curve.area[-1]:.3g} cm² are observed, half of them to "
-            f"±{MICRO * curve.middle[-1]:.3g} µm, 95 % to ±{MICRO * curve.tail[-1]:.3g} µm or better (one standard "
-            "deviation). All moments use the noise and surface model learned from the whole run. A growing area and "
-            "falling deviations are good; where both have become flat, the rest of the run told little."
+            f"±{MICRO * curve.middle[-1]:.3g} µm, 95 % to ±{MICRO * curve.tail[-1]:.3g} µm or better (one "
+            "standard deviation). All moments use the noise and surface model learned from the whole run. A "
+            "growing area and falling deviations are good; where both are flat, the rest of the run told little."
         ),
         panels=(
             *(

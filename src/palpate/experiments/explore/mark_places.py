@@ -12,6 +12,9 @@ from palpate.reporting.solids import Spots
 from palpate.runtime.palette import SIDE_BY_SIDE, Colour
 from palpate.spatial import Vector
 
+COLOURS = SIDE_BY_SIDE[2:]
+"""Neither that of what was felt nor that of the truth."""
+
 SYMBOLS = (Symbol.DOT, Symbol.SQUARE, Symbol.DIAMOND, Symbol.PLUS, Symbol.CROSS)
 """There are others, but not in space."""
 
@@ -44,7 +47,7 @@ def places_by_event(marks: Sequence[Marked]) -> Mapping[str, FloatArray]:
 def look_of(event: str) -> tuple[Colour, Symbol]:
     """Return the colour and the symbol of an event, alike in all pictures."""
     number = list(PathEvent).index(PathEvent(event))
-    return SIDE_BY_SIDE[number % len(SIDE_BY_SIDE)], SYMBOLS[number % len(SYMBOLS)]
+    return COLOURS[number % len(COLOURS)], SYMBOLS[number % len(SYMBOLS)]
 
 
 def event_spots(marks: Sequence[Marked]) -> tuple[Spots, ...]:

@@ -23,7 +23,7 @@ def snapshots_picture(growth: MapGrowth) -> Picture:
     return Picture(
         title="The map while it grew",
         caption=f"{_known(growth)} The tip's path is that of its middle; ahead of it is the rest of the leg at "
-        f"that moment. Dark, without holes, is good.{f' Marks: {counts}.' if counts else ''}",
+        f"that moment.{f' Marks: {counts}.' if counts else ''}",
         panels=(Space((Stepped(tuple(_shown(growth, each) for each in growth.snapshots)),), height=520),),
         steps=tuple(heading(growth, moment) for moment in range(len(growth.snapshots))),
         step=len(growth.snapshots) - 1,
@@ -37,7 +37,7 @@ def _known(growth: MapGrowth) -> str:
         return "Contacts are too far apart, or on one line: nothing of the surface counts as observed."
     return (
         "At each moment the area observed and its median standard deviation. The colour is the standard deviation "
-        "of the surface's position."
+        "of the surface's position: dark, without holes, is good."
     )
 
 

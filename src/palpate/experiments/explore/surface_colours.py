@@ -12,6 +12,11 @@ from palpate.reporting.marks import Colouring, ColourScale
 
 MILLI, MICRO = 1e3, 1e6
 
+HEIGHT = "height z"
+ERROR_OF_MAP = "error of the map, + is outside"
+ERROR_OF_POINTS = "error of single points, + is outside"
+"""Quantities, as the switch between them names them."""
+
 SHOWN_PERCENT = 99.0
 """Colours span this share of the values, so that a few outliers do not hide the rest."""
 
@@ -64,7 +69,7 @@ def map_colourings(found: ExploredMap) -> tuple[Colouring, ...]:
     layers = [each for each in found.layers if isinstance(each, VertexLayer)]
     return (
         height_colouring(mesh.vertices),
-        *([error_colouring("error of the map, + is outside", found.error)] if found.truth_known else []),
+        *([error_colouring(ERROR_OF_MAP, found.error)] if found.truth_known else []),
         _deviation("standard deviation", mesh.sd),
         _deviation("95 % band, half its width", mesh.band()),
         *(each for each in map(layer_colouring, layers) if each is not None),
@@ -76,7 +81,7 @@ def height_colouring(points: FloatArray) -> Colouring:
     low, high = points.min(axis=0), points.max(axis=0)
     width, depth, height = (high - low).tolist()
     middle, half = 0.5 * float(low[2] + high[2]), 0.5 * max(height, LEAST_RELIEF * max(width, depth), 1e-6)
-    return Colouring("height z", MILLI * points[:, 2], "mm", MILLI * (middle - half), MILLI * (middle + half))
+    return Colouring(HEIGHT, MILLI * points[:, 2], "mm", MILLI * (middle - half), MILLI * (middle + half))
 
 
 def error_colouring(quantity: str, error: FloatArray) -> Colouring:

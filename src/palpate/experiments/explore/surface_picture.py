@@ -11,6 +11,7 @@ from palpate.experiments.explore.felt_path import FeltPath, felt_path
 from palpate.experiments.explore.mark_places import event_spots
 from palpate.experiments.explore.scans import TapScan
 from palpate.experiments.explore.surface_colours import (
+    ERROR_OF_POINTS,
     MICRO,
     SHOWN_PERCENT,
     error_colouring,
@@ -31,31 +32,30 @@ MISSED = "could be felt, is not observed"
 GRID = 81
 """Grid lines of the true surface along each side."""
 
+BEYOND = 0.05
+"""How far it is drawn beyond what was touched, of its extent."""
+
 
 def surface_picture(exploration: Exploration) -> Picture | None:
     """Return the map with all that is known at its vertices; without a map, the points alone; None without any."""
     if not len(exploration.cloud):
         return None
     found = exploration.claimed_map
-    known = exploration.truth.known
-    path = felt_path(exploration.cloud, exploration.point_error, dots=found is None or _tapped(exploration))
-    errors = (error_colouring("error of single points, + is outside", path.error),) if known else ()
+    known, tapped = exploration.truth.known, isinstance(exploration.plan.scan, TapScan)
+    path = felt_path(exploration.cloud, exploration.point_error, dots=found is None or tapped)
+    errors = (error_colouring(ERROR_OF_POINTS, path.error),) if known else ()
     marks: tuple[Solid, ...] = (
         *(_map(found) if found is not None else ()),
-        _felt(exploration, path, errors),
+        _alone(path, errors) if found is None else _felt(path, errors, tapped=tapped),
         *event_spots(exploration.marks),
         *((_true_surface(exploration),) if known else ()),
     )
     return Picture(
         title="Touched surface",
-        caption=_points_caption(errors) if found is None else _map_caption(found, errors),
+        caption=_points_caption(errors) if found is None else _map_caption(found),
         panels=(Space(marks, height=620),),
         wide=True,
     )
-
-
-def _tapped(exploration: Exploration) -> bool:
-    return isinstance(exploration.plan.scan, TapScan)
 
 
 def missed(found: ExploredMap | None) -> FloatArray:
@@ -69,35 +69,38 @@ def _map(found: ExploredMap) -> tuple[Solid, ...]:
     return (surface, Spots(places, MISSED, TRUTH, 2.5, Symbol.DIAMOND)) if len(places) else (surface,)
 
 
-def _felt(exploration: Exploration, path: FeltPath, errors: tuple[Colouring, ...]) -> Solid:
-    if exploration.claimed_map is None:
-        return Spots(path.points, "contacts", size=3.0, colourings=(height_colouring(path.points), *errors))
-    if _tapped(exploration):
+def _felt(path: FeltPath, errors: tuple[Colouring, ...], *, tapped: bool) -> Solid:
+    """What was felt on a map: where the finger went, or where it tapped."""
+    if tapped:
         return Spots(path.points, "contacts", TRACK, 3.0, colourings=errors)
-    return Path(path.points, "path of the finger", width=3.0, colourings=errors)
+    return Path(path.points, "path of the finger", width=2.5, colourings=errors)
+
+
+def _alone(path: FeltPath, errors: tuple[Colouring, ...]) -> Spots:
+    return Spots(path.points, "contacts", size=3.0, colourings=(height_colouring(path.points), *errors))
 
 
 def _true_surface(exploration: Exploration) -> Surface:
-    """The true upper surface over the touched region."""
+    """The true upper surface over the touched region and a little beyond."""
     touched = exploration.cloud.position
-    x, y = (np.linspace(touched[:, i].min(), touched[:, i].max(), GRID) for i in (0, 1))
+    room = max(BEYOND * float(np.ptp(touched, axis=0).max()), 1e-4)
+    low, high = touched.min(axis=0) - room, touched.max(axis=0) + room
+    x, y = (np.linspace(low[i], high[i], GRID) for i in (0, 1))
     z: FloatArray = exploration.plan.target.height(*np.meshgrid(x, y))
     vertices, triangles = height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))
-    room = 0.1 * float(np.ptp(touched, axis=0).max())
     height = vertices[triangles, 2].mean(axis=1)
-    inside = (height >= touched[:, 2].min() - room) & (height <= touched[:, 2].max() + room)
+    inside = (height >= low[2]) & (height <= high[2])
     return Surface(vertices, triangles[inside], "true surface", colour=TRUTH, opacity=0.6, shown=False)
 
 
-def _map_caption(found: ExploredMap, errors: Sequence[Colouring]) -> str:
+def _map_caption(found: ExploredMap) -> str:
     inside = f" {100.0 * found.covered:.1f} % of its true errors are inside it." if found.truth_known else ""
     truth = " The legend shows the true surface over it." if found.truth_known else ""
-    points = " By the error of single points, the path is coloured." if errors else ""
     return (
-        "What is claimed, with the path of the finger; holes and what is beyond the rim were not felt, grey is "
-        f"not known. Standard deviations are of random errors; together with what may be off everywhere, "
+        "What is claimed, and where it was felt; holes and what is beyond the rim were not felt, grey is not "
+        f"known. Standard deviations are of random errors; together with what may be off everywhere, "
         f"{MICRO * found.mesh.bias:.3g} µm, they make a 95 % band of ±{MICRO * found.band:.3g} µm (median)."
-        f"{inside}{points}{truth} Colours span {SHOWN_PERCENT:.0f} % of the values. Good is a surface without "
+        f"{inside}{truth} Colours span {SHOWN_PERCENT:.0f} % of the values. Good is a surface without "
         "holes that looks as the object does, is off by no more than its band, and shows no pattern in its errors."
     )
 
