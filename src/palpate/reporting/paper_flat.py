@@ -1,9 +1,12 @@
 """A flat panel as matplotlib draws it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
+from matplotlib.ticker import NullFormatter
 
 from palpate.errors import FloatArray
 from palpate.reporting.envelope import thinned
@@ -31,8 +34,11 @@ from palpate.runtime.palette import CARD, GRID_COLOUR, INK_COLOUR
 MOST_POINTS = 3000
 """Of a line: what a printer resolves."""
 
-BROAD = 4.0
-"""Width of a figure from which on a legend has four columns [inch]: wider than a column of a journal."""
+LETTERS = 21
+"""Of a legend, per inch: names and the lines before them."""
+
+HANDLE = 7
+"""Letters that the line before a name takes as much room as."""
 
 _DASHES = {Dash.SOLID: "-", Dash.DASHED: (0, (5, 3)), Dash.DOTTED: ":", Dash.DASH_DOT: (0, (6, 2, 1, 2))}
 _SYMBOLS = {
@@ -82,11 +88,23 @@ def draw_panel(axes: Axes, panel: Panel, step: int) -> None:
             alignment="left",
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
-            ncols=4 if axes.get_figure().get_size_inches()[0] > BROAD else 3,  # type: ignore[union-attr]
+            ncols=_columns(axes, list(entries)),
             frameon=False,
             borderpad=0.2,
             handlelength=1.6,
         )
+
+
+def _columns(axes: Axes, names: Sequence[str]) -> int:
+    """Most columns of a legend that have room above its axes; matplotlib fills one after the other."""
+    figure = axes.get_figure()
+    assert figure is not None
+    room = LETTERS * axes.get_position().width * figure.get_size_inches()[0]  # type: ignore[union-attr]
+    for columns in range(len(names), 1, -1):
+        parts = np.array_split(np.arange(len(names)), columns)
+        if sum(HANDLE + max(len(names[i]) for i in part) for part in parts) <= room:
+            return columns
+    return 1
 
 
 def _typed(text: str) -> str:
@@ -95,16 +113,17 @@ def _typed(text: str) -> str:
 
 
 def _limit(axes: Axes, panel: Panel) -> None:
-    for axis, get, put, ticks in (
-        (panel.x, axes.get_xlim, axes.set_xlim, axes.set_xticks),
-        (panel.y, axes.get_ylim, axes.set_ylim, axes.set_yticks),
+    for axis, drawn, get, put in (
+        (panel.x, axes.xaxis, axes.get_xlim, axes.set_xlim),
+        (panel.y, axes.yaxis, axes.get_ylim, axes.set_ylim),
     ):
         low, high = get()
         if axis.low is None and axis.high is None and abs(high - low) < axis.span:
             low, high = 0.5 * (low + high - axis.span), 0.5 * (low + high + axis.span)
         put(low if axis.low is None else axis.low, high if axis.high is None else axis.high)
         if axis.ticks:
-            ticks([at for at, _ in axis.ticks], [_typed(name) for _, name in axis.ticks])
+            drawn.set_ticks([at for at, _ in axis.ticks], labels=[_typed(name) for _, name in axis.ticks])
+            drawn.set_minor_formatter(NullFormatter())
 
 
 def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:

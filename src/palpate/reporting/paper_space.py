@@ -130,12 +130,12 @@ def _draw_surface(axes: Axes3D, mark: Surface, order: float) -> None:
         colours = np.where(np.isfinite(value)[:, None], mapped.to_rgba(value)[:, :3], to_rgb(MAP_COLOUR.light))
         colour_bar(axes, mapped, colouring.label)
     faces = _lit(corners, colours)
-    # edges in the colour of the face close the hairlines between neighbours
+    # edges in the colour of the face close the hairlines between neighbours; of what is seen through, they show
     drawn = Poly3DCollection(
         MILLI * corners,
         facecolors=faces,
         edgecolors=faces,
-        linewidths=0.2,
+        linewidths=0.2 if mark.opacity == 1.0 else 0.0,
         alpha=mark.opacity,
         zorder=order,
         label=mark.name or None,
