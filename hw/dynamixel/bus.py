@@ -36,7 +36,7 @@ class MissedError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
+class RegisterSpan:
     """Bytes of one servo's control table.
 
     Attributes:
@@ -69,7 +69,7 @@ class Bus:
             self._settle(SET_UP_TIME)
         return None
 
-    def exchange(self, spans: Sequence[Span]) -> list[bytes]:
+    def exchange(self, spans: Sequence[RegisterSpan]) -> list[bytes]:
         """Read from several servos in one transaction.
 
         Raises:
@@ -100,9 +100,9 @@ class Bus:
         Raises:
             DeviceError: The servo does not reply, or refuses.
         """
-        return register.value(self.read_bytes(Span(servo_id, register.address, register.size)))
+        return register.value(self.read_bytes(RegisterSpan(servo_id, register.address, register.size)))
 
-    def read_bytes(self, span: Span) -> bytes:
+    def read_bytes(self, span: RegisterSpan) -> bytes:
         """Return bytes of one servo, repeating the request if need be.
 
         Raises:
@@ -146,7 +146,7 @@ class Bus:
             result, error = self._packets.writeTxRx(port, servo_id, address, len(data), list(data))
             if result != COMM_SUCCESS:
                 self._settle(SET_UP_TIME)
-            kept = self.read_bytes(Span(servo_id, address, len(data)))
+            kept = self.read_bytes(RegisterSpan(servo_id, address, len(data)))
             if kept == data:
                 return
         if error & ~ALERT:

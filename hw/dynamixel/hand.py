@@ -14,7 +14,7 @@ from palpate.errors import InvalidValueError
 from palpate.hw.condition import DeviceCondition
 from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
-from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
+from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, RegisterSpan
 from palpate.hw.dynamixel.care import ServoCondition, ServoHealth, health, reboot, servo_condition
 from palpate.hw.dynamixel.examined import hand_condition, servo_findings
 from palpate.hw.dynamixel.finger_servo import FingerServo, ServoReading
@@ -48,7 +48,7 @@ class DynamixelHand:
         self._gears: tuple[GearDirection, ...] = ()
         self._found_pressing = False
         self._readings: tuple[ServoReading, ...] = ()
-        self._spans: list[Span] = []
+        self._spans: list[RegisterSpan] = []
         self._failing_since, self._failures = math.inf, Counter[tuple[int, bool]]()
         self._lost: DeviceError | None = None
         self._forget()

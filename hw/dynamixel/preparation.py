@@ -2,7 +2,7 @@
 
 from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
-from palpate.hw.dynamixel.bus import Bus, Span
+from palpate.hw.dynamixel.bus import Bus, RegisterSpan
 from palpate.hw.dynamixel.finger_servo import STATE_ITEMS, STATE_LENGTH, FingerServo
 from palpate.hw.dynamixel.registers import INDIRECT_ADDRESSES, KINDS, HardwareError, Mode
 from palpate.hw.dynamixel.settings import LENGTHS, HandSettings, ServoCalibration
@@ -72,9 +72,9 @@ def prepare(bus: Bus, device: str, its: ServoCalibration, settings: HandSettings
     return finger
 
 
-def state_span(finger: FingerServo, longer: int) -> Span:
+def state_span(finger: FingerServo, longer: int) -> RegisterSpan:
     """Return what to read for the state of a servo, and so many bytes more."""
-    return Span(finger.servo_id, finger.kind.indirect_data, STATE_LENGTH + longer)
+    return RegisterSpan(finger.servo_id, finger.kind.indirect_data, STATE_LENGTH + longer)
 
 
 def _check_turn(bus: Bus, device: str, finger: FingerServo) -> None:
@@ -92,7 +92,7 @@ def _map_state(bus: Bus, finger: FingerServo) -> None:
     addresses = [address for item in STATE_ITEMS for address in range(item.address, item.end)]
     addresses += [reg.PRESENT_TEMPERATURE.address] * (LENGTHS - 1)
     wanted = b"".join(address.to_bytes(2, "little") for address in addresses)
-    span = Span(finger.servo_id, INDIRECT_ADDRESSES, len(wanted))
+    span = RegisterSpan(finger.servo_id, INDIRECT_ADDRESSES, len(wanted))
     if bus.read_bytes(span) != wanted:
         bus.write_bytes(span.servo_id, span.address, wanted)
 

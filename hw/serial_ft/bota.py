@@ -10,7 +10,7 @@ from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.hw.ft_stream.succession import Step, Succession
 from palpate.hw.serial_ft.crc import crc16_x25
-from palpate.hw.serial_ft.line import Line
+from palpate.hw.serial_ft.line import SerialLine
 
 BAUD = 460_800
 """[bit/s]; with 8 data bits, no parity, 1 stop bit."""
@@ -86,7 +86,7 @@ class Bota:
         """Between readings [s]."""
         return 1e-6 * self._period_us
 
-    def begin(self, line: Line, counts: StreamCounts) -> None:
+    def begin(self, line: SerialLine, counts: StreamCounts) -> None:
         """Set it up: calibrated readings as binary frames at this baud rate, its filter, then run.
 
         Raises:
@@ -163,7 +163,7 @@ def _is_frame(data: bytearray, at: int) -> bool:
     return at + FRAME <= len(data) and crc16_x25(data[at + 1 : end]) == CHECKSUM.unpack_from(data, end)[0]
 
 
-def _wait_for_life(line: Line) -> None:
+def _wait_for_life(line: SerialLine) -> None:
     """Return when the sensor says that it has booted, or streams; after `BOOT` it may be waiting to be asked."""
     heard = bytearray()
     deadline = monotonic() + BOOT

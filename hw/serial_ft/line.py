@@ -15,7 +15,7 @@ MOST = 4096
 """Read in one go [bytes]: what a terminal of the system holds."""
 
 
-class Line:
+class SerialLine:
     """An open serial port."""
 
     def __init__(self, path: str, baud: int) -> None:
@@ -84,7 +84,7 @@ class Make(Protocol):
         """Of the line [bit/s]."""
         ...
 
-    def begin(self, line: Line, counts: StreamCounts) -> None:
+    def begin(self, line: SerialLine, counts: StreamCounts) -> None:
         """Make it stream, and begin to count.
 
         Raises:

@@ -18,7 +18,7 @@ from palpate.errors import positive, vector
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.hw.ft_stream.succession import ALIKE, MODULUS
-from palpate.hw.serial_ft.line import Line
+from palpate.hw.serial_ft.line import SerialLine
 from palpate.spatial import Vector
 
 BAUD = 2_000_000
@@ -78,7 +78,7 @@ class Resense:
         self._clock = StreamClock()
         self._frames = 0
 
-    def begin(self, line: Line, counts: StreamCounts) -> None:
+    def begin(self, line: SerialLine, counts: StreamCounts) -> None:
         """Forget all frames: it streams by itself."""
         self._rest.clear()
         self._alike, self._began = 0, False

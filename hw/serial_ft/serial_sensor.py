@@ -6,7 +6,7 @@ from time import monotonic
 from palpate.hw.devices import WireError
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor, StreamSettings
-from palpate.hw.serial_ft.line import Line, Make
+from palpate.hw.serial_ft.line import Make, SerialLine
 
 WAIT = 0.01
 """For bytes [s]; in between the reading thread looks whether it is to end, or to begin again."""
@@ -19,7 +19,7 @@ class SerialLink:
         """Take the path of the terminal; nothing is opened."""
         self._path = path
         self._make = make
-        self._line: Line | None = None
+        self._line: SerialLine | None = None
         self._fresh = False
         self._closed = "the line is closed"
         self._counts = StreamCounts()
@@ -43,7 +43,7 @@ class SerialLink:
         self.close()
         self._counts = StreamCounts()
         try:
-            self._line = Line(self._path, self._make.baud)
+            self._line = SerialLine(self._path, self._make.baud)
         except OSError as error:
             raise WireError(
                 self.name, error.strerror or str(error), "check the cable, the path, and that nobody else uses it"
@@ -60,7 +60,7 @@ class SerialLink:
         try:
             if not self._fresh:
                 self.close()
-                self._line = Line(self._path, self._make.baud)
+                self._line = SerialLine(self._path, self._make.baud)
             self._fresh = False
             self._make.begin(self._open_line(), self._counts)
         except OSError as error:
@@ -86,7 +86,7 @@ class SerialLink:
         if line is not None:
             line.close()
 
-    def _open_line(self) -> Line:
+    def _open_line(self) -> SerialLine:
         if self._line is None:
             raise OSError(self._closed)
         return self._line

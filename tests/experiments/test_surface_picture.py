@@ -21,7 +21,7 @@ from palpate.experiments.explore.surface_colours import (
 )
 from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting.solids import Path, Spots, Surface, quantities
+from palpate.reporting.solids import Polyline, Spots, Surface, quantities
 from support.explore_runs import small, unfelt, untrue
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -52,7 +52,7 @@ def test_without_a_map_there_are_the_points_alone_and_without_points_nothing():
     found = replace(small(), map=None)
     (points,) = marks(found, Spots)
     assert [each.quantity for each in points.colourings] == [HEIGHT, ERROR_OF_POINTS]
-    assert not marks(found, Path)
+    assert not marks(found, Polyline)
     assert "too few" in surface_picture(found).caption
     assert surface_picture(unfelt(small())) is None
 

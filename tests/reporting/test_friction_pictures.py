@@ -10,7 +10,7 @@ from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
-from palpate.reporting.marks import Points, Region, Span
+from palpate.reporting.marks import Points, Polygon, Span
 
 ASSUMED = SurfacePoints(
     surface=LimitSurface(0.5, 0.003, norm_exponent=1.7),
@@ -30,7 +30,7 @@ def marks(picture, kind):
 
 def test_a_surface_whose_p_was_assumed_may_be_any_from_the_diamond_to_the_ellipse():
     picture = surface_picture(ASSUMED)
-    (between,) = marks(picture, Region)
+    (between,) = marks(picture, Polygon)
     total, squares = between.x + between.y, between.x**2 + between.y**2
     assert np.all(np.isclose(total, 1.0) | np.isclose(squares, 1.0))  # its two edges, and nothing else
     assert "p was assumed" in picture.caption
@@ -39,7 +39,7 @@ def test_a_surface_whose_p_was_assumed_may_be_any_from_the_diamond_to_the_ellips
 
 def test_a_surface_whose_p_was_measured_has_one_line():
     picture = surface_picture(replace(ASSUMED, exponent_measured=True))
-    assert marks(picture, Region) == []
+    assert marks(picture, Polygon) == []
     assert "assumed" not in picture.caption
 
 

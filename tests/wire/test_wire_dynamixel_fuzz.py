@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.dynamixel.bus import Bus, MissedError, Span
+from palpate.hw.dynamixel.bus import Bus, MissedError, RegisterSpan
 from palpate.hw.dynamixel.packets import STATUS, Instruction, packet, stuffed
 from palpate.hw.dynamixel.port import Packets
 from palpate.hw.dynamixel.registers import BAUD_RATE, ID, OPERATING_MODE, STATUS_RETURN_LEVEL, XL330, XM430, Mode
@@ -156,7 +156,7 @@ class Deaf:
 @COUNT
 def test_a_client_accepts_only_genuine_replies(count):
     draw = np.random.default_rng(9)
-    spans, accepted = [Span(1, 208, 13), Span(2, 224, 13)], 0
+    spans, accepted = [RegisterSpan(1, 208, 13), RegisterSpan(2, 224, 13)], 0
     for _ in range(count // 2):
         data = [random_bytes(draw, 5).ljust(13, b"\xff")[: int(draw.choice([13, 13, 13, 12]))] for _ in spans]
         replies = [

@@ -14,7 +14,7 @@ from palpate.reporting.marks import (
     Mark,
     Moving,
     Points,
-    Region,
+    Polygon,
     Rule,
     Span,
     Symbol,
@@ -129,7 +129,7 @@ def _add(plot: Plot, panel: Panel, mark: Mark) -> None:
             plot.add(trace, moving={"x": packed(mark.x), "y": packed(mark.y)})
         case Band():
             _add(plot, panel, _outline(mark))
-        case Region():
+        case Polygon():
             plot.add(
                 {
                     "type": "scatter",
@@ -172,10 +172,10 @@ def _add(plot: Plot, panel: Panel, mark: Mark) -> None:
             plot.add(_density(mark))
 
 
-def _outline(band: Band) -> Region:
+def _outline(band: Band) -> Polygon:
     known = np.isfinite(band.low) & np.isfinite(band.high)
     x, low, high = band.x[known], band.low[known], band.high[known]
-    return Region(
+    return Polygon(
         np.concatenate([x, x[::-1]]), np.concatenate([high, low[::-1]]), band.name, band.colour, band.opacity
     )
 

@@ -171,7 +171,7 @@ class Band:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class Polygon:
     """The inside of a polygon.
 
     Attributes:
@@ -321,7 +321,7 @@ class Density:
 FAINTEST = 0.15
 """Opacity of the least density."""
 
-Mark = Line | Points | Moving | Band | Region | Bars | Rule | Span | Text | Cells | Density
+Mark = Line | Points | Moving | Band | Polygon | Bars | Rule | Span | Text | Cells | Density
 """What a flat panel shows."""
 
 

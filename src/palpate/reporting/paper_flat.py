@@ -21,7 +21,7 @@ from palpate.reporting.marks import (
     Mark,
     Moving,
     Points,
-    Region,
+    Polygon,
     Rule,
     Span,
     Symbol,
@@ -161,7 +161,7 @@ def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
                 zorder=order,
                 label=name,
             )
-        case Region():
+        case Polygon():
             axes.fill(
                 mark.x,
                 mark.y,

@@ -16,8 +16,8 @@ from palpate.reporting.picture import Space
 from palpate.reporting.solids import (
     Arrows,
     Labels,
-    Path,
     Placed,
+    Polyline,
     Solid,
     Spots,
     Stepped,
@@ -59,7 +59,7 @@ def draw_space(axes: Axes3D, space: Space, step: int) -> None:
         axes.legend(loc="upper left", frameon=False, borderpad=0.2)
 
 
-def _shown(mark: Solid, step: int) -> "list[Surface | Path | Spots | Arrows | Labels]":
+def _shown(mark: Solid, step: int) -> "list[Surface | Polyline | Spots | Arrows | Labels]":
     if isinstance(mark, Stepped):
         return list(mark.marks[step])
     if isinstance(mark, Placed):
@@ -69,11 +69,11 @@ def _shown(mark: Solid, step: int) -> "list[Surface | Path | Spots | Arrows | La
     return [mark] if getattr(mark, "shown", True) else []
 
 
-def _draw(axes: Axes3D, mark: Surface | Path | Spots | Arrows | Labels, order: float) -> None:
+def _draw(axes: Axes3D, mark: Surface | Polyline | Spots | Arrows | Labels, order: float) -> None:
     match mark:
         case Surface():
             _draw_surface(axes, mark, order)
-        case Path():
+        case Polyline():
             _draw_path(axes, mark, order)
         case Spots():
             _draw_spots(axes, mark, order)
@@ -92,7 +92,7 @@ def _draw(axes: Axes3D, mark: Surface | Path | Spots | Arrows | Labels, order: f
                 axes.text(*point, text, color=mark.colour.light, zorder=order)
 
 
-def _draw_path(axes: Axes3D, mark: Path, order: float) -> None:
+def _draw_path(axes: Axes3D, mark: Polyline, order: float) -> None:
     points = MILLI * mark.points
     name, width = mark.name or None, 0.5 * mark.width
     if not mark.colourings:

@@ -36,7 +36,7 @@ class Surface:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Path:
+class Polyline:
     """A line in space; broken where a point is NaN.
 
     Attributes:
@@ -121,7 +121,7 @@ class Stepped:
         marks: Of each step.
     """
 
-    marks: "tuple[tuple[Surface | Path | Spots | Labels, ...], ...]"
+    marks: "tuple[tuple[Surface | Polyline | Spots | Labels, ...], ...]"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,7 +144,7 @@ class Placed:
         return replace(self.surface, vertices=vertices)
 
 
-Solid = Surface | Path | Spots | Arrows | Labels | Stepped | Placed
+Solid = Surface | Polyline | Spots | Arrows | Labels | Stepped | Placed
 """What a panel in space shows. What has the quantity that the reader chooses is coloured by it, the rest is plain;
 the first quantity of a panel is chosen at first."""
 
@@ -152,7 +152,7 @@ the first quantity of a panel is chosen at first."""
 def quantities(marks: Iterable[Solid]) -> tuple[str, ...]:
     """Return all quantities by which marks of a panel can be coloured, in order."""
     flat = (each for mark in marks for each in (chain(*mark.marks) if isinstance(mark, Stepped) else (mark,)))
-    coloured = (each for each in flat if isinstance(each, Surface | Path | Spots))
+    coloured = (each for each in flat if isinstance(each, Surface | Polyline | Spots))
     return tuple(dict.fromkeys(each.quantity for mark in coloured for each in mark.colourings))
 
 
@@ -165,7 +165,7 @@ def _coloured_by(mark: Solid, quantity: str) -> Solid:
     match mark:
         case Stepped():
             return Stepped(tuple(coloured_by(each, quantity) for each in mark.marks))  # type: ignore[misc]
-        case Surface() | Path() | Spots() if mark.colourings:
+        case Surface() | Polyline() | Spots() if mark.colourings:
             chosen = tuple(each for each in mark.colourings if each.quantity == quantity)
             unknown = isinstance(mark, Surface) and not chosen
             return replace(mark, colourings=chosen, colour=MAP_COLOUR if unknown else mark.colour)

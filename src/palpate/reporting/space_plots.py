@@ -9,7 +9,7 @@ from palpate.errors import FloatArray
 from palpate.reporting.arrow_shapes import arrow_triangles
 from palpate.reporting.marks import Colouring
 from palpate.reporting.picture import Space
-from palpate.reporting.solids import Arrows, Labels, Path, Placed, Solid, Spots, Stepped, Surface
+from palpate.reporting.solids import Arrows, Labels, Placed, Polyline, Solid, Spots, Stepped, Surface
 from palpate.reporting.space_box import space_box
 from palpate.reporting.traces import Json, Plot, colouring_of, named, packed, role, typed
 from palpate.runtime.palette import CARD, MAP_COLOUR, PANE_COLOUR, Colour
@@ -70,7 +70,7 @@ def _add_solid(plot: Plot, mark: Solid, extra: Json) -> None:
             if mark.colourings:
                 trace["unknown"] = role(MAP_COLOUR)
             plot.add(trace, **extra, **_choices(mark.colourings))
-        case Path():
+        case Polyline():
             trace = _lined(mark.points, "lines", mark.name, shown=mark.shown) | {"hoverinfo": "skip"}
             del trace["hovertemplate"]
             trace["line"] = {"color": role(mark.colour), "width": mark.width}

@@ -45,7 +45,7 @@ COLOURS: Colormap = mpl.colormaps["viridis"]
 _PADDED = '<div style="padding: 0 1em">{}</div>'
 
 
-class Colouring(StrEnum):
+class SurfaceQuantity(StrEnum):
     """What the colours of a surface mean."""
 
     HEIGHT = "height"
@@ -60,11 +60,13 @@ class SurfaceDrawing:
         """Add the choice of colours and the legend to the panel."""
         self._server = server
         self._surface: GrownSurface | None = None
-        self._range: dict[Colouring, tuple[float, float]] = {}
+        self._range: dict[SurfaceQuantity, tuple[float, float]] = {}
         self._nodes: list[viser.SceneNodeHandle] = []
         with server.gui.add_folder("Map"):
-            names = tuple(colouring.value for colouring in Colouring)
-            self._choice = server.gui.add_dropdown("colour", names, initial_value=Colouring.UNCERTAINTY.value)
+            names = tuple(colouring.value for colouring in SurfaceQuantity)
+            self._choice = server.gui.add_dropdown(
+                "colour", names, initial_value=SurfaceQuantity.UNCERTAINTY.value
+            )
             self._legend = server.gui.add_html(_PADDED.format(""))
             self._points = server.gui.add_checkbox("contacts", False)
             self._status = server.gui.add_html(_PADDED.format("no surface yet"))
@@ -73,9 +75,9 @@ class SurfaceDrawing:
         self._points_shown = False
 
     @property
-    def colouring(self) -> Colouring:
+    def colouring(self) -> SurfaceQuantity:
         """What somebody has chosen."""
-        return Colouring(self._choice.value)
+        return SurfaceQuantity(self._choice.value)
 
     @property
     def shows_points(self) -> bool:
@@ -160,14 +162,14 @@ class SurfaceDrawing:
         self._nodes = []
 
 
-def values(surface: GrownSurface, kind: Colouring) -> FloatArray:
+def values(surface: GrownSurface, kind: SurfaceQuantity) -> FloatArray:
     """Return what a colouring shows, at each vertex, shape (n,)."""
     match kind:
-        case Colouring.HEIGHT:
+        case SurfaceQuantity.HEIGHT:
             return surface.vertices[:, 2]
-        case Colouring.UNCERTAINTY:
+        case SurfaceQuantity.UNCERTAINTY:
             return surface.sd
-        case Colouring.FRICTION:
+        case SurfaceQuantity.FRICTION:
             return surface.friction
 
 
@@ -178,18 +180,18 @@ def shades(value: FloatArray, span: tuple[float, float]) -> npt.NDArray[np.uint8
     return found
 
 
-def legend(kind: Colouring, span: tuple[float, float]) -> str:
+def legend(kind: SurfaceQuantity, span: tuple[float, float]) -> str:
     """Return a bar of colours with both its ends and what it means, as HTML."""
     stops = ", ".join(
         f"rgb({r}, {g}, {b})" for r, g, b, _ in (COLOURS(i / (STOPS - 1), bytes=True) for i in range(STOPS))
     )
     low, high = span
     match kind:
-        case Colouring.FRICTION:
+        case SurfaceQuantity.FRICTION:
             name, ends = "tangential over normal force", (f"{low:.2g}", f"{high:.2g}")
-        case Colouring.HEIGHT:
+        case SurfaceQuantity.HEIGHT:
             name, ends = "height", (f"{1e3 * low:.2f} mm", f"{1e3 * high:.2f} mm")
-        case Colouring.UNCERTAINTY:
+        case SurfaceQuantity.UNCERTAINTY:
             name, ends = "standard deviation", ("0", f"{1e3 * high:.3g} mm")
     return (
         f'<div style="height: 0.7em; border-radius: 3px; background: linear-gradient(to right, {stops})"></div>'
@@ -214,13 +216,13 @@ def late(behind: float) -> str:
     return _PADDED.format(f"<b>the map is {behind:.0f} s behind what was felt: more of it is being worked out</b>")
 
 
-def _span(kind: Colouring, value: FloatArray, before: tuple[float, float] | None) -> tuple[float, float]:
+def _span(kind: SurfaceQuantity, value: FloatArray, before: tuple[float, float] | None) -> tuple[float, float]:
     """Return the span of colours; the one before while it fits, lest they change with every contact."""
     value = value[np.isfinite(value)]
     if not len(value):
-        return before or (0.0, 1e-3 if kind is Colouring.UNCERTAINTY else 1.0)
+        return before or (0.0, 1e-3 if kind is SurfaceQuantity.UNCERTAINTY else 1.0)
     low, high = np.percentile(value, [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
-    if kind is not Colouring.HEIGHT:
+    if kind is not SurfaceQuantity.HEIGHT:
         return (0.0, round_up(high))  # in steps: seldom another one
     if before is not None and before[0] <= low and high <= before[1]:
         return before

@@ -9,7 +9,7 @@ from palpate.experiments.explore.mark_places import event_spots, places_by_event
 from palpate.mapping import Knowledge
 from palpate.reporting.marks import Colouring
 from palpate.reporting.picture import Picture, Space
-from palpate.reporting.solids import Path, Spots, Stepped, Surface
+from palpate.reporting.solids import Polyline, Spots, Stepped, Surface
 from palpate.runtime.palette import COMMAND, TRACK
 
 DONE_POINTS = 1500
@@ -41,17 +41,17 @@ def _known(growth: MapGrowth) -> str:
     )
 
 
-def _shown(growth: MapGrowth, each: GrowthSnapshot) -> tuple[Surface | Path | Spots, ...]:
-    mesh, shown = each.mesh, list[Surface | Path | Spots]()
+def _shown(growth: MapGrowth, each: GrowthSnapshot) -> tuple[Surface | Polyline | Spots, ...]:
+    mesh, shown = each.mesh, list[Surface | Polyline | Spots]()
     if len(mesh.triangles) and (mesh.knowledge == Knowledge.OBSERVED).any():
         most = MICRO * max(growth.largest_sd, 1e-9)
         deviation = Colouring("standard deviation", MICRO * mesh.sd, "µm", 0.0, most)
         shown.append(Surface(mesh.vertices, mesh.triangles, "map", (deviation,)))
     if len(each.done):
-        shown.append(Path(_thinned(each.done), "path of the tip", width=2.0))
+        shown.append(Polyline(_thinned(each.done), "path of the tip", width=2.0))
         shown.append(Spots(each.done[-1:], "tip", TRACK, 6.0))
     if len(each.to_go) > 1:
-        shown.append(Path(_thinned(each.to_go), "still to go", COMMAND, 4.0))
+        shown.append(Polyline(_thinned(each.to_go), "still to go", COMMAND, 4.0))
     return (*shown, *event_spots(each.marks))
 
 

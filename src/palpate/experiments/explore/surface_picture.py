@@ -21,7 +21,7 @@ from palpate.experiments.explore.surface_colours import (
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.reporting.marks import Colouring, Symbol
 from palpate.reporting.picture import Picture, Space
-from palpate.reporting.solids import Path, Solid, Spots, Surface
+from palpate.reporting.solids import Polyline, Solid, Spots, Surface
 from palpate.runtime.palette import TRACK, TRUTH
 
 MISSED_DRAWN = 2000
@@ -73,7 +73,7 @@ def _felt(path: FeltPath, errors: tuple[Colouring, ...], *, tapped: bool) -> Sol
     """What was felt on a map: where the finger went, or where it tapped."""
     if tapped:
         return Spots(path.points, "contacts", TRACK, 3.0, colourings=errors)
-    return Path(path.points, "path of the finger", width=2.5, colourings=errors)
+    return Polyline(path.points, "path of the finger", width=2.5, colourings=errors)
 
 
 def _alone(path: FeltPath, errors: tuple[Colouring, ...]) -> Spots:

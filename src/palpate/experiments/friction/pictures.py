@@ -11,7 +11,7 @@ from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.reporting.interval_words import interval_words
-from palpate.reporting.marks import Dash, Line, Mark, Points, Region, Rule, Span, Symbol
+from palpate.reporting.marks import Dash, Line, Mark, Points, Polygon, Rule, Span, Symbol
 from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
 
@@ -241,11 +241,11 @@ def _curve(p: float) -> tuple[FloatArray, FloatArray]:
     return x, y
 
 
-def _between(low: float, high: float) -> Region:
+def _between(low: float, high: float) -> Polygon:
     """All limit surfaces whose p lies between two."""
     (x, y), (u, v) = _curve(low), _curve(high)
     name = f"p from {low:g} to {high:g}"
-    return Region(np.concatenate([x, u[::-1]]), np.concatenate([y, v[::-1]]), name, QUIET_COLOUR, 0.25)
+    return Polygon(np.concatenate([x, u[::-1]]), np.concatenate([y, v[::-1]]), name, QUIET_COLOUR, 0.25)
 
 
 def _plain_ticks(values: FloatArray) -> tuple[tuple[float, str], ...]:
