@@ -141,7 +141,7 @@ class GraspConfig:
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
     probability: float = 0.99
     """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that with normal forces as planned some
-    friction within the true limits balances the true load: what comes to its limit creeps, and others take over."""
+    friction within the true limits balances the true load: what comes to its limit creeps, others take over."""
     believed_friction: float | None = None
     """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m")
