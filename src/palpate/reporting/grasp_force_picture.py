@@ -144,6 +144,6 @@ def _shares(grasp: GraspContacts, forces: FloatArray) -> Panel:
             Rule(1.0, "limit", BOUND, 1.4, Dash.DASH_DOT),
         ),
         Axis("share of the limit", low=0.0, high=max(1.05, 1.05 * float(shares.max(initial=0.0)))),
-        Axis("contact, and its normal force", low=n - 0.3, high=-0.5, ticks=ticks),
+        Axis("contact, and its normal force", "N", low=n - 0.3, high=-0.5, ticks=ticks),
         height=400,
     )
