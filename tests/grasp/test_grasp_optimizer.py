@@ -86,6 +86,19 @@ def test_without_largest_forces_a_closed_grasp_holds_any_load():
         GraspForceOptimizer(endless, "max_margin")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [1e-9, 1e-7])
+def test_loads_next_to_the_largest_are_decided(share):
+    for each in instances(seed=23, per_family=1, factors=(2.0,)):
+        largest = GraspForceOptimizer(each.grasp, "load_factor").solve(each.load).objective * each.load
+        optimizer = GraspForceOptimizer(each.grasp)
+        held, beyond = (optimizer.solve(largest * (1.0 + side * share), warm_start=False) for side in (-1.0, 1.0))
+        assert held.status is SolveStatus.SOLVED, each
+        assert held.margin.min() >= -1e-9 * held.forces.max()
+        assert beyond.status is SolveStatus.INFEASIBLE, each
+        assert beyond.certificate is not None
+
+
 def test_a_load_that_slips_has_a_margin_below_zero(grasp):
     result = GraspForceOptimizer(grasp, "max_margin").solve(100.0 * LOAD)
     assert result.status is SolveStatus.INFEASIBLE

@@ -140,8 +140,8 @@ class GraspConfig:
     that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
     probability: float = 0.99
-    """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that with normal forces as planned some
-    friction within the true limits balances the true load: what comes to its limit creeps, others take over."""
+    """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some friction
+    within the true limits balances the true load: a finger that comes to its limit creeps, others take over."""
     believed_friction: float | None = None
     """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m")
