@@ -31,7 +31,7 @@ from palpate.runtime.log.standard.topics import PLAIN_ROBOT
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.viewing import LOOPBACK
 from palpate.viewing.live_topics import LiveTopics
-from palpate.viewing.tools import FOXGLOVE
+from palpate.viewing.topic_viewers import FOXGLOVE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
