@@ -72,10 +72,13 @@ class LiveTopics(Closing):
 
     def observe(self, sample: Sample, now: Observation, command: Command) -> None:
         """Take a period; never waits, never raises."""
-        writer = self._sink.writer
-        with suppress(Exception):  # whatever a device made up: the recorder counts it, and the run goes on
-            self._sink.pack(writer.memory, writer.begin(), sample, now, command, 0.0, 0.0)
-            writer.end()
+        sink = self._sink
+        writer = sink.writer
+        try:
+            sink.pack(writer.memory, writer.begin(), sample, now, command, 0.0, 0.0)
+        except Exception:  # whatever a device made up: the recorder counts it, and the run goes on
+            return
+        writer.end()
 
     @property
     def sinks(self) -> tuple[Sink, ...]:
