@@ -31,7 +31,7 @@ from palpate.runtime.log.standard.topics import PLAIN_ROBOT
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.viewing import LOOPBACK
 from palpate.viewing.live_topics import LiveTopics
-from palpate.viewing.tools import FOXGLOVE
+from palpate.viewing.topic_viewers import FOXGLOVE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +78,7 @@ def page(url: str, ready: Event) -> None:
             while True:
                 message = socket.recv()
                 if isinstance(message, str) and (channels := json.loads(message).get("channels")):
+                    time.sleep(0.1)  # who answers at once is told that there is no such channel
                     wanted = [{"id": each["id"], "channelId": each["id"]} for each in channels]
                     socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
         except ConnectionClosed:

@@ -61,7 +61,9 @@ def test_what_is_wrong_is_named_with_the_class_and_the_remedy(changed, words):
 
 
 def test_every_missing_part_is_named():
-    with pytest.raises(InvalidValueError, match="Lacking is no experiment: it lacks found, report, files: add"):
+    with pytest.raises(
+        InvalidValueError, match="Lacking is no experiment: it lacks found, report, files, cloud: add"
+    ):
         check_experiment("mine", Lacking())
 
 

@@ -38,7 +38,7 @@ DRIVES_UR = {"Linux x86-64"}
 MACOS = "13.0"
 """Oldest version of macOS that is asked for; of Linux, glibc 2.28: its name above says so."""
 
-EXTRAS = ("parquet", "hdf5", "cluster", "learn")
+EXTRAS = ("parquet", "hdf5", "cluster", "learn", "foxglove", "rerun")
 
 BEGIN = "<!-- platforms: written by `make platforms` -->"
 END = "<!-- platforms: end -->"

@@ -28,7 +28,7 @@ from palpate.viewing.live_topics import LiveTopics, _HeadingSink, play_topics
 from palpate.viewing.rerun_publisher import RerunPublisher
 from palpate.viewing.row_ring import RingReader, RowRing
 from palpate.viewing.server import free_port
-from palpate.viewing.tools import FOXGLOVE, RERUN
+from palpate.viewing.topic_viewers import FOXGLOVE, RERUN
 from runtime.log.log_examples import ONE_FINGER, PERIOD, TWO_FINGERS_AND_A_HAND
 from runtime.log.test_standard_topics import Sliding, recorded, touching_run
 

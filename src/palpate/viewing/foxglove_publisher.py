@@ -1,5 +1,6 @@
 """Standard topics to Foxglove, by the server of its SDK: the bytes that a log would hold, with their schemas."""
 
+from importlib import import_module
 from typing import Any
 
 from palpate.runtime.log.message_layout import PAYLOAD
@@ -24,12 +25,10 @@ class FoxglovePublisher:
             InvalidValueError: There is no such port.
             ViewUnavailableError: It is taken.
         """
-        import foxglove
-
-        self._sdk: Any = foxglove
+        self._sdk: Any = import_module("foxglove")  # which not everybody has
         port = free_port(host, port)
         try:
-            self._server: Any = foxglove.start_server(
+            self._server: Any = self._sdk.start_server(
                 name="palpate", host=host, port=port, message_backlog_size=BACKLOG
             )
         except Exception as error:  # the SDK has no kind of its own for it

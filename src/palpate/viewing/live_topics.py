@@ -29,7 +29,7 @@ from palpate.runtime.log.sink import RecordingSummary, Sink
 from palpate.runtime.log.standard.topic import Block
 from palpate.runtime.log.standard.topics import RobotNotes, StandardTopics
 from palpate.viewing.live_view import INTERVAL, NICENESS, STOP_TIMEOUT, url_from
-from palpate.viewing.publisher import Publisher, Tool
+from palpate.viewing.publisher import Publisher, TopicViewer
 from palpate.viewing.row_ring import RingReader, RingWriter, RowRing
 
 RING = 2**20
@@ -43,7 +43,7 @@ class LiveTopics(Closing):
         url: What to open.
     """
 
-    def __init__(self, tool: Tool, notes: RobotNotes, host: str, port: int) -> None:
+    def __init__(self, tool: TopicViewer, notes: RobotNotes, host: str, port: int) -> None:
         """Start the process; takes a second.
 
         Args:
@@ -72,10 +72,13 @@ class LiveTopics(Closing):
 
     def observe(self, sample: Sample, now: Observation, command: Command) -> None:
         """Take a period; never waits, never raises."""
-        writer = self._sink.writer
-        with suppress(Exception):  # whatever a device made up: the recorder counts it, and the run goes on
-            self._sink.pack(writer.memory, writer.begin(), sample, now, command, 0.0, 0.0)
-            writer.end()
+        sink = self._sink
+        writer = sink.writer
+        try:
+            sink.pack(writer.memory, writer.begin(), sample, now, command, 0.0, 0.0)
+        except Exception:  # whatever a device made up: the recorder counts it, and the run goes on
+            return
+        writer.end()
 
     @property
     def sinks(self) -> tuple[Sink, ...]:
@@ -160,7 +163,7 @@ def play_topics(publisher: Publisher, log: Log, notes: RobotNotes, speed: float)
         sleep(INTERVAL)
 
 
-def _serve(ring: RowRing, tool: Tool, notes: RobotNotes, host: str, port: int, pipe: Connection) -> None:
+def _serve(ring: RowRing, tool: TopicViewer, notes: RobotNotes, host: str, port: int, pipe: Connection) -> None:
     """What the process does, until the other end of the pipe is closed."""
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)  # they are for the loop, which ends this when it is done

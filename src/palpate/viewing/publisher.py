@@ -32,7 +32,7 @@ class Publisher(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Tool:
+class TopicViewer:
     """A program that shows topics.
 
     Attributes:

@@ -2,6 +2,7 @@
 
 import socket
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from typing import Any
 
 from palpate.runtime.log.fields import finger_name
@@ -28,8 +29,6 @@ class RerunPublisher:
         Raises:
             ViewUnavailableError: There is no viewer.
         """
-        import rerun
-
         try:
             socket.create_connection((host, port), ANSWER_TIME).close()
         except OSError as error:
@@ -38,7 +37,7 @@ class RerunPublisher:
                 f"`rerun --bind 127.0.0.1 --port {port}`, or name another with --host and --port"
             ) from None
         self.url = f"rerun+http://{host}:{port}/proxy"
-        stream = rerun.RecordingStream("palpate")
+        stream = import_module("rerun").RecordingStream("palpate")
         stream.connect_grpc(self.url)
         self._take(stream)
 
@@ -70,9 +69,7 @@ class RerunPublisher:
         self._stream.disconnect()
 
     def _take(self, stream: Any) -> None:
-        import rerun
-
-        self._sdk: Any = rerun
+        self._sdk: Any = import_module("rerun")  # which not everybody has
         self._stream, self._log = stream, stream.log
         self._senders: Mapping[str, Callable[[Any, Messages], None]] = {
             WRENCH_STAMPED: self._curves,

@@ -48,7 +48,7 @@ from palpate.viewing import (
     frames_of_log,
 )
 from palpate.viewing.live_topics import LiveTopics
-from palpate.viewing.publisher import Tool
+from palpate.viewing.publisher import TopicViewer
 
 OWN = {"config": "give it as --config FILE.YAML"}
 """What --set does not take, and what to type."""
@@ -81,7 +81,7 @@ def run_view(config: ViewConfig) -> CommandResult:
         return CommandResult(ExitCode.UNFINISHED, error=str(error))
 
 
-def _watch(config: ViewConfig, tool: Tool | None, console: Console) -> CommandResult:
+def _watch(config: ViewConfig, tool: TopicViewer | None, console: Console) -> CommandResult:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
     if ":" not in config.what and config.what not in experiment_names():
         raise InvalidValueError(
@@ -149,7 +149,7 @@ def _page(config: ViewConfig, experiment: Experiment, plan: Plan, run: RecordedR
     )
 
 
-def _topics(config: ViewConfig, tool: Tool, plan: Plan) -> LiveTopics:
+def _topics(config: ViewConfig, tool: TopicViewer, plan: Plan) -> LiveTopics:
     """Begin to send the topics of a run that is about to begin."""
     return LiveTopics(tool, robot_notes(plan), config.host, port_of(config, tool.port))
 
@@ -167,7 +167,7 @@ def _check_folder(path: Path) -> None:
         raise InvalidValueError(f"{path}: there is no folder {path.parent}; make it, or choose another")
 
 
-def _show(config: ViewConfig, tool: Tool | None, console: Console) -> CommandResult:
+def _show(config: ViewConfig, tool: TopicViewer | None, console: Console) -> CommandResult:
     """Play a log, or draw it."""
     assert config.log is not None  # run_view has looked
     for path in (config.picture, config.video):
@@ -235,7 +235,7 @@ def _wait(view: LiveView | LiveTopics, console: Console) -> None:
         return
 
 
-def _print_where(console: Console, url: str, host: str, tool: Tool | None) -> None:
+def _print_where(console: Console, url: str, host: str, tool: TopicViewer | None) -> None:
     if tool is not None:
         say(console, f"{tool.name}: {url} ({tool.hint}; Ctrl-C ends it)")
         return

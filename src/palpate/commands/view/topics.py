@@ -12,11 +12,11 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recording import robot_notes
 from palpate.runtime.log import Log
 from palpate.viewing.live_topics import play_topics
-from palpate.viewing.publisher import Tool
-from palpate.viewing.tools import FOXGLOVE, RERUN
+from palpate.viewing.publisher import TopicViewer
+from palpate.viewing.topic_viewers import FOXGLOVE, RERUN
 
 
-def tool_of(config: ViewConfig) -> Tool | None:
+def tool_of(config: ViewConfig) -> TopicViewer | None:
     """Return the program that is to show a run; None for palpate's own page.
 
     Raises:
@@ -34,7 +34,7 @@ def port_of(config: ViewConfig, usual: int) -> int:
     return usual if config.port is None else config.port
 
 
-def play_log(config: ViewConfig, tool: Tool, log: Log, console: Console) -> CommandResult:
+def play_log(config: ViewConfig, tool: TopicViewer, log: Log, console: Console) -> CommandResult:
     """Send a recorded run as it was, and stay until Ctrl-C.
 
     Raises:

@@ -12,9 +12,13 @@ from palpate.runtime.log.reader import LogReader, read_log
 from palpate.runtime.log.record import Record
 from palpate.runtime.log.recorder import Recorder
 from palpate.runtime.log.sink import RecordingSummary, Sink
+from palpate.runtime.log.standard.cloud import Cloud
+from palpate.runtime.log.standard.topics import RobotNotes
+from palpate.runtime.log.told_log import add_topics
 
 __all__ = [
     "Change",
+    "Cloud",
     "Event",
     "Gap",
     "Heading",
@@ -27,7 +31,9 @@ __all__ = [
     "Record",
     "Recorder",
     "RecordingSummary",
+    "RobotNotes",
     "Sink",
+    "add_topics",
     "log_in",
     "new_log_path",
     "read_log",
