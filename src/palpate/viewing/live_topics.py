@@ -1,8 +1,8 @@
 """A run's standard topics while it goes on, sent to other programs by a process of its own.
 
 As for `LiveView` the loop writes one row per period into shared memory and never waits. The row is the log's,
-and the process makes of it what joins the log when the run is over. Rows that it is too slow for are lost to who watches,
-not to the log.
+and the process makes of it what joins the log when the run is over. Rows that it is too slow for are lost to who
+watches, not to the log.
 """
 
 import multiprocessing
