@@ -1,5 +1,7 @@
 """Logs of experiments as other tools see them once a run is over; palpate replays them as before."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ from palpate.runtime.replay import RecordedChanges
 from runtime.log.test_standard_topics import messages, numbers
 
 
-def carried_out(name, config, folder):
+def carried_out(name, config, folder) -> Any:
     """A run, its log told to all; returns what was found."""
     experiment = experiment_named(name)
     plan = plan_for(experiment, config).prepared()

@@ -9,6 +9,7 @@ from palpate.runtime.log.schema import full_name, schema
 from palpate.runtime.log.standard.topic import Block, Topic
 from palpate.runtime.log.standard.topics import StandardTopics
 from palpate.runtime.log.standard.types import STANDARD_TYPES
+from palpate.viewing.guard import EVERYWHERE
 from palpate.viewing.server import ViewUnavailableError, free_port
 
 BACKLOG = 8192
@@ -33,7 +34,7 @@ class FoxglovePublisher:
             )
         except Exception as error:  # the SDK has no kind of its own for it
             raise ViewUnavailableError(f"host = {host!r}, port = {port}: {error}") from None
-        self.url = f"ws://{host}:{port}"
+        self.url = f"ws://{'localhost' if host in EVERYWHERE else host}:{port}"
         self._channels: dict[int, Any] = {}
 
     def start(self, codec: PeriodCodec, topics: StandardTopics) -> None:

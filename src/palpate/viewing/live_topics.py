@@ -1,8 +1,8 @@
 """A run's standard topics while it goes on, sent to other programs by a process of its own.
 
-As for `LiveView` the loop writes one row per period into shared memory and never waits; the row is the log's, and
-the process makes of it what the log's writer does. Rows that it is too slow for are lost to who watches, not to
-the log.
+As for `LiveView` the loop writes one row per period into shared memory and never waits. The row is the log's,
+and the process makes of it what joins the log when the run is over. Rows that it is too slow for are lost to who
+watches, not to the log.
 """
 
 import multiprocessing
@@ -34,6 +34,9 @@ from palpate.viewing.row_ring import RingReader, RingWriter, RowRing
 
 RING = 2**20
 """Numbers in the shared memory, 8 MB: 15 s at 1 kHz of an arm with one finger."""
+
+AT_ONCE = 10_000
+"""Periods of a log that are sent at once at most: their messages take some megabytes."""
 
 
 class LiveTopics(Closing):
@@ -156,8 +159,8 @@ def play_topics(publisher: Publisher, log: Log, notes: RobotNotes, speed: float)
     publisher.start(codec, StandardTopics(codec, notes))
     started, sent = monotonic(), 0
     while sent < len(times):
-        passed = speed * (monotonic() - started)
-        until = len(times) if np.isinf(speed) else int(np.searchsorted(times, passed, side="right"))
+        passed = np.inf if np.isinf(speed) else speed * (monotonic() - started)
+        until = min(int(np.searchsorted(times, passed, side="right")), sent + AT_ONCE)
         publisher.periods(Block.of(codec, log.rows[sent:until], log.sequence[sent:until]))
         sent = until
         sleep(INTERVAL)

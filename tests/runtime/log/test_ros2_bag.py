@@ -64,6 +64,19 @@ def test_of_a_log_that_was_cut_off_all_that_is_whole_is_in_the_bag(tmp_path, mon
     assert "cut off" in result.warnings[0]
 
 
+def test_of_a_damaged_log_the_good_chunks_are_in_the_bag(tmp_path, monkeypatch):
+    monkeypatch.setattr(log_writer, "LARGEST_CHUNK", 1)
+    path = tmp_path / "a.mcap"
+    recorded(path, touching_run(430, ONE_FINGER))
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    result = run_log_ros2(LogRos2Config(path))
+    found, _ = told(tmp_path / "a_bag")
+    assert 100 < len(found["/period"]) == len(found["/finger_0/wrench"]) < 430
+    assert "is damaged" in result.warnings[0]
+
+
 def test_a_folder_that_is_there_is_left_alone(tmp_path):
     recorded(tmp_path / "a.mcap", touching_run(2, ONE_FINGER))
     with pytest.raises(InvalidValueError, match="is there already; a bag is a new folder"):

@@ -18,7 +18,7 @@ from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
 from palpate.commands.view.plan import plans_of_log, shown_scene, watched_backend
-from palpate.commands.view.topics import play_log, port_of, tool_of
+from palpate.commands.view.topics import HERE, play_log, port_of, print_address, tool_of
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.experiment import Experiment, Plan
@@ -37,7 +37,6 @@ from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import (
-    LOOPBACK,
     USUAL_PORT,
     Frames,
     LiveView,
@@ -237,8 +236,8 @@ def _wait(view: LiveView | LiveTopics, console: Console) -> None:
 
 def _print_where(console: Console, url: str, host: str, tool: TopicViewer | None) -> None:
     if tool is not None:
-        say(console, f"{tool.name}: {url} ({tool.hint}; Ctrl-C ends it)")
+        print_address(console, tool, url, host)
         return
     say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
-    if host not in (LOOPBACK, "localhost", "::1"):
+    if host not in HERE:
         say(console, f"Everybody who reaches {host} with this address can watch, press buttons and move sliders")

@@ -11,9 +11,13 @@ from palpate.commands.view.config import ViewConfig
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recording import robot_notes
 from palpate.runtime.log import Log
+from palpate.viewing import LOOPBACK
 from palpate.viewing.live_topics import play_topics
 from palpate.viewing.publisher import TopicViewer
 from palpate.viewing.topic_viewers import FOXGLOVE, RERUN
+
+HERE = (LOOPBACK, "localhost", "::1")
+"""Names of this computer that no other one reaches."""
 
 
 def tool_of(config: ViewConfig) -> TopicViewer | None:
@@ -34,6 +38,13 @@ def port_of(config: ViewConfig, usual: int) -> int:
     return usual if config.port is None else config.port
 
 
+def print_address(console: Console, tool: TopicViewer, url: str, host: str) -> None:
+    """Print where topics are sent."""
+    say(console, f"{tool.name}: {url} ({tool.hint}; Ctrl-C ends it)")
+    if tool is FOXGLOVE and host not in HERE:
+        say(console, f"Everybody who reaches {host} can watch; nobody can press buttons or move sliders")
+
+
 def play_log(config: ViewConfig, tool: TopicViewer, log: Log, console: Console) -> CommandResult:
     """Send a recorded run as it was, and stay until Ctrl-C.
 
@@ -44,7 +55,7 @@ def play_log(config: ViewConfig, tool: TopicViewer, log: Log, console: Console) 
     notes = robot_notes(LoggedRun.of(log).plan())
     publisher = tool.publisher(config.host, port_of(config, tool.port))
     try:
-        say(console, f"{tool.name}: {publisher.url} ({tool.hint}; Ctrl-C ends it)")
+        print_address(console, tool, publisher.url, config.host)
         with suppress(KeyboardInterrupt):  # how a view is ended
             play_topics(publisher, log, notes, config.time_scale)
             say(console, "The run is over; Ctrl-C ends the view")

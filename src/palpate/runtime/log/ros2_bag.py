@@ -57,18 +57,12 @@ def write_bag(
         InvalidValueError: There is no log, or the folder is there, or cannot be made.
         OSError: A file cannot be written.
     """
+    whole = _is_told(log) and _is_whole(log, progress)
     with LogReader(log) as reader:
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError:
-            raise InvalidValueError(
-                f"out = {folder}: is there already; a bag is a new folder, name another"
-            ) from None
-        except OSError as error:
-            raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another place") from None
+        _make(folder)
         bag = folder / log.name
         with replacing(bag) as file:
-            if _is_told(log):
+            if whole:
                 with log.open("rb") as source:
                     shutil.copyfileobj(source, file)
             else:
@@ -81,6 +75,23 @@ def write_bag(
         file.write(yaml_text({"rosbag2_bagfile_information": _information(bag.name, summary)}).encode())
     counts = {channel.topic: count for channel, count in _counted(summary)}
     return Bag((bag, metadata), counts, reader.damage_words)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        raise InvalidValueError(f"out = {folder}: is there already; a bag is a new folder, name another") from None
+    except OSError as error:
+        raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another place") from None
+
+
+def _is_whole(log: Path, progress: Progress | None) -> bool:
+    """Whether every check sum is right."""
+    with LogReader(log) as reader:
+        for _ in reader.pieces(progress):
+            pass
+        return reader.complete
 
 
 def _is_told(log: Path) -> bool:

@@ -25,7 +25,8 @@ class _Touches:
 
     def __init__(self, codec: PeriodCodec, finger: int) -> None:
         self._name = at = finger_name(finger)
-        self._ok = codec.heading.codes.statuses.index(ContactStatus.OK.name)
+        statuses = codec.heading.codes.statuses
+        self._ok = statuses.index(ContactStatus.OK.name) if ContactStatus.OK.name in statuses else -1
         self._touching, self._status = (codec.columns[f"{at}.{name}"].start for name in ("touching", "status"))
         self.centroid = codec.columns[f"{at}.centroid"]
         wrench = codec.columns[f"{at}.wrench"].start
