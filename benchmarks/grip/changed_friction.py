@@ -15,6 +15,7 @@ import numpy as np
 from palpate.controllers.grip.grasp import GraspController
 from palpate.experiments.grasp.config import GraspConfig, Knowledge
 from palpate.experiments.grasp.plan import GraspPlan, plan
+from palpate.experiments.grasp.truth import GraspTruth, GraspTruthRecorder
 from palpate.runtime.touch import Touch
 from palpate.sim.friction.bristle import KINETIC, STATIC
 from palpate.sim.hand.backend import HandBackend
@@ -153,23 +154,8 @@ def held(
     controller: GraspController | None = None,
 ) -> Held:
     """Carry out a plan until so long after the change [s], with its own controller if no other is given."""
-    backend = planned.backend()
-    assert isinstance(backend, HandBackend)
-    controller, touch = controller or planned.controller(), Touch(*planned.fingers)
-    kept = planned.observer(controller, backend)
     begins = planned.times.grows + planned.config.rising + SETTLED
-    friction = _Friction(backend, change or FrictionChange())
-    sample = backend.start()
-    now = touch.sense(sample)
-    controller.start(now)
-    while now.time < begins + seconds:
-        command = controller.step(now)
-        kept(sample, now, command)
-        if change is not None:
-            friction.set(now.time - begins)
-        sample = backend.step(command)
-        now = touch.sense(sample)
-    truth = kept.truth()
+    truth, controller = carried_out(planned, begins + seconds, change, controller)
     time = truth.time
     changed = int(np.searchsorted(time, begins)) if change is not None else 0
     slid, turned = truth.slid[changed:] - truth.slid[changed], truth.turned[changed:] - truth.turned[changed]
@@ -196,3 +182,32 @@ def held(
         len(alarms),
         sum(each < begins for each in alarms),
     )
+
+
+def carried_out(
+    planned: GraspPlan,
+    end: float,
+    change: FrictionChange | None = None,
+    controller: GraspController | None = None,
+    every: int = 1,
+) -> tuple[GraspTruth, GraspController]:
+    """Carry out a plan until then [s]; return the truth of every so many periods, and who controlled."""
+    backend = planned.backend()
+    assert isinstance(backend, HandBackend)
+    controller, touch = controller or planned.controller(), Touch(*planned.fingers)
+    kept = planned.observer(controller, backend)
+    assert isinstance(kept, GraspTruthRecorder)
+    begins = planned.times.grows + planned.config.rising + SETTLED
+    friction = _Friction(backend, change or FrictionChange())
+    sample = backend.start()
+    now = touch.sense(sample)
+    controller.start(now)
+    while now.time < end:
+        command = controller.step(now)
+        if round(now.time / planned.period) % every == 0:
+            kept(sample, now, command)
+        if change is not None:
+            friction.set(now.time - begins)
+        sample = backend.step(command)
+        now = touch.sense(sample)
+    return kept.truth(), controller

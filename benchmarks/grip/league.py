@@ -135,7 +135,7 @@ class Row:
         """Drops, slip, spin, latency and grip, as the table has them."""
         low, high = self.interval
         median, most = self.slip
-        soon, late = (f"{1e3 * each:.0f}" if math.isfinite(each) else "-" for each in self.latency)
+        soon, late = (_milliseconds(each) for each in self.latency)
         return (
             f"{self.drops}/{self.runs} ({100.0 * low:.0f} to {100.0 * high:.0f} %)",
             f"{1e3 * median:.2g} / {1e3 * most:.2g}",
@@ -143,6 +143,12 @@ class Row:
             f"{soon} / {late}",
             f"{self.grip:.2f}",
         )
+
+
+def _milliseconds(latency: float) -> str:
+    if math.isnan(latency):
+        return "-"
+    return f"{1e3 * latency:.0f}" if math.isfinite(latency) else "never"
 
 
 HEADS = ("drops", "slip mm, median / worst", "spin deg, worst", "alarm ms, median / worst", "grip before N")

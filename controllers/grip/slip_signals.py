@@ -34,9 +34,9 @@ NEAR = 0.55
 """Share of believed friction below which load ratios need not be shown to hold: what has lost more is heard to
 fall."""
 
-TURNS = 10.0
-"""Times the share of a force by which a moment must fall: an object that hangs in elastic fingers swings about
-them by a quarter whenever the hand stops, or a pull does."""
+TURNS, SHARED_TURNS = 0.4, 0.07
+"""Share by which a moment must fall: an object that hangs in two elastic fingers swings about them by a quarter
+whenever the hand stops, or a pull does."""
 
 SETTLES = 0.02
 """[s] Time constant of the mean of load ratios: eight samples of noise."""
@@ -60,7 +60,7 @@ class SlipSignals:
         """Take how many fingers there are, and loads that hang, and the period of control [s]."""
         self._fingers, self._period = fingers, positive("period", period, "s")
         force = FALL if fingers <= OPPOSED else SHARED_FALL
-        moment = replace(force, share=TURNS * force.share) if fingers <= OPPOSED else force
+        moment = replace(force, share=TURNS if fingers <= OPPOSED else SHARED_TURNS)
         self.falls = (LoadFall(period, force), *(LoadFall(period, moment) for _ in range(loads - 1)))
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))
         self._squeeze = SqueezeTest(fingers, period)

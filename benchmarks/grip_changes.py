@@ -1,0 +1,143 @@
+"""What a grip does where friction is less than believed, how often it hears what is not, how it holds what shakes.
+
+    python benchmarks/grip_changes.py changes    mu -30 % and -50 % in 20 ms, everywhere or at one finger
+    python benchmarks/grip_changes.py too-high   mu 30 % less than believed, from the lift on
+    python benchmarks/grip_changes.py alarms     undisturbed at a load ratio of 0.9, and with noise x 3
+    python benchmarks/grip_changes.py shaken     with 1 N, 2 to 10 Hz, for 30 s
+
+Prints a Markdown table. `--known`, `--fingers`: which, all if not given; `--plant`: the friction plant's bristles
+instead of MuJoCo's friction. Seeds from 1000 on are those that nothing was tuned on.
+"""
+
+import argparse
+import itertools
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from grip.changed_friction import FrictionChange, Held, believed_too_high, drawn, hold
+from grip.league import HEADS, LONG, Row, wilson
+from grip.long_hold import LongHold, shaken, undisturbed
+
+KNOWN, FINGERS = ("touched", "estimated", "untouched"), (2, 3)
+MINUTE, SHAKING = 60.0, 30.0
+"""[s] How long one object is held, or shaken."""
+
+Cells = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table: one run of a kind of case, and what the row of all of its runs says.
+
+    Attributes:
+        kinds: A run each, by (seed, known, fingers, plant=).
+        heads: Of the columns.
+        cells: From the fingers and the runs of a row.
+    """
+
+    kinds: Mapping[str, Callable[..., Any]]
+    heads: Cells
+    cells: Callable[[int, Sequence[Any]], Cells]
+
+
+def changed(seed: int, known: Any, fingers: int, *, change: FrictionChange, plant: bool) -> Held:
+    """Carry out one run."""
+    return hold(drawn(seed, known, fingers, plant=plant), change, LONG)
+
+
+def too_high(seed: int, known: Any, fingers: int, *, plant: bool) -> Held:
+    """Carry out one run."""
+    return hold(believed_too_high(seed, known, fingers, plant=plant), None, LONG)
+
+
+def held_cells(fingers: int, runs: Sequence[Held]) -> Cells:
+    """What is told of friction that changes."""
+    return (*Row.of(list(runs)).cells, f"{sum(each.early for each in runs)}")
+
+
+def drops_of(runs: Sequence[LongHold]) -> str:
+    """How many were lost."""
+    drops = sum(each.dropped for each in runs)
+    low, high = wilson(drops, len(runs))
+    return f"{drops}/{len(runs)} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
+
+
+def quiet_cells(fingers: int, runs: Sequence[LongHold]) -> Cells:
+    """What is told of an undisturbed hold."""
+    alarms, tens = sum(each.alarms for each in runs), len(runs) * fingers * MINUTE / 600.0
+    return (
+        drops_of(runs),
+        f"{alarms / tens:.2g} ({alarms} in {tens:.0f})",
+        f"{1e3 * max(each.slip for each in runs):.2g}",
+        f"{np.mean([each.grip for each in runs]):.2f}",
+        f"{np.mean([each.ratio for each in runs]):.2f}",
+    )
+
+
+def shaken_cells(fingers: int, runs: Sequence[LongHold]) -> Cells:
+    """What is told of shaking."""
+    creeps, ratios = [1e6 * each.creep for each in runs], [each.grip / each.peak for each in runs]
+    return (
+        drops_of(runs),
+        f"{np.median(creeps):.2g} / {max(creeps):.2g}",
+        f"{math.degrees(max(each.turning for each in runs)):.2g}",
+        f"{np.median(ratios):.2f} / {max(ratios):.2f}",
+        f"{sum(each.alarms for each in runs)}",
+    )
+
+
+CHANGES = {
+    "nothing changes": FrictionChange(),
+    "mu -30 %, all": FrictionChange(0.7),
+    "mu -50 %, all": FrictionChange(0.5),
+    "mu -30 %, one finger": FrictionChange(0.7, fingers=(0,)),
+    "mu -50 %, one finger": FrictionChange(0.5, fingers=(0,)),
+}
+HELD_HEADS = (*HEADS, "alarms before")
+TABLES = {
+    "changes": Table(
+        {name: partial(changed, change=change) for name, change in CHANGES.items()}, HELD_HEADS, held_cells
+    ),
+    "too-high": Table({"believed 30 % too high": too_high}, HELD_HEADS, held_cells),
+    "alarms": Table(
+        {f"noise x {noisier:g}": partial(undisturbed, seconds=MINUTE, noisier=noisier) for noisier in (1.0, 3.0)},
+        ("drops", "alarms per finger in 10 min", "slip mm, worst", "grip N", "load ratio"),
+        quiet_cells,
+    ),
+    "shaken": Table(
+        {f"{f:g} Hz": partial(shaken, frequency=f, seconds=SHAKING) for f in (2.0, 3.5, 5.0, 7.0, 10.0)},
+        ("drops", "creep um/s, median / worst", "deg/s, worst", "grip over least of the peak", "alarms"),
+        shaken_cells,
+    ),
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=TABLES)
+    parser.add_argument("--known", nargs="+", default=KNOWN, choices=KNOWN)
+    parser.add_argument("--fingers", nargs="+", type=int, default=FINGERS, choices=FINGERS)
+    parser.add_argument("--plant", action="store_true", help="bristles")
+    parser.add_argument("--seeds", type=int, default=40)
+    parser.add_argument("--first", type=int, default=1000)
+    parser.add_argument("--jobs", type=int, default=2)
+    asked = parser.parse_args()
+    table, seeds = TABLES[asked.what], range(asked.first, asked.first + asked.seeds)
+    for row in (("", "friction", "fingers", *table.heads), ["---"] * (3 + len(table.heads))):
+        print(f"| {' | '.join(row)} |", flush=True)
+    with ProcessPoolExecutor(asked.jobs) as pool:
+        for known, fingers, (name, one) in itertools.product(asked.known, asked.fingers, table.kinds.items()):
+            run = partial(one, known=known, fingers=fingers, plant=asked.plant)
+            cells = table.cells(fingers, list(pool.map(run, seeds)))
+            print(f"| {' | '.join((name, known, str(fingers), *cells))} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
