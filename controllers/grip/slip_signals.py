@@ -2,9 +2,10 @@
 
 - What hangs in the hand falls (`palpate.friction.slip.load_fall`): an object moves where it is not all borne, and
   only there. What fingers pass on among one another is no slip.
-- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly,
-  where two fingers share it otherwise than before, and where a load ratio is higher than any that was shown to
-  hold: what slides at a steady speed is borne, and a load that is known only by what friction bears saturates.
+- What two fingers share as before falls: the one that slips hands its part to the other, and what hangs stays.
+- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly, and
+  where a load ratio is higher than any that was shown to hold: what slides at a steady speed is borne, and a load
+  that is known only by what friction bears saturates.
 """
 
 import math
@@ -16,7 +17,7 @@ from palpate.controllers.grip.hanging_load import MeasuredLoad
 from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.squeeze_test import LEAST, OPPOSED, SQUEEZE, Answer, SqueezeTest
 from palpate.errors import positive
-from palpate.friction.slip.load_fall import FALL, NOISY, SHARED_FALL, SLIGHT_FALL, LoadFall
+from palpate.friction.slip.load_fall import FALL, NOISY, SHARE_FALL, SHARED_FALL, SLIGHT_FALL, LoadFall
 
 PRESSED, CHANGED = 0.05, 0.04
 """[s], and share by which normal forces may change in that time for a squeeze to begin."""
@@ -26,9 +27,6 @@ SWUNG = 0.1
 
 SHOWN = 0.06
 """Share by which a load ratio may exceed what was shown to hold."""
-
-PARTED = 0.08
-"""Share by which the parts of two opposed fingers may differ from those that were shown to hold."""
 
 NEAR = 0.55
 """Share of believed friction below which load ratios need not be shown to hold: what has lost more is heard to
@@ -62,6 +60,7 @@ class SlipSignals:
         force = FALL if fingers <= OPPOSED else SHARED_FALL
         moment = replace(force, share=TURNS if fingers <= OPPOSED else SHARED_TURNS)
         self.falls = (LoadFall(period, force), *(LoadFall(period, moment) for _ in range(loads - 1)))
+        self._share = LoadFall(period, SHARE_FALL)
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))
         self._squeeze = SqueezeTest(fingers, period)
         self._pressed = deque[tuple[float, ...]](maxlen=max(round(PRESSED / period), 1))
@@ -75,16 +74,16 @@ class SlipSignals:
 
     def start(self) -> None:
         """A new grip begins: no load ratio was shown to hold."""
-        for fall in (*self.falls, *self._slight):
+        for fall in (*self.falls, *self._slight, self._share):
             fall.start()
         nothing = (0.0,) * self._fingers
-        self._held = self._asked = self._wanted = self._parts = nothing
+        self._held = self._asked = self._wanted = nothing
         self._tested = -math.inf
         self.restart()
 
     def restart(self) -> None:
         """Something else hangs now, or hangs otherwise."""
-        for fall in (*self.falls, *self._slight):
+        for fall in (*self.falls, *self._slight, self._share):
             fall.restart()
         self._squeeze.restart()
         self._ratios: tuple[float, ...] = ()
@@ -94,6 +93,7 @@ class SlipSignals:
         self,
         time: float,
         loads: Sequence[MeasuredLoad],
+        shared: MeasuredLoad | None,
         ratios: tuple[float, ...],
         grips: tuple[float, ...],
         believed: Sequence[float],
@@ -103,6 +103,7 @@ class SlipSignals:
         Args:
             time: [s]
             loads: What hangs.
+            shared: What fingers share of it as before; None: not told.
             ratios: Load ratio of each contact, over its normal force.
             grips: Normal forces [N].
             believed: Friction of each contact.
@@ -115,16 +116,17 @@ class SlipSignals:
         slightly = _fell(self._slight, loads, shaken)
         if _fell(self.falls, loads, shaken):
             return Signal.FALL
+        if shared is not None and self._share.step(shared.size, shared.deviation):
+            return Signal.SHARE
         if answer is Answer.SLIDES:
             return Signal.SQUEEZE
         if answer is Answer.HOLDS:
             self._held = tuple(max(a, b) for a, b in zip(self._held, self._asked, strict=True))
-            self._parts = self._asked
             for fall in self._slight:
                 fall.refuted()
         if (
             time >= self._tested + AGAIN
-            and (slightly or self._higher(believed) or self._parted())
+            and (slightly or self._higher(believed))
             and self._unmoved()
             and all(
                 fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
@@ -143,13 +145,6 @@ class SlipSignals:
             now > (1.0 + SHOWN) * max(held, NEAR * mu)
             for now, held, mu in zip(self._ratios, self._held, believed, strict=True)
         )
-
-    def _parted(self) -> bool:
-        """Whether one of two fingers bears less of the load than it was shown to, and the other more."""
-        if self._fingers > OPPOSED or min(self._parts) <= 0.0:
-            return False
-        (first, second), (before, other) = self._ratios, self._parts
-        return not 1.0 - PARTED < first * other / (before * second) < 1.0 + PARTED
 
     def _unmoved(self) -> bool:
         """Whether no finger presses otherwise than it did: a grip that is let down tells what slides by itself."""

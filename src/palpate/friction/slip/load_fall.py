@@ -39,6 +39,7 @@ MOST = 4.0
 MOST_DOUBT = 16.0
 """Times what a load must fall at most."""
 
+
 @dataclass(frozen=True, slots=True)
 class FallParameters:
     """What is a fall.
@@ -65,9 +66,12 @@ FALL = FallParameters(share=0.013, swings=3.0, threshold=12.0, lost=5e-5, fades=
 SHARED_FALL = FallParameters(share=0.02, swings=3.0, threshold=12.0, lost=5e-5, fades=1.0)
 """The same for three fingers or more, which take 5 % off the load for some milliseconds as they move."""
 
+SHARE_FALL = FallParameters(share=0.08, swings=3.0, threshold=12.0, lost=1e-5, fades=1.0)
+"""Of what two fingers share as they did before: an eighth goes over where one loses 30 % of its friction."""
+
 SLIGHT_FALL = FallParameters(share=0.01, swings=2.0, threshold=6.0, lost=2e-5, fades=2.0)
-"""To be looked into: what has gained less within the 20 ms in which its friction fell to what it weighs, and slides
-on at that speed."""
+"""To be looked into: what has gained less within the 20 ms in which its friction fell to what it weighs, and
+slides on at that speed."""
 
 
 class LoadFall:
@@ -136,5 +140,8 @@ class LoadFall:
         )
         fell = shaken * max(own.share * self._doubt * self.hung, swung)
         left_out = LEFT_OUT * fell
-        by_noise, by_speed = (fell - left_out) / deviation**2, own.threshold * self._period / (own.lost * self.hung)
+        by_noise, by_speed = (
+            (fell - left_out) / deviation**2,
+            own.threshold * self._period / (own.lost * self.hung),
+        )
         return self._test.add(min(by_noise, by_speed) * (off - 0.5 * (fell + left_out)))
