@@ -13,16 +13,18 @@ import argparse
 import itertools
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-from grip.changed_friction import FrictionChange, Held, believed_too_high, drawn, hold
+from grip.changed_friction import FrictionChange, Run, believed_too_high, drawn
 from grip.league import HEADS, LONG, Row, wilson
-from grip.long_hold import LongHold, shaken, undisturbed
+from grip.long_hold import shaken, undisturbed
+
+from palpate.experiments.grasp.plan import plan
 
 KNOWN, FINGERS = ("touched", "estimated", "untouched"), (2, 3)
 MINUTE, SHAKING = 60.0, 30.0
@@ -31,44 +33,60 @@ MINUTE, SHAKING = 60.0, 30.0
 Cells = tuple[str, ...]
 
 
+Runs = Sequence[Any]
+"""One of each seed."""
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table: one run of a kind of case, and what the row of all of its runs says.
+    """A table: what is done with a seed, one thing or several, and what the row of each thing says.
 
     Attributes:
-        kinds: A run each, by (seed, known, fingers, plant=).
+        rows: Their names.
+        runs: What came of each, by (seed, known, fingers, plant).
         heads: Of the columns.
         cells: From the fingers and the runs of a row.
     """
 
-    kinds: Mapping[str, Callable[..., Any]]
+    rows: Cells
+    runs: Callable[[int, Any, int, bool], Runs]
     heads: Cells
-    cells: Callable[[int, Sequence[Any]], Cells]
+    cells: Callable[[int, Runs], Cells]
 
 
-def changed(seed: int, known: Any, fingers: int, *, change: FrictionChange, plant: bool) -> Held:
-    """Carry out one run."""
-    return hold(drawn(seed, known, fingers, plant=plant), change, LONG)
+def changed(seed: int, known: Any, fingers: int, plant: bool) -> Runs:
+    """Hold an object; its friction changes."""
+    return Run(plan(drawn(seed, known, fingers, plant=plant), None, {})).each_held(CHANGES.values(), LONG)
 
 
-def too_high(seed: int, known: Any, fingers: int, *, plant: bool) -> Held:
-    """Carry out one run."""
-    return hold(believed_too_high(seed, known, fingers, plant=plant), None, LONG)
+def too_high(seed: int, known: Any, fingers: int, plant: bool) -> Runs:
+    """Lift and hold an object of less friction than believed."""
+    return [Run(plan(believed_too_high(seed, known, fingers, plant=plant), None, {})).held(None, LONG)]
 
 
-def held_cells(fingers: int, runs: Sequence[Held]) -> Cells:
+def quiet(seed: int, known: Any, fingers: int, plant: bool) -> Runs:
+    """Hold an object undisturbed."""
+    return [undisturbed(seed, known, fingers, seconds=MINUTE, noisier=by, plant=plant) for by in NOISES]
+
+
+def all_shaken(seed: int, known: Any, fingers: int, plant: bool) -> Runs:
+    """Shake an object."""
+    return [shaken(seed, known, fingers, hertz, seconds=SHAKING, plant=plant) for hertz in SHAKES]
+
+
+def held_cells(fingers: int, runs: Runs) -> Cells:
     """What is told of friction that changes."""
     return (*Row.of(list(runs)).cells, f"{sum(each.early for each in runs)}")
 
 
-def drops_of(runs: Sequence[LongHold]) -> str:
+def drops_of(runs: Runs) -> str:
     """How many were lost."""
     drops = sum(each.dropped for each in runs)
     low, high = wilson(drops, len(runs))
     return f"{drops}/{len(runs)} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
 
 
-def quiet_cells(fingers: int, runs: Sequence[LongHold]) -> Cells:
+def quiet_cells(fingers: int, runs: Runs) -> Cells:
     """What is told of an undisturbed hold."""
     alarms, tens = sum(each.alarms for each in runs), len(runs) * fingers * MINUTE / 600.0
     return (
@@ -80,7 +98,7 @@ def quiet_cells(fingers: int, runs: Sequence[LongHold]) -> Cells:
     )
 
 
-def shaken_cells(fingers: int, runs: Sequence[LongHold]) -> Cells:
+def shaken_cells(fingers: int, runs: Runs) -> Cells:
     """What is told of shaking."""
     creeps, ratios = [1e6 * each.creep for each in runs], [each.grip / each.peak for each in runs]
     return (
@@ -99,19 +117,22 @@ CHANGES = {
     "mu -30 %, one finger": FrictionChange(0.7, fingers=(0,)),
     "mu -50 %, one finger": FrictionChange(0.5, fingers=(0,)),
 }
+NOISES, SHAKES = (1.0, 3.0), (2.0, 3.5, 5.0, 7.0, 10.0)
+"""Times the sensors' noise, and [Hz]."""
+
 HELD_HEADS = (*HEADS, "alarms before")
 TABLES = {
-    "changes": Table(
-        {name: partial(changed, change=change) for name, change in CHANGES.items()}, HELD_HEADS, held_cells
-    ),
-    "too-high": Table({"believed 30 % too high": too_high}, HELD_HEADS, held_cells),
+    "changes": Table(tuple(CHANGES), changed, HELD_HEADS, held_cells),
+    "too-high": Table(("believed 30 % too high",), too_high, HELD_HEADS, held_cells),
     "alarms": Table(
-        {f"noise x {noisier:g}": partial(undisturbed, seconds=MINUTE, noisier=noisier) for noisier in (1.0, 3.0)},
+        tuple(f"noise x {by:g}" for by in NOISES),
+        quiet,
         ("drops", "alarms per finger in 10 min", "slip mm, worst", "grip N", "load ratio"),
         quiet_cells,
     ),
     "shaken": Table(
-        {f"{f:g} Hz": partial(shaken, frequency=f, seconds=SHAKING) for f in (2.0, 3.5, 5.0, 7.0, 10.0)},
+        tuple(f"{hertz:g} Hz" for hertz in SHAKES),
+        all_shaken,
         ("drops", "creep um/s, median / worst", "deg/s, worst", "grip over least of the peak", "alarms"),
         shaken_cells,
     ),
@@ -132,10 +153,10 @@ def main() -> int:
     for row in (("", "friction", "fingers", *table.heads), ["---"] * (3 + len(table.heads))):
         print(f"| {' | '.join(row)} |", flush=True)
     with ProcessPoolExecutor(asked.jobs) as pool:
-        for known, fingers, (name, one) in itertools.product(asked.known, asked.fingers, table.kinds.items()):
-            run = partial(one, known=known, fingers=fingers, plant=asked.plant)
-            cells = table.cells(fingers, list(pool.map(run, seeds)))
-            print(f"| {' | '.join((name, known, str(fingers), *cells))} |", flush=True)
+        for known, fingers in itertools.product(asked.known, asked.fingers):
+            one = partial(table.runs, known=known, fingers=fingers, plant=asked.plant)
+            for name, runs in zip(table.rows, zip(*pool.map(one, seeds), strict=True), strict=True):
+                print(f"| {' | '.join((name, known, str(fingers), *table.cells(fingers, runs)))} |", flush=True)
     return 0
 
 

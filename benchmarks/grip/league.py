@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grip.changed_friction import FrictionChange, Held, drawn, held
+from grip.changed_friction import FrictionChange, Held, Run, drawn
 from grip.rivals import ConstantGrip, RatioGrip, SlipTriggeredGrip
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.grasp import GraspController, SetDownParameters
@@ -88,7 +88,7 @@ SCHEMES: Mapping[str, Callable[[GraspPlan], GraspController]] = {
 def one(scheme: str, scenario: Scenario, seed: int, *, plant: bool) -> Held:
     """Carry out one run."""
     planned = plan(scenario.grasp(seed, plant=plant), None, {})
-    return held(planned, scenario.change, LONG, SCHEMES[scheme](planned))
+    return Run(planned, SCHEMES[scheme](planned)).held(scenario.change, LONG)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grip.changed_friction import DROPPED, carried_out, drawn
+from grip.changed_friction import DROPPED, Run, drawn
 from palpate.experiments.grasp.config import GraspConfig, Knowledge
 from palpate.experiments.grasp.creep import creep_rate
 from palpate.experiments.grasp.least import least_grip
@@ -70,7 +70,9 @@ def shaken(
 def _kept(config: GraspConfig, seconds: float, cycle: float, *, every: int) -> LongHold:
     planned = plan(config, None, {})
     begin = planned.times.grows
-    truth, controller = carried_out(planned, begin + seconds, every=every)
+    run = Run(planned, every=every)
+    run.until(begin + seconds)
+    truth = run.truth
     at = int(np.searchsorted(truth.time, begin))
     later = int(np.searchsorted(truth.time, begin + AT_FIRST))
     slip = float(np.abs(truth.slid[at:] - truth.slid[at]).max())
@@ -84,7 +86,7 @@ def _kept(config: GraspConfig, seconds: float, cycle: float, *, every: int) -> L
         float(truth.loads[later:, :, 0].mean()),
         max(_least(truth, int(i), planned.true, config.mass) for i in chosen),
         float(_ratios(truth, later, planned.true).mean(axis=0).max()),
-        sum(begin <= each.time for each in controller.grip.alarms),
+        sum(begin <= each.time for each in run.controller.grip.alarms),
     )
 
 

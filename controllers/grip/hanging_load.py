@@ -15,9 +15,9 @@ from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rot
 LATELY = 0.05
 """[s] Time constant of the mean moment: friction falls within 20 ms, a pull beside the fingers grows slowly."""
 
-NOW, BEFORE = 0.005, 0.2
-"""[s] Time constants of what two fingers bear against each other, and of what it was: where a grip is let down, the
-part of the one that slips goes over to the other within 0.1 s."""
+NOW, BEFORE = 0.005, 0.5
+"""[s] Time constants of what two fingers bear against each other, and of what it was: as a grip is let down, the
+part of the one that slips goes over slowly."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,7 +78,7 @@ class SlipSignals:
             fall.start()
         nothing = (0.0,) * self._fingers
         self._held = self._asked = self._wanted = nothing
-        self._tested = -math.inf
+        self._tested, self._doubted = -math.inf, False
         self.restart()
 
     def restart(self) -> None:
@@ -122,7 +122,7 @@ class SlipSignals:
             return Signal.SQUEEZE
         if answer is Answer.HOLDS:
             self._held = tuple(max(a, b) for a, b in zip(self._held, self._asked, strict=True))
-            for fall in self._slight:
+            for fall in self._slight if self._doubted else ():
                 fall.refuted()
         if (
             time >= self._tested + AGAIN
@@ -134,7 +134,7 @@ class SlipSignals:
             )
             and self._squeeze.steady
         ):
-            self._tested, self._asked = time, self._ratios
+            self._tested, self._asked, self._doubted = time, self._ratios, slightly
             self._wanted = tuple(max(SQUEEZE * grip, LEAST) for grip in grips)
             self._squeeze.begin(time)
         return None

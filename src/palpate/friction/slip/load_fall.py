@@ -66,8 +66,8 @@ FALL = FallParameters(share=0.013, swings=3.0, threshold=12.0, lost=5e-5, fades=
 SHARED_FALL = FallParameters(share=0.02, swings=3.0, threshold=12.0, lost=5e-5, fades=1.0)
 """The same for three fingers or more, which take 5 % off the load for some milliseconds as they move."""
 
-SHARE_FALL = FallParameters(share=0.08, swings=3.0, threshold=12.0, lost=1e-5, fades=1.0)
-"""Of what two fingers share as they did before: an eighth goes over where one loses 30 % of its friction."""
+SHARE_FALL = FallParameters(share=0.05, swings=3.0, threshold=12.0, lost=1e-5, fades=1.0)
+"""Of what two fingers share as they did before: a sixth goes over where one loses 30 % of its friction."""
 
 SLIGHT_FALL = FallParameters(share=0.01, swings=2.0, threshold=6.0, lost=2e-5, fades=2.0)
 """To be looked into: what has gained less within the 20 ms in which its friction fell to what it weighs, and
