@@ -24,6 +24,7 @@ from palpate.controllers.grip.zeros import SteadyZeros, Zeros
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.slip.kinds import kind_of_slip
+from palpate.friction.slip.recent_swing import RecentSwing
 from palpate.runtime.data import FingerObservation, Observation
 
 _TOO_FEW = 2
@@ -35,6 +36,10 @@ REGRIP_INTERVAL = 0.05
 
 REFUTED_RELEASE = 4.0
 """Times the usual rate at which the grip is let down after a slip that was none: it held before with less."""
+
+SWINGS, SWINGING_RELEASE = 0.1, 10.0
+"""Share by which what is wanted has swung of late, and times the usual time constant with which the grip is then
+let down: the next peak comes, and fingers that pump work an object out of a grip that holds it."""
 
 Forces = tuple[float, ...]
 """One per finger [N]."""
@@ -91,6 +96,7 @@ class SlipSafeGrip:
         self.belief, self.watch = belief, watch or NoSlipWatch()
         self.hearing, self._zeros = hearing, zeros or SteadyZeros()
         self._announcer, self._preload = announcer or NothingAnnounced(), preload or Preload()
+        self._swing = RecentSwing(period)
         self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
@@ -126,6 +132,7 @@ class SlipSafeGrip:
         if self.hearing is not None:
             self.hearing.start()
         self._plan.start()
+        self._swing.start()
         self._foresight.start()
         self.regrips = 0
         self.alarms: tuple[SlipAlarm, ...] = ()
@@ -133,7 +140,8 @@ class SlipSafeGrip:
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
         self._safe = self._moved = self._before_squeeze = self.targets
-        self._commanded, self._release = nothing, self.parameters.release_rate
+        self._commanded = nothing
+        self._release, self._release_time = self.parameters.release_rate, self.parameters.release_time
         self._floor, self._floor_until = nothing, -math.inf
         self._regripped_at = self._squeezed = -math.inf
 
@@ -166,6 +174,7 @@ class SlipSafeGrip:
         missing, stopping, heard = self._hear(now, loads, hanging=hanging)
         onset, ongoing = self._listen(now.time, loads, heard)
         planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
+        self._swing.step(_mean(planned))
         wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
         wanted = _larger(wanted, self._foreseen(now.time, margin))
         self.faulty = None in loads
@@ -174,7 +183,10 @@ class SlipSafeGrip:
             self._hold(now.time, now.time, _larger(self.targets, raised))
         self._squeeze(now.time)
         refuted_at = -math.inf if self.hearing is None else self.hearing.refuted_at
-        self._release = p.release_rate * (REFUTED_RELEASE if now.time < refuted_at + p.regrip_time else 1.0)
+        refuted = now.time < refuted_at + p.regrip_time
+        swings = not refuted and self._swing.size > SWINGS * _mean(planned)
+        self._release = p.release_rate * (REFUTED_RELEASE if refuted else 1.0)
+        self._release_time = p.release_time * (SWINGING_RELEASE if swings else 1.0)
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
@@ -250,7 +262,7 @@ class SlipSafeGrip:
             if aim >= at:
                 moved.append(min(aim, at + p.grip_rate * dt))
             else:
-                moved.append(at - min(self._release, (at - aim) / p.release_time) * dt)
+                moved.append(at - min(self._release, (at - aim) / self._release_time) * dt)
         return tuple(moved)
 
     def _command(self) -> Forces:

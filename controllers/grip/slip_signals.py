@@ -23,7 +23,7 @@ PRESSED, CHANGED = 0.05, 0.04
 """[s], and share by which normal forces may change in that time for a squeeze to begin."""
 
 SWUNG = 0.1
-"""Share by which a load may have swung lately for one to begin."""
+"""Share by which a load may have swung lately for one to begin, and for what fingers share to tell of slip."""
 
 SHOWN = 0.06
 """Share by which a load ratio may exceed what was shown to hold."""
@@ -116,7 +116,11 @@ class SlipSignals:
         slightly = _fell(self._slight, loads, shaken)
         if _fell(self.falls, loads, shaken):
             return Signal.FALL
-        if shared is not None and self._share.step(shared.size, shared.deviation):
+        calm = all(
+            fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
+            for fall, load in zip(self.falls, loads, strict=True)
+        )
+        if shared is not None and self._share.step(shared.size, shared.deviation) and calm:
             return Signal.SHARE
         if answer is Answer.SLIDES:
             return Signal.SQUEEZE
@@ -127,11 +131,8 @@ class SlipSignals:
         if (
             time >= self._tested + AGAIN
             and (slightly or self._higher(believed))
+            and calm
             and self._unmoved()
-            and all(
-                fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
-                for fall, load in zip(self.falls, loads, strict=True)
-            )
             and self._squeeze.steady
         ):
             self._tested, self._asked, self._doubted = time, self._ratios, slightly

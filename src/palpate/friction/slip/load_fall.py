@@ -27,8 +27,9 @@ LATEST, NOISY = 0.01, 2.5
 """[s] Over which the latest load is averaged, and standard deviations of that mean by which it must exceed what
 hung there before to have grown: else noise alone would lift that."""
 
-FALLS_AGAIN = 2.5
-"""Times what a load has swung lately that makes a fall: their middle is half as much again."""
+FALLS_AGAIN = 3.5
+"""Times what a load has swung lately that makes a fall: their middle is twice as much. A length that swings
+through 0 does so too shortly to be seen whole."""
 
 SEEN = 0.05
 """[s] For which a load must have been followed before it can fall."""
