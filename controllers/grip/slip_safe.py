@@ -141,6 +141,7 @@ class SlipSafeGrip:
         self.faulty = False
         self._safe = self._moved = self._before_squeeze = self.targets
         self._commanded = nothing
+        self._unsqueezed: Forces | None = None
         self._release, self._release_time = self.parameters.release_rate, self.parameters.release_time
         self._floor, self._floor_until = nothing, -math.inf
         self._regripped_at = self._squeezed = -math.inf
@@ -201,15 +202,19 @@ class SlipSafeGrip:
         self._moved = self._towards(kept, self._moved)
         self.targets = self._plan.completed(self._moved)
         self._correct(loads, squeezed=now.time <= self._squeezed + REGRIP_INTERVAL)
-        self._commanded = self._command()
-        return self._commanded
+        commanded = self._command()
+        if self._squeezed < now.time:
+            self._commanded = commanded
+        return commanded
 
     def _squeeze(self, time: float) -> None:
-        """Press more than before while the hearing wants it: than was asked for, as what is felt may be more."""
+        """Press more than was commanded before, while the hearing wants it; afterwards as before."""
         more = None if self.hearing is None else self.hearing.squeeze
         if more is None:
-            self._before_squeeze = self._moved
+            self._moved, self._unsqueezed = self._unsqueezed or self._moved, None
+            self._before_squeeze = tuple(a - b for a, b in zip(self._commanded, self._correction, strict=True))
             return
+        self._unsqueezed = self._unsqueezed or self._moved
         self._hold(time, time, tuple(a + b for a, b in zip(self._before_squeeze, more, strict=True)))
         self._squeezed = time
 
