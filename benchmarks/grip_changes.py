@@ -6,7 +6,7 @@
     python benchmarks/grip_changes.py shaken     with 1 N, 2 to 10 Hz, for 30 s
 
 Prints a Markdown table. `--known`, `--fingers`: which, all if not given; `--plant`: the friction plant's bristles
-instead of MuJoCo's friction. Seeds from 1000 on are those that nothing was tuned on.
+instead of MuJoCo's friction. Seeds from 2000 on are those that nothing was tuned on.
 """
 
 import argparse
@@ -146,7 +146,7 @@ def main() -> int:
     parser.add_argument("--fingers", nargs="+", type=int, default=FINGERS, choices=FINGERS)
     parser.add_argument("--plant", action="store_true", help="bristles")
     parser.add_argument("--seeds", type=int, default=40)
-    parser.add_argument("--first", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=2000)
     parser.add_argument("--jobs", type=int, default=2)
     asked = parser.parse_args()
     table, seeds = TABLES[asked.what], range(asked.first, asked.first + asked.seeds)

@@ -203,7 +203,7 @@ class Run:
             sum(each < begins for each in alarms),
         )
 
-    def each_held(self, changes: Iterable[FrictionChange], seconds: float) -> list[Held]:
+    def each_held(self, changes: Iterable[FrictionChange | None], seconds: float) -> list[Held]:
         """Go on with each of several changes, from the same instant: in processes that are forks of this one."""
         self.until(self.changes)
         return [_forked(partial(self.held, change, seconds)) for change in changes]
