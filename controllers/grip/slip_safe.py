@@ -38,8 +38,8 @@ REFUTED_RELEASE = 4.0
 """Times the usual rate at which the grip is let down after a slip that was none: it held before with less."""
 
 SWINGS, SWINGING_RELEASE = 0.1, 10.0
-"""Share by which what is wanted has swung of late, and times the usual time constant with which the grip is then
-let down: the next peak comes, and fingers that pump work an object out of a grip that holds it."""
+"""Share by which what is wanted has gone back and forth of late, and times the usual time constant with which the
+grip is then let down: the next peak comes, and fingers that pump work an object out of a grip that holds it."""
 
 Forces = tuple[float, ...]
 """One per finger [N]."""
@@ -96,7 +96,7 @@ class SlipSafeGrip:
         self.belief, self.watch = belief, watch or NoSlipWatch()
         self.hearing, self._zeros = hearing, zeros or SteadyZeros()
         self._announcer, self._preload = announcer or NothingAnnounced(), preload or Preload()
-        self._swing = RecentSwing(period)
+        self._falls, self._rises = RecentSwing(period), RecentSwing(period)
         self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
@@ -132,7 +132,8 @@ class SlipSafeGrip:
         if self.hearing is not None:
             self.hearing.start()
         self._plan.start()
-        self._swing.start()
+        for way in (self._falls, self._rises):
+            way.start()
         self._foresight.start()
         self.regrips = 0
         self.alarms: tuple[SlipAlarm, ...] = ()
@@ -175,7 +176,9 @@ class SlipSafeGrip:
         missing, stopping, heard = self._hear(now, loads, hanging=hanging)
         onset, ongoing = self._listen(now.time, loads, heard)
         planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
-        self._swing.step(_mean(planned))
+        most = _mean(planned)
+        self._falls.step(most)
+        self._rises.step(-most)
         wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
         wanted = _larger(wanted, self._foreseen(now.time, margin))
         self.faulty = None in loads
@@ -185,7 +188,8 @@ class SlipSafeGrip:
         self._squeeze(now.time)
         refuted_at = -math.inf if self.hearing is None else self.hearing.refuted_at
         refuted = now.time < refuted_at + p.regrip_time
-        swings = not refuted and self._swing.size > SWINGS * _mean(planned)
+        fell, rose = self._falls.size, self._rises.size
+        swings = not refuted and min(fell, rose) > SWINGS * max(fell, rose, most)
         self._release = p.release_rate * (REFUTED_RELEASE if refuted else 1.0)
         self._release_time = p.release_time * (SWINGING_RELEASE if swings else 1.0)
         # what a detector says of a finger that feels nothing is old
