@@ -176,6 +176,7 @@ class OpposedLoad:
     def start(self) -> None:
         """See `HangingLoad`."""
         self._means: tuple[Vector, float, Vector, float] | None = None
+        self._borne = self._most = 0.0
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
         """See `HangingLoad`."""
@@ -185,7 +186,7 @@ class OpposedLoad:
         return (*self._force.measured(now, loads), MeasuredLoad(spin, self._deviation))
 
     def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
-        """See `HangingLoad`: what both bear, less what has gone over from one to the other of late."""
+        """See `HangingLoad`: what both have borne, less what has gone over from one to the other of late."""
         assert now.hand is not None
         poses = self._hand.sensor_poses(now.hand.joint_position)
         first, second = (
@@ -198,9 +199,11 @@ class OpposedLoad:
         other += self._before * (its - other)
         self._means = latest, its, before, other
         borne = sum(math.hypot(load.tangential_length, load.spin_torque / self._length) for load in loads)
-        return MeasuredLoad(
-            max(borne - math.hypot(norm(subtract(latest, before)), its - other), 0.0), self._shared
-        )
+        self._borne += self._now * (borne - self._borne)
+        # a load that goes away is none that goes over
+        self._most = max(self._borne, self._most + self._before * (self._borne - self._most))
+        off = math.hypot(norm(subtract(latest, before)), its - other)
+        return MeasuredLoad(max(self._most - off, 0.0), self._shared)
 
 
 def _center(points: Sequence[Vector]) -> Vector:
