@@ -37,6 +37,9 @@ REGRIP_INTERVAL = 0.05
 REFUTED_RELEASE = 4.0
 """Times the usual rate at which the grip is let down after a slip that was none: it held before with less."""
 
+SMOOTH = 0.02
+"""[s] Time constant with which noise is taken off what is wanted: a shaking of 10 Hz keeps 0.6 of its swing."""
+
 SWINGS, SWINGING_RELEASE = 0.1, 10.0
 """Share by which what is wanted has gone back and forth of late, and times the usual time constant with which the
 grip is then let down: the next peak comes, and fingers that pump work an object out of a grip that holds it."""
@@ -97,6 +100,7 @@ class SlipSafeGrip:
         self.hearing, self._zeros = hearing, zeros or SteadyZeros()
         self._announcer, self._preload = announcer or NothingAnnounced(), preload or Preload()
         self._falls, self._rises = RecentSwing(period), RecentSwing(period)
+        self._smooth = -math.expm1(-period / SMOOTH)
         self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
@@ -134,6 +138,7 @@ class SlipSafeGrip:
         self._plan.start()
         for way in (self._falls, self._rises):
             way.start()
+        self._smoothed = 0.0
         self._foresight.start()
         self.regrips = 0
         self.alarms: tuple[SlipAlarm, ...] = ()
@@ -176,7 +181,7 @@ class SlipSafeGrip:
         missing, stopping, heard = self._hear(now, loads, hanging=hanging)
         onset, ongoing = self._listen(now.time, loads, heard)
         planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
-        most = _mean(planned)
+        most = self._smoothed = self._smoothed + self._smooth * (_mean(planned) - self._smoothed)
         self._falls.step(most)
         self._rises.step(-most)
         wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
