@@ -8,13 +8,19 @@ change: MuJoCo's contacts creep by less in that time.
 """
 
 import math
+import os
+import pickle
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from palpate.controllers.grip.grasp import GraspController
 from palpate.experiments.grasp.config import GraspConfig, Knowledge
-from palpate.experiments.grasp.plan import GraspPlan, plan
+from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.grasp.result import SLIPPED, SPUN
+from palpate.experiments.grasp.truth import GraspTruth, GraspTruthRecorder
 from palpate.runtime.touch import Touch
 from palpate.sim.friction.bristle import KINETIC, STATIC
 from palpate.sim.hand.backend import HandBackend
@@ -54,7 +60,8 @@ class Held:
         dropped: Whether the object was lost.
         slip: Since the change, or since the lift if nothing changed [m].
         spin: Likewise [rad].
-        latency: From the first slip to the first alarm [s]; NaN: no slip, infinite: no alarm.
+        latency: From the first slip to the first alarm [s]; infinite: no alarm; NaN: no slip, or less than
+            counts as slip in an experiment.
         grip: Mean of what the fingers press with before the change [N].
         after: Mean of the last 0.1 s [N].
         alarms: How many in all.
@@ -134,65 +141,84 @@ class _Friction:
                 plant._served.laws[i, [STATIC, KINETIC]] = mu
 
 
-def hold(config: GraspConfig, change: FrictionChange | None = None, seconds: float = 0.38) -> Held:
-    """Grip, lift, hold, change friction, and hold on.
+class Run:
+    """A plan that is carried out piece by piece, with its own controller if no other is given."""
 
-    Args:
-        config: What is held, and what is believed of it.
-        change: Of friction, long after the lift; None: nothing, and all counts from the lift on.
-        seconds: From the change to the end; the pull goes away 0.4 s after the change.
-    """
-    planned = plan(config, None, {})
-    return held(planned, change, seconds)
+    def __init__(self, planned: GraspPlan, controller: GraspController | None = None, every: int = 1) -> None:
+        """Begin; the truth of every so many periods is kept."""
+        backend = planned.backend()
+        assert isinstance(backend, HandBackend)
+        self._planned, self._backend, self._every = planned, backend, every
+        self.controller, self._touch = controller or planned.controller(), Touch(*planned.fingers)
+        kept = planned.observer(self.controller, backend)
+        assert isinstance(kept, GraspTruthRecorder)
+        self._kept = kept
+        self._sample = backend.start()
+        self._now = self._touch.sense(self._sample)
+        self.controller.start(self._now)
+        self.changes = planned.times.grows + planned.config.rising + SETTLED
+
+    @property
+    def truth(self) -> GraspTruth:
+        """What happened so far."""
+        return self._kept.truth()
+
+    def until(self, end: float, change: FrictionChange | None = None) -> None:
+        """Go on until then [s]; friction changes long after the lift."""
+        friction = None if change is None else _Friction(self._backend, change)
+        while self._now.time < end:
+            command = self.controller.step(self._now)
+            if round(self._now.time / self._planned.period) % self._every == 0:
+                self._kept(self._sample, self._now, command)
+            if friction is not None:
+                friction.set(self._now.time - self.changes)
+            self._sample = self._backend.step(command)
+            self._now = self._touch.sense(self._sample)
+
+    def held(self, change: FrictionChange | None, seconds: float) -> Held:
+        """Go on until so long after the change [s]; all counts from there on, or from the lift without one."""
+        begins, since = self.changes, 0.0 if change is None else self.changes
+        self.until(begins + seconds, change)
+        truth, time, alarms = self.truth, self.truth.time, [each.time for each in self.controller.grip.alarms]
+        first = int(np.searchsorted(time, since))
+        slid, turned = truth.slid[first:] - truth.slid[first], truth.turned[first:] - truth.turned[first]
+        if self._planned.config.plant:
+            slid, turned = np.abs(slid), np.abs(turned)
+        slip, spin, latency = float(np.abs(slid).max()), float(np.abs(turned).max()), math.nan
+        if slip > SLIPPED or spin > SPUN:
+            moved = (np.abs(slid) > ONSET_SLIP) | (np.abs(turned) > ONSET_SPIN)
+            began = float(time[first + int(moved.any(axis=1).argmax())])
+            latency = max(min((each for each in alarms if each >= since), default=math.inf) - began, 0.0)
+        lost = int(truth.touching[-1].sum()) < 2 or truth.clearance[-1] <= 0.0
+        grips = truth.loads[:, :, 0].mean(axis=1)
+        before = (time > begins - 0.1) & (time <= begins)
+        return Held(
+            lost or slip > DROPPED,
+            slip,
+            spin,
+            latency,
+            float(grips[before].mean()),
+            float(grips[-100:].mean()),
+            len(alarms),
+            sum(each < begins for each in alarms),
+        )
+
+    def each_held(self, changes: Iterable[FrictionChange | None], seconds: float) -> list[Held]:
+        """Go on with each of several changes, from the same instant: in processes that are forks of this one."""
+        self.until(self.changes)
+        return [_forked(partial(self.held, change, seconds)) for change in changes]
 
 
-def held(
-    planned: GraspPlan,
-    change: FrictionChange | None,
-    seconds: float,
-    controller: GraspController | None = None,
-) -> Held:
-    """Carry out a plan until so long after the change [s], with its own controller if no other is given."""
-    backend = planned.backend()
-    assert isinstance(backend, HandBackend)
-    controller, touch = controller or planned.controller(), Touch(*planned.fingers)
-    kept = planned.observer(controller, backend)
-    begins = planned.times.grows + planned.config.rising + SETTLED
-    friction = _Friction(backend, change or FrictionChange())
-    sample = backend.start()
-    now = touch.sense(sample)
-    controller.start(now)
-    while now.time < begins + seconds:
-        command = controller.step(now)
-        kept(sample, now, command)
-        if change is not None:
-            friction.set(now.time - begins)
-        sample = backend.step(command)
-        now = touch.sense(sample)
-    truth = kept.truth()
-    time = truth.time
-    changed = int(np.searchsorted(time, begins)) if change is not None else 0
-    slid, turned = truth.slid[changed:] - truth.slid[changed], truth.turned[changed:] - truth.turned[changed]
-    if planned.config.plant:
-        slid, turned = np.abs(slid), np.abs(turned)
-    moved = (np.abs(slid) > ONSET_SLIP) | (np.abs(turned) > ONSET_SPIN)
-    alarms = [each.time for each in controller.grip.alarms]
-    latency = math.nan
-    if moved.any():
-        began = float(time[changed + int(moved.any(axis=1).argmax())])
-        after = [each for each in alarms if each >= (begins if change is not None else 0.0)]
-        latency = max(min(after, default=math.inf) - began, 0.0)
-    slip = float(np.abs(slid).max())
-    lost = not bool((truth.touching[changed:].sum(axis=1) >= 2)[-1]) or truth.clearance[-1] <= 0.0
-    grips = truth.loads[:, :, 0].mean(axis=1)
-    before = (time > begins - 0.1) & (time <= begins)
-    return Held(
-        lost or slip > DROPPED,
-        slip,
-        float(np.abs(turned).max()),
-        latency,
-        float(grips[before].mean()),
-        float(grips[-100:].mean()),
-        len(alarms),
-        sum(each < begins for each in alarms),
-    )
+def _forked(work: Callable[[], Held]) -> Held:
+    receives, sends = os.pipe()
+    if child := os.fork():
+        os.close(sends)
+        with os.fdopen(receives, "rb") as pipe:
+            said = pipe.read()
+        os.waitpid(child, 0)
+        found = pickle.loads(said)  # of our own fork
+        assert isinstance(found, Held)
+        return found
+    with os.fdopen(sends, "wb") as pipe:
+        pickle.dump(work(), pipe)
+    os._exit(0)

@@ -5,13 +5,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
+from palpate.friction.slip.load_noise import LoadNoise
 from palpate.kinematics.hand import HandKinematics
 from palpate.runtime.data import Observation
 from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rotate, scale, subtract
 
 LATELY = 0.05
 """[s] Time constant of the mean moment: friction falls within 20 ms, a pull beside the fingers grows slowly."""
+
+NOW, BEFORE = 0.005, 0.5
+"""[s] Time constants of what two fingers bear against each other, and of what it was: as a grip is let down, the
+part of the one that slips goes over slowly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +68,10 @@ class HangingLoad(Protocol):
         """
         ...
 
+    def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
+        """Return what the fingers share as they did before; None where they share anew by themselves."""
+        ...
+
 
 class NetForce:
     """The length of the sum of all forces. A `HangingLoad` for any number of fingers.
@@ -86,6 +96,10 @@ class NetForce:
         for finger, pose in zip(now.fingers, poses, strict=True):
             total = add(total, rotate(pose.rotation, finger.force))
         return (MeasuredLoad(norm(total), self._deviation, self._wanders),)
+
+    def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
+        """See `HangingLoad`: not told."""
+        return None
 
 
 class NetWrench:
@@ -128,19 +142,41 @@ class NetWrench:
             MeasuredLoad(max(2.0 * size * arm_length - norm(off), 0.0), self._deviation * arm_length),
         )
 
+    def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
+        """See `HangingLoad`: three fingers share a load anew whenever they move, so that nothing is told."""
+        return None
 
-class NetForceAndSpin:
+
+class OpposedLoad:
     """The net force, and the spin torque of both of two opposed fingers. A `HangingLoad`.
 
-    About the line through their contacts nothing but spin torques bear a moment: they point one way.
+    About the line through their contacts nothing but spin torques bear a moment: they point one way. What one
+    finger bears against the other changes only where one of them slips.
     """
 
-    def __init__(self, force: NetForce, torque_noise: float) -> None:
-        """Take the force, and the deviation of one spin torque [N m]."""
-        self._force, self._deviation = force, torque_noise * math.sqrt(2.0)
+    def __init__(
+        self, hand: HandKinematics, errors: ForceErrors, noise: LoadNoise, length: float, period: float
+    ) -> None:
+        """Take the pieces.
+
+        Args:
+            hand: Where the fingertips are.
+            errors: What a force errs by.
+            noise: Of what one contact bears.
+            length: By which spin torques are weighed against forces: e [m].
+            period: Of control [s].
+        """
+        self._hand, self._length = hand, positive("length", length, "m")
+        self._force = NetForce(hand, errors, 2)
+        self._deviation = noise.torque * math.sqrt(2.0)
+        self._shared = math.sqrt(2.0) * math.hypot(noise.force, noise.torque / length)
+        self._now, self._before = (-math.expm1(-period / time) for time in (NOW, BEFORE))
+        self.start()
 
     def start(self) -> None:
         """See `HangingLoad`."""
+        self._means: tuple[Vector, float, Vector, float] | None = None
+        self._borne = self._most = 0.0
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
         """See `HangingLoad`."""
@@ -148,6 +184,26 @@ class NetForceAndSpin:
         # of opposite normals
         spin = abs(first.spin_torque - second.spin_torque)
         return (*self._force.measured(now, loads), MeasuredLoad(spin, self._deviation))
+
+    def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
+        """See `HangingLoad`: what both have borne, less what has gone over from one to the other of late."""
+        assert now.hand is not None
+        poses = self._hand.sensor_poses(now.hand.joint_position)
+        first, second = (
+            rotate(pose.rotation, load.tangential_force) for pose, load in zip(poses, loads, strict=True)
+        )
+        against, spin = subtract(first, second), (loads[0].spin_torque + loads[1].spin_torque) / self._length
+        latest, its, before, other = self._means or (against, spin, against, spin)
+        latest, its = add_scaled(latest, self._now, subtract(against, latest)), its + self._now * (spin - its)
+        before = add_scaled(before, self._before, subtract(latest, before))
+        other += self._before * (its - other)
+        self._means = latest, its, before, other
+        borne = sum(math.hypot(load.tangential_length, load.spin_torque / self._length) for load in loads)
+        self._borne += self._now * (borne - self._borne)
+        # a load that goes away is none that goes over
+        self._most = max(self._borne, self._most + self._before * (self._borne - self._most))
+        off = math.hypot(norm(subtract(latest, before)), its - other)
+        return MeasuredLoad(max(self._most - off, 0.0), self._shared)
 
 
 def _center(points: Sequence[Vector]) -> Vector:

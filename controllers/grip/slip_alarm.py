@@ -10,6 +10,7 @@ class Signal(Enum):
     """By what a slip is heard."""
 
     FALL = "what hangs fell"
+    SHARE = "the load went over to the other finger"
     SQUEEZE = "what hangs rose with the grip"
     RIPPLE = "the load followed the ripple of the grip"
 

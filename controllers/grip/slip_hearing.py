@@ -148,7 +148,8 @@ class SlipHearing:
             return onsets
         ratios = tuple(size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True))
         believed = [self._belief.believed.surface(i).friction for i in range(self._fingers)]
-        signal = self._signals.step(now.time, hangs, ratios, grips, believed)
+        shared = self._load.shared(now, felt)
+        signal = self._signals.step(now.time, hangs, shared, ratios, grips, believed)
         if self._swings(now.time):
             if now.time < self._ended + SETTLED:
                 for fall in self._signals.falls:

@@ -24,6 +24,7 @@ from palpate.controllers.grip.zeros import SteadyZeros, Zeros
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.slip.kinds import kind_of_slip
+from palpate.friction.slip.recent_swing import RecentSwing
 from palpate.runtime.data import FingerObservation, Observation
 
 _TOO_FEW = 2
@@ -35,6 +36,13 @@ REGRIP_INTERVAL = 0.05
 
 REFUTED_RELEASE = 4.0
 """Times the usual rate at which the grip is let down after a slip that was none: it held before with less."""
+
+SMOOTH = 0.02
+"""[s] Time constant with which noise is taken off what is wanted: a shaking of 10 Hz keeps 0.6 of its swing."""
+
+SWINGS, SWINGING_RELEASE = 0.1, 10.0
+"""Share by which what is wanted has gone back and forth of late, and times the usual time constant with which the
+grip is then let down: the next peak comes, and fingers that pump work an object out of a grip that holds it."""
 
 Forces = tuple[float, ...]
 """One per finger [N]."""
@@ -91,6 +99,8 @@ class SlipSafeGrip:
         self.belief, self.watch = belief, watch or NoSlipWatch()
         self.hearing, self._zeros = hearing, zeros or SteadyZeros()
         self._announcer, self._preload = announcer or NothingAnnounced(), preload or Preload()
+        self._falls, self._rises = RecentSwing(period), RecentSwing(period)
+        self._smooth = -math.expm1(-period / SMOOTH)
         self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
@@ -126,6 +136,9 @@ class SlipSafeGrip:
         if self.hearing is not None:
             self.hearing.start()
         self._plan.start()
+        for way in (self._falls, self._rises):
+            way.start()
+        self._smoothed = 0.0
         self._foresight.start()
         self.regrips = 0
         self.alarms: tuple[SlipAlarm, ...] = ()
@@ -133,7 +146,9 @@ class SlipSafeGrip:
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
         self._safe = self._moved = self._before_squeeze = self.targets
-        self._commanded, self._release = nothing, self.parameters.release_rate
+        self._commanded = nothing
+        self._unsqueezed: Forces | None = None
+        self._release, self._release_time = self.parameters.release_rate, self.parameters.release_time
         self._floor, self._floor_until = nothing, -math.inf
         self._regripped_at = self._squeezed = -math.inf
 
@@ -166,6 +181,9 @@ class SlipSafeGrip:
         missing, stopping, heard = self._hear(now, loads, hanging=hanging)
         onset, ongoing = self._listen(now.time, loads, heard)
         planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
+        most = self._smoothed = self._smoothed + self._smooth * (_mean(planned) - self._smoothed)
+        self._falls.step(most)
+        self._rises.step(-most)
         wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
         wanted = _larger(wanted, self._foreseen(now.time, margin))
         self.faulty = None in loads
@@ -174,7 +192,11 @@ class SlipSafeGrip:
             self._hold(now.time, now.time, _larger(self.targets, raised))
         self._squeeze(now.time)
         refuted_at = -math.inf if self.hearing is None else self.hearing.refuted_at
-        self._release = p.release_rate * (REFUTED_RELEASE if now.time < refuted_at + p.regrip_time else 1.0)
+        refuted = now.time < refuted_at + p.regrip_time
+        fell, rose = self._falls.size, self._rises.size
+        swings = not refuted and min(fell, rose) > SWINGS * max(fell, rose, most)
+        self._release = p.release_rate * (REFUTED_RELEASE if refuted else 1.0)
+        self._release_time = p.release_time * (SWINGING_RELEASE if swings else 1.0)
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
@@ -189,15 +211,19 @@ class SlipSafeGrip:
         self._moved = self._towards(kept, self._moved)
         self.targets = self._plan.completed(self._moved)
         self._correct(loads, squeezed=now.time <= self._squeezed + REGRIP_INTERVAL)
-        self._commanded = self._command()
-        return self._commanded
+        commanded = self._command()
+        if self._squeezed < now.time:
+            self._commanded = commanded
+        return commanded
 
     def _squeeze(self, time: float) -> None:
-        """Press more than before while the hearing wants it: than was asked for, as what is felt may be more."""
+        """Press more than was commanded before, while the hearing wants it; afterwards as before."""
         more = None if self.hearing is None else self.hearing.squeeze
         if more is None:
-            self._before_squeeze = self._moved
+            self._moved, self._unsqueezed = self._unsqueezed or self._moved, None
+            self._before_squeeze = tuple(a - b for a, b in zip(self._commanded, self._correction, strict=True))
             return
+        self._unsqueezed = self._unsqueezed or self._moved
         self._hold(time, time, tuple(a + b for a, b in zip(self._before_squeeze, more, strict=True)))
         self._squeezed = time
 
@@ -250,7 +276,7 @@ class SlipSafeGrip:
             if aim >= at:
                 moved.append(min(aim, at + p.grip_rate * dt))
             else:
-                moved.append(at - min(self._release, (at - aim) / p.release_time) * dt)
+                moved.append(at - min(self._release, (at - aim) / self._release_time) * dt)
         return tuple(moved)
 
     def _command(self) -> Forces:

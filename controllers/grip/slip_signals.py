@@ -2,9 +2,10 @@
 
 - What hangs in the hand falls (`palpate.friction.slip.load_fall`): an object moves where it is not all borne, and
   only there. What fingers pass on among one another is no slip.
-- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly,
-  where two fingers share it otherwise than before, and where a load ratio is higher than any that was shown to
-  hold: what slides at a steady speed is borne, and a load that is known only by what friction bears saturates.
+- What two fingers share as before falls: the one that slips hands its part to the other, and what hangs stays.
+- A squeeze is answered (`palpate.controllers.grip.squeeze_test`). It is tried where what hangs falls slightly, and
+  where a load ratio is higher than any that was shown to hold: what slides at a steady speed is borne, and a load
+  that is known only by what friction bears saturates.
 """
 
 import math
@@ -16,27 +17,24 @@ from palpate.controllers.grip.hanging_load import MeasuredLoad
 from palpate.controllers.grip.slip_alarm import Signal
 from palpate.controllers.grip.squeeze_test import LEAST, OPPOSED, SQUEEZE, Answer, SqueezeTest
 from palpate.errors import positive
-from palpate.friction.slip.load_fall import FALL, NOISY, SHARED_FALL, SLIGHT_FALL, LoadFall
+from palpate.friction.slip.load_fall import FALL, NOISY, SHARE_FALL, SHARED_FALL, SLIGHT_FALL, LoadFall
 
 PRESSED, CHANGED = 0.05, 0.04
 """[s], and share by which normal forces may change in that time for a squeeze to begin."""
 
 SWUNG = 0.1
-"""Share by which a load may have swung lately for one to begin."""
+"""Share by which a load may have swung lately for one to begin, and for what fingers share to tell of slip."""
 
 SHOWN = 0.06
 """Share by which a load ratio may exceed what was shown to hold."""
-
-PARTED = 0.08
-"""Share by which the parts of two opposed fingers may differ from those that were shown to hold."""
 
 NEAR = 0.55
 """Share of believed friction below which load ratios need not be shown to hold: what has lost more is heard to
 fall."""
 
-TURNS = 10.0
-"""Times the share of a force by which a moment must fall: an object that hangs in elastic fingers swings about
-them by a quarter whenever the hand stops, or a pull does."""
+TURNS, SHARED_TURNS = 0.4, 0.07
+"""Share by which a moment must fall: an object that hangs in two elastic fingers swings about them by a quarter
+whenever the hand stops, or a pull does."""
 
 SETTLES = 0.02
 """[s] Time constant of the mean of load ratios: eight samples of noise."""
@@ -60,8 +58,9 @@ class SlipSignals:
         """Take how many fingers there are, and loads that hang, and the period of control [s]."""
         self._fingers, self._period = fingers, positive("period", period, "s")
         force = FALL if fingers <= OPPOSED else SHARED_FALL
-        moment = replace(force, share=TURNS * force.share) if fingers <= OPPOSED else force
+        moment = replace(force, share=TURNS if fingers <= OPPOSED else SHARED_TURNS)
         self.falls = (LoadFall(period, force), *(LoadFall(period, moment) for _ in range(loads - 1)))
+        self._share = LoadFall(period, SHARE_FALL)
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))
         self._squeeze = SqueezeTest(fingers, period)
         self._pressed = deque[tuple[float, ...]](maxlen=max(round(PRESSED / period), 1))
@@ -75,16 +74,16 @@ class SlipSignals:
 
     def start(self) -> None:
         """A new grip begins: no load ratio was shown to hold."""
-        for fall in (*self.falls, *self._slight):
+        for fall in (*self.falls, *self._slight, self._share):
             fall.start()
         nothing = (0.0,) * self._fingers
-        self._held = self._asked = self._wanted = self._parts = nothing
-        self._tested = -math.inf
+        self._held = self._asked = self._wanted = nothing
+        self._tested, self._doubted = -math.inf, False
         self.restart()
 
     def restart(self) -> None:
         """Something else hangs now, or hangs otherwise."""
-        for fall in (*self.falls, *self._slight):
+        for fall in (*self.falls, *self._slight, self._share):
             fall.restart()
         self._squeeze.restart()
         self._ratios: tuple[float, ...] = ()
@@ -94,6 +93,7 @@ class SlipSignals:
         self,
         time: float,
         loads: Sequence[MeasuredLoad],
+        shared: MeasuredLoad | None,
         ratios: tuple[float, ...],
         grips: tuple[float, ...],
         believed: Sequence[float],
@@ -103,6 +103,7 @@ class SlipSignals:
         Args:
             time: [s]
             loads: What hangs.
+            shared: What fingers share of it as before; None: not told.
             ratios: Load ratio of each contact, over its normal force.
             grips: Normal forces [N].
             believed: Friction of each contact.
@@ -115,24 +116,26 @@ class SlipSignals:
         slightly = _fell(self._slight, loads, shaken)
         if _fell(self.falls, loads, shaken):
             return Signal.FALL
+        calm = all(
+            fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
+            for fall, load in zip(self.falls, loads, strict=True)
+        )
+        if shared is not None and self._share.step(shared.size, shared.deviation) and calm:
+            return Signal.SHARE
         if answer is Answer.SLIDES:
             return Signal.SQUEEZE
         if answer is Answer.HOLDS:
             self._held = tuple(max(a, b) for a, b in zip(self._held, self._asked, strict=True))
-            self._parts = self._asked
-            for fall in self._slight:
+            for fall in self._slight if self._doubted else ():
                 fall.refuted()
         if (
             time >= self._tested + AGAIN
-            and (slightly or self._higher(believed) or self._parted())
+            and (slightly or self._higher(believed))
+            and calm
             and self._unmoved()
-            and all(
-                fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
-                for fall, load in zip(self.falls, loads, strict=True)
-            )
             and self._squeeze.steady
         ):
-            self._tested, self._asked = time, self._ratios
+            self._tested, self._asked, self._doubted = time, self._ratios, slightly
             self._wanted = tuple(max(SQUEEZE * grip, LEAST) for grip in grips)
             self._squeeze.begin(time)
         return None
@@ -143,13 +146,6 @@ class SlipSignals:
             now > (1.0 + SHOWN) * max(held, NEAR * mu)
             for now, held, mu in zip(self._ratios, self._held, believed, strict=True)
         )
-
-    def _parted(self) -> bool:
-        """Whether one of two fingers bears less of the load than it was shown to, and the other more."""
-        if self._fingers > OPPOSED or min(self._parts) <= 0.0:
-            return False
-        (first, second), (before, other) = self._ratios, self._parts
-        return not 1.0 - PARTED < first * other / (before * second) < 1.0 + PARTED
 
     def _unmoved(self) -> bool:
         """Whether no finger presses otherwise than it did: a grip that is let down tells what slides by itself."""

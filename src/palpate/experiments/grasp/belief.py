@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
-from palpate.controllers.grip.hanging_load import ForceErrors, HangingLoad, NetForce, NetForceAndSpin, NetWrench
+from palpate.controllers.grip.hanging_load import ForceErrors, HangingLoad, NetWrench, OpposedLoad
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_hearing import SlipHearing
 from palpate.errors import InvalidValueError
@@ -182,8 +182,7 @@ def hearing_of(
     if config.fingers == THREE:
         load = NetWrench(hand, errors, config.fingers, period)
     else:
-        force = NetForce(hand, errors, config.fingers)
-        load = NetForceAndSpin(force, _noise(config, hand.tips[0]).torque)
+        load = OpposedLoad(hand, errors, _noise(config, hand.tips[0]), believed.spin_length, period)
     return SlipHearing(believed, belief, period, load, 2, config.fingers)
 
 

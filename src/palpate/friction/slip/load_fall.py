@@ -27,8 +27,9 @@ LATEST, NOISY = 0.01, 2.5
 """[s] Over which the latest load is averaged, and standard deviations of that mean by which it must exceed what
 hung there before to have grown: else noise alone would lift that."""
 
-FALLS_AGAIN = 2.5
-"""Times what a load has swung lately that makes a fall: their middle is half as much again."""
+FALLS_AGAIN = 3.5
+"""Times what a load has swung lately that makes a fall: their middle is twice as much. A length that swings
+through 0 does so too shortly to be seen whole."""
 
 SEEN = 0.05
 """[s] For which a load must have been followed before it can fall."""
@@ -48,24 +49,30 @@ class FallParameters:
         share: Of a load at rest.
         swings: Standard deviations of what the load has swung lately, that a fall must exceed.
         threshold: Of Page's test; exp(12) samples at 1 kHz are 160 s, and that at `LEFT_OUT` all the time.
+        lost: For how long the whole load must be missing [s], or for longer a part of it, whatever the noise: what
+            is not borne gains speed by g, and goes on with it when it is borne again.
         fades: Time constant with which falls that were none of friction are forgotten [s].
     """
 
     share: float
     swings: float
     threshold: float
+    lost: float
     fades: float
 
 
-FALL = FallParameters(share=0.04, swings=3.0, threshold=12.0, fades=1.0)
-"""To be answered: its middle is 0.24 m/s^2 of an object that slides."""
+FALL = FallParameters(share=0.013, swings=3.0, threshold=12.0, lost=5e-5, fades=1.0)
+"""To be answered: what slides with 0.5 mm/s."""
 
-SHARED_FALL = FallParameters(share=0.07, swings=3.0, threshold=12.0, fades=1.0)
-"""The same for three fingers or more, which take 5 % off the load for some milliseconds as they move."""
+SHARED_FALL = FallParameters(share=0.02, swings=3.0, threshold=12.0, lost=1e-4, fades=1.0)
+"""The same for three fingers or more, which take 5 % off the load for some milliseconds as they move: 1 mm/s."""
 
-SLIGHT_FALL = FallParameters(share=0.012, swings=2.0, threshold=6.0, fades=10.0)
-"""To be looked into: what has gained a few millimetres per second within the 20 ms in which its friction fell to
-what it weighs, and slides on at that speed."""
+SHARE_FALL = FallParameters(share=0.05, swings=3.0, threshold=12.0, lost=1e-5, fades=1.0)
+"""Of what two fingers share as they did before: a sixth goes over where one loses 30 % of its friction."""
+
+SLIGHT_FALL = FallParameters(share=0.01, swings=2.0, threshold=6.0, lost=2e-5, fades=2.0)
+"""To be looked into: what has gained less within the 20 ms in which its friction fell to what it weighs, and
+slides on at that speed."""
 
 
 class LoadFall:
@@ -134,4 +141,8 @@ class LoadFall:
         )
         fell = shaken * max(own.share * self._doubt * self.hung, swung)
         left_out = LEFT_OUT * fell
-        return self._test.add((fell - left_out) / deviation**2 * (off - 0.5 * (fell + left_out)))
+        by_noise, by_speed = (
+            (fell - left_out) / deviation**2,
+            own.threshold * self._period / (own.lost * self.hung),
+        )
+        return self._test.add(min(by_noise, by_speed) * (off - 0.5 * (fell + left_out)))
