@@ -62,7 +62,7 @@ def test_every_command_and_every_option_is_completed(name, script, capsys):
         (("explore", "--force", ""), set()),
         (("explore", "--out", "mi"), {"mine.yaml"}),
         (("calibrate", "new", "x.yaml", "--preset", ""), {"nano17", "wrist"}),
-        (("log", ""), {"info", "export", "--help", "-h"}),
+        (("log", ""), {"info", "export", "ros2", "--help", "-h"}),
     ],
 )
 def test_values_are_completed_by_what_they_are(words, wanted, script):

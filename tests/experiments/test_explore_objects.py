@@ -15,7 +15,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.report import true_surface_of
+from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
@@ -66,9 +66,9 @@ def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
     assert found.force_rms < 0.20
     assert found.point_rms < (1e-6 if name in ("bumps", "torus", "heights") else 1e-5)
     assert np.nanmax(found.true_normal_force) < 3.5
-    vertices, triangles = true_surface_of(found)
-    assert np.isfinite(vertices).all()
-    assert len(triangles)
+    (true,) = (each for each in surface_picture(found).panels[0].marks if each.name == "true surface")
+    assert np.isfinite(true.vertices).all()
+    assert len(true.triangles)
 
 
 @pytest.mark.slow

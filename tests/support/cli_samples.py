@@ -79,6 +79,7 @@ SAMPLES = {
         "--sensor sensor.yaml --readings rest.csv --learn-noise --out tared.yaml",
     ),
     "log info": Sample("nowhere", ("nowhere",), "run"),
+    "log ros2": Sample("nowhere", ("nowhere",), "run --out bag"),
     "log export": Sample("run --to xls", ("xls", "csv", "parquet"), "run --out tables"),
     "replay": Sample("run --set fore=3", ("fore", "force"), "run"),
     "view": Sample("run --port 70000", ("port = 70000", "from 1 to 65535", "0 for one that is free")),

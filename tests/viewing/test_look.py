@@ -129,7 +129,7 @@ def test_others_reach_it_only_if_that_was_asked_for(host, reached):
 )
 def test_it_is_said_when_others_can_reach_it(host, warned):
     out = io.StringIO()
-    _print_where(Console(file=out, width=200), "http://localhost:1", host)
+    _print_where(Console(file=out, width=200), "http://localhost:1", host, None)
     told = out.getvalue()
     assert "http://localhost:1" in told
     assert ("Everybody who reaches" in told) is warned

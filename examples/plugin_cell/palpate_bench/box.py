@@ -2,7 +2,7 @@
 
 from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.sample_clock import StreamClock
-from palpate.hw.serial_ft.line import Line
+from palpate.hw.serial_ft.line import SerialLine
 
 RATE = 500.0
 """[1/s]"""
@@ -13,7 +13,7 @@ class BenchLines:
 
     title, baud = "bench box", 115_200
 
-    def begin(self, line: Line, counts: StreamCounts) -> None:
+    def begin(self, line: SerialLine, counts: StreamCounts) -> None:
         """It streams by itself."""
         self.rest, self.counts, self.count, self.clock = b"", counts, 0, StreamClock()
 
