@@ -64,8 +64,8 @@ class FallParameters:
 FALL = FallParameters(share=0.013, swings=3.0, threshold=12.0, lost=5e-5, fades=1.0)
 """To be answered: what slides with 0.5 mm/s."""
 
-SHARED_FALL = FallParameters(share=0.02, swings=3.0, threshold=12.0, lost=1e-4, fades=1.0)
-"""The same for three fingers or more, which take 5 % off the load for some milliseconds as they move: 1 mm/s."""
+SHARED_FALL = FallParameters(share=0.02, swings=3.0, threshold=12.0, lost=5e-5, fades=1.0)
+"""The same for three fingers or more, which take 5 % off the load for some milliseconds as they move."""
 
 SHARE_FALL = FallParameters(share=0.05, swings=3.0, threshold=12.0, lost=1e-5, fades=1.0)
 """Of what two fingers share as they did before: a sixth goes over where one loses 30 % of its friction."""
