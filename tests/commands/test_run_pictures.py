@@ -16,6 +16,7 @@ from palpate.experiments.kit.comparable import ErrorSample
 from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
 from palpate.reporting.marks import Bars, Line
 from palpate.reporting.plots import plots
+from support.drawn import panels
 
 NAMES = ("a", "b", "c")
 
@@ -26,7 +27,7 @@ def test_bars_show_what_differs_in_one_unit():
         ComparedFigure("alike", "N", (1.0, 1.01, 1.0)),
         ComparedFigure("ending", "", ("done", "lost", "done")),
     ]
-    (panel,) = bars_picture(figures, NAMES).panels
+    (panel,) = panels(bars_picture(figures, NAMES))
     assert panel.x.label == "error [µm]"
     assert [(bars.at[0], bars.length[0]) for bars in panel.marks if isinstance(bars, Bars)] == [
         (2.0, 2.0),
@@ -38,7 +39,7 @@ def test_bars_show_what_differs_in_one_unit():
 
 def test_shares_of_errors_are_of_each_runs_own_points():
     samples = [ErrorSample("t", "c", "error", "µm", np.linspace(-1.0, 1.0, count)) for count in (100, 10_000)]
-    (panel,) = spread_picture([*samples, None], NAMES).panels
+    (panel,) = panels(spread_picture([*samples, None], NAMES))
     lines = [mark for mark in panel.marks if isinstance(mark, Line)]
     assert [line.name for line in lines] == ["a", "b"]
     assert [line.y[1:-1:2].sum() for line in lines] == pytest.approx([100.0, 100.0])

@@ -36,6 +36,8 @@ from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.reporting.marks import Band, Cells, Dash, Line, Points
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
+from support.drawn import marks as marks_of
+from support.drawn import panels
 from support.sweep_runs import SHORT, planned
 from support.tiny_experiment import TINY
 
@@ -230,7 +232,7 @@ SHAPES = {
 
 
 def marks(picture, kind):
-    return [mark for panel in picture.panels for mark in panel.marks if isinstance(mark, kind)]
+    return [mark for panel in panels(picture) for mark in marks_of(panel, *getattr(kind, "__args__", (kind,)))]
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -239,7 +241,7 @@ def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
     result = made(*vary, seeds=seeds)
     (picture,) = pictures(result)
     names = [each.name for each in result.plan.varied if len(each.values) > 1] or ["seed"]
-    named = [panel.x.quantity for panel in picture.panels] + [panel.y.quantity for panel in picture.panels]
+    named = [axis.quantity for panel in panels(picture) for axis in (panel.x, panel.y)]
     shown = " ".join(named + [mark.name for mark in marks(picture, Line | Points)])
     for name in names:
         assert name.replace("_", " ") in shown
@@ -257,7 +259,7 @@ def test_a_line_goes_through_the_medians_and_its_band_holds_the_runs():
     (line,), (band,), (points,) = (marks(picture, kind) for kind in (Line, Band, Points))
     np.testing.assert_allclose(line.x, [1.0, 2.0, 4.0])
     np.testing.assert_allclose(line.y, [1.0, 2.0, 4.0])  # in mN
-    assert picture.panels[0].y.label == "mean force held [mN]"
+    assert panels(picture)[0].y.label == "mean force held [mN]"
     np.testing.assert_allclose(band.low / line.y, 0.84)
     np.testing.assert_allclose(band.high / line.y, 1.16)
     assert all("median of 5 runs" in each for each in points.texts)

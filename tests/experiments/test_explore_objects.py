@@ -20,6 +20,7 @@ from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
 from palpate.sim.objects.traced import TracedObject
+from support.drawn import panels
 from support.explore_runs import carried_out, plan_of
 
 SMALL = {"width": 0.02, "depth": 0.004, "spacing": 0.004}
@@ -66,7 +67,7 @@ def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
     assert found.force_rms < 0.20
     assert found.point_rms < (1e-6 if name in ("bumps", "torus", "heights") else 1e-5)
     assert np.nanmax(found.true_normal_force) < 3.5
-    (true,) = (each for each in surface_picture(found).panels[0].marks if each.name == "true surface")
+    (true,) = (each for each in panels(surface_picture(found))[0].marks if each.name == "true surface")
     assert np.isfinite(true.vertices).all()
     assert len(true.triangles)
 

@@ -10,6 +10,7 @@ from palpate.experiments.grasp.pictures import over_time
 from palpate.reporting.limit_surface_panel import load_sizes
 from palpate.reporting.marks import Line, Moving
 from palpate.reporting.solids import Arrows, Placed
+from support.drawn import panels
 from support.grasp_runs import run_grasp
 
 
@@ -52,7 +53,7 @@ def test_forces_in_space_hold_the_object_and_end_at_its_surface(grasp):
 
 
 def test_what_is_seen_over_time_is_seen_on_one_axis(grasp):
-    grip, slip, spin = over_time(grasp).panels
+    grip, slip, spin = panels(over_time(grasp))
     assert grip.x == slip.x == spin.x
     assert grip.x.run_time
     (largest,) = (mark for mark in slip.marks if isinstance(mark, Line))

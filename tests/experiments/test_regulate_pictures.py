@@ -7,6 +7,7 @@ from palpate.experiments.regulate.pictures import bode_picture, error_picture, s
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.marks import Band, Line, Rule
+from support.drawn import panels
 
 TIME = np.arange(300) * 1e-2
 PHASES = ["approach"] * 100 + ["hold"] * 150 + ["lift"] * 50
@@ -32,7 +33,7 @@ def test_the_error_is_shown_while_the_force_is_held_and_no_longer():
     for name, error in (("felt", 10.0), ("true", -10.0)):
         assert np.isfinite(lines[name].y).nonzero()[0].tolist() == list(range(100, 250))
         assert lines[name].y[100:250] == pytest.approx(error)  # [mN]
-    assert (picture.panels[0].x.low, picture.panels[0].x.high) == pytest.approx((1.0, 2.5))
+    assert (panels(picture)[0].x.low, panels(picture)[0].x.high) == pytest.approx((1.0, 2.5))
     assert error_picture(series(["approach"] * 300)) is None
 
 

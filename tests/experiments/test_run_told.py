@@ -24,6 +24,7 @@ from palpate.reporting.marks import Line
 from palpate.reporting.solids import Surface
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
+from support.drawn import panels
 from support.explore_runs import pictures, plan_of, section, untrue
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
@@ -136,14 +137,14 @@ def test_pictures_of_a_line_claim_nothing():
 @pytest.mark.slow
 def test_an_outline_shows_what_was_felt_the_truth_and_the_error_along_the_arc():
     found = edge()
-    outline, along = contour_picture(found).panels
+    outline, along = panels(contour_picture(found))
     felt, true = (next(mark for mark in outline.marks if mark.name == name) for name in ("felt", "true"))
     np.testing.assert_allclose([felt.x, felt.y], [true.x, true.y], atol=1e3 * np.abs(found.point_error).max())
     error = next(mark for mark in along.marks if isinstance(mark, Line))
     assert np.nanmax(np.abs(error.y)) == pytest.approx(1e6 * np.abs(found.point_error).max())
     assert (np.diff(error.x[np.isfinite(error.x)]) >= 0.0).all()
     assert np.nanmax(error.x) == pytest.approx(1e3 * found.plan.scan.length, rel=0.3)
-    (alone,) = contour_picture(untrue(found)).panels
+    (alone,) = panels(contour_picture(untrue(found)))
     assert "true" not in {mark.name for mark in alone.marks}
 
 

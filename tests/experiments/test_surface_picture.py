@@ -22,14 +22,15 @@ from palpate.experiments.explore.surface_colours import (
 from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.solids import Polyline, Spots, Surface, quantities
+from support.drawn import marks as marks_of
+from support.drawn import panels
 from support.explore_runs import small, unfelt, untrue
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
 def marks(found, *kinds):
-    (space,) = surface_picture(found).panels
-    return [mark for mark in space.marks if isinstance(mark, kinds)]
+    return marks_of(panels(surface_picture(found))[0], *kinds)
 
 
 def test_one_surface_has_all_that_is_known_and_the_truth_over_it():

@@ -5,10 +5,11 @@ import pytest
 
 from palpate.experiments.friction.confusion_picture import LONGEST_NAME, MOST_FIGURES, confusion_picture
 from palpate.friction.materials.trials import UNKNOWN, Confusion
+from support.drawn import panels
 
 
 def cells(confusion):
-    (panel,) = confusion_picture(confusion).panels
+    (panel,) = panels(confusion_picture(confusion))
     (mark,) = panel.marks
     return mark
 

@@ -8,6 +8,7 @@ from palpate.grasp.contacts import GraspContacts
 from palpate.reporting.grasp_force_picture import grasp_force_picture, limit_shares
 from palpate.reporting.marks import Bars, Rule
 from palpate.reporting.solids import Arrows, Surface
+from support.drawn import panels
 
 PAIR = GraspContacts(
     [[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]], [np.eye(3), np.diag([-1.0, -1.0, 1.0])], [0.5, 0.8], [0.005, 0.005]
@@ -23,7 +24,7 @@ def test_shares_are_of_the_limit():
 
 
 def test_arrows_end_at_contacts_cones_open_by_friction_and_bars_stand_beside_the_limit():
-    space, bars = grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0])).panels
+    space, bars = panels(grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0])))
     arrows = {mark.name: mark for mark in space.marks if isinstance(mark, Arrows)}
     assert set(arrows) == {"contact force", "load", "worst moment"}
     pushes, load = arrows["contact force"], arrows["load"]

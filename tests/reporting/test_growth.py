@@ -18,6 +18,7 @@ from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
 from palpate.mapping.surface_map.mesh import surface_mesh
 from palpate.reporting.plots import plots
 from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
+from support.drawn import panels as drawn_panels
 from support.explore_runs import pictures, section
 
 GREW = "How the map grew"
@@ -89,7 +90,7 @@ def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
     marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(PathEvent))
     last = dataclasses.replace(growth.snapshots[-1], marks=marks)
     picture = snapshots_picture(dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last)))
-    (space,) = picture.panels
+    (space,) = drawn_panels(picture)
     (steps,) = space.marks
     assert len(steps.marks) == len(picture.steps) == len(SHARES)
     colours = [c for marks in steps.marks for mark in marks for c in getattr(mark, "colourings", ())]
@@ -103,7 +104,7 @@ def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
 
 
 def test_curves_are_over_path_length_time_and_contacts(growth):
-    panels = growth_picture(growth).panels
+    panels = drawn_panels(growth_picture(growth))
     assert [panel.x.label for panel in panels[:3]] == ["path length [mm]", "time [s]", "contacts"]
     assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.curve.area) for panel in panels[:3])
     assert len({(mark.colour, mark.dash) for mark in panels[3].marks}) == len(panels[3].marks), "a line each"

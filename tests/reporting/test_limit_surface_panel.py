@@ -7,6 +7,7 @@ from palpate import LimitSurface
 from palpate.errors import InvalidValueError
 from palpate.reporting.limit_surface_panel import RIM, limit_surface_panel, load_ratios, load_sizes
 from palpate.reporting.marks import Density, Moving, Points
+from support.drawn import marks
 
 SURFACE = LimitSurface(0.5, 0.004, load_exponent=0.2, norm_exponent=1.4)
 TIME = np.linspace(0.0, 1.0, 50)
@@ -15,7 +16,7 @@ LOADS = np.column_stack([np.full(50, 2.0), 0.5 * TIME, 2e-3 * np.sin(6.0 * TIME)
 
 def mark_of(kind, loads=LOADS, moments=LOADS, worst=-1):
     panel = limit_surface_panel(SURFACE, loads, moments, worst)
-    return next(mark for mark in panel.marks if isinstance(mark, kind))
+    return marks(panel, kind)[0]
 
 
 def test_ratios_have_the_norm_of_the_surface_and_none_where_nothing_pushes():

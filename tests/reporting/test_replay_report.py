@@ -8,6 +8,7 @@ import pytest
 
 from palpate.commands.replay.pictures import difference_picture, felt_picture, velocity_picture
 from palpate.reporting.marks import Line, Points
+from support.drawn import panels
 
 COUNT = 4000
 TIME = np.arange(COUNT) * 1e-3
@@ -40,8 +41,8 @@ def test_without_a_difference_or_contact_there_is_no_picture_of_it():
 
 def test_each_axis_has_both_lines_the_replayed_one_thin_and_on_top():
     picture = velocity_picture(*OTHER)
-    assert [panel.y.label for panel in picture.panels] == ["x [mm/s]", "y [mm/s]", "z [mm/s]"]
-    for i, panel in enumerate(picture.panels):
+    assert [panel.y.label for panel in panels(picture)] == ["x [mm/s]", "y [mm/s]", "z [mm/s]"]
+    for i, panel in enumerate(panels(picture)):
         recorded, replayed = marks(panel, Line)
         assert panel.x.run_time
         assert recorded.width > 2.0 * replayed.width
@@ -51,7 +52,7 @@ def test_each_axis_has_both_lines_the_replayed_one_thin_and_on_top():
 
 def test_the_difference_is_drawn_on_a_logarithmic_scale_from_where_there_is_one():
     picture = difference_picture(*OTHER)
-    (panel,) = picture.panels
+    (panel,) = panels(picture)
     (line,) = marks(panel, Line)
     assert panel.y.logarithmic
     assert np.isnan(line.y[:APART_FROM]).all()

@@ -45,7 +45,7 @@ def _profile(axis: FloatArray, length: float, longest: float) -> FloatArray:
     neck = max(length - HEAD_LENGTH * longest, 0.4 * length)
     rings = ((0.0, SHAFT), (neck, SHAFT), (neck, HEAD))
     parts = [at * axis + radius * longest * ring for at, radius in rings]
-    return np.concatenate([*parts, (length * axis)[None]])
+    return np.asarray(np.concatenate([*parts, (length * axis)[None]]), dtype=np.float64)
 
 
 def _indices() -> npt.NDArray[np.int32]:

@@ -81,7 +81,7 @@ def _add_solid(plot: Plot, mark: Solid, extra: Json) -> None:
             if mark.size >= RIMMED:
                 marker["line"] = {"color": role(CARD), "width": 1}
             if mark.texts:
-                trace |= {"text": list(mark.texts), "hovertemplate": "%{text}<br>" + trace["hovertemplate"]}
+                trace |= {"text": list(mark.texts), "hovertemplate": f"%{{text}}<br>{trace['hovertemplate']}"}
             plot.add(trace, **extra, **_choices(mark.colourings))
         case Arrows():
             steps = mark.starts if mark.starts.ndim == 3 else mark.starts[None]
