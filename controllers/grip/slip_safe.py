@@ -40,7 +40,7 @@ REFUTED_RELEASE = 4.0
 SMOOTH = 0.02
 """[s] Time constant with which noise is taken off what is wanted: a shaking of 10 Hz keeps 0.6 of its swing."""
 
-SWINGS, SWINGING_RELEASE = 0.1, 10.0
+SWINGS, SWINGING_RELEASE = 0.2, 10.0
 """Share by which what is wanted has gone back and forth of late, and times the usual time constant with which the
 grip is then let down: the next peak comes, and fingers that pump work an object out of a grip that holds it."""
 

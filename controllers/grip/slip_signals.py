@@ -36,6 +36,10 @@ TURNS, SHARED_TURNS = 0.4, 0.07
 """Share by which a moment must fall: an object that hangs in two elastic fingers swings about them by a quarter
 whenever the hand stops, or a pull does."""
 
+TURNED = 1e-3
+"""[s] For which the whole moment of two fingers must be missing: it gives what hangs 6 mm beside them, with a
+radius of gyration of 30 mm, 4 degrees/s. A moment swings for longer than the time that counts for a force."""
+
 SETTLES = 0.02
 """[s] Time constant of the mean of load ratios: eight samples of noise."""
 
@@ -58,7 +62,9 @@ class SlipSignals:
         """Take how many fingers there are, and loads that hang, and the period of control [s]."""
         self._fingers, self._period = fingers, positive("period", period, "s")
         force = FALL if fingers <= OPPOSED else SHARED_FALL
-        moment = replace(force, share=TURNS if fingers <= OPPOSED else SHARED_TURNS)
+        moment = (
+            replace(force, share=SHARED_TURNS) if fingers > OPPOSED else replace(force, share=TURNS, lost=TURNED)
+        )
         self.falls = (LoadFall(period, force), *(LoadFall(period, moment) for _ in range(loads - 1)))
         self._share = LoadFall(period, SHARE_FALL)
         self._slight = tuple(LoadFall(period, SLIGHT_FALL) for _ in range(loads))

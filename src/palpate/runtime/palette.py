@@ -53,14 +53,10 @@ SPIN_COLOUR = Colour("spin", "#a3377f", "#e48fc4")
 TRACK = Colour("track", "#111111", "#f4f6f8")
 """Where the fingertip went; with a rim of `CARD`, over whatever it goes."""
 
-RIM_COLOUR = Colour("rim", "#1b1f24", "#14171b")
-"""Dark on either ground: round pale marks, and text on pale fields."""
 MAP_COLOUR = Colour("unknown", "#d9dce1", "#2f353d")
 """Behind a map: nothing is known there."""
 PANE_COLOUR = Colour("pane", "#f7f8fa", "#23282f")
 """Walls of a space."""
-INSIDE_COLOUR = Colour("inside", "#f1f5f9", "#262c34")
-"""Loads that a contact bears."""
 
 CONE_COLOUR = Colour("cone", "#f2c879", "#b98a35")
 CONE_RIM = Colour("cone-rim", "#a87014", "#e0b15c")
@@ -92,8 +88,8 @@ SIDE_BY_SIDE = (
 TEXT = (INK_COLOUR, QUIET_COLOUR)
 DRAWN = (FELT, TRUTH, SET, COMMAND, BOUND, SPIN_COLOUR, TRACK, CONE_RIM, *SIDE_BY_SIDE)
 STAGES = (APPROACH, SETTLE, SCAN, SEEK, LIFT, TRAVEL, HOLD, STOP, DONE, LOST, OTHER)
-GROUNDS = (CARD, PANE_COLOUR, INSIDE_COLOUR)
-ALL = (*GROUNDS, GROUND, *TEXT, GRID_COLOUR, *DRAWN, RIM_COLOUR, MAP_COLOUR, CONE_COLOUR, *STAGES)
+GROUNDS = (CARD, PANE_COLOUR)
+ALL = (*GROUNDS, GROUND, *TEXT, GRID_COLOUR, *DRAWN, MAP_COLOUR, CONE_COLOUR, *STAGES)
 """Every colour there is."""
 
 
