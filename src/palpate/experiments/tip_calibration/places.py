@@ -53,22 +53,11 @@ class Approach:
         return tuple(self._step(touch, next(numbers[touch.target])) for touch in touches)
 
     def _step(self, touch: PlannedTouch, number: int) -> TouchStep:
-        target, rotation = self.targets[touch.target], np.asarray(touch.rotation)
-        inward = rotation @ touch.normal  # out of the tip, into the target
-        place = np.array(target.place) + _spread(target, number) - target.radius * inward
-        position = place - rotation @ self._point(np.asarray(touch.normal))
+        target, inward = self.targets[touch.target], touch.direction  # out of the tip, into the target
+        position = touch.position + _spread(target, number) - self.clearance * inward
         return TouchStep(
-            as_vector(position - self.clearance * inward),
-            _matrix(rotation),
-            as_vector(inward),
-            self.forces,
-            self._height(target),
+            as_vector(position), _matrix(touch.rotation), as_vector(inward), self.forces, self._height(target)
         )
-
-    def _point(self, normal: FloatArray) -> FloatArray:
-        """Where the tip's outward normal is this, sensor frame [m]."""
-        _, x = self.tip.shape.support(np.array(self.tip.shape.sizes), (normal @ self.tip.rotation)[None])
-        return self.tip.rotation @ x[0] + self.tip.center
 
     def _height(self, target: Target) -> float:
         """z of the tip frame's origin from which no part of the tip reaches the target, however it is turned [m]."""
@@ -102,31 +91,51 @@ def _matrix(rotation: FloatArray) -> Matrix:
     return (a, b, c)
 
 
-def first_touches(targets: Sequence[Target], force: float, turn: float) -> tuple[PlannedTouch, ...]:
+def first_touches(
+    tip: TypedTip, targets: Sequence[Target], force: float, turn: float
+) -> tuple[PlannedTouch, ...]:
     """Return the touches that come first: they find the targets, and the tip roughly.
 
     Args:
+        tip: As typed.
         targets: Where they are thought to be.
         force: Largest of each touch [N].
         turn: How far the tip may be turned [rad]; 0 for a robot that cannot.
     """
-    return tuple(_first(targets, force, turn))
+    return tuple(
+        _touching(tip, i, target, rotation, inward, force)
+        for i, target in enumerate(targets)
+        for rotation, inward in _first(target, turn)
+    )
 
 
-def _first(targets: Sequence[Target], force: float, turn: float) -> Iterator[PlannedTouch]:
-    down = np.array([0.0, 0.0, -1.0])
-    for i, target in enumerate(targets):
-        for rotation in _rotations(0.7 * turn)[: FIRST[target.kind]]:
-            inward = -target.unit if target.kind is TargetKind.PLANE else _across_line(target, down)
-            yield PlannedTouch(i, rotation, rotation.T @ inward, force)
-        if target.kind is TargetKind.PLANE:
-            continue
-        for side in SIDES:
-            aside = _across_line(target, np.array(side))
-            if np.linalg.norm(aside) > 0.5:
-                inward = _across_line(target, aside + down)
-                yield PlannedTouch(i, np.eye(3), inward / np.linalg.norm(inward), force)
+def _first(target: Target, turn: float) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Orientations, and the directions of touches, base frame."""
+    above = -target.unit if target.kind is TargetKind.PLANE else _across_line(target, DOWN)
+    for rotation in _rotations(FIRST_SHARE * turn)[: FIRST[target.kind]]:
+        yield rotation, above
+    if target.kind is not TargetKind.PLANE:
+        sides = (_across_line(target, np.array(side)) for side in SIDES)
+        for aside in sides:
+            if aside.any():
+                yield np.eye(3), (aside + above) / np.linalg.norm(aside + above)
 
+
+def _touching(
+    tip: TypedTip, i: int, target: Target, rotation: FloatArray, inward: FloatArray, force: float
+) -> PlannedTouch:
+    """The touch of a target along a direction."""
+    normal = rotation.T @ inward
+    _, x = tip.shape.support(np.array(tip.shape.sizes), (normal @ tip.rotation)[None])
+    point = tip.rotation @ x[0] + tip.center
+    position = np.array(target.place) - target.radius * inward - rotation @ point
+    return PlannedTouch(i, rotation, normal, force, position)
+
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+FIRST_SHARE = 0.7
+"""Of how far the tip may be turned, it is for the first touches."""
 
 FIRST = {TargetKind.PLANE: 5, TargetKind.LINE: 3, TargetKind.POINT: 3}
 """First touches from above, with the tip turned in so many ways."""
@@ -136,7 +145,7 @@ SIDES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0),
 
 
 def _across_line(target: Target, direction: FloatArray) -> FloatArray:
-    """The part of a direction at right angles to a line, of length 1; 0 along it. Of others, it as it is."""
+    """The part of a direction at right angles to a line, of length 1; 0 near the line. Of a point, it as it is."""
     left = direction - (direction @ target.unit) * target.unit if target.kind is TargetKind.LINE else direction
     length = float(np.linalg.norm(left))
     return left / length if length > 0.5 * float(np.linalg.norm(direction)) else np.zeros(3)
