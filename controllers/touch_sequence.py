@@ -1,8 +1,8 @@
 """Touches one place after the other: travel, feel the air, approach, press, hold still, retract.
 
-Each touch goes up to a safe height, turns the tip and crosses there, and comes down to a standoff. There it rests in
-the air, for the sensor's zero; then it approaches along a fixed direction until it feels something, presses to each
-force in turn, and stands still at each, so that wrench and pose are measured at rest. What is felt along that
+Each touch goes up to a safe height, turns the tip and crosses there, and comes down to a standoff. There it rests
+in the air, for the sensor's zero; then it approaches along a fixed direction until it feels something, presses to
+each force in turn, and stands still at each, so that wrench and pose are measured at rest. What is felt along that
 direction counts as the normal force: the fingertip's own shape, which may be what is sought, is not asked.
 
 State model of pressing: dF/dt = K v(t - T) with v = k (F_set - F), see `palpate.controllers.gains`: stable for
@@ -28,7 +28,7 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Matrix, Vector, dot, norm, rotate_back, scale, subtract, toward
 
 MOST_OBSTRUCTED = 3
-"""Touches in a row on whose way something was, after which the run ends: the scene is not as it is thought to be."""
+"""Touches in a row on whose way something was, after which the run ends: the scene is not as it is believed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,9 @@ class TouchSequence:
         self._force = NormalForce(DirectForce(gain), gain.stiffness, gain.delay, period)
         self._transfer = BumplessTransfer(parameters.settle_time)
         self._travel = PoseMotion(parameters.travel, period)
-        self.contact = GuardedApproach(parameters.settle_time, parameters.search_distance, contact_phase=Phase.SCAN)
+        self.contact = GuardedApproach(
+            parameters.settle_time, parameters.search_distance, contact_phase=Phase.SCAN
+        )
         self._most_change = parameters.slew * period
         self._restart(0.0, ZERO)
 

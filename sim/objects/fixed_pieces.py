@@ -76,11 +76,11 @@ class FixedPieces:
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`: to the nearest."""
-        return np.min([each.signed_distance(points) for each in self.pieces], axis=0)
+        return np.asarray(np.min([each.signed_distance(points) for each in self.pieces], axis=0))
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """See `SceneObject`: of the highest."""
-        return np.fmax.reduce([each.height(x, y) for each in self.pieces])
+        return np.asarray(np.fmax.reduce([each.height(x, y) for each in self.pieces]))
 
     def reachable(self, x: float, y: float, tip_radius: float) -> bool:
         """See `SceneObject`."""

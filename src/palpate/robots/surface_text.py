@@ -1,4 +1,4 @@
-"""Puts another fingertip into the text of a robot file; all else of it stays as it is written, comments included."""
+"""Puts another fingertip into the text of a robot file; all else stays as it is written, comments included."""
 
 from collections.abc import Mapping
 

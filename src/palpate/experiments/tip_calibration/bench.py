@@ -78,7 +78,9 @@ def simulated_bench(config: TipConfig) -> FixedPieces:
         np.array(rod.place),
         _axes_about(rod.unit),
     )
-    sphere = PosedGeom(mujoco.mjtGeom.mjGEOM_SPHERE, np.array([ball.radius, 0.0, 0.0]), np.array(ball.place), np.eye(3))
+    sphere = PosedGeom(
+        mujoco.mjtGeom.mjGEOM_SPHERE, np.array([ball.radius, 0.0, 0.0]), np.array(ball.place), np.eye(3)
+    )
     ends = [np.array(rod.place) + sign * ROD_HALF * rod.unit for sign in (-1.0, 1.0)]
     posts = [_post(end, rod.radius) for end in ends]
     return FixedPieces((box, tube, sphere, _post(np.array(ball.place), ball.radius), *posts))

@@ -21,8 +21,8 @@ Triple = tuple[float, float, float]
 TOUCHES_TEXT = "touches.csv"
 """Under this name a log keeps the touches of a file, or those that came first."""
 
-FEWEST, MOST = 12, 200
-"""Touches: with fewer, nothing can be tested; more take an hour."""
+FEWEST, MOST = 20, 200
+"""Touches: those that come first are 17; more take an hour."""
 
 STEEPEST = 1.2
 """[rad] That a tip may be turned at most: beyond, a finger would lie on the plate."""
@@ -132,7 +132,9 @@ class TipConfig:
         if self.most_turn > STEEPEST:
             raise InvalidValueError(f"most_turn = {self.most_turn:g} rad: must be at most {STEEPEST:g} rad")
         if abs(self.size_error) > LARGEST_ERROR:
-            raise InvalidValueError(f"size_error = {self.size_error:g}: must be within {LARGEST_ERROR:g}; 0.05 is 5 %")
+            raise InvalidValueError(
+                f"size_error = {self.size_error:g}: must be within {LARGEST_ERROR:g}; 0.05 is 5 %"
+            )
         check_length("center_error", max(math.hypot(*self.center_error), 1e-9), 0.01)
         if math.hypot(*self.turn_error) > LARGEST_ERROR:
             raise InvalidValueError(f"turn_error = {self.turn_error}: must be at most {LARGEST_ERROR:g} rad long")

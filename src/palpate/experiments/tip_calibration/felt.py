@@ -1,7 +1,7 @@
 """From a record to touches: the wrench at rest less that in the air just before, and where the sensor was.
 
-The noise of these differences comes from means of blocks, so that what is correlated from sample to sample counts as
-what it is; it is one for all touches, for the sensor is the same and they last equally long.
+The noise of these differences comes from means of blocks, so that correlation from sample to sample counts; it is
+one for all touches, for the sensor is the same and they last equally long.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -83,7 +83,7 @@ def felt_touches(pieces: Iterable[Record], spans: Sequence[HeldSpan], targets: S
     rested = [each for each in found if each[2].creep <= AT_REST]
     if not rested:
         raise InvalidValueError(
-            f"nothing was felt at rest: {len(spans)} rests, {len(found)} of them with {2 * BLOCKS} samples or more; "
+            f"nothing was felt at rest: {len(spans)} rests, {len(found)} with {2 * BLOCKS} samples or more; "
             "are the things where they are thought to be (--plate, --rod, --ball)?"
         )
     variance = np.mean([before.block_variance + at.block_variance for _, before, at in rested], axis=0)
@@ -115,9 +115,7 @@ def _windows(pieces: Iterable[Record], limits: Sequence[tuple[float, float]]) ->
 def _cut(record: Record, begin: int, end: int) -> Iterator[_Window]:
     if end > begin:
         rows = slice(begin, end)
-        yield _Window(
-            record.wrench_time[rows], record.wrench[rows], record.position[rows], record.rotation[rows]
-        )
+        yield _Window(record.wrench_time[rows], record.wrench[rows], record.position[rows], record.rotation[rows])
 
 
 def _joined(parts: Sequence[_Window]) -> _Window:

@@ -22,14 +22,14 @@ def _found(column: str, meaning: str, unit: str, value: Callable[[Any], FigureVa
 
 FIGURES = (
     Figure("usable", "whether the tip is to be used", "", lambda found: found.usable),
-    _true("size_error_m", "error of the size, the worst length", "m", lambda true, fit: true.size_error(fit)),
+    _true("size_error_m", "error of the worst length", "m", lambda true, fit: true.size_error(fit)),
     _true("center_error_m", "error of the centre", "m", lambda true, fit: true.center_error(fit)),
     _true("turn_error_rad", "error of the orientation", "rad", lambda true, fit: true.turn_error(fit)),
-    _true("stiffness_error", "error of the stiffness, relative", "", lambda true, fit: true.stiffness_error(fit)),
-    Figure("center_sd_m", "standard deviation of the centre, the worst axis", "m", lambda found: found.largest_sd),
+    _true("stiffness_error", "error of the stiffness, a share", "", lambda true, fit: true.stiffness_error(fit)),
+    Figure("center_sd_m", "SD of the centre, worst axis", "m", lambda found: found.largest_sd),
     _found("scatter_m", "scatter of the arm's places", "m", lambda fit: fit.gap_sd),
-    _found("touches", "touches that were evaluated, each force one", "", lambda fit: len(fit.touches)),
+    _found("rows", "touches evaluated, each force one", "", lambda fit: len(fit.touches)),
     _found("broken", "assumptions that do not hold", "", lambda fit: len(fit.verdict.broken)),
-    Figure("simulated_s", "duration of the touches that tell most", "s", lambda found: found.run.duration),
+    Figure("simulated_s", "duration of the planned touches", "s", lambda found: found.run.duration),
 )
 """Those that matter most first."""

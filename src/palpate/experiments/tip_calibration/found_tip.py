@@ -80,7 +80,9 @@ class TrueTip:
         kind = true_tip(typed, errors) if config.tip_is_other else typed
         surface = kind.surface()
         stiffness = config.stiffness * errors.stiffness
-        return cls(TypedTip(tip_shape(surface), np.array(kind.center), np.asarray(kind.rotation), stiffness=stiffness))
+        return cls(
+            TypedTip(tip_shape(surface), np.array(kind.center), np.asarray(kind.rotation), stiffness=stiffness)
+        )
 
     def comparable(self, fit: TipFit) -> bool:
         """Return whether a fit is of its family of shapes."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,12 @@ from palpate.sensing.tip_calibration import (
     tip_shape,
 )
 from palpate.sensing.tip_calibration.plan import candidate_touches
-from palpate.sensing.tip_calibration.shapes import capsule_shape, ellipsoid_shape, sphere_shape, superellipsoid_shape
+from palpate.sensing.tip_calibration.shapes import (
+    capsule_shape,
+    ellipsoid_shape,
+    sphere_shape,
+    superellipsoid_shape,
+)
 from palpate.surfaces import CompliantTip
 
 HALFWAY = 0.5
@@ -35,8 +40,8 @@ ROUNDED = 2.5
 """Exponent to start from, of a superellipsoid that is not typed as one."""
 
 UNLESS_KNOWN = 0.01 / math.sqrt(3.0)
-"""Standard deviation of the entries of a sensor's matrix, of a full load, where 1 % is the limit: makers claim 1 to
-2 % for all errors together (`palpate.sensing.ft.calibration`)."""
+"""Standard deviation of the entries of a sensor's matrix, of a full load, where 1 % is the limit: makers claim 1
+to 2 % for all errors together (`palpate.sensing.ft.calibration`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,8 +87,9 @@ class KnownBefore:
         Raises:
             InvalidValueError: None is possible.
         """
-        steepest = {} if fit is None else {"wrench_sd": tuple(np.median(fit.touches.wrench_sd, axis=0).tolist())}
-        plan = TouchPlan(most_tilt=self.turn, forces=(max(self.forces),), **steepest)
+        plan = TouchPlan(most_tilt=self.turn, forces=(max(self.forces),))
+        if fit is not None:
+            plan = replace(plan, wrench_sd=tuple(np.median(fit.touches.wrench_sd, axis=0).tolist()))
         values = None if fit is None else fit.values
         candidates = candidate_touches(self.tip, self.targets, plan, values)
         chosen, _ = planned_touches(candidates, count, self.tip, self.targets, plan, self.instrument, fit)
@@ -100,7 +106,12 @@ def typed_tip(config: TipConfig, robot: Robot) -> TypedTip:
     share = 1.0 if robot.file.backend.REAL else HALFWAY
     shape = tip_shape(surface) if config.shape is None else _shape_of(config.shape, kind.half_extents)
     return TypedTip(
-        shape, np.array(kind.center), np.asarray(kind.rotation), stiffness=stiffness, exponent=exponent, share=share
+        shape,
+        np.array(kind.center),
+        np.asarray(kind.rotation),
+        stiffness=stiffness,
+        exponent=exponent,
+        share=share,
     )
 
 
@@ -128,4 +139,3 @@ def _instrument(config: TipConfig, robot: Robot) -> Instrument:
     usual = 0.0 if exact or ranges is None else UNLESS_KNOWN
     accuracy = usual if config.sensor_accuracy is None else config.sensor_accuracy
     return Instrument(config.arm_sd, (1.0,) * 6 if ranges is None else ranges, accuracy)
-

@@ -34,14 +34,19 @@ def tip_picture(result: TipCalibration, fit: TipFit) -> Picture:
     off = MICRO * np.einsum("ni,ni->n", found - typed, normals)
     colouring = Colouring("found less typed", off, "um", scale=ColourScale.ERROR, **_even(off))
     names = [target.name for target in fit.unknowns.targets]
-    texts = tuple(f"touch {i}, {names[at]}: {each:.1f} um" for i, (at, each) in enumerate(zip(fit.touches.target, gap)))
+    texts = tuple(
+        f"touch {i}, {names[at]}: {each:.1f} um"
+        for i, (at, each) in enumerate(zip(fit.touches.target, gap, strict=True))
+    )
     marks: list[Solid] = [
         Surface(found, triangles, "found", (colouring,), opacity=0.85),
         Surface(typed, triangles, "typed", colour=SET, opacity=0.25),
         Spots(fit.solved.centroid, "touches", FELT, 5.0, texts=texts),
     ]
     if result.true is not None:
-        marks.append(Surface(_places(result.true.tip, normals), triangles, "true", colour=TRUTH, opacity=0.3, shown=False))
+        marks.append(
+            Surface(_places(result.true.tip, normals), triangles, "true", colour=TRUTH, opacity=0.3, shown=False)
+        )
     return Picture(
         title="The tip, typed and found",
         caption=(
@@ -69,9 +74,8 @@ def residual_picture(fit: TipFit) -> Picture:
     return Picture(
         title="What each touch leaves over",
         caption=(
-            "Of each touch, in the order in which they were made: by how much tip and target overlap in the model, "
-            "and by how much the contact lies beside the line of the force. Good is white scatter, 95 % of it within "
-            "the band."
+            "Of each touch, in order: by how much tip and target overlap in the model, and by how much the contact "
+            "lies beside the line of the force. Good is white scatter, 95 % of it within the band."
         ),
         panels=tuple(panels),
     )

@@ -60,7 +60,7 @@ class Approach:
         )
 
     def _height(self, target: Target) -> float:
-        """z of the tip frame's origin from which no part of the tip reaches the target, however it is turned [m]."""
+        """Of the tip frame's origin, z from which no part of the tip reaches the target, however it turns [m]."""
         rise = {
             TargetKind.PLANE: float(PLATE_HALF[0] * np.linalg.norm(target.unit[:2])),
             TargetKind.LINE: float(ROD_HALF * abs(target.unit[2])),
@@ -91,9 +91,7 @@ def _matrix(rotation: FloatArray) -> Matrix:
     return (a, b, c)
 
 
-def first_touches(
-    tip: TypedTip, targets: Sequence[Target], force: float, turn: float
-) -> tuple[PlannedTouch, ...]:
+def first_touches(tip: TypedTip, targets: Sequence[Target], force: float, turn: float) -> tuple[PlannedTouch, ...]:
     """Return the touches that come first: they find the targets, and the tip roughly.
 
     Args:

@@ -12,7 +12,12 @@ from palpate.controllers.pose_motion import PoseMotionLimits
 from palpate.controllers.touch_sequence import TouchParameters, TouchSequence, TouchStep
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.allowed_speed import limits_allowing
-from palpate.experiments.kit.contact_checks import LEAST_FORCE, LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS, check_compression
+from palpate.experiments.kit.contact_checks import (
+    LEAST_FORCE,
+    LEAST_TOUCH_FORCE,
+    TOUCH_DEVIATIONS,
+    check_compression,
+)
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.recorded_periods import Periods
@@ -165,7 +170,15 @@ class TipPlan(PlanDefaults):
         steps = approach.steps(planned)
         limits = _workspace(self.robot.file.limits, self.limits, steps)
         parameters = replace(self.parameters, search_distance=approach.search_distance)
-        return replace(self, planned=planned, steps=steps, limits=limits, parameters=parameters, first=first, first_text=first_text)
+        return replace(
+            self,
+            planned=planned,
+            steps=steps,
+            limits=limits,
+            parameters=parameters,
+            first=first,
+            first_text=first_text,
+        )
 
     def dry_run(self) -> DryRun:
         """See `Plan`."""
@@ -173,16 +186,23 @@ class TipPlan(PlanDefaults):
         return DryRun(
             "Calibration of a fingertip by touches",
             (
-                KeyFigure("touches", config.touch_count, "", f"{count} to find plate, rod and ball, then the rest"),
+                KeyFigure(
+                    "touches", config.touch_count, "", f"{count} to find plate, rod and ball, then the rest"
+                ),
                 KeyFigure("expected duration", self._all_of_it, "s", "all touches"),
                 KeyFigure("forces", len(config.forces), "", ", ".join(f"{each:g} N" for each in config.forces)),
                 KeyFigure("greatest force asked for", max(config.forces), "N"),
                 KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
                 KeyFigure("travel speed", MILLI * self.parameters.travel.speed, "mm/s"),
-                KeyFigure("search distance", MILLI * self.parameters.search_distance, "mm", "of the first touches"),
+                KeyFigure(
+                    "search distance", MILLI * self.parameters.search_distance, "mm", "of the first touches"
+                ),
                 KeyFigure("turn of the tip, largest", self.known.turn, "rad"),
                 KeyFigure(
-                    "phase margin of pressing", self.parameters.gain.phase_margin_deg, "deg", "at the typed stiffness"
+                    "phase margin of pressing",
+                    self.parameters.gain.phase_margin_deg,
+                    "deg",
+                    "at the typed stiffness",
                 ),
                 *limit_figures(self.limits, self.ready.landing_model(config.stiffness)),
             ),
@@ -268,8 +288,8 @@ def _built(config: TipConfig, robot: Robot) -> RobotInScene:
     typed, real = fingertip(robot), robot.file.backend.REAL
     if real and config.tip_is_other:
         raise InvalidValueError(
-            "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip is "
-            "what it is: leave them out"
+            "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip "
+            "is what it is: leave them out"
         )
     errors = TipErrors.of(config)
     tip = true_tip(typed, errors) if config.tip_is_other else typed
@@ -277,7 +297,7 @@ def _built(config: TipConfig, robot: Robot) -> RobotInScene:
     check_compression(typed.half_extents, max(config.forces), stiffness)
     model = model_with_noise(only_finger(robot), config.force_noise, config.moment_noise)
     noise, _ = noise_of(model)
-    x, y, z = typed.center
+    x, y, _ = typed.center
     reach = float(np.linalg.norm(typed.center)) + max(typed.half_extents)
     target = simulated_bench(config)
     start = (-x, -y, target.top + reach + ABOVE)
@@ -311,8 +331,8 @@ def _workspace(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> Lim
     for axis in range(3):
         if low[axis] < least[axis] or high[axis] > most[axis]:
             raise InvalidValueError(
-                f"the touches reach from {low[axis]:.3g} to {high[axis]:.3g} m along {'xyz'[axis]}: they leave the "
-                f"robot's workspace, {least[axis]:g} to {most[axis]:g} m (limits.workspace_lower_m, "
+                f"the touches reach from {low[axis]:.3g} to {high[axis]:.3g} m along {'xyz'[axis]}: they leave "
+                f"the robot's workspace, {least[axis]:g} to {most[axis]:g} m (limits.workspace_lower_m, "
                 "workspace_upper_m in the robot file); put plate, rod and ball elsewhere"
             )
     lower, upper = np.maximum(low - ROOM, least), np.minimum(high + ROOM, most)

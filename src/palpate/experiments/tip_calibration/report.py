@@ -1,5 +1,6 @@
 """The report on a tip calibration."""
 
+import math
 from collections.abc import Iterator
 
 from palpate.experiments.tip_calibration.files import NEXT_FILE, ROBOT_FILE, TIP_FILE
@@ -12,16 +13,13 @@ from palpate.experiments.tip_calibration.words import (
     outcome,
     place_rows,
     settings,
-    tip_rows,
+    tip_figures,
 )
 from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.runtime import Ending
 from palpate.yaml_text import yaml_text
-
-HEADS = ("", "found", "SD", "typed", "unit", "")
-"""Over the table of the tip."""
 
 MILLI = 1e3
 
@@ -34,7 +32,6 @@ def calibration_report(result: TipCalibration) -> Report:
         outcome=" ".join(filter(None, (outcome(result), felt_words(result)))),
         figures=tuple(_figures(result)),
         sections=(
-            Section("The tip", (TextTable(tip_rows(result), ("name", *["value"] * 3, "unit", "note"), HEADS),)),
             Section("Pictures", (Pictures(lambda: calibration_pictures(result)),)),
             Section("What was touched", (TextTable(place_rows(result)),)),
             Section("For the robot file", _entry(result)),
@@ -44,8 +41,8 @@ def calibration_report(result: TipCalibration) -> Report:
         advice=tuple(_advice(result)),
         settings=settings(result),
         footer=(
-            "Lengths in the sensor frame; wrenches that the object exerts on the finger. Standard deviations count "
-            "noise, scatter of the arm and errors of the sensor's matrix."
+            "Lengths in the sensor frame; wrenches that the object exerts on the finger. Standard deviations "
+            "count noise, scatter of the arm and errors of the sensor's matrix."
         ),
         reached=fit is None or (result.usable and result.run.ending is Ending.DONE),
     )
@@ -56,14 +53,13 @@ def _figures(result: TipCalibration) -> Iterator[KeyFigure]:
     if fit is None:
         yield KeyFigure("touches planned", len(result.next_touches))
         return
-    for name, value, sd, typed, unit, told in tip_rows(result):
-        yield KeyFigure(name, value, unit, f"+- {sd}; typed {typed}; {told}")
+    yield from tip_figures(fit)
     if true is not None:
         yield KeyFigure("true error of the size", MILLI * true.size_error(fit), "mm", "the worst length")
         yield KeyFigure("true error of the centre", MILLI * true.center_error(fit), "mm")
         turn = true.turn_error(fit)
         if turn is not None:
-            yield KeyFigure("true error of the orientation", 180.0 / 3.141592653589793 * turn, "deg")
+            yield KeyFigure("true error of the orientation", math.degrees(turn), "deg")
         yield KeyFigure("true error of the stiffness", 100.0 * true.stiffness_error(fit), "%")
     yield KeyFigure("scatter of the arm", MILLI * fit.gap_sd, "mm", "and of what no model has")
     yield KeyFigure("touches", len(fit.touches), "", "each force one")

@@ -6,6 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from palpate.controllers.touch_sequence import TouchOutcome
+from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.experiments.tip_calibration.config import TipConfig
@@ -14,8 +16,6 @@ from palpate.experiments.tip_calibration.found_tip import TrueTip
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.plan import TipPlan, felt_in
 from palpate.experiments.tip_calibration.still_plan import StillPlan
-from palpate.controllers.touch_sequence import TouchOutcome
-from palpate.errors import InvalidValueError
 from palpate.robots.robot import Robot
 from palpate.runtime import RunResult
 from palpate.sensing.tip_calibration import PlannedTouch, TipFit, Touches
@@ -62,7 +62,11 @@ class TipCalibration(ShownResult):
     @property
     def judged(self) -> TrueTip | None:
         """The simulated tip, if what was found can be compared with it."""
-        return self.true if self.fit is not None and self.true is not None and self.true.comparable(self.fit) else None
+        return (
+            self.true
+            if self.fit is not None and self.true is not None and self.true.comparable(self.fit)
+            else None
+        )
 
     @property
     def largest_sd(self) -> float:

@@ -55,7 +55,9 @@ class TouchesFile:
         numbers = {target.name: i for i, target in enumerate(targets)}
         names = [self.targets[at].name for at in self.touches.target.tolist()]
         rows = [i for i, name in enumerate(names) if name in numbers]
-        return replace(self.touches.selected(rows), target=np.array([numbers[names[i]] for i in rows], dtype=np.intp))
+        return replace(
+            self.touches.selected(rows), target=np.array([numbers[names[i]] for i in rows], dtype=np.intp)
+        )
 
 
 def load_touches(path: Path, targets: Sequence[Target]) -> tuple[TouchesFile, str]:
@@ -114,7 +116,7 @@ def read_touches(text: str, name: str, targets: Sequence[Target]) -> TouchesFile
 
 
 def touches_text(touches: Touches, targets: Sequence[Target]) -> str:
-    """Return touches as CSV text; `read_touches` gives back the very same numbers, but for rounding of rotations."""
+    """Return touches as CSV text; `read_touches` gives back the same numbers, but for rounding of rotations."""
     names = ("target", "kind", "radius_m", *PLACE, *QUATERNION, *WRENCH, "time_s", *ABOUT, *DIRECTION, *SDS)
     quaternions = Rotation.from_matrix(touches.rotation).as_quat()
     lines = [",".join(names)]
@@ -175,7 +177,7 @@ def _stem(name: str) -> str:
 
 def _columns(table: NumberTable, factors: dict[str, float], names: Sequence[str]) -> FloatArray:
     """Columns in SI units; every number finite."""
-    found = table.numbers(*names) * np.array([factors.get(name, 1.0) for name in names])
+    found: FloatArray = table.numbers(*names) * np.array([factors.get(name, 1.0) for name in names])
     bad = np.flatnonzero(~np.isfinite(found).all(axis=1))
     if len(bad):
         raise InvalidValueError(
@@ -200,9 +202,7 @@ def _targets(
     return tuple(found.values()), np.array([order.index(name) for name in names], dtype=np.intp)
 
 
-def _target(
-    table: NumberTable, factors: dict[str, float], i: int, name: str, known: Target | None
-) -> Target:
+def _target(table: NumberTable, factors: dict[str, float], i: int, name: str, known: Target | None) -> Target:
     """A target from its first row; what that does not say is as it is known."""
     where = f"{table.name}, line {table.lines[i]}"
     row = dict(zip(table.columns, table.rows[i], strict=True))

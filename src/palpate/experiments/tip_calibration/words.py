@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.experiments.tip_calibration.result import TipCalibration
+from palpate.reporting.data import KeyFigure
 from palpate.sensing.tip_calibration import TipFit
 
 TIP_BLOCKS = ("size", "center", "rotation", "stiffness", "exponent", "deviations", "mount_turn", "mount_shift")
@@ -19,27 +19,23 @@ LOG = "log_"
 """Begins names of unknowns whose logarithm is sought."""
 
 
-def tip_rows(result: TipCalibration) -> list[tuple[str, str, str, str, str, str]]:
-    """Return what was found: name, value, standard deviation, typed value, unit, and whether the touches tell it."""
-    fit = result.fit
-    if fit is None:
-        return []
-    rows = []
+def tip_figures(fit: TipFit) -> Iterator[KeyFigure]:
+    """Return what was found, each with its standard deviation, typed value, and whether the touches tell it."""
     for i in _of_tip(fit):
         each, value, sd = fit.unknowns.each[i], float(fit.values[i]), float(fit.sd[i])
-        told = "told" if fit.told[i] else "NOT told: as typed"
+        typed, told = each.typed, "told" if fit.told[i] else "NOT told by these touches"
         if each.name.startswith(LOG):
             name, unit = each.name.removeprefix(LOG), "N/m"
-            typed, value, sd = math.exp(each.typed), math.exp(value), math.exp(value) * sd
+            typed, value = math.exp(typed), math.exp(value)
+            sd *= value
         else:
-            name, _, ending = each.name.rpartition("_")
+            stem, _, ending = each.name.rpartition("_")
             factor, unit = SHOWN.get(ending, (1.0, ""))
-            name = name if ending in SHOWN else each.name
-            typed, value, sd = factor * each.typed, factor * value, factor * sd
-        rows.append((name.replace("_", " "), f"{value:.4f}", f"{sd:.2g}", f"{typed:.4f}", unit, told))
-    if set(fit.unknowns.tip.shape.round_about) == {0, 1, 2}:
-        rows.append(("orientation", "-", "-", "-", "", "NOT told: a sphere has none"))
-    return rows
+            name = stem if ending in SHOWN else each.name
+            typed, value, sd = factor * typed, factor * value, factor * sd
+        yield KeyFigure(name.replace("_", " "), value, unit, f"+- {sd:.2g}; typed {typed:.6g}; {told}", digits=6)
+    if len(fit.unknowns.tip.shape.round_about) == 3:
+        yield KeyFigure("orientation", "-", "", "NOT told: a sphere has none")
 
 
 def _of_tip(fit: TipFit) -> Iterator[int]:
@@ -101,10 +97,10 @@ def settings(result: TipCalibration) -> tuple[tuple[str, str], ...]:
         ("forces", loads),
         ("turn of the tip, largest", f"{result.known.turn:g} rad"),
         ("scatter of the arm, as typed", f"{config.arm_sd:g} m"),
-        ("errors of the sensor's matrix, standard deviation", f"{result.known.instrument.accuracy:.2g} of full load"),
+        (
+            "errors of the sensor's matrix, standard deviation",
+            f"{result.known.instrument.accuracy:.2g} of full load",
+        ),
         ("targets", ", ".join(each.name for each in result.known.targets)),
         ("seed", str(config.seed)),
     )
-
-
-NOT_FELT = (TouchOutcome.NOTHING, TouchOutcome.OBSTRUCTED, TouchOutcome.SLID, TouchOutcome.LOADED)
