@@ -1,7 +1,7 @@
 """Straight motion of the tip frame through free air to a pose, from rest to rest.
 
 State: the distance e from the goal and the angle to its orientation. Both are integrals of what is commanded a
-delay T ago: de/dt = -v(t - T), with v = g e up to the largest speed, and likewise for the angle. Each is stable for
+delay T ago: de/dt = -v(t - T), with v = g e up to the largest speed; so is the angle. Each is stable for
 g T < pi/2; with g T = x the phase margin is pi/2 - x and the gain margin pi/(2 x), as of force control
 (`palpate.controllers.gains`). It brakes with g v at most.
 """

@@ -23,7 +23,7 @@ from palpate.experiments.tip_calibration.touches_csv import read_touches, touche
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.robots.robot import load_robot
 from palpate.robots.surface_entries import CapsuleEntry, EllipsoidEntry, SphereEntry
-from palpate.runtime.log import Log
+from palpate.runtime.log import read_log
 from palpate.sensing.tip_calibration import Target, TargetKind, TipFit
 from palpate.sensing.tip_calibration.plan import TouchPlan, candidate_touches, foreseen_touches
 from palpate.sensing.tip_calibration.unknowns import Unknowns
@@ -265,7 +265,7 @@ def calibrated(tmp_path, robot, **options) -> TipFit:
 def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp_path):
     fit = calibrated(tmp_path, "turning-stage-nano17", touch_count=30)
     assert fit.sd[:4].max() < 1e-5
-    again = LoggedRun.of(Log.read(tmp_path / "latest.mcap")).found()
+    again = LoggedRun.of(read_log(tmp_path / "latest.mcap")).found()
     np.testing.assert_array_equal(again.fit.values, fit.values)
 
 

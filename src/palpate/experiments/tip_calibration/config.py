@@ -82,8 +82,9 @@ class TipConfig:
     """How far the tip may be turned from upright [rad], by a robot that can."""
     stiffness: float = option(20e3, "N/m", bound="positive")
     """Stiffness of the contact, tip and object together, as it is taken for [N/m]."""
-    arm_sd: float = option(2e-5, "m", bound="positive")
-    """How exactly the arm's place repeats, standard deviation [m]: where to begin, the touches tell it."""
+    arm_sd: float | None = option(None, "m", bound="positive")
+    """How exactly the arm's place repeats, standard deviation [m]: where to begin, for the touches tell it. Left
+    out: 20e-6, and 1e-6 for a simulated arm, whose places are exact."""
     sensor_accuracy: float | None = option(None, bound="not negative")
     """Standard deviation of each entry of the sensor's calibration matrix, of a full load. Left out: 0 for a
     simulated sensor without cross-talk, else 0.006, as of a sensor whose errors are within 1 %."""

@@ -39,6 +39,10 @@ HALFWAY = 0.5
 ROUNDED = 2.5
 """Exponent to start from, of a superellipsoid that is not typed as one."""
 
+USUAL_ARM, EXACT_ARM = 2e-5, 1e-6
+"""[m] How exactly arms repeat: makers of small ones state 20 to 50 um, and at rest in one region they do better; a
+simulated arm is where it says, and what is left is the contact's own."""
+
 UNLESS_KNOWN = 0.01 / math.sqrt(3.0)
 """Standard deviation of the entries of a sensor's matrix, of a full load, where 1 % is the limit: makers claim 1
 to 2 % for all errors together (`palpate.sensing.ft.calibration`)."""
@@ -138,4 +142,5 @@ def _instrument(config: TipConfig, robot: Robot) -> Instrument:
     exact = simulated is not None and simulated.cross_talk is None
     usual = 0.0 if exact or ranges is None else UNLESS_KNOWN
     accuracy = usual if config.sensor_accuracy is None else config.sensor_accuracy
-    return Instrument(config.arm_sd, (1.0,) * 6 if ranges is None else ranges, accuracy)
+    arm = (EXACT_ARM if simulated else USUAL_ARM) if config.arm_sd is None else config.arm_sd
+    return Instrument(arm, (1.0,) * 6 if ranges is None else ranges, accuracy)

@@ -74,7 +74,7 @@ def residual_picture(fit: TipFit) -> Picture:
     return Picture(
         title="What each touch leaves over",
         caption=(
-            "Of each touch, in order: by how much tip and target overlap in the model, and by how much the contact "
+            "Of each touch, in order: by how much tip and target overlap in the model, and how far the contact "
             "lies beside the line of the force. Good is white scatter, 95 % of it within the band."
         ),
         panels=tuple(panels),

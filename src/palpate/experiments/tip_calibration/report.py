@@ -75,7 +75,7 @@ def _entry(result: TipCalibration) -> tuple[Paragraph | TextTable, ...]:
     )
     where = f"{ROBOT_FILE} is the robot file with it." if result.usable else "It is not to be used yet."
     rows = [(line,) for line in text.splitlines()]
-    return (Paragraph(f"Of the finger, as in {TIP_FILE}. {where} {meaning(result)}"), TextTable(rows, ("value",)))
+    return (Paragraph(f"Of the finger, as in {TIP_FILE}. {where} {meaning(result)}"), TextTable(rows, ("name",)))
 
 
 def _advice(result: TipCalibration) -> Iterator[str]:

@@ -96,7 +96,7 @@ def settings(result: TipCalibration) -> tuple[tuple[str, str], ...]:
         ("fingertip", f"{result.known.tip.shape.kind}, {result.known.tip.shape.sizes}"),
         ("forces", loads),
         ("turn of the tip, largest", f"{result.known.turn:g} rad"),
-        ("scatter of the arm, as typed", f"{config.arm_sd:g} m"),
+        ("scatter of the arm, to begin with", f"{result.known.instrument.position_sd:g} m"),
         (
             "errors of the sensor's matrix, standard deviation",
             f"{result.known.instrument.accuracy:.2g} of full load",
