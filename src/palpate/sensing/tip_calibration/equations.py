@@ -125,19 +125,16 @@ class TouchEquations:
         at, freedom = (np.tile(each, count) for each in (self.touches.target, self._freedom))
         radius = np.tile(self._radius, count)
         one = np.repeat(np.arange(count), n)  # which set a row belongs to
-        mounted = [unknowns.mounted(v, self.touches.rotation, self.touches.position) for v in values]
-        rotation, position = (np.concatenate(each) for each in zip(*mounted, strict=True))
-        places = [unknowns.places(v) for v in values]
-        place = np.array([each.place for each in places])[one, at]
-        direction = np.array([each.direction for each in places])[one, at]
+        turned, moved = unknowns.mounted(values, self.touches.rotation, self.touches.position)
+        rotation, position = turned.reshape(-1, 3, 3), moved.reshape(-1, 3)
+        places = unknowns.places(values)
+        place, direction = places.place[one, at], places.direction[one, at]
         y = np.einsum("nji,nj->ni", rotation, place - position)
         if shifts is not None:
             y = y + shifts[one]
         line = np.einsum("nji,nj->ni", rotation, direction)
-        center, sizes, deviations = (
-            np.array([unknowns.of(block, v) for v in values])[one] for block in ("center", "size", "deviations")
-        )
-        axes = np.array([unknowns.rotation(v) for v in values])[one]
+        center, sizes, deviations = (unknowns.of(block, values)[one] for block in ("center", "size", "deviations"))
+        axes = unknowns.rotation(values)[one]
 
         def support(u: FloatArray, rows: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
             own = np.einsum("nji,nj->ni", axes[rows], u)
@@ -157,7 +154,7 @@ class TouchEquations:
         start = start / np.linalg.norm(start, axis=1, keepdims=True)
         u, gap, x = touching(support, y, start, freedom, line)
 
-        stiffness, exponent = np.array([unknowns.stiffness(v) for v in values])[one].T
+        stiffness, exponent = (each[one] for each in unknowns.skin(values))
         right = self.touches.wrench
         if len(errors):
             right = right - (self._relative @ errors.reshape(6, 6).T) * self.instrument.ranges

@@ -7,6 +7,7 @@ matrix, `accuracy`), how wrong typed values may be, and the arm's scatter, which
 """
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -99,7 +100,7 @@ class TipFit:
         Raises:
             InvalidValueError: The tip is open, as a capsule is.
         """
-        stiffness, exponent = self.unknowns.stiffness(self.values)
+        stiffness, exponent = map(float, self.unknowns.skin(self.values))
         rigid: object = self.rigid_surface()
         return CompliantTip(rigid, stiffness, min(exponent, 1.0))  # type: ignore[arg-type]  # it says what it takes
 
@@ -162,11 +163,11 @@ def fit_tip(
 
         start = np.concatenate([(values - typed) / sd, errors])
         best = least_squares(
-            weighted, start, derivatives, x_scale=1.0, xtol=1e-10, ftol=1e-12, gtol=1e-8, max_nfev=60
+            weighted, start, derivatives, x_scale=1.0, xtol=1e-7, ftol=1e-10, gtol=1e-6, max_nfev=60
         )
         z, jacobian, r = best.x, derivatives(best.x), best.fun
         spread = np.linalg.inv(jacobian.T @ jacobian)
-        leverage = np.asarray(np.sum((jacobian @ spread) * jacobian, axis=1), dtype=float)[: 3 * n].reshape(n, 3)
+        leverage = cast(FloatArray, np.sum((jacobian @ spread) * jacobian, axis=1))[: 3 * n].reshape(n, 3)
         moved = np.abs((typed + sd * z[:count] - values) / sd).max()
         values, errors = typed + sd * z[:count], z[count:]
         gaps = r[: 3 * n].reshape(n, 3)[:, 0] * scatter  # up to what the forces' noise adds
@@ -184,9 +185,7 @@ def fit_tip(
     fit = WeightedFit(
         equations, solved, whitening, jacobian, r, leverage, spread, told, scatter, converged, values
     )
-    expected = np.sqrt(
-        np.diagonal(equations.noise(solved, equations.by_place(values, errors), scatter), axis1=1, axis2=2)
-    )
+    noise = equations.noise(solved, equations.by_place(values, errors), scatter)
     return TipFit(
         unknowns=unknowns,
         touches=touches,
@@ -196,7 +195,7 @@ def fit_tip(
         scatter=scatter,
         degrees=GAP_WEIGHT + max(degrees, 0.0),
         residuals=solved.residuals,
-        expected=expected,
+        expected=np.sqrt(np.diagonal(noise, axis1=1, axis2=2)),
         solved=solved,
         verdict=verdict_of(fit),
     )

@@ -188,7 +188,7 @@ def foreseen_touches(
     rotation = np.array([c.rotation for c in candidates])
     force = np.array([c.force for c in candidates])
     x = _touched(unknowns, values, normal)
-    stiffness, exponent = unknowns.stiffness(values)
+    stiffness, exponent = unknowns.skin(values)
     indentation = (force / stiffness) ** exponent
     pressed = np.array([c.position for c in candidates]) + np.einsum(
         "nij,nj->ni", rotation, indentation[:, None] * normal
