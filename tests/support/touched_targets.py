@@ -84,6 +84,7 @@ class TrueTip:
             a, v = np.array(self.semi_axes), -self.rotation.T @ direction
             x = self.rotation @ (a**2 * v / np.linalg.norm(a * v)) + self.center
             return x, -direction, float(-direction @ (place - x))
+
         # where y - x is at right angles to the line: sharper than where the distance is least
         def off(s: float) -> float:
             x, _, _ = self.closest(place + s * direction)
@@ -112,21 +113,27 @@ def wrong(
     stiffness: float = 2.0,
 ) -> TrueTip:
     """Return a true tip that a typed one is wrong about: the issue's size, centre, tilt and stiffness."""
-    sizes = np.resize(tip.shape.sizes, 3) * (1.0 + size * rng.uniform(-1.0, 1.0, 3 if len(tip.shape.sizes) > 1 else 1))
+    sizes = np.resize(tip.shape.sizes, 3) * (
+        1.0 + size * rng.uniform(-1.0, 1.0, 3 if len(tip.shape.sizes) > 1 else 1)
+    )
     turned = tip.rotation @ Rotation.from_rotvec(turn * rng.uniform(-1.0, 1.0, 3)).as_matrix()
     moved = tuple(
         Target(
             t.name,
             t.kind,
             tuple((np.array(t.place) + rng.uniform(-1.5e-3, 1.5e-3, 3)).tolist()),  # type: ignore[arg-type]
-            tuple((t.unit + rng.uniform(-0.03, 0.03, 2) @ across(t.unit)).tolist()) if t.direction != (0.0, 0.0, 0.0) else t.direction,  # type: ignore[arg-type]
+            tuple((t.unit + rng.uniform(-0.03, 0.03, 2) @ across(t.unit)).tolist())
+            if t.direction != (0.0, 0.0, 0.0)
+            else t.direction,  # type: ignore[arg-type]
             t.radius,
         )
         for t in targets
     )
     a, b, c = sizes.tolist()
     center = tip.center + shift * rng.uniform(-1.0, 1.0, 3)
-    return TrueTip((a, b, c), center, turned, tip.stiffness * stiffness ** rng.uniform(-1.0, 1.0), moved, share=tip.share)
+    return TrueTip(
+        (a, b, c), center, turned, tip.stiffness * stiffness ** rng.uniform(-1.0, 1.0), moved, share=tip.share
+    )
 
 
 def touches(

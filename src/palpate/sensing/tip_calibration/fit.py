@@ -7,7 +7,6 @@ matrix, `accuracy`), how wrong typed values may be, and the arm's scatter, which
 """
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -167,7 +166,7 @@ def fit_tip(
         )
         z, jacobian, r = best.x, derivatives(best.x), best.fun
         spread = np.linalg.inv(jacobian.T @ jacobian)
-        leverage = cast(FloatArray, np.sum((jacobian @ spread) * jacobian, axis=1))[: 3 * n].reshape(n, 3)
+        leverage = np.einsum("ij,ij->i", jacobian @ spread, jacobian)[: 3 * n].reshape(n, 3)
         moved = np.abs((typed + sd * z[:count] - values) / sd).max()
         values, errors = typed + sd * z[:count], z[count:]
         gaps = r[: 3 * n].reshape(n, 3)[:, 0] * scatter  # up to what the forces' noise adds
