@@ -1,8 +1,8 @@
 """A fingertip that is not as it was typed, found by touching a plate, a rod and a ball.
 
-The simulated tip is larger than its robot file says by 4 %, sits elsewhere by half a millimetre, and its contact is
-softer by a third; plate, rod and ball are not quite where they are thought to be. None of that is told to what finds
-it: it touches, and works all of it out from wrenches and poses at rest.
+The simulated tip is larger than its robot file says by 4 %, sits elsewhere by half a millimetre, and its contact
+is softer by a third; plate, rod and ball are not quite where they are thought to be. None of that is told to what
+finds it: it touches, and works all of it out from wrenches and poses at rest.
 
     python examples/calibrate_tip.py
 
@@ -37,9 +37,7 @@ def main(robot: str = "turning-stage-nano17", touches: int = 24, seed: int = 0, 
         print(f"  {name}: radius {1e3 * of.shape.sizes[0]:.4f} mm, centre {np.round(1e3 * of.center, 4)} mm")
     print(f"  found: radius {1e3 * fit.sizes[0]:.4f} mm, centre {np.round(1e3 * fit.center, 4)} mm")
     print(f"  radius off by {1e6 * true.size_error(fit):.2f} um, standard deviation {1e6 * fit.sd[0]:.2f} um")
-    print(
-        f"  centre off by {1e6 * true.center_error(fit):.2f} um, {1e6 * result.largest_sd:.2f} um along the worst axis"
-    )
+    print(f"  centre off by {1e6 * true.center_error(fit):.2f} um, per axis {1e6 * result.largest_sd:.2f} um")
     print(f"  stiffness off by {100.0 * true.stiffness_error(fit):.2f} %")
 
 

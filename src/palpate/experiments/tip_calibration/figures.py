@@ -27,7 +27,7 @@ FIGURES = (
     _true("turn_error_rad", "error of the orientation", "rad", lambda true, fit: true.turn_error(fit)),
     _true("stiffness_error", "error of the stiffness, a share", "", lambda true, fit: true.stiffness_error(fit)),
     Figure("center_sd_m", "SD of the centre, worst axis", "m", lambda found: found.largest_sd),
-    _found("scatter_m", "scatter of the arm's places", "m", lambda fit: fit.gap_sd),
+    _found("scatter_m", "scatter of the arm's places", "m", lambda fit: fit.scatter),
     _found("rows", "touches evaluated, each force one", "", lambda fit: len(fit.touches)),
     _found("broken", "assumptions that do not hold", "", lambda fit: len(fit.verdict.broken)),
     Figure("simulated_s", "duration of the planned touches", "s", lambda found: found.run.duration),

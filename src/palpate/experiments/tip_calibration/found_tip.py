@@ -1,12 +1,14 @@
 """The tip that was found, as a robot file has it, and how far it is from the one that was simulated."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from palpate.errors import FloatArray
 from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.places import tip_points
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.robots.fingertip import only_finger
 from palpate.robots.robot import Robot
@@ -15,6 +17,12 @@ from palpate.robots.surface_sd_entry import LARGEST_SD, LARGEST_TURN
 from palpate.sensing.tip_calibration import TipFit, TypedTip, tip_shape
 
 AXES = "xyz"
+
+
+def found_points(fit: TipFit, normals: FloatArray) -> FloatArray:
+    """Return where on the tip that was found the outward normals are these, sensor frame, both (n, 3) [m]."""
+    shape = replace(fit.unknowns.tip.shape, sizes=tuple(fit.sizes.tolist()))
+    return tip_points(TypedTip(shape, fit.center, fit.rotation), normals)
 
 
 def surface_entry(fit: TipFit, robot: Robot) -> Mapping[str, object]:
@@ -35,7 +43,7 @@ def surface_entry(fit: TipFit, robot: Robot) -> Mapping[str, object]:
         entry["rotvec_rad"] = [_rounded(each) for each in Rotation.from_matrix(fit.rotation).as_rotvec().tolist()]
     if not isinstance(only_finger(robot).surface, CompliantEntry):
         return entry
-    stiffness, exponent = fit.unknowns.stiffness(fit.values)
+    stiffness, exponent = (float(each) for each in fit.unknowns.skin(fit.values))
     return {"kind": "compliant", "tip": entry, "stiffness_N_per_m": _rounded(stiffness), "exponent": exponent}
 
 
@@ -109,4 +117,4 @@ class TrueTip:
 
     def stiffness_error(self, fit: TipFit) -> float:
         """Return by which share the stiffness is off."""
-        return abs(fit.unknowns.stiffness(fit.values)[0] / self.tip.stiffness - 1.0)
+        return abs(float(fit.unknowns.skin(fit.values)[0]) / self.tip.stiffness - 1.0)

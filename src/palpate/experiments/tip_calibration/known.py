@@ -20,11 +20,11 @@ from palpate.sensing.tip_calibration import (
     Touches,
     TouchPlan,
     TypedTip,
+    candidate_touches,
     fit_tip,
     planned_touches,
     tip_shape,
 )
-from palpate.sensing.tip_calibration.plan import candidate_touches
 from palpate.sensing.tip_calibration.shapes import (
     capsule_shape,
     ellipsoid_shape,

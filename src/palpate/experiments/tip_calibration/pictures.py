@@ -5,12 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.experiments.tip_calibration.found_tip import found_points
+from palpate.experiments.tip_calibration.places import tip_points
 from palpate.experiments.tip_calibration.result import TipCalibration
 from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule
 from palpate.reporting.picture import Axis, Panel, Picture, Space
 from palpate.reporting.solids import Solid, Spots, Surface
 from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
-from palpate.sensing.tip_calibration import TipFit, TypedTip
+from palpate.sensing.tip_calibration import TipFit
 
 TURNS, RINGS = 48, 25
 """Normals of a drawn tip, around and from pole to pole."""
@@ -30,7 +32,7 @@ def tip_picture(result: TipCalibration, fit: TipFit) -> Picture:
     """Return the tip found beside the typed one, with the touches on it."""
     gap = MICRO * fit.residuals[:, 0]
     normals, triangles = _sphere()
-    typed, found = _places(result.known.tip, normals), _found_places(fit, normals)
+    typed, found = tip_points(result.known.tip, normals), found_points(fit, normals)
     off = MICRO * np.einsum("ni,ni->n", found - typed, normals)
     colouring = Colouring("found less typed", off, "um", scale=ColourScale.ERROR, **_even(off))
     names = [target.name for target in fit.unknowns.targets]
@@ -45,7 +47,9 @@ def tip_picture(result: TipCalibration, fit: TipFit) -> Picture:
     ]
     if result.true is not None:
         marks.append(
-            Surface(_places(result.true.tip, normals), triangles, "true", colour=TRUTH, opacity=0.3, shown=False)
+            Surface(
+                tip_points(result.true.tip, normals), triangles, "true", colour=TRUTH, opacity=0.3, shown=False
+            )
         )
     return Picture(
         title="The tip, typed and found",
@@ -124,14 +128,3 @@ def _sphere() -> tuple[FloatArray, np.ndarray[tuple[int, int], np.dtype[np.intp]
     first = np.column_stack([here, beside, here + TURNS])
     second = np.column_stack([beside, beside + TURNS, here + TURNS])
     return normals, np.concatenate([first, second])
-
-
-def _places(tip: TypedTip, normals: FloatArray) -> FloatArray:
-    """Where a tip's outward normals are these, sensor frame."""
-    _, x = tip.shape.support(np.array(tip.shape.sizes), normals @ tip.rotation)
-    return np.asarray(x @ tip.rotation.T + tip.center)
-
-
-def _found_places(fit: TipFit, normals: FloatArray) -> FloatArray:
-    _, x = fit.unknowns.tip.shape.support(fit.sizes, normals @ fit.rotation)
-    return np.asarray(x @ fit.rotation.T + fit.center)

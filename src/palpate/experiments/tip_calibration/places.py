@@ -72,8 +72,15 @@ class Approach:
     def reach(self) -> float:
         """How far the tip reaches from the tip frame's origin [m]."""
         normals = np.concatenate([np.eye(3), -np.eye(3)])
-        h, _ = self.tip.shape.support(np.array(self.tip.shape.sizes), normals)
-        return float(np.linalg.norm(self.tip.center) + h.max())
+        farthest = np.linalg.norm(tip_points(self.tip, normals) - self.tip.center, axis=1).max()
+        return float(np.linalg.norm(self.tip.center) + farthest)
+
+
+def tip_points(tip: TypedTip, normals: FloatArray) -> FloatArray:
+    """Return where a tip's outward normals are these, both shape (n, 3), sensor frame [m]."""
+    sizes = np.tile(tip.shape.sizes, (len(normals), 1))
+    _, x = tip.shape.support(sizes, normals @ tip.rotation)
+    return np.asarray(x @ tip.rotation.T + tip.center)
 
 
 def _spread(target: Target, number: int) -> FloatArray:
@@ -124,8 +131,7 @@ def _touching(
 ) -> PlannedTouch:
     """The touch of a target along a direction."""
     normal = rotation.T @ inward
-    _, x = tip.shape.support(np.array(tip.shape.sizes), (normal @ tip.rotation)[None])
-    point = tip.rotation @ x[0] + tip.center
+    (point,) = tip_points(tip, normal[None])
     position = np.array(target.place) - target.radius * inward - rotation @ point
     return PlannedTouch(i, rotation, normal, force, position)
 

@@ -61,7 +61,7 @@ def _figures(result: TipCalibration) -> Iterator[KeyFigure]:
         if turn is not None:
             yield KeyFigure("true error of the orientation", math.degrees(turn), "deg")
         yield KeyFigure("true error of the stiffness", 100.0 * true.stiffness_error(fit), "%")
-    yield KeyFigure("scatter of the arm", MILLI * fit.gap_sd, "mm", "and of what no model has")
+    yield KeyFigure("scatter of the arm", MILLI * fit.scatter, "mm", "and of what no model has")
     yield KeyFigure("touches", len(fit.touches), "", "each force one")
     yield KeyFigure("duration", result.run.duration, "s", "of the touches that tell most")
 
