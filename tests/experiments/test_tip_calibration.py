@@ -17,7 +17,7 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.tip_calibration import TipConfig, calibrate_tip
 from palpate.experiments.tip_calibration.bench import believed_targets, simulated_bench, true_targets
 from palpate.experiments.tip_calibration.felt import BLOCKS, felt_touches
-from palpate.experiments.tip_calibration.known import KnownBefore, typed_tip
+from palpate.experiments.tip_calibration.known import typed_tip
 from palpate.experiments.tip_calibration.places import Approach, first_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
@@ -25,29 +25,11 @@ from palpate.robots.robot import load_robot
 from palpate.robots.surface_entries import CapsuleEntry, EllipsoidEntry, SphereEntry
 from palpate.runtime.log import read_log
 from palpate.sensing.tip_calibration import Target, TargetKind, TipFit
-from palpate.sensing.tip_calibration.plan import TouchPlan, candidate_touches, foreseen_touches
-from palpate.sensing.tip_calibration.unknowns import Unknowns
+from support.made_up_touches import RADIUS_ERROR, known_before, made_up_touches, touches_file
 
 NANO17 = load_robot("turning-stage-nano17")
 CONFIG = TipConfig()
 CALIBRATE = "palpate.experiments.tip_calibration.experiment:CalibrateTip"
-
-
-def known(turns=True, **options):
-    return KnownBefore.of(replace(CONFIG, **options), NANO17, turns=turns)
-
-
-def made_up(before, count=40, seed=0, radius_error=2e-4):
-    """Touches of a tip that is larger than typed, in places that are not quite as believed."""
-    rng = np.random.default_rng(seed)
-    plan = TouchPlan(most_tilt=0.6, forces=(1.0, 3.0))
-    unknowns = Unknowns(before.tip, before.targets)
-    values = unknowns.typed.copy()
-    values[unknowns.blocks["size"]] += radius_error
-    candidates = candidate_touches(before.tip, before.targets, plan, values)
-    of = [[each for each in candidates if each.target == i] for i in range(3)]
-    chosen = [of[i % 3][rng.integers(len(of[i % 3]))] for i in range(count)]
-    return foreseen_touches(chosen, before.tip, before.targets, plan, values)
 
 
 # --- where the tip goes ---
@@ -176,8 +158,8 @@ def test_a_tip_that_creeps_is_left_out_and_one_that_rests_nowhere_refused():
 
 
 def test_touches_are_read_as_they_were_written():
-    before = known()
-    touches = made_up(before)
+    before = known_before()
+    touches = made_up_touches(before)
     text = touches_text(touches, before.targets)
     found = read_touches(text, "t.csv", ())
     again = found.of(before.targets)
@@ -218,22 +200,20 @@ def test_mistakes_in_a_file_are_named(old, new, message):
 
 
 def test_touches_of_a_file_become_a_tip_a_robot_file_and_the_next_touches(tmp_path, capsys):
-    before = known()
-    (tmp_path / "t.csv").write_text(touches_text(made_up(before), before.targets))
-    assert main([CALIBRATE, "--touches", str(tmp_path / "t.csv"), "--out", str(tmp_path / "c"), "--json"]) == 0
+    assert main([CALIBRATE, "--touches", str(touches_file(tmp_path)), "--out", str(tmp_path / "c"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["figures"]["usable"] is True
     found = load_robot(str(tmp_path / "c" / "robot.yaml"))
     entry, typed = found.file.fingers[0], NANO17.file.fingers[0].surface
-    assert entry.surface.radius == pytest.approx(typed.radius + 2e-4, abs=5e-6)
+    assert entry.surface.radius == pytest.approx(typed.radius + RADIUS_ERROR, abs=5e-6)
     assert 0.0 < entry.surface_sd.size < 1e-4
     assert len((tmp_path / "c" / "next_touches.csv").read_text().splitlines()) > 10
 
 
 def test_touches_that_do_not_tell_enough_are_not_to_be_used(tmp_path, capsys):
     """All with the same side of the tip, on the plate."""
-    before = known()
-    touches = made_up(before, 400)
+    before = known_before()
+    touches = made_up_touches(before, 400)
     one_side = (touches.target == 0) & (touches.rotation[:, 2, 2] > 0.999)
     text = touches_text(touches.selected(np.resize(np.flatnonzero(one_side), 20)), before.targets)
     (tmp_path / "t.csv").write_text(text)
