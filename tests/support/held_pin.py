@@ -22,9 +22,7 @@ def changing(rng, n, size):
     """A sum of three slow sines of random phase and root mean square `size`, shape (n,)."""
     t, phase = np.linspace(0.0, 1.0, n), rng.uniform(0.0, 2 * np.pi, 3)
     return (
-        size
-        * np.sqrt(2.0 / 3.0)
-        * sum(np.sin(2 * np.pi * k * t + p) for k, p in zip((1, 2, 3), phase, strict=True))
+        size * np.sqrt(2.0 / 3.0) * np.sin(2 * np.pi * np.arange(1, 4)[:, None] * t + phase[:, None]).sum(axis=0)
     )
 
 
@@ -42,9 +40,8 @@ def pressed(rng, heights, angle=0.1, swing=0.1, force=1.0, n=200, spin=1e-4, sid
         sideways = share * np.stack([np.zeros(n), changing(rng, n, angle), changing(rng, n, angle)], axis=1)
         f = -push[:, None] * normal + sideways
         wrench[:, :3] += f
-        wrench[:, 3:] += (
-            np.cross(RADIUS * normal + [0.0, 0.0, height], f) + 1e-4 * changing(rng, n, 1.0)[:, None] * normal
-        )
+        wrench[:, 3:] += np.cross(RADIUS * normal + [0.0, 0.0, height], f)
+        wrench[:, 3:] += changing(rng, n, spin)[:, None] * normal
     true = ExternalWrenches.measured(wrench, NOISE).seen_from(HAND).wrench
     noise = rng.normal(size=(n, 6)) @ np.sqrt(NOISE) + rng.normal(size=6) @ np.sqrt(ZERO)
     return ExternalWrenches.measured(true + noise, NOISE, ZERO).seen_from(HAND.inverse())
