@@ -40,4 +40,4 @@ class SurfaceSdEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     @property
     def uncertainty(self) -> TipUncertainty:
         """The same, as covariances of contacts take it."""
-        return TipUncertainty(self.size, self.position, self.rotation, self.stiffness)
+        return TipUncertainty.independent(self.size, self.position, self.rotation, self.stiffness)

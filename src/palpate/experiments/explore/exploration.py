@@ -203,7 +203,7 @@ def _map(
         tip=plan.tip_uncertainty,
     )
     budget = replace(budget, shown=assumptions.offset)
-    return explored_map(felt, target, plan.scan, config, budget, plan.tip_uncertainty.size, progress)
+    return explored_map(felt, target, plan.scan, config, budget, plan.tip_uncertainty.size_sd, progress)
 
 
 def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> FloatArray:
