@@ -1,6 +1,7 @@
 """Normals of a surface from places on it alone, without the normals that were felt there."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +23,12 @@ class PointNormals:
     Attributes:
         rows: At which, shape (m,).
         normal: Unit normals there, on the side of those that were given, shape (m, 3).
+        bend: By how much they turn from place to place, dn/dx, shape (m, 3, 3) [1/m].
     """
 
     rows: npt.NDArray[np.intp]
     normal: FloatArray
+    bend: FloatArray
 
 
 def point_normals(
@@ -45,8 +48,9 @@ def point_normals(
     places = position[kept]
     tree = KDTree(places)
     asked = kept[:: max(1, len(kept) // count)]
-    rows, normals = [], []
-    for i, around in zip(asked.tolist(), tree.query_ball_point(position[asked], radius), strict=True):
+    near_each: Any = tree.query_ball_point(position[asked], radius)
+    rows, normals, bends = [], [], []
+    for i, around in zip(asked.tolist(), near_each, strict=True):
         if len(around) < FEWEST:
             continue
         up = side[i]
@@ -61,4 +65,8 @@ def point_normals(
         normal = up - solved[1:3] @ across
         rows.append(i)
         normals.append(normal / np.linalg.norm(normal))
-    return PointNormals(np.array(rows, dtype=np.intp), np.array(normals).reshape(-1, 3))
+        second = np.array([[2.0 * solved[3], solved[4]], [solved[4], 2.0 * solved[5]]]) / radius
+        bends.append(-across.T @ second @ across)
+    return PointNormals(
+        np.array(rows, dtype=np.intp), np.array(normals).reshape(-1, 3), np.array(bends).reshape(-1, 3, 3)
+    )

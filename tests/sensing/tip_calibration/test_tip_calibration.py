@@ -1,4 +1,4 @@
-"""Fingertips found by touch: the equations against geometry solved otherwise, intervals, plans, what must be told."""
+"""Fingertips found by touch: equations against geometry solved otherwise, intervals, plans, what must be told."""
 
 from dataclasses import replace
 

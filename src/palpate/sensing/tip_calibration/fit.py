@@ -7,6 +7,7 @@ matrix, `accuracy`), how wrong typed values may be, and the arm's scatter, which
 """
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -165,7 +166,7 @@ def fit_tip(
             weighted, start, derivatives, x_scale=1.0, xtol=1e-7, ftol=1e-10, gtol=1e-6, max_nfev=60
         )
         z, jacobian, r = best.x, derivatives(best.x), best.fun
-        spread = np.linalg.inv(jacobian.T @ jacobian)
+        spread = cast(FloatArray, np.linalg.inv(jacobian.T @ jacobian))
         leverage = np.einsum("ij,ij->i", jacobian @ spread, jacobian)[: 3 * n].reshape(n, 3)
         moved = np.abs((typed + sd * z[:count] - values) / sd).max()
         values, errors = typed + sd * z[:count], z[count:]

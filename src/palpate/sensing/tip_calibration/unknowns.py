@@ -92,7 +92,7 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TargetPlaces:
-    """Where the m targets are at some values of the unknowns: shapes (..., m, 3) [m] and (..., m, 3), base frame."""
+    """Where m targets are at some values of the unknowns: shapes (..., m, 3) [m] and (..., m, 3), base frame."""
 
     place: FloatArray
     direction: FloatArray
