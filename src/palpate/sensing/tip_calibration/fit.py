@@ -91,7 +91,11 @@ class TipFit:
         return self.unknowns.of("size", self.values)
 
     def rigid_surface(self) -> Surface:
-        """Return the tip, without its skin's law and without deviations."""
+        """Return the tip without its skin's law."""
+        deviations = self.unknowns.of("deviations", self.values)
+        deviated = self.unknowns.tip.shape.deviated
+        if len(deviations) and deviated is not None:
+            return deviated(self.sizes, deviations, self.center, self.rotation)
         return self.unknowns.tip.shape.made(self.sizes, self.center, self.rotation)
 
     def surface(self) -> Surface:
