@@ -20,9 +20,11 @@ class FixedPieces:
 
     Attributes:
         pieces: Base frame, one or more.
+        seen: What is only seen, and nothing meets: posts below what they carry.
     """
 
     pieces: tuple[PosedGeom, ...]
+    seen: tuple[PosedGeom, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.pieces:
@@ -62,10 +64,10 @@ class FixedPieces:
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add the first under that name, and the others as what stands around it."""
-        for i, piece in enumerate(self.pieces):
+        for i, piece in enumerate((*self.pieces, *self.seen)):
             own = name if i == 0 else f"{name}_{i}"
             piece.add_geom(body, own)
-            if i > 0:  # a scene pairs the tip with what collides
+            if 0 < i < len(self.pieces):  # a scene pairs the tip with what collides
                 next(geom for geom in body.geoms if geom.name == own).contype = 1
 
     def add_to(self, spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:

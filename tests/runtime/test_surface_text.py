@@ -38,7 +38,8 @@ def test_shipped_files_keep_all_but_the_tip(path):
 def test_what_stands_in_brackets_stays_there():
     text = (
         "palpate_robot: 1\nname: mine\n"
-        "backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 1e2, following_error_m: 25e-4, time_step_s: 5e-4}\n"
+        "backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 1e2, following_error_m: 25e-4, time_step_s: 5e-4}"
+        "\n"
         "period_s: 1e-3\n"
         "fingers: [{surface: {kind: sphere, radius_m: 8e-3}, payload: {mass_kg: 3e-2}}]  # one\n"
     )

@@ -83,7 +83,7 @@ def simulated_bench(config: TipConfig) -> FixedPieces:
     )
     ends = [np.array(rod.place) + sign * ROD_HALF * rod.unit for sign in (-1.0, 1.0)]
     posts = [_post(end, rod.radius) for end in ends]
-    return FixedPieces((box, tube, sphere, _post(np.array(ball.place), ball.radius), *posts))
+    return FixedPieces((box, tube, sphere), (_post(np.array(ball.place), ball.radius), *posts))
 
 
 def _displaced(target: Target, rng: np.random.Generator) -> Target:

@@ -38,11 +38,8 @@ class CalibrateTip(ExperimentDefaults):
 
     def found(self, plan: "TipPlan | StillPlan", recorded: "Recorded") -> "TipCalibration":
         """Return what came of a run."""
-        from palpate.experiments.tip_calibration.result import calibration_in, evaluation_in
-        from palpate.experiments.tip_calibration.still_plan import StillPlan
+        from palpate.experiments.tip_calibration.result import calibration_in
 
-        if isinstance(plan, StillPlan):
-            return evaluation_in(plan, recorded)
         return calibration_in(plan, recorded)
 
     def report(self, result: "TipCalibration") -> "Report":

@@ -1,9 +1,8 @@
 """From a configuration to touches that can be carried out: everything is checked and built here."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import msgspec
 import numpy as np
 
 from palpate.controllers import ForceGain, force_gain, tracking_delay
@@ -14,36 +13,25 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import (
     LEAST_FORCE,
-    LEAST_TOUCH_FORCE,
-    TOUCH_DEVIATIONS,
-    check_compression,
 )
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
-from palpate.experiments.kit.recorded_periods import Periods
-from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.kit.run_checks import check_force
-from palpate.experiments.tip_calibration.bench import simulated_bench
+from palpate.experiments.tip_calibration.built import built, workspace_of
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
-from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches
+from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.places import Approach, first_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
-from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.reporting.data import KeyFigure
-from palpate.robots.finger_sensor import model_with_noise, noise_of
-from palpate.robots.fingertip import fingertip, only_finger
-from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
-from palpate.robots.task import RobotInScene, Task
+from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
 from palpate.sensing.tip_calibration import PlannedTouch, Target, TipFit, Touches
-from palpate.sim import SeededSensor
-from palpate.sim.presets import EXPLORE
-from palpate.spatial import Vector
 from palpate.viewing import ViewScene
 
 TRAVEL_SPEED, FASTEST_LANDING = 0.03, 0.004
@@ -60,9 +48,6 @@ TIP_ERROR = 2e-3
 
 KNOWN_AFTER = 1.5e-3
 """How far a surface may be from where it is thought to be once the first touches are made [m]."""
-
-ROOM = 0.03
-"""How far beyond the places of the touches the supervisor lets the tip frame go [m]."""
 
 LONGEST = 2.5
 """Times the expected duration, after which a run is stopped."""
@@ -122,13 +107,31 @@ class TipPlan(PlanDefaults):
         return LONGEST * self.expected_duration + 10.0
 
     @property
-    def targets(self) -> tuple[int, ...]:
-        """Of each step."""
-        return tuple(each.target for each in self.planned)
+    def described(self) -> Robot:
+        """The robot whose fingertip it is."""
+        return self.robot
+
+    def touches_of(self, recorded: Recorded) -> tuple[Touches | None, int]:
+        """Return all touches after a run, those that came first included, and how many steps did not rest.
+
+        Raises:
+            InvalidValueError: There are none.
+        """
+        try:
+            felt = self._felt(recorded)
+        except InvalidValueError:
+            if self.first is None:
+                raise
+            return self.first, 0
+        return felt.touches if self.first is None else joined_touches(self.first, felt.touches), len(felt.unrested)
+
+    def _felt(self, recorded: Recorded) -> FeltTouches:
+        records = (piece.record() for piece in recorded.periods.pieces())
+        return felt_touches(records, recorded.controller.spans, [each.target for each in self.planned])
 
     def backend(self) -> Backend:
         """See `Plan`."""
-        return _built(self.config, self.robot).backend
+        return built(self.config, self.robot).backend
 
     def controller(self) -> TouchSequence:
         """See `Plan`."""
@@ -151,8 +154,7 @@ class TipPlan(PlanDefaults):
             return self
         run = carry_out(self)
         try:
-            felt = felt_in(self, run.periods.pieces(), run.controller)
-            return self.after(touches_text(felt.touches, self.known.targets))
+            return self.after(touches_text(self._felt(run).touches, self.known.targets))
         except InvalidValueError as error:
             raise InvalidValueError(f"the first touches: {error} (the run: {run.run})") from None
 
@@ -168,7 +170,7 @@ class TipPlan(PlanDefaults):
         planned = _in_turns(self.known.telling(left, fit), len(self.known.targets))
         approach = Approach(fit.unknowns.tip, found_targets(fit), KNOWN_AFTER, self.config.forces)
         steps = approach.steps(planned)
-        limits = _workspace(self.robot.file.limits, self.limits, steps)
+        limits = workspace_of(self.robot.file.limits, self.limits, steps)
         parameters = replace(self.parameters, search_distance=approach.search_distance)
         return replace(
             self,
@@ -235,7 +237,7 @@ def plan_touches(config: TipConfig, robot: Robot, texts: Mapping[str, str]) -> T
     """
     limits = robot.file.limits
     check_force(max(config.forces), max(config.forces), limits)
-    ready = _built(config, robot)
+    ready = built(config, robot)
     turns = robot.file.backend.TURNS and (ready.arm is None or ready.arm.turns)
     known = KnownBefore.of(config, robot, turns=turns)
     least = LEAST_FORCE * ready.touch_force
@@ -260,7 +262,7 @@ def plan_touches(config: TipConfig, robot: Robot, texts: Mapping[str, str]) -> T
         landing_speed=min(FASTEST_LANDING, landing.speed(min(config.forces), ready.touch_force)),
     )
     plan = TipPlan(
-        config, robot, known, ready, parameters, _workspace(robot.file.limits, limits, steps), planned, steps
+        config, robot, known, ready, parameters, workspace_of(robot.file.limits, limits, steps), planned, steps
     )
     kept = texts.get(TOUCHES_TEXT)
     return plan if kept is None else plan.after(kept)
@@ -277,71 +279,6 @@ def found_targets(fit: TipFit) -> tuple[Target, ...]:
         replace(target, place=tuple(place.tolist()), direction=tuple(direction.tolist()))
         for target, place, direction in zip(fit.unknowns.targets, places.place, places.direction, strict=True)
     )
-
-
-def _built(config: TipConfig, robot: Robot) -> RobotInScene:
-    """The robot above what it touches; in a simulation with the tip that is sought.
-
-    Raises:
-        InvalidValueError: The tip is smaller than its compression, or a real one is asked to be another.
-    """
-    typed, real = fingertip(robot), robot.file.backend.REAL
-    if real and config.tip_is_other:
-        raise InvalidValueError(
-            "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip "
-            "is what it is: leave them out"
-        )
-    errors = TipErrors.of(config)
-    tip = true_tip(typed, errors) if config.tip_is_other else typed
-    stiffness = config.stiffness * errors.stiffness
-    check_compression(typed.half_extents, max(config.forces), stiffness)
-    model = model_with_noise(only_finger(robot), config.force_noise, config.moment_noise)
-    noise, _ = noise_of(model)
-    x, y, _ = typed.center
-    reach = float(np.linalg.norm(typed.center)) + max(typed.half_extents)
-    target = simulated_bench(config)
-    start = (-x, -y, target.top + reach + ABOVE)
-    task = Task(
-        tip=tip,
-        compression=0.5 * max(config.forces) / config.stiffness,
-        target=target,
-        law=replace(EXPLORE.law, stiffness=stiffness, friction=config.friction, spin_length=config.spin_length),
-        start=start,
-        period=robot.file.period,
-        sensor=SeededSensor(model, config.seed),
-        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
-        believed=typed,
-    )
-    return build(robot, task)
-
-
-ABOVE = 0.02
-"""How far above all that is touched the tip starts [m]."""
-
-
-def _workspace(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> Limits:
-    """The limits, with as much of the robot's workspace as the touches need.
-
-    Raises:
-        InvalidValueError: They need more.
-    """
-    places = np.array([(*step.standoff[:2], z) for step in steps for z in (step.standoff[2], step.height)])
-    low, high = places.min(axis=0), places.max(axis=0)
-    least, most = np.array(robot.workspace_lower), np.array(robot.workspace_upper)
-    for axis in range(3):
-        if low[axis] < least[axis] or high[axis] > most[axis]:
-            raise InvalidValueError(
-                f"the touches reach from {low[axis]:.3g} to {high[axis]:.3g} m along {'xyz'[axis]}: they leave "
-                f"the robot's workspace, {least[axis]:g} to {most[axis]:g} m (limits.workspace_lower_m, "
-                "workspace_upper_m in the robot file); put plate, rod and ball elsewhere"
-            )
-    lower, upper = np.maximum(low - ROOM, least), np.minimum(high + ROOM, most)
-    return msgspec.structs.replace(limits, workspace_lower=_vector(lower), workspace_upper=_vector(upper))
-
-
-def _vector(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Vector:
-    x, y, z = values.tolist()
-    return (x, y, z)
 
 
 def _in_turns(touches: Sequence[PlannedTouch], targets: int) -> tuple[PlannedTouch, ...]:
@@ -375,13 +312,3 @@ def _duration(parameters: TouchParameters, steps: Sequence[TouchStep]) -> float:
 
 ENDING = 0.8
 """[s] That the end of each motion takes besides."""
-
-
-def felt_in(plan: TipPlan, pieces: Iterable[Periods], controller: TouchSequence) -> FeltTouches:
-    """Return what a run of a plan has felt.
-
-    Raises:
-        InvalidValueError: Nothing at rest.
-    """
-    records = (piece.record() for piece in pieces)
-    return felt_touches(records, controller.spans, plan.targets)

@@ -7,14 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from palpate.controllers.touch_sequence import TouchOutcome
-from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.experiments.tip_calibration.config import TipConfig
-from palpate.experiments.tip_calibration.felt import joined_touches
 from palpate.experiments.tip_calibration.found_tip import TrueTip
 from palpate.experiments.tip_calibration.known import KnownBefore
-from palpate.experiments.tip_calibration.plan import TipPlan, felt_in
+from palpate.experiments.tip_calibration.plan import TipPlan
 from palpate.experiments.tip_calibration.still_plan import StillPlan
 from palpate.robots.robot import Robot
 from palpate.runtime import RunResult
@@ -74,52 +72,25 @@ class TipCalibration(ShownResult):
         return float("nan") if self.fit is None else float(np.sqrt(np.diag(self.fit.model_covariance())[:3].max()))
 
 
-def calibration_in(plan: TipPlan, recorded: Recorded) -> TipCalibration:
-    """Return what a run of touches has found.
+def calibration_in(plan: TipPlan | StillPlan, recorded: Recorded) -> TipCalibration:
+    """Return what touches have found, or, without any, which to make.
 
     Raises:
         InvalidValueError: Nothing can be evaluated.
     """
-    known, first = plan.known, plan.first
-    try:
-        felt = felt_in(plan, recorded.periods.pieces(), recorded.controller)
-    except InvalidValueError:
-        if first is None:
-            raise
-        touches, unrested = first, 0
-    else:
-        touches = felt.touches if first is None else joined_touches(first, felt.touches)
-        unrested = len(felt.unrested)
-    fit = known.fit(touches)
+    known, config, robot = plan.known, plan.config, plan.described
+    touches, unrested = plan.touches_of(recorded)
+    fit = None if touches is None else known.fit(touches)
+    count = config.touch_count if fit is None else NEXT
     return TipCalibration(
         recorded.run,
-        plan.config,
-        plan.robot,
+        config,
+        robot,
         known,
         touches,
         fit,
-        tuple(known.telling(NEXT, fit)),
+        tuple(known.telling(count, fit)),
         Counter(recorded.controller.outcomes),
         unrested,
-        TrueTip.of(plan.config, plan.robot),
-    )
-
-
-def evaluation_in(plan: StillPlan, recorded: Recorded) -> TipCalibration:
-    """Return what the touches of a file have found, or which to make.
-
-    Raises:
-        InvalidValueError: The touches cannot be.
-    """
-    known = plan.known
-    fit = None if plan.touches is None else known.fit(plan.touches)
-    count = NEXT if fit is not None else plan.config.touch_count
-    return TipCalibration(
-        recorded.run,
-        plan.config,
-        plan.described,
-        known,
-        plan.touches,
-        fit,
-        tuple(known.telling(count, fit)),
+        TrueTip.of(config, robot),
     )

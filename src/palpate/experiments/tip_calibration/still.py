@@ -1,5 +1,6 @@
 """A run in which nothing moves and nothing is connected to: touches of a file are evaluated, or planned."""
 
+from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.runtime import Command, Observation, Phase, Sample
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, WrenchSample
@@ -48,7 +49,13 @@ class NothingMoves(Closing):
 
 
 class NothingToDo:
-    """A `Controller` that is done at once."""
+    """A `Controller` that is done at once.
+
+    Attributes:
+        outcomes: Of touches: none are made.
+    """
+
+    outcomes: tuple[TouchOutcome, ...] = ()
 
     def start(self, first: Observation) -> None:
         """See `Controller`."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
@@ -61,6 +62,10 @@ class StillPlan(PlanDefaults):
     def longest_duration(self) -> float:
         """See `Plan`."""
         return 1.0
+
+    def touches_of(self, recorded: Recorded) -> tuple[Touches | None, int]:
+        """Return the touches of the file, if there are any, all of them at rest."""
+        return self.touches, 0
 
     def backend(self) -> Backend:
         """See `Plan`."""
