@@ -5,7 +5,7 @@ import numpy as np
 
 from palpate.errors import InvalidValueError, not_negative
 from palpate.runtime.robot_ranges import at_most
-from palpate.sensing.tip_uncertainty import TipUncertainty
+from palpate.sensing.tip_uncertainty import PARAMETERS, TipUncertainty
 
 LARGEST_SD = 0.01
 """[m] of size and position: beyond, it is a number in millimetres."""
@@ -43,6 +43,11 @@ class SurfaceSdEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
             if value and self.covariance:
                 raise InvalidValueError(f"{key} = {value:g}: leave it out, covariance says it")
         if self.covariance:
+            if [len(row) for row in self.covariance] != [PARAMETERS] * PARAMETERS:
+                lengths = ", ".join(str(len(row)) for row in self.covariance)
+                raise InvalidValueError(
+                    f"covariance has rows of {lengths} numbers: must be {PARAMETERS} of {PARAMETERS}"
+                )
             sd = np.sqrt(np.diag(self.uncertainty.covariance))
             at_most("covariance, size or position", float(sd[[0, 1, 2, 6]].max()), LARGEST_SD, "m")
             at_most("covariance, rotation", float(sd[3:6].max()), LARGEST_TURN, "rad")
