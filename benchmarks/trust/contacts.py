@@ -23,7 +23,7 @@ from palpate import (
 from palpate.errors import FloatArray
 from palpate.sensing.contact import Contacts
 from palpate.sensing.solver import Surface
-from palpate.sensing.tip_uncertainty import TipUncertainty
+from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sensing.uncertainty import UncertaintyStatus, contacts_uncertainties, white_noise
 
 SURE = {1: 3.841, 2: 5.991}
@@ -31,9 +31,6 @@ SURE = {1: 3.841, 2: 5.991}
 
 QUANTITIES = {"centroid": 2, "tangential_force": 2, "normal_force": 1, "spin_torque": 1}
 """That are judged, and degrees of freedom of each: vectors count in the tangent plane."""
-
-EXACTLY = TipUncertainty()
-"""A tip that is said to be known."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,7 +47,7 @@ class Touch:
     tip: Callable[[Rng], tuple[Surface, Surface]]
     noise: float = 0.01
     slope: float = 1.0
-    uncertain: TipUncertainty = EXACTLY
+    uncertain: TipUncertainty = EXACT
 
 
 def same(kind: Callable[[Rng], Surface]) -> Callable[[Rng], tuple[Surface, Surface]]:
@@ -146,7 +143,11 @@ def case(name: str, *args: object, holds: bool = True, shown: bool = True, **cha
     return Case(name, lambda seed: touched(touch, seed), holds, 5.0 if holds else 1.0, shown)
 
 
-SIZE, PLACE, SOFT = TipUncertainty(size=1e-4), TipUncertainty(position=3e-4), TipUncertainty(stiffness=0.2)
+SIZE, PLACE, SOFT = (
+    TipUncertainty.independent(size=1e-4),
+    TipUncertainty.independent(position=3e-4),
+    TipUncertainty.independent(stiffness=0.2),
+)
 STUDY = Study(
     "contact",
     (

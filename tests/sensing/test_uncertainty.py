@@ -22,7 +22,7 @@ from palpate.errors import InvalidValueError
 from palpate.sensing.contact_jacobian import contact_jacobians
 from palpate.sensing.curvature import shape_operator
 from palpate.sensing.surface_at_contacts import surface_at_contacts
-from palpate.sensing.tip_uncertainty import TipUncertainty
+from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sensing.uncertainty import (
     UncertaintyStatus,
     contact_uncertainty,
@@ -318,10 +318,10 @@ def test_at_one_percent_noise_predictions_are_within_three_percent_of_monte_carl
     assert (status == UncertaintyStatus.VALID).all()
 
 
-def held(tip, wrenches, true, covariance, model=None):
+def held(tip, wrenches, true, covariance, model=EXACT):
     """Which contacts of measured wrenches are VALID, and which regions of 95 % hold the true ones."""
     found = contacts_from_wrenches(tip, wrenches)
-    told = contacts_uncertainties(tip, found, covariance, model or TipUncertainty())
+    told = contacts_uncertainties(tip, found, covariance, model)
     valid = told.status == UncertaintyStatus.VALID
     T = np.array([tangents(n) for n in found.normal])[valid]
     inside = []
@@ -376,7 +376,7 @@ def test_a_tip_that_is_not_known_exactly_is_covered(wrong):
         wrenches = np.array([random_push(rng) + np.concatenate(([0, 0, 0], np.cross(center, [0, 0, -5])))] * 4)
         true = contacts_from_wrenches(real, wrenches)
         measured = wrenches + rng.normal(size=wrenches.shape) * np.sqrt(np.diag(noise))
-        valid, hits = held(tip, measured, true, noise, TipUncertainty(**{wrong: sd}))
+        valid, hits = held(tip, measured, true, noise, TipUncertainty.independent(**{wrong: sd}))
         assert valid.all()
         share.append(hits.mean(axis=0))
     assert np.mean(share, axis=0).min() > 0.9

@@ -70,13 +70,22 @@ class Departure:
 def departure(
     surface: Surface, contacts: Contacts, jacobians: ContactJacobians, wrench_covariance: FloatArray
 ) -> Departure:
-    """Return how n contacts depart from first order within the noise of their wrenches."""
+    """Return how n contacts depart from first order within the noise of their wrenches.
+
+    Args:
+        surface: The fingertip.
+        contacts: Found on it.
+        jacobians: Theirs.
+        wrench_covariance: Shape (6, 6), or (n, 6, 6).
+    """
     # its symmetric root, in units of the mean force and moment noise: it turns with the sensor's frame
-    units = np.repeat(np.sqrt(np.diag(wrench_covariance).reshape(2, 3).mean(axis=1)), 3)
-    units[units == 0.0] = 1.0
-    values, vectors = np.linalg.eigh(wrench_covariance / np.outer(units, units))
-    root = units[:, None] * (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
     n = len(contacts)
+    variances = np.diagonal(wrench_covariance, axis1=-2, axis2=-1)
+    units = np.sqrt(variances.reshape(*variances.shape[:-1], 2, 3).mean(axis=-1)).repeat(3, axis=-1)
+    units[units == 0.0] = 1.0
+    values, vectors = np.linalg.eigh(wrench_covariance / (units[..., :, None] * units[..., None, :]))
+    root = units[..., :, None] * (vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :])
+    roots = np.broadcast_to(root @ np.swapaxes(vectors, -1, -2), (n, 6, 6))
     moments = {name: np.full((n, d, d), np.nan) for name, d in QUANTITIES.items()}
     share = np.full(n, np.nan)
     rows = np.flatnonzero(contacts.status == ContactStatus.OK)
@@ -84,7 +93,7 @@ def departure(
         block = rows[start : start + BLOCK]
         # numbers that leave float64 become infinite shares, which say so
         with np.errstate(all="ignore"):
-            share[block] = _block_departure(surface, contacts, jacobians, block, root, moments)
+            share[block] = _block_departure(surface, contacts, jacobians, block, roots[block], moments)
     return Departure(**moments, share=share)
 
 
@@ -93,7 +102,7 @@ def _block_departure(
     contacts: Contacts,
     jacobians: ContactJacobians,
     rows: np.ndarray,
-    root: FloatArray,
+    roots: FloatArray,
     moments: dict[str, FloatArray],
 ) -> FloatArray:
     c, n, f = contacts.centroid[rows], contacts.normal[rows], contacts.force[rows]
@@ -101,7 +110,7 @@ def _block_departure(
     axes = np.concatenate((_tangents(n, contacts.tangential_force[rows]), n[:, None]), axis=1)
     # conference matrix along these axes, of force and moment: it turns with the contact
     turned = np.einsum("nbk,iak->inba", CONFERENCE.reshape(6, 2, 3), axes.transpose(0, 2, 1)).reshape(-1, 6, 6)
-    nodes = np.sqrt(6.0 / 5.0) * turned @ root.T
+    nodes = np.sqrt(6.0 / 5.0) * turned @ roots.transpose(0, 2, 1)
     nodes = np.concatenate((nodes, -nodes), axis=1)
     wrenches = np.concatenate((f, moment), axis=1)[:, None, :] + nodes
     solved = contacts_from_wrenches(surface, wrenches.reshape(-1, 6))

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative
+from palpate.estimation.covariance import covariance_matrix
 from palpate.sensing.contact import Contact, Contacts, ContactStatus
 from palpate.sensing.contact_jacobian import ContactJacobians, contact_jacobians
 from palpate.sensing.noise_cubature import QUANTITIES, departure
@@ -37,10 +38,6 @@ STEEP_LIMIT = 0.5
 force, the less noise it takes until its normal part looks several times as large as it is, and the contact
 straight: with tangential forces of up to 100 times the normal one and noise of 1 %, 52 of 150 contacts were
 silently wrong without this limit, none with it."""
-
-SYMMETRY_TOLERANCE = 1e-9
-"""Largest asymmetry and negative eigenvalue of a covariance, relative to its largest entry: rounding and printing
-with ten digits pass, a wrong entry does not."""
 
 
 class UncertaintyStatus(IntEnum):
@@ -173,14 +170,18 @@ def contacts_uncertainties(
     Args:
         surface: The fingertip that the contacts were found on.
         contacts: Found with the "soft" model: the wrench-axis method has other derivatives.
-        wrench_covariance: Of the noise of (f, m) about the sensor frame's origin, shape (6, 6), in N^2, N^2 m and
-            (N m)^2; `white_noise` makes one.
+        wrench_covariance: Of the noise of (f, m) about the sensor frame's origin, in N^2, N^2 m and (N m)^2, of
+            shape (6, 6), or (n, 6, 6) where it differs from contact to contact; `white_noise` makes one.
         tip: How uncertain the fingertip's model is; its errors are the same for every contact.
 
     Raises:
         InvalidValueError: The covariance is none, or the curvature of this kind of surface is not registered.
     """
-    E = _covariance(wrench_covariance)
+    E = covariance_matrix("wrench_covariance", wrench_covariance, 6, remedy="np.cov of wrenches at rest is one")
+    if E.ndim > 2 and E.shape[:-2] != (len(contacts),):
+        raise InvalidValueError(
+            f"wrench_covariance has shape {E.shape}: must be (6, 6), or ({len(contacts)}, 6, 6)"
+        )
     found = contacts.status == ContactStatus.OK
     with np.errstate(all="ignore"):  # overflow of float64 is reported by the status
         at = surface_at_contacts(surface, contacts)
@@ -190,9 +191,9 @@ def contacts_uncertainties(
             name: _spread(getattr(J, name).reshape(-1, dimension, 6), E) + getattr(missed, name)
             for name, dimension in QUANTITIES.items()
         }
-        if tip != EXACT:
-            for name, each in model_derivatives(contacts, J, tip, _center(surface), at.yielding).items():
-                covariances[name] += each @ each.transpose(0, 2, 1)
+        if not tip.exact:
+            for name, each in model_derivatives(contacts, J, center_of(surface), at.yielding).items():
+                covariances[name] += _spread(each, tip.covariance)
         total = np.sum([each.sum(axis=(1, 2)) for each in covariances.values()], axis=0)
 
     status = np.full(len(found), UncertaintyStatus.VALID, np.int8)
@@ -215,7 +216,8 @@ def contacts_uncertainties(
     )
 
 
-def _center(surface: Surface) -> FloatArray:
+def center_of(surface: Surface) -> FloatArray:
+    """Return the point that a fingertip is turned about, if its rotation is uncertain, shape (3,) [m]."""
     return np.asarray(surface.centers[-1] if isinstance(surface, Composite) else surface.center)
 
 
@@ -234,26 +236,3 @@ def wrench_axis_error(contact: Contact) -> float:
 
 def _spread(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(jacobian @ covariance @ jacobian.transpose(0, 2, 1))
-
-
-def _covariance(value: npt.ArrayLike) -> FloatArray:
-    try:
-        E = np.array(value, np.float64)
-    except (TypeError, ValueError):
-        raise InvalidValueError(f"wrench_covariance = {value!r}: must be numbers, shape (6, 6)") from None
-    if E.shape != (6, 6):
-        raise InvalidValueError(
-            f"wrench_covariance has shape {E.shape}: must be (6, 6); for standard deviations s give np.diag(s**2)"
-        )
-    if not np.isfinite(E).all():
-        raise InvalidValueError(f"wrench_covariance = {E.tolist()}: every entry must be finite")
-    # judged as correlations: forces and moments have different units
-    sd = np.sqrt(np.abs(np.diag(E)))
-    scale = np.where(sd > 0.0, sd, 1.0)
-    R = E / np.outer(scale, scale)
-    if np.abs(R - R.T).max() > SYMMETRY_TOLERANCE or np.linalg.eigvalsh(0.5 * (R + R.T))[0] < -SYMMETRY_TOLERANCE:
-        raise InvalidValueError(
-            f"wrench_covariance = {E.tolist()}: must be symmetric without negative eigenvalues; "
-            "np.cov of wrenches at rest is one"
-        )
-    return 0.5 * (E + E.T)

@@ -180,7 +180,7 @@ def _convert(
     counts: "Counter[str]",
 ) -> None:
     noise = white_noise(config.force_noise, config.moment_noise)
-    tip = TipUncertainty(config.size_sd, config.position_sd, config.rotation_sd)
+    tip = TipUncertainty.independent(config.size_sd, config.position_sd, config.rotation_sd)
     units = MomentUnits(reach(config, surface), endless=config.endless)
     table: TableFormat | None = None
     text = ""

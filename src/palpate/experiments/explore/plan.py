@@ -146,7 +146,7 @@ class ExplorationPlan(PlanDefaults):
         said = self.robot.file.fingers[0].surface_sd
         if said is not None:
             return said.uncertainty
-        return EXACT if self.scene is not None else TipUncertainty(size=TIP_SIZE_SD)
+        return EXACT if self.scene is not None else TipUncertainty.independent(size=TIP_SIZE_SD)
 
     @property
     def period(self) -> float:
