@@ -74,7 +74,7 @@ def residual_picture(fit: TipFit) -> Picture:
             at = fit.touches.target == j
             marks.append(Points(rows[at], MICRO * fit.residuals[at, k], target.name, _colour(j), 6.0))
         marks.append(Rule(0.0, "", QUIET_COLOUR, upright=False))
-        panels.append(Panel(tuple(marks), Axis("touch"), Axis(name, "um"), height=220))
+        panels.append(Panel(tuple(marks), Axis("number of the touch"), Axis(name, "um"), height=220))
     return Picture(
         title="What each touch leaves over",
         caption=(
