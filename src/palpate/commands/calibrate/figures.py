@@ -6,7 +6,14 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.estimation import Verdict
-from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
+from palpate.sensing.ft import (
+    BiasEstimate,
+    CalibrationChoice,
+    CalibrationFit,
+    Drift,
+    IdentifiedPayload,
+    SensorFile,
+)
 
 
 def verdict_facts(verdict: Verdict) -> dict[str, object]:
@@ -31,6 +38,25 @@ def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
         "relative_sd_at_range": fit.doubt,
         "r_squared": fit.r_squared,
     }
+
+
+def choice_figures(choice: CalibrationChoice) -> dict[str, object]:
+    """Return how good the proposed calibration is, and which ones it was held against."""
+    models = [
+        {"model": fit.model, "verdict_ok": fit.verdict.ok, **_per_axis("left_out_rms", fit.left_out_rms)}
+        for fit in choice.fits
+    ]
+    figures = {
+        "model": choice.proposed.model,
+        "reason": choice.reason,
+        "models": models,
+        **calibration_figures(choice.proposed),
+    }
+    if choice.temperature is not None:
+        figures["temperature_c"] = choice.temperature
+    if choice.drift is not None and choice.gain is not None:
+        figures |= {**_per_axis("drift", choice.drift, "_per_k"), "gain_per_k": choice.gain}
+    return figures
 
 
 def payload_figures(found: IdentifiedPayload) -> dict[str, object]:

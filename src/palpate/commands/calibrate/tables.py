@@ -9,12 +9,33 @@ from rich.text import Text
 
 from palpate.errors import FloatArray
 from palpate.estimation import Verdict
-from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
+from palpate.sensing.ft import (
+    BiasEstimate,
+    CalibrationChoice,
+    CalibrationFit,
+    Drift,
+    IdentifiedPayload,
+    SensorFile,
+)
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.calibration_checks import LARGEST_CONDITION, LARGEST_ERROR
 from palpate.sensing.ft.payload import TWO_SIDED
 
 UNITS = ("N",) * 3 + ("N m",) * 3
+
+
+def models_table(choice: CalibrationChoice, sensor: SensorFile) -> Table:
+    """Return by how much each model misses loads that were left out, in units of the range."""
+    warm = "" if choice.temperature is None else f"; at {choice.temperature:.4g} degrees Celsius"
+    table = _table(
+        Text("Loads left out, missed by [% of the range]"),
+        Text(f"proposed: {choice.proposed.model}{warm}: {choice.reason}"),
+        ("model", "verdict", *AXES),
+    )
+    for fit in choice.fits:
+        missed = 100.0 * fit.left_out_rms / np.array(sensor.axis_limits)
+        table.add_row(fit.model, _words(fit.verdict), *(f"{x:.3g}" for x in missed))
+    return table
 
 
 def calibration_table(fit: CalibrationFit, sensor: SensorFile, raw_unit: str, verdict: Verdict) -> Table:

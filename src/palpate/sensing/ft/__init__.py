@@ -7,6 +7,7 @@ Used once per sample: `FTPipeline`.
 
 from palpate.sensing.ft.bias import BiasEstimate, Drift, average_bias, estimate_drift
 from palpate.sensing.ft.calibration import CalibrationFit, fit_calibration
+from palpate.sensing.ft.calibration_choice import CalibrationChoice, choose_calibration
 from palpate.sensing.ft.calibration_map import CalibrationMap
 from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FilterSpec, FirstOrder, Notch
 from palpate.sensing.ft.filters import WrenchFilter
@@ -30,6 +31,7 @@ __all__ = [
     "HEALTHY",
     "BiasEstimate",
     "Butterworth",
+    "CalibrationChoice",
     "CalibrationEntry",
     "CalibrationFit",
     "CalibrationMap",
@@ -53,6 +55,7 @@ __all__ = [
     "WrenchFilter",
     "average_bias",
     "bias_covariance",
+    "choose_calibration",
     "estimate_drift",
     "fit_calibration",
     "identify_payload",
