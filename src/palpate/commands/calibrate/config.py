@@ -36,22 +36,22 @@ class MatrixConfig:
     """Find the calibration matrix from known loads.
 
     Input: CSV with a header line, then one load per line (or several of one load: they are averaged). Columns by
-    name, in any order: the raw channels raw_0, raw_1, ... (six or more; optionally with their unit, as in raw_0_V;
-    or others, see --channels), and the known load fx, fy, fz, mx, my, mz, optionally with units as in fx_N, mx_mNm
-    (without: N and N m). The load is what acts on the tip side of the sensor, about its origin. Or weights in known
-    poses: mass_kg (or mass_g), the centre of mass in the sensor frame com_x_m, com_y_m, com_z_m (or _mm), and a
-    pose as `palpate calibrate payload` takes it. A column temperature_C becomes part of the model if it explains
-    something. In all directions, of both signs, and in the order in which they were taken, best a random one: 24
-    or more are wise, 14 the least that can be tested; of a sensor that is not linear, 60 or more.
+    name, in any order: the raw channels raw_0, raw_1, ... (six or more; optionally with their unit, as in
+    raw_0_V; or others, see --channels), and the known load fx, fy, fz, mx, my, mz, optionally with units as in
+    fx_N, mx_mNm (without: N and N m). The load is what acts on the tip side of the sensor, about its origin. Or
+    weights in known poses: mass_kg (or mass_g), the centre of mass in the sensor frame com_x_m, com_y_m, com_z_m
+    (or _mm), and a pose as `palpate calibrate payload` takes it. A column temperature_C becomes part of the model
+    if it explains something. In all directions, of both signs, and in the order in which they were taken, best a
+    random one: 24 or more are wise, 14 the least that can be tested; of a sensor that is not linear, 60 or more.
 
-    Three models are held against each other by loads that they never saw: the sensor itself, direct regression, and
-    that with products of channels if the loads ask for them. The best goes into the sensor file; the old file is
-    kept as SENSOR.YAML.bak. The bias is zero again: tare afterwards. A calibration that is not to be used, as one
-    that does not predict loads that were left out, ends with exit code 1, and the file stays as it was.
+    Three models are held against each other by loads that they never saw: the sensor itself, direct regression,
+    and that with products of channels if the loads ask for them. The best goes into the sensor file; the old file
+    is kept as SENSOR.YAML.bak. The bias is zero again: tare afterwards. A calibration that is not to be used, as
+    one that does not predict loads that were left out, ends with exit code 1, and the file stays as it was.
 
     Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --raw-unit V --raw-range -10 10
 
-    Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --report report.html --tip-radius 0.008
+    Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --report loads.html --tip-radius 0.008
     """
 
     loads: Annotated[Path, tyro.conf.arg(metavar="LOADS.CSV")]
@@ -67,8 +67,8 @@ class MatrixConfig:
     raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = option(None, "raw")
     """Lowest and highest reading that is not saturated [raw unit]. Left out: as in the sensor file."""
     temperature: Annotated[float | None, tyro.conf.arg(metavar="C")] = option(None, "degrees Celsius")
-    """Temperature of the sensor in use [degrees Celsius], at which the calibration is to hold, if there is a column
-    temperature_C. Left out: the mean of that column."""
+    """Temperature of the sensor in use [degrees Celsius], at which the calibration is to hold; the file needs a
+    column temperature_C. Left out: the mean of that column."""
     rotation: RotationOrder = "base-from-sensor"
     """With weights in poses: what rotations and quaternions map."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -95,8 +95,8 @@ class MatrixConfig:
         vector("tip_center", self.tip_center, 3, "m")
         if (self.tip_radius or 0.0) > LONGEST_TIP or math.hypot(*self.tip_center) > LONGEST_TIP:
             raise InvalidValueError(
-                f"tip_radius = {self.tip_radius}, tip_center = {self.tip_center}: must be at most {LONGEST_TIP:g} m; "
-                "millimetres?"
+                f"tip_radius = {self.tip_radius}, tip_center = {self.tip_center}: must be at most {LONGEST_TIP:g} "
+                "m; millimetres?"
             )
         if self.raw_range is not None:
             low, high = self.raw_range

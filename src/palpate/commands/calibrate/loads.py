@@ -90,8 +90,8 @@ def _of_weights(
         i, j = beyond[0].tolist()
         raise data.wrong(
             i,
-            f"this weight makes {AXES[j]} {wrench[i, j]:g} {'N' if j < 3 else 'N m'}: beyond the sensor's range of "
-            f"{limits[j]:g}; grams for kilograms, or millimetres for metres?",
+            f"this weight makes {AXES[j]} {wrench[i, j]:g} {'N' if j < 3 else 'N m'}: beyond the sensor's range "
+            f"of {limits[j]:g}; grams for kilograms, or millimetres for metres?",
         )
     return wrench
 

@@ -1,4 +1,4 @@
-"""The report on a calibration of raw channels: models, residuals by load and direction, what it means for contacts."""
+"""The report on a calibration of raw channels: models, errors by load and direction, meaning for contacts."""
 
 import shlex
 from collections.abc import Iterator
@@ -54,7 +54,8 @@ def matrix_report(found: MatrixFound, config: MatrixConfig) -> Report:
     """Return the report."""
     choice, ranges = found.choice, np.array(found.sensor.axis_limits)
     fit = choice.proposed
-    tip = Sphere(TIP_RADIUS if config.tip_radius is None else config.tip_radius, center=np.array(config.tip_center))
+    radius = TIP_RADIUS if config.tip_radius is None else config.tip_radius
+    tip = Sphere(radius, center=np.array(config.tip_center))
     felt = felt_places(fit, tip, ranges)
     return Report(
         f"Calibration of {found.sensor.model} {found.sensor.serial_number}",
@@ -68,8 +69,8 @@ def matrix_report(found: MatrixFound, config: MatrixConfig) -> Report:
                 f"Contacts on a round tip of {1e3 * tip.radius:.3g} mm",
                 (
                     Paragraph(
-                        f"Its centre is {_mm(config.tip_center)} from the sensor. 95 % of contacts are felt as near, in "
-                        "the worst of directions up to 60 degrees from its front. What averaging of readings "
+                        f"Its centre is {_mm(config.tip_center)} from the sensor. 95 % of contacts are felt as "
+                        "near, in the worst of directions up to 60 degrees from its front. What averaging of readings "
                         "cannot make less is the calibration's own."
                     ),
                     _contacts(felt),
@@ -134,8 +135,8 @@ def _by_load(fit: CalibrationFit, ranges: FloatArray) -> Picture:
     ]
     return Picture(
         "Errors against the load",
-        "In percent of each axis' range. Good is a cloud about zero without a bend, a slope or a fan; the dark red lines "
-        f"are the limit of {LARGEST_ERROR:.0%}, root mean square.",
+        "In percent of each axis' range. Good is a cloud about zero without a bend, a slope or a fan; the dark "
+        f"red lines are the limit of {LARGEST_ERROR:.0%}, root mean square.",
         tuple(panels),
         columns=3,
         wide=True,
@@ -194,8 +195,8 @@ def _temperature(choice: CalibrationChoice, ranges: FloatArray) -> Iterator[Sect
         for axis, drift, limit, gain in zip(AXES, choice.drift, ranges, choice.gain, strict=True)
     ]
     text = (
-        f"The calibration holds at {choice.temperature:.4g} degrees Celsius (--temperature chooses another). A tare takes "
-        "the zero's drift off; that of the sensitivity remains."
+        f"The calibration holds at {choice.temperature:.4g} degrees Celsius (--temperature chooses another). A "
+        "tare takes the zero's drift off; that of the sensitivity remains."
     )
     yield Section("Temperature", (Paragraph(text), TextTable(rows, heads=("axis", "zero", "", ""))))
 
