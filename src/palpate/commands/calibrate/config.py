@@ -24,6 +24,7 @@ LONGEST_TIP = 1.0
 
 PresetName = Literal["nano17", "wrist"]
 RotationOrder = Literal["base-from-sensor", "sensor-from-base"]
+FlangeOrder = Literal["base-from-flange", "flange-from-base"]
 
 SensorPath = Annotated[Path, tyro.conf.arg(metavar="SENSOR.YAML")]
 OutPath = Annotated[Path | None, tyro.conf.arg(metavar="NEW.YAML")]
@@ -149,8 +150,46 @@ class PayloadConfig:
         check_options(self)
         _no_name_twice(self.channels)
         _can_be_a_pose(self.gravity, self.up)
-        if not 1 <= self.averaged <= 1_000_000:
-            raise InvalidValueError(f"averaged = {self.averaged}: must be a whole number from 1 to 1000000")
+        _can_be_averaged(self.averaged)
+
+
+@dataclass(frozen=True, slots=True)
+class MountingConfig:
+    """Find how the sensor is turned on the flange, with mass, centre of mass and bias, from static poses.
+
+    Input: as for `palpate calibrate payload`, but with the orientation of the robot's flange, as the controller
+    gives it (qw, qx, qy, qz or r00, ..., r22): 12 poses or more, the flange turned over, opposite orientations in
+    turn, each an average of some hundred readings (--averaged). Calibrate and check the matrix before: 1 % of
+    cross-talk looks like half a degree. Axes that are swapped, mirrored or left-handed are refused, and named.
+
+    Prints the rotation, as `tcp: {rotvec_rad: ...}` of a robot's arm takes it (the axes of its tip frame are the
+    sensor's), and puts payload and bias into the sensor file; the old file is kept as SENSOR.YAML.bak.
+
+    Example: palpate calibrate mounting --poses poses.csv --sensor sensor.yaml --averaged 500
+    """
+
+    poses: Annotated[Path, tyro.conf.arg(metavar="POSES.CSV")]
+    """CSV file with poses of the flange, and wrenches."""
+    sensor: SensorPath
+    """Sensor file to update; `palpate calibrate new` makes a first one."""
+    out: OutPath = None
+    """Write here instead, and leave the sensor file as it is."""
+    rotation: FlangeOrder = "base-from-flange"
+    """What rotations and quaternions map: flange to base coordinates, or the inverse."""
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Upward direction in base coordinates: not z for a robot on a wall."""
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    """Local g [m/s^2]. Left out: 9.80665, and the mass is uncertain by 0.15 % on this account."""
+    averaged: int = 1
+    """How many readings each row is the average of: the noise is less by the square root of it."""
+    channels: Channels = ()
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        _no_name_twice(self.channels)
+        _can_be_a_pose(self.gravity, self.up)
+        _can_be_averaged(self.averaged)
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +299,7 @@ class NewSensorConfig:
     """Of your sensor."""
 
 
-CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | TareConfig
+CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | MountingConfig | TareConfig
 """What is to be found out."""
 
 
@@ -270,6 +309,11 @@ def _can_be_a_pose(gravity: float | None, up: tuple[float, float, float]) -> Non
     vector("up", up, 3, "")
     if not 1e-3 < math.hypot(*up) < 1e3:
         raise InvalidValueError(f"up = {up}: must be a direction, with a length from 1e-3 to 1e3")
+
+
+def _can_be_averaged(averaged: int) -> None:
+    if not 1 <= averaged <= 1_000_000:
+        raise InvalidValueError(f"averaged = {averaged}: must be a whole number from 1 to 1000000")
 
 
 def _no_name_twice(channels: tuple[str, ...]) -> None:

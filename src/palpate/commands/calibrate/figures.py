@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray
 from palpate.estimation import Verdict
@@ -11,6 +12,7 @@ from palpate.sensing.ft import (
     CalibrationChoice,
     CalibrationFit,
     Drift,
+    IdentifiedMounting,
     IdentifiedPayload,
     SensorFile,
 )
@@ -85,6 +87,17 @@ def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
         "residual_rms_moment_n_m": found.moment_rms,
         "chi2_force": found.force_chi2,
         "chi2_moment": found.moment_chi2,
+    }
+
+
+def mounting_figures(found: IdentifiedMounting) -> dict[str, object]:
+    """Return how a sensor is turned on its flange, and what it carries."""
+    return {
+        "rotation_flange_sensor": found.rotation_flange_sensor,
+        "rotvec_rad": Rotation.from_matrix(found.rotation_flange_sensor).as_rotvec(),
+        "rotation_sd_rad": found.rotation_sd,
+        "left_over_chi2": found.left_over_chi2,
+        **payload_figures(found.payload),
     }
 
 

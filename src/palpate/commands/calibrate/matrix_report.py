@@ -69,9 +69,9 @@ def matrix_report(found: MatrixFound, config: MatrixConfig) -> Report:
                 f"Contacts on a round tip of {1e3 * tip.radius:.3g} mm",
                 (
                     Paragraph(
-                        f"Its centre is {_mm(config.tip_center)} from the sensor. 95 % of contacts are felt as "
-                        "near, in the worst of directions up to 60 degrees from its front. What averaging of readings "
-                        "cannot make less is the calibration's own."
+                        f"Its centre is {_mm(config.tip_center)} from the sensor. 95 % of contacts are felt "
+                        "as near, in the worst of directions up to 60 degrees from its front. What averaging of "
+                        "readings cannot make less is the calibration's own."
                     ),
                     _contacts(felt),
                 ),

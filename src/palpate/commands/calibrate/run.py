@@ -11,6 +11,7 @@ from rich.text import Text
 from palpate.commands.calibrate.config import (
     CalibrateConfig,
     MatrixConfig,
+    MountingConfig,
     NewSensorConfig,
     PayloadConfig,
     TareConfig,
@@ -19,6 +20,7 @@ from palpate.commands.calibrate.data import measured_poses, read_csv
 from palpate.commands.calibrate.figures import bias_figures, payload_figures
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.matrix import calibrate_matrix
+from palpate.commands.calibrate.mounting import calibrate_mounting
 from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.calibrate.steps import (
     loaded,
@@ -77,6 +79,8 @@ def run_calibrate(config: CalibrateConfig) -> CommandResult:
             return calibrate_matrix(config, console)
         case PayloadConfig():
             return _payload(config, console)
+        case MountingConfig():
+            return calibrate_mounting(config, console)
         case TareConfig():
             return _tare(config, console)
 

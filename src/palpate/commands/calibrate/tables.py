@@ -14,6 +14,7 @@ from palpate.sensing.ft import (
     CalibrationChoice,
     CalibrationFit,
     Drift,
+    IdentifiedMounting,
     IdentifiedPayload,
     SensorFile,
 )
@@ -88,6 +89,22 @@ def payload_table(found: IdentifiedPayload, source: str) -> Table:
         table.add_row(
             name, unit, *(f"{x:.5g}" if math.isfinite(x) else "-" for x in (value, value - half, value + half))
         )
+    return table
+
+
+def mounting_table(found: IdentifiedMounting) -> Table:
+    """Return the sensor's axes on the flange with 95 % intervals."""
+    table = _table(
+        Text("The sensor on the flange"),
+        Text(
+            f"what the poses contradict, chi2 per degree of freedom: {found.left_over_chi2:.3g} (should be 1); "
+            f"{_words(found.verdict)}"
+        ),
+        ("axis of the sensor", "", "x of the flange", "y", "z", "+- degrees"),
+    )
+    half = np.degrees(TWO_SIDED * found.rotation_sd)
+    for axis, column, each in zip("xyz", found.rotation_flange_sensor.T, half, strict=True):
+        table.add_row(axis, "", *(f"{x:.5f}" for x in column), f"{each:.2g}")
     return table
 
 
