@@ -63,8 +63,8 @@ DESCRIPTION = (
 CALIBRATION = (
     "Calibrate a force/torque sensor; the sensor file keeps the result.\n\n"
     "In this order: `new` makes the file; `matrix` finds the calibration matrix from known loads (only for a "
-    "sensor that gives raw channels); `payload` finds what it carries, or `mounting` that and how it is turned on a "
-    "robot's flange; `tare` finds the bias, before every use.\n\n"
+    "sensor that gives raw channels); `payload` finds what it carries, or `mounting` that and how it is turned on "
+    "a robot's flange; `tare` finds the bias, before every use.\n\n"
     "Example: palpate calibrate new sensor.yaml --preset nano17"
 )
 """Help of `palpate calibrate`."""

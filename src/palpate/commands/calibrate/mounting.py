@@ -96,9 +96,10 @@ def calibrate_mounting(config: MountingConfig, console: Console) -> CommandResul
             ),
         )
     files, warnings = write(target(config), updated, console)
-    if found.payload.zero.moves:
+    payload = found.payload
+    if payload.zero.moves:
         warnings += noted(
-            f"the zero moved by {found.payload.zero_span_force:.2g} N and {found.payload.zero_span_moment:.2g} N m "
+            f"the zero moved by {payload.zero_span_force:.2g} N and {payload.zero_span_moment:.2g} N m "
             "during the poses: tare before use.",
             console,
         )

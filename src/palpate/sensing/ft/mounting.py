@@ -4,10 +4,10 @@ At rest and without contact, with a the specific force in the flange's frame (up
 sensor coordinates, and m, h = m c the payload's mass and first moment in the sensor frame, the sensor shows
     force  = bias_f - A a,   A = m R
     moment = bias_m + B a,   B = -[h]x R
-(`palpate.sensing.ft.payload`, turned). Both are linear in A and B, so that their zeros may drift and jump as there,
-and A and B with their information are all that the poses say of m, R and h: 18 numbers for 7 unknowns, found by
-Gauss-Newton. The 11 that are left over check it: A is a rotation but for its length, and B a cross product in the
-same frame. A sensor whose axes are mirrored, swapped or of other gains does not pass; which axes it has is told by
+(`palpate.sensing.ft.payload`, turned). Both are linear in A and B, so that their zeros may drift and jump as
+there, and A and B with their information are all that the poses say of m, R and h: 18 numbers for 7 unknowns, found
+by Gauss-Newton. The 11 that are left over check it: A is a rotation but for its length, and B a cross product in
+the same frame. A sensor whose axes are mirrored, swapped or of other gains does not pass; which axes it has is told by
 the one of 48 (orders and signs) that does.
 
 The rotation from weights in a handful of poses, without drift: Bagge Carlson 2019, "On the calibration of
@@ -246,8 +246,8 @@ def _refuse_left_handed(given: _Given) -> None:
     nearest = max(handed, key=lambda P: float(np.trace(P @ turn)))
     raise InvalidValueError(
         f"the sensor's axes are left-handed: two are swapped, one has the wrong sign, or wrenches are not what "
-        f"acts on the sensor's tip side but its opposite. With {named_axes(nearest)} for (x, y, z) it would be turned "
-        f"by {_angle(nearest @ turn):.3g} degrees, by more with any others: {remedy}"
+        f"acts on the sensor's tip side but its opposite. With {named_axes(nearest)} for (x, y, z) it would be "
+        f"turned by {_angle(nearest @ turn):.3g} degrees, by more with any others: {remedy}"
     )
 
 
@@ -255,9 +255,9 @@ def _refuse_named(given: _Given, remedy: str) -> None:
     """Refuse moments in other axes than forces, if some make them fit."""
     same = np.eye(3)
     tried = [("moments", P, same, P) for P in SIGNED_AXES] + [("forces", P, P, same) for P in SIGNED_AXES]
-    found = [(_solved(given.with_axes(f, m)).left_over, what, P) for what, P, f, m in tried]
-    least, what, P = min(found, key=lambda each: each[0])
-    if chdtrc(LEFT_OVER, least) >= RARE:
+    fitting = [(what, P) for what, P, of_force, of_moment in tried if _fits(given.with_axes(of_force, of_moment))]
+    if fitting:
+        what, P = max(fitting, key=lambda each: float(np.trace(each[1])))
         raise InvalidValueError(
             f"{what} are in other axes than the other three: with {named_axes(P)} for (x, y, z) they are those of "
             f"one turned sensor; {remedy}"
@@ -272,10 +272,11 @@ def _contradicted(given: _Given, found: _Solved) -> Iterator[BrokenAssumption]:
     rarity = float(chdtrc(LEFT_OVER, found.left_over))
     if rarity < RARE:
         gains = np.linalg.svd(given.A, compute_uv=False)
+        gains /= gains.mean()
         yield BrokenAssumption(
             Assumption.CONSISTENT,
             f"forces and moments are not those of one turned sensor: probability {rarity:.0e}, at least {RARE:g}; "
-            f"forces along three axes at right angles are {', '.join(f'{x:.4f}' for x in gains / gains.mean())} of "
+            f"forces along three axes at right angles are {', '.join(f'{x:.4f}' for x in gains)} of "
             "their mean",
             "gains or cross-talk: calibrate the matrix; else poses are wrong, or something touches",
         )
