@@ -35,8 +35,9 @@ weights and levers on a bench are known to about a thousandth."""
 LARGEST_LEVERAGE = 1.0 - 1e-6
 """Beyond, one load alone decides about a direction, and no other checks it."""
 
-SURE = 5.0
-"""Standard errors by which the response of a sensor in any direction must differ from none."""
+FELT = 2.0
+"""Standard errors by which the response of a sensor in any direction must differ from none; see also
+`calibration_checks.SURE`."""
 
 SMALLEST_NOISE = 1e-6
 """Noise of a channel relative to its response, as weights are concerned: that of 20 bits."""
@@ -51,6 +52,7 @@ class CalibrationFit:
         map: From raw channels to the wrench.
         sensitivity: S, what the channels show per load, shape (k, 6).
         condition: Condition number of S in units of the ranges: 1 is ideal.
+        felt: Standard errors by which the response to the weakest direction of load differs from none.
         load_condition: Condition number of the set of loads, likewise: how evenly they excite the sensor.
         loads: The known loads, shape (n, 6).
         residual: Predicted minus known, shape (n, 6).
@@ -68,6 +70,7 @@ class CalibrationFit:
     map: CalibrationMap
     sensitivity: FloatArray
     condition: float
+    felt: float
     load_condition: float
     loads: FloatArray
     residual: FloatArray
@@ -173,7 +176,7 @@ def fit_calibration(
     rounding = SMALLEST_NOISE * np.linalg.norm(coefficients[:6])
     noisy = sd > rounding
     weight = 1.0 / np.maximum(sd, rounding)
-    condition = _refuse_unfelt(coefficients[:6].T, weight, spread[:6, :6])
+    condition, felt = _refuse_unfelt(coefficients[:6].T, weight, spread[:6, :6])
 
     C, offset = _inverted(coefficients, weight, mean, scale)
     missed = (readings - typical - offset) @ C.T - loads
@@ -211,6 +214,7 @@ def fit_calibration(
         left_out,
         doubt,
         condition,
+        felt,
     )
 
     def of_wrench(wrench: FloatArray) -> float:
@@ -222,6 +226,7 @@ def fit_calibration(
         map=CalibrationMap(tuple(map(tuple, C.tolist())), tuple((offset + typical).tolist())),
         sensitivity=coefficients[:6].T / scale,
         condition=condition,
+        felt=felt,
         load_condition=load_condition,
         loads=loads,
         residual=missed,
@@ -261,20 +266,20 @@ def _refuse_unloaded(scaled: FloatArray) -> float:
     return float(singular[0] / singular[-1])
 
 
-def _refuse_unfelt(sensitivity: FloatArray, weight: FloatArray, spread: FloatArray) -> float:
-    """Return the condition number of the sensor; raise if it does not respond in some direction."""
+def _refuse_unfelt(sensitivity: FloatArray, weight: FloatArray, spread: FloatArray) -> tuple[float, float]:
+    """Return the condition number of the sensor, and how surely it responds; raise if not in some direction."""
     # In units of each channel's noise, whose uncertainty is sqrt(v' spread v) in every direction of the channels.
     response, directions = np.linalg.svd(weight[:, None] * sensitivity)[1:]
     weakest = directions[-1]
     error = float(np.sqrt(weakest @ spread @ weakest))
-    if not response[-1] > SURE * error:
+    if not response[-1] > FELT * error:
         raise InvalidValueError(
             f"the channels hardly respond to {_direction_text(weakest)} (in units of the ranges): "
             f"{response[-1]:.1e} times their noise, uncertain by {error:.1e}. "
             "Is a channel dead, or are two wired to one gauge?"
         )
     singular = np.linalg.svd(sensitivity, compute_uv=False)
-    return float(singular[0] / singular[-1])
+    return float(singular[0] / singular[-1]), float(response[-1]) / max(error, 1e-300)
 
 
 def _direction_text(direction: FloatArray) -> str:

@@ -35,6 +35,9 @@ TESTED_PER_UNKNOWN = 4
 LARGEST_CONDITION = 100.0
 """Of a useful sensor: a channel error of 1 % then is one of the whole range in the worst direction."""
 
+SURE = 5.0
+"""Standard errors by which the response of a sensor to the weakest direction must differ from none."""
+
 LARGEST_ERROR = 0.02
 """Root mean square error of loads left out, in units of the range; makers of such sensors claim 1 to 2 %."""
 
@@ -93,6 +96,7 @@ class FittedCalibration:
         left_out: Error of each load by a calibration from the others, shape (n, 6) [N, N m].
         doubt: Standard deviation by which the calibration is off at full range, in units of the range, shape (6,).
         condition: Of the sensor.
+        felt: Standard errors by which the response to the weakest direction of load differs from none.
     """
 
     loads: FloatArray
@@ -111,6 +115,7 @@ class FittedCalibration:
     left_out: FloatArray
     doubt: FloatArray
     condition: float
+    felt: float
 
     @property
     def unknowns(self) -> int:
@@ -470,6 +475,13 @@ def _influence(fit: FittedCalibration, regressors: FloatArray, residuals: int) -
 def _conditioning(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     remedy = "the sensor hardly feels some direction: check its channels for one that is dead or doubled"
     yield from ill_conditioned(fit.condition, LARGEST_CONDITION, remedy)
+    if fit.felt < SURE:
+        yield BrokenAssumption(
+            Assumption.CONDITIONED,
+            f"the response to the weakest direction of load is {fit.felt:.2g} standard errors from none, at least "
+            f"{SURE:g}",
+            remedy,
+        )
     worst = int(np.argmax(fit.doubt))
     if fit.doubt[worst] > LARGEST_DOUBT:
         yield BrokenAssumption(

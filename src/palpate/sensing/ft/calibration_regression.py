@@ -133,12 +133,14 @@ def direct_regression(readings: Readings, sensor: CalibrationFit, terms: tuple[T
         left_out=left_out,
         doubt=doubt,
         condition=sensor.condition,
+        felt=sensor.felt,
     )
     return CalibrationFit(
         model="direct regression" + (f" with {_words(terms, readings.channels)}" if terms else ""),
         map=found,
         sensitivity=sensor.sensitivity,
         condition=sensor.condition,
+        felt=sensor.felt,
         load_condition=sensor.load_condition,
         loads=readings.loads,
         residual=(predicted - target) * readings.ranges,

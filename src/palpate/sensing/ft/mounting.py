@@ -5,10 +5,10 @@ sensor coordinates, and m, h = m c the payload's mass and first moment in the se
     force  = bias_f - A a,   A = m R
     moment = bias_m + B a,   B = -[h]x R
 (`palpate.sensing.ft.payload`, turned). Both are linear in A and B, so that their zeros may drift and jump as
-there, and A and B with their information are all that the poses say of m, R and h: 18 numbers for 7 unknowns, found
-by Gauss-Newton. The 11 that are left over check it: A is a rotation but for its length, and B a cross product in
-the same frame. A sensor whose axes are mirrored, swapped or of other gains does not pass; which axes it has is told by
-the one of 48 (orders and signs) that does.
+there, and A and B with their information are all that the poses say of m, R and h: 18 numbers for 7 unknowns,
+found by Gauss-Newton. The 11 that are left over check it: A is a rotation but for its length, and B a cross product
+in the same frame. A sensor whose axes are mirrored, swapped or of other gains does not pass; which axes it has is
+told by the one of 48 (orders and signs) that does.
 
 The rotation from weights in a handful of poses, without drift: Bagge Carlson 2019, "On the calibration of
 force/torque sensors in robotics", arXiv 1904.06158.
