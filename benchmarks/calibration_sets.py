@@ -19,7 +19,6 @@ never saw, too. Ends with 1 if that is worse than direct regression.
 import argparse
 import csv
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +28,7 @@ from rich.table import Table
 from scipy.io import loadmat
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.ft import CalibrationFit, choose_calibration
+from palpate.sensing.ft import choose_calibration
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.left_out import equal_loads, grouped
 
@@ -38,7 +37,7 @@ LOADS = ["fx", "fy", "fz", "mx", "my", "mz"]
 FOLDS = 60
 """Loads are left out one by one up to that many, in as many random groups beyond."""
 
-Model = Callable[[np.ndarray, np.ndarray, np.ndarray], CalibrationFit]
+MODELS = ("sensor model", "direct regression", "proposed")
 
 
 def main() -> int:
@@ -53,38 +52,23 @@ def main() -> int:
     ranges = np.abs(loads).max(axis=0)
     groups = folds(loads)
     table = Table("model", "all axes", *AXES, title=f"{asked.data.name}: {len(loads)} loads, % of the largest")
-    pooled = {}
-    for name, model in MODELS.items():
-        missed = left_out(raw, loads, ranges, groups, model, name) / ranges
-        pooled[name] = 100.0 * float(np.sqrt((missed**2).mean()))
-        table.add_row(
-            name, f"{pooled[name]:.3f}", *(f"{x:.3f}" for x in 100.0 * np.sqrt((missed**2).mean(axis=0)))
-        )
-    table.caption = f"from all loads: {proposed(raw, loads, ranges).model}"
+    pooled = []
+    for name, missed in zip(MODELS, left_out(raw, loads, ranges, groups) / ranges, strict=True):
+        pooled.append(100.0 * float(np.sqrt((missed**2).mean())))
+        table.add_row(name, f"{pooled[-1]:.3f}", *(f"{x:.3f}" for x in 100.0 * np.sqrt((missed**2).mean(axis=0))))
+    table.caption = f"from all loads: {choose_calibration(raw, loads, ranges=ranges).proposed.model}"
     Console(width=120).print(table)
-    return int(pooled["proposed"] > pooled["direct regression"])
+    return int(pooled[2] > pooled[1])
 
 
-def proposed(raw: np.ndarray, loads: np.ndarray, ranges: np.ndarray) -> CalibrationFit:
-    """Return what `palpate calibrate matrix` proposes."""
-    return choose_calibration(raw, loads, ranges=ranges).proposed
-
-
-MODELS: dict[str, Model] = {
-    "sensor model": lambda raw, loads, ranges: choose_calibration(raw, loads, ranges=ranges).fits[0],
-    "direct regression": lambda raw, loads, ranges: choose_calibration(raw, loads, ranges=ranges).fits[1],
-    "proposed": proposed,
-}
-
-
-def left_out(
-    raw: np.ndarray, loads: np.ndarray, ranges: np.ndarray, groups: list[np.ndarray], model: Model, name: str
-) -> np.ndarray:
-    """Return the errors of all loads by models that never saw them, shape (n, 6)."""
-    missed = np.empty_like(loads)
-    for group in track(groups, name, transient=True):
+def left_out(raw: np.ndarray, loads: np.ndarray, ranges: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
+    """Return the errors of all loads by each model, which never saw them, shape (models, n, 6)."""
+    missed = np.empty((len(MODELS), *loads.shape))
+    for group in track(groups, "left out", transient=True):
         others = np.setdiff1d(np.arange(len(raw)), group)
-        missed[group] = model(raw[others], loads[others], ranges).apply(raw[group]) - loads[group]
+        choice = choose_calibration(raw[others], loads[others], ranges=ranges)
+        for errors, fit in zip(missed, (*choice.fits[:2], choice.proposed), strict=True):
+            errors[group] = fit.apply(raw[group]) - loads[group]
     return missed
 
 
@@ -105,17 +89,19 @@ def read(path: Path, channels: list[str], loads: list[str], columns: int) -> tup
         return whole[:, :columns], whole[:, columns : columns + 6]
     if path.is_dir():
         files = [
-            rows for rows in (table(file, channels + loads) for file in sorted(path.glob("*.csv"))) if len(rows)
+            rows
+            for rows in (columns_of(file, channels + loads) for file in sorted(path.glob("*.csv")))
+            if len(rows)
         ]
         whole = np.array([rows.mean(axis=0) for rows in files])
     else:
-        rows = table(path, channels + loads)
+        rows = columns_of(path, channels + loads)
         changes = np.flatnonzero((np.diff(rows[:, len(channels) :], axis=0) != 0.0).any(axis=1)) + 1
         whole = np.array([part.mean(axis=0) for part in np.split(rows, changes)])
     return whole[:, : len(channels)], whole[:, len(channels) :]
 
 
-def table(path: Path, names: list[str]) -> np.ndarray:
+def columns_of(path: Path, names: list[str]) -> np.ndarray:
     """Return columns of a CSV file; lines without all numbers are left out."""
     with path.open(newline="") as file:
         lines = [[line.get(name) or "nan" for name in names] for line in csv.DictReader(file)]

@@ -6,9 +6,9 @@ sensor coordinates, and m, h = m c the payload's mass and first moment in the se
     moment = bias_m + B a,   B = -[h]x R
 (`palpate.sensing.ft.payload`, turned). Both are linear in A and B, so that their zeros may drift and jump as
 there, and A and B with their information are all that the poses say of m, R and h: 18 numbers for 7 unknowns,
-found by Gauss-Newton. The 11 that are left over check it: A is a rotation but for its length, and B a cross product
-in the same frame. A sensor whose axes are mirrored, swapped or of other gains does not pass; which axes it has is
-told by the one of 48 (orders and signs) that does.
+found by Gauss-Newton. The 11 that are left over check it: A is a rotation but for its length, and B a cross
+product in the same frame. A sensor whose axes are mirrored, swapped or of other gains does not pass; which axes it
+has is told by the one of 48 (orders and signs) that does.
 
 The rotation from weights in a handful of poses, without drift: Bagge Carlson 2019, "On the calibration of
 force/torque sensors in robotics", arXiv 1904.06158.
@@ -55,6 +55,11 @@ STEPS, HALVINGS = 50, 20
 
 SMALL_STEP = 1e-12
 """Square of a step in standard deviations that ends it."""
+
+CLEARLY = 0.3
+"""Of what axes as read leave over, as a root mean square, below which others are meant."""
+
+REMEDY = "correct that in the driver or the file"
 
 SIGNED_AXES = [
     np.eye(3)[list(order)] * np.array(signs)[:, None]
@@ -128,7 +133,7 @@ def identify_mounting(
     _refuse_left_handed(given)
     found = _solved(given)
     if chdtrc(LEFT_OVER, found.left_over) < RARE:
-        _refuse_named(given, "correct that in the driver or the file")
+        _refuse_named(given, found)
     payload = identify_payload(
         a @ found.rotation.T, rows, force_sd=force_sd, moment_sd=moment_sd, gravity_sd=gravity_sd
     )
@@ -238,34 +243,34 @@ def _refuse_left_handed(given: _Given) -> None:
     turn = u @ vt
     if np.linalg.det(turn) > 0.0:
         return
-    remedy = "correct that in the driver or the file"
-    if not _fits(given.with_axes(-np.eye(3), np.eye(3))):
-        _refuse_named(given, remedy)
+    _refuse_named(given, _solved(given.with_axes(-np.eye(3), np.eye(3))))
     # Mirrored alike, forces and moments fit with any left-handed axes: the first moment's sign is free.
     handed = [P for P in SIGNED_AXES if np.linalg.det(P) < 0.0]
     nearest = max(handed, key=lambda P: float(np.trace(P @ turn)))
     raise InvalidValueError(
         f"the sensor's axes are left-handed: two are swapped, one has the wrong sign, or wrenches are not what "
         f"acts on the sensor's tip side but its opposite. With {named_axes(nearest)} for (x, y, z) it would be "
-        f"turned by {_angle(nearest @ turn):.3g} degrees, by more with any others: {remedy}"
+        f"turned by {_angle(nearest @ turn):.3g} degrees, by more with any others: {REMEDY}"
     )
 
 
-def _refuse_named(given: _Given, remedy: str) -> None:
-    """Refuse moments in other axes than forces, if some make them fit."""
+def _refuse_named(given: _Given, as_read: _Solved) -> None:
+    """Refuse moments in other axes than forces, if these fit clearly better than those as read."""
     same = np.eye(3)
     tried = [("moments", P, same, P) for P in SIGNED_AXES] + [("forces", P, P, same) for P in SIGNED_AXES]
-    fitting = [(what, P) for what, P, of_force, of_moment in tried if _fits(given.with_axes(of_force, of_moment))]
-    if fitting:
-        what, P = max(fitting, key=lambda each: float(np.trace(each[1])))
-        raise InvalidValueError(
-            f"{what} are in other axes than the other three: with {named_axes(P)} for (x, y, z) they are those of "
-            f"one turned sensor; {remedy}"
+    found = [
+        (_solved(given.with_axes(of_force, of_moment)).left_over, what, P)
+        for what, P, of_force, of_moment in tried
+    ]
+    least = min(each[0] for each in found)
+    if least < CLEARLY**2 * as_read.left_over:
+        what, P = max(
+            (each[1:] for each in found if each[0] <= 2.0 * least), key=lambda each: float(np.trace(each[1]))
         )
-
-
-def _fits(given: _Given) -> bool:
-    return bool(chdtrc(LEFT_OVER, _solved(given).left_over) >= RARE)
+        raise InvalidValueError(
+            f"{what} are in other axes than the other three: with {named_axes(P)} for (x, y, z) they are those of one "
+            f"turned sensor; {REMEDY}"
+        )
 
 
 def _contradicted(given: _Given, found: _Solved) -> Iterator[BrokenAssumption]:
