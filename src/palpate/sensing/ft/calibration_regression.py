@@ -10,7 +10,7 @@ weighted by how they do, and curvature needs no inverse.
 Terms are found one by one. Every candidate is tried, and judged by the errors of loads that the fit never saw, all
 rows of one load at once (leave-group-out; closed form, so that nothing is refitted). The one whose gain is most
 standard errors enters, if these are `BETTER` or more. A term that is not there loses on loads that it never saw:
-of 27 candidates none enters in 97 to 100 of 100 sets of 48 loads of a linear sensor.
+of 21 candidates one entered in 1 of 600 sets of 48 and 60 loads of a linear sensor.
 """
 
 import itertools

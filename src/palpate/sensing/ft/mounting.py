@@ -264,12 +264,11 @@ def _refuse_named(given: _Given, as_read: _Solved) -> None:
     ]
     least = min(each[0] for each in found)
     if least < CLEARLY**2 * as_read.left_over:
-        what, P = max(
-            (each[1:] for each in found if each[0] <= 2.0 * least), key=lambda each: float(np.trace(each[1]))
-        )
+        alike = [(what, P) for left_over, what, P in found if left_over <= 2.0 * least]
+        what, P = max(alike, key=lambda each: float(np.trace(each[1])))
         raise InvalidValueError(
-            f"{what} are in other axes than the other three: with {named_axes(P)} for (x, y, z) they are those of one "
-            f"turned sensor; {REMEDY}"
+            f"{what} are in other axes than the other three: with {named_axes(P)} for (x, y, z) they are those of "
+            f"one turned sensor; {REMEDY}"
         )
 
 
