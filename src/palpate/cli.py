@@ -14,7 +14,13 @@ import tyro
 
 from palpate import interruption
 from palpate.commands import start_up
-from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
+from palpate.commands.calibrate.config import (
+    MatrixConfig,
+    MountingConfig,
+    NewSensorConfig,
+    PayloadConfig,
+    TareConfig,
+)
 from palpate.commands.colours import HELP_WORDS, parser_colours
 from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
@@ -58,7 +64,8 @@ CALIBRATION = (
     "Calibrate a force/torque sensor, and the fingertip on it.\n\n"
     "Of the sensor, whose file keeps the result, in this order: `new` makes the file; `matrix` finds the "
     "calibration matrix from known loads (only for a sensor that gives raw channels); `payload` finds what it "
-    "carries; `tare` finds the bias, before every use.\n\n"
+    "carries, or `mounting` that and how it is turned on a robot's flange; `tare` finds the bias, before every "
+    "use.\n\n"
     "Example: palpate calibrate new sensor.yaml --preset nano17"
 )
 """Help of `palpate calibrate`."""
@@ -118,6 +125,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "new": TypedCommand(NewSensorConfig, "palpate.commands.calibrate.run:run_calibrate"),
             "matrix": TypedCommand(MatrixConfig, "palpate.commands.calibrate.run:run_calibrate"),
             "payload": TypedCommand(PayloadConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "mounting": TypedCommand(MountingConfig, "palpate.commands.calibrate.run:run_calibrate"),
             "tare": TypedCommand(TareConfig, "palpate.commands.calibrate.run:run_calibrate"),
         },
         CALIBRATION,
