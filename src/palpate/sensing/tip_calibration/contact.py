@@ -88,7 +88,7 @@ def touching(
 
 
 def turning(u: FloatArray, freedom: npt.NDArray[np.intp], line: FloatArray) -> FloatArray:
-    """Return the directions in which u may turn, as rows, shape (n, 2, 3): unit vectors, or zeros; see `touching`."""
+    """Return the directions in which u may turn, shape (n, 2, 3): unit vectors or zeros; see `touching`."""
     found = across(u)
     found[freedom == 1, 0] = np.cross(line[freedom == 1], u[freedom == 1])
     found[freedom < 2, 1] = 0.0
