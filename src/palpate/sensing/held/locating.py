@@ -1,8 +1,9 @@
 """Where a tool is held, found by touching known things with it: a calibration of a tip whose size is known.
 
-`palpate.sensing.tip_calibration` finds center and orientation of a fingertip in its sensor's frame from touches of a
-ball, an edge or a plate that stand still about where they are believed. A held tool is such a tip in the hand's
-frame, and what gives way when it presses is the grip.
+`palpate.sensing.tip_calibration` finds center and orientation of a fingertip in its sensor's frame from touches of
+a ball, an edge or a plate that stand still about where they are believed. A held tool is such a tip in the hand's
+frame, and what gives way when it presses is the grip. Believed poses and places must be right to less than the
+tool's smallest radius: where it would be touched from its other side, no touch makes sense.
 """
 
 from collections.abc import Iterator, Sequence
@@ -74,7 +75,7 @@ def typed_tool(tool: HeldTool, grip_stiffness: float = GRIP_STIFFNESS) -> TypedT
             "pose_covariance of the tool: must say how wrong its pose may be, above 0 throughout"
         )
     shape, size_sd = tip_shape(tool.surface), tool.tip.size_sd
-    held, R, p = tool.pose, np.array(tool.pose.rotation), np.array(tool.pose.position)
+    R, p = np.array(tool.pose.rotation), np.array(tool.pose.position)
     center, rotation = _own_frame(tool)
     sd = np.sqrt(np.diag(tool.pose_covariance))
     arm = float(np.linalg.norm(R @ center))
@@ -123,9 +124,10 @@ def locate_tool(
         known[3:, 3:] += variance * np.outer(direction, direction)
     about_origin = np.eye(6)
     about_origin[:3, 3:] = -cross_matrices((p - fit.center)[None])[0]
+    covariance = about_origin @ known @ about_origin.T
     x, y, z = R.tolist()
     pose = Pose((float(p[0]), float(p[1]), float(p[2])), (tuple(x), tuple(y), tuple(z)))
-    return LocatedTool(replace(tool, pose=pose, pose_covariance=about_origin @ known @ about_origin.T), fit)
+    return LocatedTool(replace(tool, pose=pose, pose_covariance=0.5 * (covariance + covariance.T)), fit)
 
 
 def _own_frame(tool: HeldTool) -> tuple[FloatArray, FloatArray]:
