@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from held_pin import PIN, RADIUS
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
@@ -12,7 +13,6 @@ from palpate.kinematics.pose import Pose
 from palpate.sensing.held import HeldTool, locate_tool
 from palpate.sensing.held.wrench_frame import wrench_from
 from palpate.sensing.tip_calibration import Instrument, Target, TargetKind, Touches
-from support.held_pin import PIN, RADIUS
 
 STIFFNESS, ARM, FORCE = 2e4, 2e-5, 2.0
 BALL = Target("ball", TargetKind.POINT, (0.4, 0.1, 0.2), radius=0.005, place_sd=2e-4)
