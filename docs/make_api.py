@@ -39,7 +39,12 @@ PAGES = {
     "uncertainty": Page(
         "Uncertainty of contacts",
         "How far noise of the sensor moves a contact.",
-        ("palpate.sensing.uncertainty",),
+        ("palpate.sensing.uncertainty", "palpate.sensing.tip_uncertainty"),
+    ),
+    "held": Page(
+        "Held tools",
+        "Feeling through what is held: the wrench on it, where it touches, at how many places, and whether it slips.",
+        ("palpate.sensing.held", "palpate.friction.slip.tool_slip", "palpate.friction.slip.place_watch"),
     ),
     "sensor": Page(
         "The force/torque sensor",

@@ -68,7 +68,7 @@ def touching(
         still = np.linalg.norm(tangents, axis=2) == 0.0
         curvature[:, range(2), range(2)] += np.where(still, scale[:, None], 0.0)
         least = np.linalg.eigvalsh(curvature)[:, 0]
-        curvature += np.maximum(0.0, 1e-3 * scale - least)[:, None, None] * np.eye(2)
+        curvature += np.maximum(0.0, 1e-7 * scale - least)[:, None, None] * np.eye(2)
         step = np.linalg.solve(curvature, slope[:, :, None])[:, :, 0]
         length = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, LONGEST / np.maximum(length, LONGEST))[:, None]

@@ -1,10 +1,18 @@
-"""A pin in a hand, and what its sensor reads of contacts along it whose loads change by themselves."""
+"""A pin of 80 mm in a hand, on one sensor or between two fingers, and what they feel of contacts along it."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.kinematics.pose import Pose
-from palpate.sensing.held import ExternalWrenches, HeldTool
+from palpate.sensing.held import (
+    ExternalWrenches,
+    FingersFelt,
+    HeldObject,
+    HeldTool,
+    ObjectMotion,
+    external_wrenches,
+)
+from palpate.sensing.held.wrench_frame import into_matrix
 from palpate.sensing.uncertainty import white_noise
 from palpate.surfaces import Capsule
 
@@ -81,3 +89,70 @@ def touching(rng, slip, normal, place, rate=500.0, force=1.0):
         felt = np.concatenate((f, np.cross(in_hand, f))) + noise[i] + drift[i]
         pose = Pose(tuple((thing - turn @ in_hand).tolist()), tuple(map(tuple, turn.tolist())))
         yield tuple(felt.tolist()), pose
+
+
+GRIP, HANDLE = 10.0, 0.006
+"""[N] of each of two fingers, and radius of the handle that they hold 60 mm from the pin's end [m]."""
+
+SENSORS = (
+    Pose((0.02, 0.0, -0.06), ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))),
+    Pose((-0.02, 0.0, -0.06), ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))),
+)
+"""Of two fingers in the pin's frame: z towards the pin."""
+
+WEIGHT = HeldObject(mass=0.02, center_of_mass=(0.0, 0.0, -0.04), mass_sd=1e-3, center_of_mass_sd=1e-3)
+REST = ObjectMotion.at_rest((0.0, 0.0, 9.81))
+
+
+def fingers_feel(external):
+    """What two soft fingers feel of wrenches (n, 6) on the pin, in their sensors' frames, shape (n, 2, 6)."""
+    places = [np.array([side * HANDLE, 0.0, -0.06]) for side in (1.0, -1.0)]
+    # three forces and a spin about x, of the object on either finger
+    maps = []
+    for place in places:
+        G = np.zeros((6, 4))
+        G[:3, :3] = np.eye(3)
+        G[3:, :3] = np.array([np.cross(place, axis) for axis in np.eye(3)]).T
+        G[3, 3] = 1.0
+        maps.append(G)
+    weight = external_wrenches(_unfelt(np.zeros((1, 2, 6))), WEIGHT, REST).wrench
+    loads = (external - weight) @ np.linalg.pinv(np.hstack(maps)).T
+    felt = np.empty((len(external), 2, 6))
+    for j, (side, pose) in enumerate(zip((1.0, -1.0), SENSORS, strict=True)):
+        load = loads[:, 4 * j : 4 * j + 4] + [side * GRIP, 0.0, 0.0, 0.0]
+        felt[:, j] = load @ maps[j].T @ into_matrix(pose).T
+    return felt
+
+
+def _unfelt(wrench):
+    each = (np.array([of] * 2) for of in (NOISE, ZERO, POSES, MATRIX))
+    return FingersFelt(wrench, *_POSES, *each)
+
+
+_POSES = (np.array([pose.rotation for pose in SENSORS]), np.array([pose.position for pose in SENSORS]))
+POSES = np.diag([1e-4**2] * 3 + [np.radians(0.2) ** 2] * 3)
+"""Covariance of each sensor's pose in the hand: 0.1 mm, 0.2 degrees."""
+
+SCALE = np.array([1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
+MATRIX = 1e-3 * np.outer(SCALE, 1.0 / SCALE)
+"""Standard deviation of the entries of each sensor's matrix, forces in N and moments in units of 10 mN m: a tenth
+of what makers claim for all errors together is usual between axes."""
+
+
+def measured_by_fingers(rng, external):
+    """What two sensors with errors of their own make of wrenches on the pin, as `FingersFelt` believes it."""
+    felt = fingers_feel(external)
+    for j, believed in enumerate(SENSORS):
+        off = np.sqrt(np.diag(POSES)) * rng.normal(size=6)
+        turn = Rotation.from_rotvec(off[3:]).as_matrix() @ np.array(believed.rotation)
+        place = np.array(believed.position) + off[:3]
+        real = Pose(tuple(place.tolist()), tuple(map(tuple, turn.tolist())))
+        felt[:, j] = felt[:, j] @ np.linalg.inv(into_matrix(believed)).T @ into_matrix(real).T
+        felt[:, j] += felt[:, j] @ (MATRIX * rng.normal(size=(6, 6))).T
+        felt[:, j] += rng.normal(size=6) @ np.sqrt(ZERO) + rng.normal(size=felt[:, j].shape) @ np.sqrt(NOISE)
+    return _unfelt(felt)
+
+
+SIDE = (np.array([1.0, 0.0, 0.0]), np.array([RADIUS, 0.0, -0.01]))
+END = (np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, RADIUS]))
+"""Normal and place, in the pin's frame, where it touches."""
