@@ -12,15 +12,19 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
+from palpate.sim.contact_truth import UNKNOWN, Truth
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
+from palpate.sim.hand.touched import TOUCHED, truth_of_touch
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
+from palpate.sim.objects.target import Placer
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
+from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
@@ -84,10 +88,12 @@ class HandBackend(Closing):
         self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
         self._grip = scene.hand.drive(model, data) if grip is None else grip(scene.hand, model, data)
         self._drive = scene.carrier.drive(model, data, period)
-        self._tips = tuple(
+        self._tips: tuple[Placer, ...] = tuple(
             tip.placer(model, data, f"{finger_name(i)}_{TIP_GEOM}", scene.target.shape)
             for i, tip in enumerate(scene.hand.tips)
         )
+        if scene.touched is not None:
+            self._tips = (scene.touched.target.placer(model, data, TOUCHED, OBJECT_GEOM), *self._tips)
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
         self._load = None if load is None else LoadDrive(load, model, data, OBJECT)
@@ -175,6 +181,10 @@ class HandBackend(Closing):
                 its = tuple(contact for contact in contacts if contact.pair is self.scene.rubbing[i])
                 fingers.append(truth_of_contacts(its, current))
         return HandTruth(self._time, tuple(fingers), joints, (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
+
+    def touched_truth(self) -> Truth:
+        """Return what really happened then between the object and what it touches; unknown of nothing."""
+        return UNKNOWN if self.scene.touched is None else truth_of_touch(self._values)
 
     @property
     def pull(self) -> Wrench:

@@ -1,0 +1,161 @@
+"""A tool that a simulated hand holds, and explores with: `backend.tool`."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar
+
+import msgspec
+
+from palpate.errors import InvalidValueError
+from palpate.kinematics import Pose
+from palpate.robots.device_settings import DeviceSettings, Range
+from palpate.robots.finger_load import payload_of
+from palpate.robots.finger_sensor import check_age, model_of_finger
+from palpate.robots.hand_kind import HandKind
+from palpate.robots.robot import Robot
+from palpate.robots.simulated_finger import sensed_finger
+from palpate.robots.simulated_tip import simulated_tip
+from palpate.robots.task import RobotInScene, Task
+from palpate.runtime.held_tool_finger import HeldToolFinger
+from palpate.sim import SeededSensor
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.contact import GraspContact
+from palpate.sim.hand.hand_model import opening_of
+from palpate.sim.hand.held_tool import HeldTool, middle
+from palpate.sim.hand.jointed_hand import JointedHand
+from palpate.sim.hand.mount import PALM
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.hand.tool_shape import ToolShape
+from palpate.sim.hand.touched import Touched
+from palpate.sim.objects.target import StaticObject, as_target
+from palpate.spatial import Vector, subtract
+
+if TYPE_CHECKING:
+    from palpate.robots.simulated_kind import TipCarrier
+
+IMPRATIO = 1e7
+"""Of a tool's contacts: ten times that of grasps, for it creeps on a lever. A pin of 80 mm and 8 g between flat pads
+gives way to 0.6 N across its end by 25 um, and creeps by 0.6 um/s there; with 1e6 by 6 um/s. 1e8 gains little more."""
+
+
+class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
+    """How a hand holds a tool: the first of `fingers` is its surface, in the middle of the fingertips.
+
+    Attributes:
+        grip: Normal force with which the fingers hold it [N].
+        friction: Between fingertips and tool.
+        spin_length: Of that friction [m].
+        stiffness: Of each point of contact between them [N/m].
+    """
+
+    RANGES: ClassVar[tuple[Range, ...]] = (
+        ("grip_N", 0.1, 100.0, "N"),
+        ("friction", 0.01, 5.0, ""),
+        ("spin_length_m", 1e-5, 0.1, "m"),
+        ("stiffness_N_per_m", 100.0, 1e6, "N/m"),
+    )
+
+    grip: float = msgspec.field(name="grip_N")
+    friction: float = 0.8
+    spin_length: float = msgspec.field(name="spin_length_m", default=0.004)
+    stiffness: float = msgspec.field(name="stiffness_N_per_m", default=20e3)
+
+    def build(
+        self,
+        robot: Robot,
+        task: Task,
+        hand: HandKind,
+        time_step: float,
+        carrier: "Callable[[JointedHand, Vector], TipCarrier]",
+    ) -> RobotInScene:
+        """Return a robot that holds the tool over what is to be touched; see `RobotKind.build`.
+
+        Args:
+            robot: Whose tool it is.
+            task: What to touch.
+            hand: That holds it.
+            time_step: Of the simulation [s].
+            carrier: From the hand, and where its frame starts, to what carries it.
+
+        Raises:
+            InvalidValueError: It cannot be built as its file specifies, or cannot do the task.
+        """
+        holding = fingers_of(robot)
+        geometry = hand_of(holding, hand)
+        tool = simulated_tip(robot, 0, task.tip)
+        center = middle([geometry.middle_of(i) for i in range(geometry.fingers)])
+        palm = subtract(task.start, center)
+        moved = carrier(geometry, palm)
+        target = as_target(task.target)
+        if not isinstance(target, StaticObject):
+            raise InvalidValueError(
+                f"object: a held tool touches a single fixed surface in simulation, not a {type(target).__name__}"
+            )
+        scene = build_grasp_scene(
+            replace(geometry, bus_period=time_step),
+            HeldObject(ToolShape(tool), tool.mass, Pose(task.start)),
+            GraspContact(self.stiffness, self.friction, self.spin_length, impratio=IMPRATIO),
+            carrier=moved.carrier,
+            palm=palm,
+            fidelity=moved.fidelity,
+            touched=Touched(target, task.law),
+            fixture=PALM,
+        )
+        sensors = tuple(
+            SeededSensor(model_of_finger(finger), task.sensor.seed + i) for i, finger in enumerate(holding.file.fingers)
+        )
+        sensed = [
+            sensed_finger(
+                holding, i, geometry.tips[i], finger.surface.surface(), replace(task, sensor=sensors[i])
+            )
+            for i, finger in enumerate(holding.file.fingers)
+        ]
+        for each in sensors:
+            check_age(robot, each.model, task.period)
+        felt = tuple(each.finger for each in sensed)
+        touch_force = max(each.touch_force for each in sensed)
+        payload = payload_of(robot, 0)
+        finger = HeldToolFinger(task.sensed, payload, felt, touch_force, 0.5 * touch_force, task.sensor.model.dithering)
+        backend = HeldTool(
+            HandBackend(scene, task.period, sensor=sensors[0]),
+            felt,
+            payload,
+            self.grip,
+            opening_of(geometry) / geometry.closing_speed,
+            robot.file.pace.pacer(task.period),
+        )
+        return RobotInScene(
+            backend,
+            finger,
+            moved.lag,
+            moved.response,
+            moved.stiffness,
+            touch_force,
+            following_error_limit=moved.following_error_limit,
+            holding=felt,
+            arm=moved.arm,
+        )
+
+
+def fingers_of(robot: Robot) -> Robot:
+    """Return the robot with the fingers alone that hold the tool."""
+    file = msgspec.structs.replace(robot.file, fingers=robot.file.fingers[1:])
+    return replace(robot, file=file, sensors=robot.sensors[1:])
+
+
+def hand_of(holding: Robot, hand: HandKind) -> JointedHand:
+    """Return the hand that holds a tool.
+
+    Raises:
+        InvalidValueError: It has too few fingers, or not as many as are described, or they only close.
+    """
+    hand.check_fingers(holding)
+    if hand.fingers < 2:
+        raise InvalidValueError("backend.hand: it has one finger; at least two hold a tool")
+    geometry = hand.geometry(holding)
+    if not isinstance(geometry, JointedHand):
+        raise InvalidValueError(
+            "backend.hand: its fingers only close, and one must stand still against the others; take one whose "
+            "fingers move, as of kind mjcf"
+        )
+    return geometry
