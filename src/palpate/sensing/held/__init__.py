@@ -1,0 +1,30 @@
+"""Feeling through what is held: the wrench on an object, where it touches, and whether at one place."""
+
+from palpate.sensing.held.external_wrench import (
+    ExternalWrenches,
+    FingersFelt,
+    HeldObject,
+    ObjectMotion,
+    external_wrench,
+    external_wrenches,
+)
+from palpate.sensing.held.one_contact import ContactBounds, ContactCount, CountedContacts, count_contacts
+from palpate.sensing.held.tool_contact import FeltContacts, HeldTool, felt_in_hand, felt_on_tool, tool_contact
+
+__all__ = [
+    "ContactBounds",
+    "ContactCount",
+    "CountedContacts",
+    "ExternalWrenches",
+    "FeltContacts",
+    "FingersFelt",
+    "HeldObject",
+    "HeldTool",
+    "ObjectMotion",
+    "count_contacts",
+    "external_wrench",
+    "external_wrenches",
+    "felt_in_hand",
+    "felt_on_tool",
+    "tool_contact",
+]
