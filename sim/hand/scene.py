@@ -33,6 +33,9 @@ OBJECT = "object"
 FIXTURE = "fixture"
 """Name of the constraint that holds an object in place."""
 
+FIXTURE_TURNING = 0.01
+"""[m] Of its stiffness against turning, over that against motion (MuJoCo's `torquescale`)."""
+
 WORLD = "world"
 """MuJoCo's name of the body that never moves."""
 
@@ -157,6 +160,9 @@ def build_grasp_scene(
             name1=OBJECT,
             name2=fixture,
         )
+        # at the object's origin: MuJoCo's own default lies a metre aside; and soft in turning, so that it lies flat
+        # between flat fingertips before it is let go of
+        weld.data[:3], weld.data[10] = 0.0, FIXTURE_TURNING
         # as stiff as the time step allows; MuJoCo's own would let the object sag by g (20 ms)^2
         weld.solref, weld.solimp = (2.0 * time_step, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 
