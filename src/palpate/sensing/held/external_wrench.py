@@ -6,13 +6,14 @@ Newton and Euler for the object, about the origin of its frame:
     f = sum R_i f_i + M s
     m = sum (R_i m_i + p_i x R_i f_i) + c x M s + I a + w x I w
 
-with mass M, centre of mass c, inertia I about it, angular velocity w and acceleration a, and the specific force s at
-the centre of mass: what an accelerometer there shows, acceleration less gravity. So (f, m) is what the environment
-exerts on the object, as a finger's wrench is what the object exerts on the finger: a held tool is a fingertip.
+with mass M, centre of mass c, inertia I about it, angular velocity w and acceleration a, and the specific force s
+at the centre of mass: what an accelerometer there shows, acceleration less gravity. So (f, m) is what the
+environment exerts on the object, as a finger's wrench is what the object exerts on the finger: a held tool is a
+fingertip.
 
-Two kinds of error add up. Noise of the sensors is another at each sample. Zeros of the sensors, poses of the fingers,
-mass and centre of mass are wrong by the same at every sample: `ExternalWrenches.common` says what that does, so that
-a mean of many samples is not taken for better than it is, nor a change for worse.
+Two kinds of error add up. Noise of the sensors is another at each sample. Zeros of the sensors, poses of the
+fingers, mass and centre of mass are wrong by the same at every sample: `ExternalWrenches.common` says what that
+does, so that a mean of many samples is not taken for better than it is, nor a change for worse.
 """
 
 from collections.abc import Sequence
@@ -69,8 +70,8 @@ class FingersFelt:
         position: Likewise, shape (k, 3) or (n, k, 3) [m].
         noise: Covariance of each reading, independent from sample to sample, shape (k, 6, 6) or (n, k, 6, 6).
         zero: Covariance of each sensor's zero, the same error in all samples, shape (k, 6, 6).
-        pose: Covariance of each sensor's position (3) and rotation vector (3), along the object's axes, the rotation
-            about the sensor's origin, the same error in all samples, shape (k, 6, 6).
+        pose: Covariance of each sensor's position (3) and rotation vector (3), along the object's axes, the
+            rotation about the sensor's origin, the same error in all samples, shape (k, 6, 6).
 
     Raises:
         InvalidValueError: Shapes do not fit, or something is no covariance.
@@ -176,8 +177,8 @@ class ExternalWrenches:
 
         Args:
             pose: pose_a_b.
-            pose_covariance: Of its position (3) and rotation vector (3) along the axes of a, the rotation about the
-                origin of b, shape (6, 6); None: it is exact. It is the same error in all samples.
+            pose_covariance: Of its position (3) and rotation vector (3) along the axes of a, the rotation about
+                the origin of b, shape (6, 6); None: it is exact. It is the same error in all samples.
         """
         X = into_matrix(pose)
         wrench, common = self.wrench @ X.T, X @ self.common

@@ -1,8 +1,8 @@
 """What a held tool touches: its surface is a fingertip, its frame is held at a pose that is known more or less.
 
-A wrench that the environment exerts on the tool is moved into the tool's frame, and solved there on its surface as
-that of any fingertip (`palpate.sensing.contact_from_wrench`). How well the tool's pose is known counts in two ways.
-On the tool, the wrench is moved to a place that is not quite the right one: to first order
+A wrench that the environment exerts on the tool is moved into the tool's frame, and solved there on its surface
+as that of any fingertip (`palpate.sensing.contact_from_wrench`). How well the tool's pose is known counts in two
+ways. On the tool, the wrench is moved to a place that is not quite the right one: to first order
 
     df = f x t,   dm = m x t + f x d
 
@@ -18,13 +18,16 @@ from palpate.errors import FloatArray
 from palpate.estimation.covariance import covariance_matrix
 from palpate.kinematics.pose import Pose, checked_pose
 from palpate.sensing.contact import Contact, Contacts
-from palpate.sensing.contact_jacobian import cross_matrices
+from palpate.sensing.contact_jacobian import ContactJacobians, cross_matrices
 from palpate.sensing.held.external_wrench import POSE, ExternalWrenches
-from palpate.sensing.held.wrench_frame import wrench_into
+from palpate.sensing.held.wrench_frame import into_matrix, wrench_into
 from palpate.sensing.solver import Surface, contact_from_wrench, contacts_from_wrenches
 from palpate.sensing.tip_uncertainty import EXACT, PARAMETERS, TipUncertainty
 from palpate.sensing.uncertainty import ContactUncertainties, center_of, contacts_uncertainties
 from palpate.spatial import Wrench
+
+HERE = Pose()
+"""Of a tool whose surface is given in the frame of the wrench."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +46,7 @@ class HeldTool:
     """
 
     surface: Surface
-    pose: Pose = Pose()
+    pose: Pose = HERE
     pose_covariance: FloatArray = field(default_factory=lambda: np.zeros((6, 6)))
     tip: TipUncertainty = EXACT
 
@@ -109,8 +112,7 @@ def felt_in_hand(tool: HeldTool, wrenches: ExternalWrenches) -> FeltContacts:
     contacts = contacts_from_wrenches(tool.surface, seen.wrench)
     known = contacts_uncertainties(tool.surface, contacts, seen.covariance, tool.tip_in_hand)
     R, p = np.array(tool.pose.rotation), np.array(tool.pose.position)
-    turn = np.kron(np.eye(2), R)
-    J = known.jacobians
+    X, J = into_matrix(tool.pose), known.jacobians
     return FeltContacts(
         contacts=replace(
             contacts,
@@ -124,5 +126,12 @@ def felt_in_hand(tool: HeldTool, wrenches: ExternalWrenches) -> FeltContacts:
             centroid=R @ known.centroid @ R.T,
             normal=R @ known.normal @ R.T,
             tangential_force=R @ known.tangential_force @ R.T,
+            jacobians=ContactJacobians(
+                centroid=R @ J.centroid @ X,
+                normal=R @ J.normal @ X,
+                normal_force=J.normal_force @ X,
+                tangential_force=R @ J.tangential_force @ X,
+                spin_torque=J.spin_torque @ X,
+            ),
         ),
     )
