@@ -19,7 +19,7 @@ from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
-from palpate.sim.hand.touched import TOUCHED, truth_of_touch
+from palpate.sim.hand.touched import TOUCHED_READINGS
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
 from palpate.sim.objects.target import Placer
@@ -28,7 +28,7 @@ from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import IDENTITY, ZERO, Wrench
+from palpate.spatial import IDENTITY, ZERO, Vector, Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +93,7 @@ class HandBackend(Closing):
             for i, tip in enumerate(scene.hand.tips)
         )
         if scene.touched is not None:
-            self._tips = (scene.touched.target.placer(model, data, TOUCHED, OBJECT_GEOM), *self._tips)
+            self._tips = (scene.touched.placer(model, data, OBJECT_GEOM), *self._tips)
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
         self._load = None if load is None else LoadDrive(load, model, data, OBJECT)
@@ -182,9 +182,17 @@ class HandBackend(Closing):
                 fingers.append(truth_of_contacts(its, current))
         return HandTruth(self._time, tuple(fingers), joints, (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
 
+    def push(self, force: Vector) -> None:
+        """Push at the object's centre of mass from now on, base frame [N]; a start ends it."""
+        self._data.xfrc_applied[self.scene.model.body(OBJECT).id, :3] = force
+
     def touched_truth(self) -> Truth:
         """Return what really happened then between the object and what it touches; unknown of nothing."""
-        return UNKNOWN if self.scene.touched is None else truth_of_touch(self._values)
+        touched = self.scene.touched
+        if touched is None:
+            return UNKNOWN
+        at = SENSORS_AT_ALL + SENSORS_PER_FINGER * self.scene.hand.fingers
+        return touched.truth(self._values[at : at + TOUCHED_READINGS])
 
     @property
     def pull(self) -> Wrench:

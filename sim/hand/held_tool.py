@@ -153,6 +153,14 @@ class HeldTool(Closing):
         """See `palpate.runtime.truth.TruthSource`."""
         return numbers_of_truth(self.truth())
 
+    def squeeze(self, grip: float) -> None:
+        """Squeeze with another normal force from now on [N]: for tests of what notices it."""
+        self._grips = (0.0,) + (grip,) * (len(self._grips) - 1)
+
+    def push(self, force: Vector) -> None:
+        """Push at the tool's centre of mass from now on, base frame [N]: for tests of what notices it."""
+        self._hand.push(force)
+
     def pose_tip_tool(self) -> Pose:
         """Return where the tool really is in the tip frame, for checks: the identity, unless it moved."""
         return self._pose_base_tip.inverse() @ self._hand.truth().pose_base_object
@@ -161,7 +169,9 @@ class HeldTool(Closing):
         """Where the sensors are in the tip frame, and that in the hand frame."""
         model = self.scene.hand
         poses = model.sensor_poses(hand.joint_position)
-        at = middle([(pose @ Pose(tip.center_of_mass)).position for pose, tip in zip(poses, model.tips, strict=True)])
+        at = middle(
+            [(pose @ Pose(tip.center_of_mass)).position for pose, tip in zip(poses, model.tips, strict=True)]
+        )
         return [Pose(subtract(pose.position, at), pose.rotation) for pose in poses], at
 
     def _felt(self, sample: Sample) -> WrenchSample:

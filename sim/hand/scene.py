@@ -187,9 +187,9 @@ def build_grasp_scene(
     if table is not None:
         _add_table(spec, table, law, of_object, time_step)
     _add_sensors(spec, hand.fingers)
-    carrier.add_sensors(spec)
     if touched is not None:
         pair = touched.add_contact(spec, OBJECT_GEOM, of_object, time_step, law.impratio)
+    carrier.add_sensors(spec)  # last: there drives find theirs
     rubbing = () if friction is None else tuple(FrictionPair(tip, OBJECT_GEOM, friction, texture) for tip in tips)
     return GraspScene(spec.compile(), hand, carrier, target, law, pair, fidelity, palm, rubbing, touched)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 import msgspec
+import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics import Pose
@@ -17,6 +18,8 @@ from palpate.robots.simulated_finger import sensed_finger
 from palpate.robots.simulated_tip import simulated_tip
 from palpate.robots.task import RobotInScene, Task
 from palpate.runtime.held_tool_finger import HeldToolFinger
+from palpate.runtime.supervision.guard import Guard
+from palpate.runtime.supervision.tool_slip import ToolGrip, ToolHeld
 from palpate.sim import SeededSensor
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
@@ -28,7 +31,7 @@ from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.hand.tool_shape import ToolShape
 from palpate.sim.hand.touched import Touched
 from palpate.sim.objects.target import StaticObject, as_target
-from palpate.spatial import Vector, subtract
+from palpate.spatial import Vector, as_vector, subtract
 
 if TYPE_CHECKING:
     from palpate.robots.simulated_kind import TipCarrier
@@ -36,6 +39,20 @@ if TYPE_CHECKING:
 IMPRATIO = 1e7
 """Of a tool's contacts: ten times that of grasps, for it creeps on a lever. A pin of 80 mm and 8 g between flat pads
 gives way to 0.6 N across its end by 25 um, and creeps by 0.6 um/s there; with 1e6 by 6 um/s. 1e8 gains little more."""
+
+
+MOST_LOAD = 0.6
+"""Of what friction and squeeze hold across the fingers: a tool slips unseen only where friction is 0.6 times as
+large as believed, or less, and nothing moves along the normal of what it touches."""
+
+LEAST_SQUEEZE = 0.5
+"""Of the grip that is commanded: what lateral forces take from one finger they give to another."""
+
+SPANNED = 0.1
+"""Singular value of closing directions from which on they span one more: fingers oppose each other to 6 degrees."""
+
+LEAST_SHARE = 0.25
+"""Of the set force, from which on where the tool touches is looked at for slip."""
 
 
 class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
@@ -98,16 +115,15 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             carrier=moved.carrier,
             palm=palm,
             fidelity=moved.fidelity,
-            touched=Touched(target, task.law),
+            touched=Touched(target.shape, task.law),
             fixture=PALM,
         )
         sensors = tuple(
-            SeededSensor(model_of_finger(finger), task.sensor.seed + i) for i, finger in enumerate(holding.file.fingers)
+            SeededSensor(model_of_finger(finger), task.sensor.seed + i)
+            for i, finger in enumerate(holding.file.fingers)
         )
         sensed = [
-            sensed_finger(
-                holding, i, geometry.tips[i], finger.surface.surface(), replace(task, sensor=sensors[i])
-            )
+            sensed_finger(holding, i, geometry.tips[i], finger.surface.surface(), replace(task, sensor=sensors[i]))
             for i, finger in enumerate(holding.file.fingers)
         ]
         for each in sensors:
@@ -115,7 +131,9 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         felt = tuple(each.finger for each in sensed)
         touch_force = max(each.touch_force for each in sensed)
         payload = payload_of(robot, 0)
-        finger = HeldToolFinger(task.sensed, payload, felt, touch_force, 0.5 * touch_force, task.sensor.model.dithering)
+        finger = HeldToolFinger(
+            task.sensed, payload, felt, touch_force, 0.5 * touch_force, task.sensor.model.dithering
+        )
         backend = HeldTool(
             HandBackend(scene, task.period, sensor=sensors[0]),
             felt,
@@ -123,6 +141,14 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             self.grip,
             opening_of(geometry) / geometry.closing_speed,
             robot.file.pace.pacer(task.period),
+        )
+        grip = ToolGrip(
+            self.friction,
+            MOST_LOAD,
+            LEAST_SQUEEZE * geometry.fingers * self.grip,
+            max(task.touch_force, LEAST_SHARE * 2.0 * task.compression * task.law.stiffness),
+            1.0 / task.law.stiffness + 1.0 / self.stiffness,
+            _across(geometry),
         )
         return RobotInScene(
             backend,
@@ -134,7 +160,16 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             following_error_limit=moved.following_error_limit,
             holding=felt,
             arm=moved.arm,
+            guards=lambda: (Guard(ToolHeld(grip, task.period)),),
         )
+
+
+def _across(hand: JointedHand) -> tuple[Vector, ...]:
+    """Directions that are square to all in which its fingers close: friction alone bears there."""
+    closing = np.array([hand.closing_axes(i)[0] for i in range(hand.fingers)])
+    _, sizes, directions = np.linalg.svd(closing)
+    spanned = int(np.sum(sizes > SPANNED))
+    return tuple(as_vector(each) for each in directions[spanned:])
 
 
 def fingers_of(robot: Robot) -> Robot:
