@@ -8,6 +8,7 @@ from palpate.sensing.held.external_wrench import (
     external_wrench,
     external_wrenches,
 )
+from palpate.sensing.held.felt_place import FeltPlace, PlaceFelt
 from palpate.sensing.held.one_contact import ContactBounds, ContactCount, CountedContacts, count_contacts
 from palpate.sensing.held.tool_contact import FeltContacts, HeldTool, felt_in_hand, felt_on_tool, tool_contact
 
@@ -17,10 +18,12 @@ __all__ = [
     "CountedContacts",
     "ExternalWrenches",
     "FeltContacts",
+    "FeltPlace",
     "FingersFelt",
     "HeldObject",
     "HeldTool",
     "ObjectMotion",
+    "PlaceFelt",
     "count_contacts",
     "external_wrench",
     "external_wrenches",

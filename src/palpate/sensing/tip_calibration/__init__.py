@@ -1,0 +1,26 @@
+"""A fingertip calibrated by touching things that need no metrology: a plate, an edge, a ball."""
+
+from palpate.sensing.tip_calibration.fit import Instrument, TipFit, fit_tip
+from palpate.sensing.tip_calibration.plan import PlannedTouch, TouchPlan, candidate_touches, planned_touches
+from palpate.sensing.tip_calibration.shapes import TipShape, tip_shape
+from palpate.sensing.tip_calibration.targets import Target, TargetKind
+from palpate.sensing.tip_calibration.touches import Touches
+from palpate.sensing.tip_calibration.unknowns import TypedTip, Unknown, Unknowns
+
+__all__ = [
+    "Instrument",
+    "PlannedTouch",
+    "Target",
+    "TargetKind",
+    "TipFit",
+    "TipShape",
+    "TouchPlan",
+    "Touches",
+    "TypedTip",
+    "Unknown",
+    "Unknowns",
+    "candidate_touches",
+    "fit_tip",
+    "planned_touches",
+    "tip_shape",
+]

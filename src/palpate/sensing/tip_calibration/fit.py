@@ -1,0 +1,224 @@
+"""A fingertip found by touching: least squares over all touches, with what is known beforehand.
+
+The unknowns are found with weights from the noise of the readings, the errors that all touches share (the sensor's
+matrix, `accuracy`), how wrong typed values may be, and the arm's scatter, which is estimated from the touches
+(scaled inverse chi square, `GAP_WEIGHT` touches' worth of what is typed). Then the model is tested
+(`palpate.sensing.tip_calibration.checks`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
+from palpate.estimation import Verdict
+from palpate.sensing.ft.arrays import positive_entries
+from palpate.sensing.solver import Surface
+from palpate.sensing.tip_calibration.checks import WeightedFit, verdict_of
+from palpate.sensing.tip_calibration.equations import Solved, TouchEquations
+from palpate.sensing.tip_calibration.targets import Target
+from palpate.sensing.tip_calibration.touches import Touches
+from palpate.sensing.tip_calibration.unknowns import TypedTip, Unknowns
+from palpate.surfaces import CompliantTip
+
+TOLD = 0.3
+"""Of the typed deviation: what touches leave more of they do not tell; what they tell is drawn to the typed value by
+at most its square, 9 %."""
+
+GAP_WEIGHT = 4.0
+"""Touches that the typed scatter of the arm is worth."""
+
+ROUNDS = 4
+"""In which weights are found anew; the scatter settles in two or three."""
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """What measures.
+
+    Attributes:
+        position_sd: How exactly the arm's place repeats [m].
+        ranges: Of the sensor, shape (6,) [N, N m]; needed for `accuracy` alone.
+        accuracy: Standard deviation of every entry of the sensor's matrix, of a full load; a tenth of the maker's
+            claim for all errors together is usual between axes.
+    """
+
+    position_sd: float = 1e-5
+    ranges: tuple[float, ...] = (1.0,) * 6
+    accuracy: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive("position_sd", self.position_sd, "m")
+        positive_entries("ranges", self.ranges, 6, "N, N m")
+        not_negative("accuracy", self.accuracy, "")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TipFit:
+    """A tip that was found.
+
+    Attributes:
+        unknowns: What was to be found, as typed.
+        touches: From which.
+        values: As found, shape (P,).
+        covariance: Of them, shape (P, P).
+        told: Which the touches tell, shape (P,): the others remain as typed.
+        gap_sd: Scatter of the arm and of what no model has [m].
+        degrees: Degrees of freedom of `gap_sd`.
+        residuals: Gap and lever of every touch, shape (n, 3) [m].
+        expected: Standard deviations of them, shape (n, 3) [m].
+        solved: The touches at the values found.
+        verdict: Whether the model holds.
+    """
+
+    unknowns: Unknowns
+    touches: Touches
+    values: FloatArray
+    covariance: FloatArray
+    told: npt.NDArray[np.bool_]
+    gap_sd: float
+    degrees: float
+    residuals: FloatArray
+    expected: FloatArray
+    solved: Solved
+    verdict: Verdict
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviations of the values, shape (P,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def half_widths(self, level: float = 0.95) -> FloatArray:
+        """Return the half-widths of confidence intervals, shape (P,)."""
+        return np.asarray(self.sd * student.ppf(0.5 + 0.5 * level, max(self.degrees, 1.0)))
+
+    @property
+    def center(self) -> FloatArray:
+        """Of the tip, sensor frame, shape (3,) [m]."""
+        return self.unknowns.of("center", self.values)
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Columns are the tip's axes in sensor coordinates, shape (3, 3)."""
+        return self.unknowns.rotation(self.values)
+
+    @property
+    def sizes(self) -> FloatArray:
+        """As the shape names them."""
+        return self.unknowns.of("size", self.values)
+
+    def rigid_surface(self) -> Surface:
+        """Return the tip, without its skin's law and without deviations."""
+        return self.unknowns.tip.shape.made(self.sizes, self.center, self.rotation)
+
+    def surface(self) -> Surface:
+        """Return the tip with its skin, where a skin can be on such a tip.
+
+        Raises:
+            InvalidValueError: The tip is open, as a capsule is.
+        """
+        stiffness, exponent = self.unknowns.stiffness(self.values)
+        rigid: object = self.rigid_surface()
+        return CompliantTip(rigid, stiffness, min(exponent, 1.0))  # type: ignore[arg-type]  # it says what it takes
+
+    def model_covariance(self) -> FloatArray:
+        """Return the covariance of place (3), turn about sensor axes (3), size and relative stiffness, (8, 8).
+
+        As `palpate.sensing.tip_uncertainty` takes it; sizes of several lengths count by their mean.
+        """
+        unknowns = self.unknowns
+        linear = np.zeros((8, len(self.values)))
+        linear[:3, unknowns.blocks["center"]] = np.eye(3)
+        turned = [i for i in range(3) if i not in unknowns.tip.shape.round_about]
+        linear[3:6, unknowns.blocks["rotation"]] = self.rotation[:, turned]
+        lengths = [name.endswith("_m") and not name.startswith("length") for name in unknowns.tip.shape.names]
+        linear[6, unknowns.blocks["size"]] = np.array(lengths) / max(sum(lengths), 1)
+        linear[7, unknowns.blocks["stiffness"]] = 1.0
+        return np.asarray(linear @ self.covariance @ linear.T)
+
+
+def fit_tip(
+    touches: Touches, targets: tuple[Target, ...], tip: TypedTip, instrument: Instrument | None = None
+) -> TipFit:
+    """Return the fingertip that explains touches.
+
+    Args:
+        touches: At rest, of at least one target.
+        targets: What was touched, about where they are.
+        tip: As typed, and how wrong that may be.
+        instrument: What measures; exact to 10 um without it.
+
+    Raises:
+        InvalidValueError: No touches, or one that cannot be: it pulls, or names no target.
+    """
+    if not len(touches):
+        raise InvalidValueError("no touches: give some of a plate, an edge or a point, from many directions")
+    instrument = instrument or Instrument()
+    unknowns = Unknowns(tip, targets)
+    equations = TouchEquations(unknowns, touches)
+    count, n = len(unknowns.each), len(touches)
+    values, typed, sd = unknowns.typed, unknowns.typed, unknowns.sd
+    gap_sd = max(instrument.position_sd, START_SD)
+    errors = np.zeros(36 if instrument.accuracy > 0.0 else 0)
+    ranges = np.array(instrument.ranges)
+    converged = False
+    for _ in range(ROUNDS):
+        solved = equations.solved(values)
+        whitening = np.linalg.inv(np.linalg.cholesky(equations.noise(solved, gap_sd)))
+        shared = equations.shared(solved, ranges, instrument.accuracy)[:, :, : len(errors)]
+
+        def weighted(z: FloatArray, whitening: FloatArray = whitening, shared: FloatArray = shared) -> FloatArray:
+            raw = equations.solved(typed + sd * z[:count]).residuals + shared @ z[count:]
+            return np.concatenate([np.einsum("nij,nj->ni", whitening, raw).ravel(), z])
+
+        def derivatives(
+            z: FloatArray, whitening: FloatArray = whitening, shared: FloatArray = shared
+        ) -> FloatArray:
+            raw = np.concatenate([equations.jacobian(typed + sd * z[:count]), shared], axis=2)
+            return np.concatenate([(whitening @ raw).reshape(3 * n, -1), np.eye(len(z))])
+
+        start = np.concatenate([(values - typed) / sd, errors])
+        best = least_squares(
+            weighted, start, derivatives, x_scale=1.0, xtol=1e-10, ftol=1e-12, gtol=1e-8, max_nfev=60
+        )
+        z, jacobian, r = best.x, best.jac, best.fun
+        spread = np.linalg.inv(jacobian.T @ jacobian)
+        leverage = np.einsum("ij,jk,ik->i", jacobian, spread, jacobian)[: 3 * n].reshape(n, 3)
+        moved = np.abs((typed + sd * z[:count] - values) / sd).max()
+        values, errors = typed + sd * z[:count], z[count:]
+        gaps = r[: 3 * n].reshape(n, 3)[:, 0] * gap_sd  # up to what the forces' noise adds
+        degrees = float(np.sum(1.0 - leverage[:, 0]))
+        before = gap_sd
+        gap_sd = float(
+            np.sqrt((GAP_WEIGHT * instrument.position_sd**2 + gaps @ gaps) / (GAP_WEIGHT + max(degrees, 0.0)))
+        )
+        converged = bool(best.status > 0)
+        if abs(gap_sd / before - 1.0) < 0.01 and moved < 0.01:
+            break
+    solved = equations.solved(values)
+    covariance = sd[:, None] * spread[:count, :count] * sd
+    told = np.sqrt(np.diag(covariance)) < TOLD * sd
+    fit = WeightedFit(
+        equations, solved, whitening, jacobian, r, leverage, spread, told, gap_sd, instrument, converged, values
+    )
+    expected = np.sqrt(np.diagonal(equations.noise(solved, gap_sd), axis1=1, axis2=2))
+    return TipFit(
+        unknowns=unknowns,
+        touches=touches,
+        values=values,
+        covariance=covariance,
+        told=told,
+        gap_sd=gap_sd,
+        degrees=GAP_WEIGHT + max(degrees, 0.0),
+        residuals=solved.residuals + shared @ errors,
+        expected=expected,
+        solved=solved,
+        verdict=verdict_of(fit),
+    )
+
+
+START_SD = 5e-5
+"""[m] of scatter in the first round: so far off may touches be before the tip is known."""
