@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from palpate.errors import FloatArray, InvalidValueError, positive, vector
 from palpate.runtime.touch import Finger
 from palpate.sensing.compensation import SensorPayload
-from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.primitives import Solid
 from palpate.sim.objects.target import Nowhere, Placer
 from palpate.sim.one_contact import one_contact
 from palpate.sim.rolling_sphere import RollingSphere
@@ -110,7 +110,7 @@ class Tip:
             mesh = spec.add_mesh(name=TIP_MESH, uservert=self._form.vertices.ravel())
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
 
-    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, geom: str, shape: SceneObject) -> Placer:
+    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, geom: str, shape: Solid) -> Placer:
         """Return what moves its geom in one simulation, and move it.
 
         Args:

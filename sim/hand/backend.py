@@ -1,6 +1,6 @@
 """A MuJoCo grasp scene as a back end."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,7 +58,7 @@ class HandBackend(Closing):
         self,
         scene: GraspScene,
         period: float = 1e-3,
-        sensor: SeededSensor | None = None,
+        sensor: SeededSensor | Sequence[SeededSensor] | None = None,
         pacer: Pacer | None = None,
         load: ObjectLoad | None = None,
         grip: Callable[[Any, mujoco.MjModel, mujoco.MjData], HandDrive] | None = None,
@@ -68,7 +68,7 @@ class HandBackend(Closing):
         Args:
             scene: What to simulate.
             period: Control period [s], a whole number of time steps.
-            sensor: Behind each fingertip, each with the next seed; a perfect one if not given.
+            sensor: Behind each fingertip, each with the next seed, or one for each; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
             load: What pulls at the object, besides its weight; nothing if not given.
             grip: What drives the fingers, if it is not the hand's own drive: a `ServoGrip` takes goals from
@@ -81,11 +81,13 @@ class HandBackend(Closing):
         self._period = period
         self._steps = whole_steps("period", period, scene.fidelity.time_step)
         self._pacer = pacer or SimulatedTime()
-        given = sensor or SeededSensor()
-        self._seed = given.seed
         model, n = scene.model, scene.hand.fingers
+        given = sensor or SeededSensor()
+        if isinstance(given, SeededSensor):
+            given = [SeededSensor(given.model, given.seed + i) for i in range(n)]
+        self._seeds = [each.seed for each in given]
         self._data = data = mujoco.MjData(model)
-        self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
+        self._sensors = tuple(simulated_sensor(each.model, period, each.seed) for each in given)
         self._grip = scene.hand.drive(model, data) if grip is None else grip(scene.hand, model, data)
         self._drive = scene.carrier.drive(model, data, period)
         self._tips: tuple[Placer, ...] = tuple(
@@ -122,8 +124,8 @@ class HandBackend(Closing):
         mujoco.mj_resetData(self.scene.model, self._data)
         self._grip.start()
         self._drive.start()
-        for i, sensor in enumerate(self._sensors):
-            sensor.restart(self._seed + i)
+        for each, seed in zip(self._sensors, self._seeds, strict=True):
+            each.restart(seed)
         self._place_tips()
         self._friction.reset()
         if self._load is not None:

@@ -2,9 +2,9 @@
 
 A held object hangs on friction for minutes, so that what counts is creep; sliding is short, so that lift-off does
 not. Hence other numbers than `palpate.sim.contact_law.ContactLaw` derives for exploring: impedance, friction
-damping are fixed: elliptic cones, d0 0.5, b_f 200, no noslip at 1 ms; impratio is 1e6 unless a law says otherwise. A load f_t then
-creeps by f_t / (Dn impratio b_f) with Dn = d0 / ((1 - d0) A): an object of mass m in n fingers by
-g / (n impratio b_f), 0.025 um/s in two, whatever its mass.
+damping are fixed: elliptic cones, d0 0.5, b_f 200, no noslip at 1 ms; and impratio is 1e6 unless a law says
+otherwise. A load f_t then creeps by f_t / (Dn impratio b_f) with Dn = d0 / ((1 - d0) A): an object of mass m in n
+fingers by g / (n impratio b_f), 0.025 um/s in two, whatever its mass.
 """
 
 import math

@@ -1,8 +1,8 @@
 """What a hand holds, as a fingertip: a back end whose tip is the tool, and whose sensor the fingers' sensors are.
 
-The tip frame of its samples lies in the middle of the fingertips, as their joints tell it, its axes along the hand
-frame's. What the tool exerts on the fingers, in that frame, is what a sensor there would bear: contact, plus weight
-and inertia of the tool.
+The tip frame of its samples lies in the middle of the fingertips, as their joints tell it, its axes along those of
+the hand frame. What the tool exerts on the fingers, in that frame, is what a sensor there would bear: contact, plus
+weight and inertia of the tool.
 """
 
 from collections.abc import Sequence
@@ -44,8 +44,8 @@ def middle(points: Sequence[Vector]) -> Vector:
 class HeldTool(Closing):
     """A simulated hand that holds a tool, on a carrier, as a robot with one fingertip. A `Backend`.
 
-    `start` closes the fingers on the tool, which a fixture in the palm holds until then; thereafter the first of them
-    stands still and the others press against it. Then it tares their sum: zeros of the sensors, and what their
+    `start` closes the fingers on the tool, which a fixture in the palm holds until then; thereafter the first of
+    them stands still and the others press against it. Then it tares their sum: zeros of the sensors, and what their
     squeeze shows on other axes, are off from there on. In the samples the tool's wrench comes first, then those of
     the fingers.
     """

@@ -20,7 +20,7 @@ from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.mount import PALM, mount_hand
 from palpate.sim.hand.touched import Touched
-from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.primitives import Solid
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
@@ -50,7 +50,7 @@ class HeldObject:
         pose_base_object: Where it starts.
     """
 
-    shape: SceneObject
+    shape: Solid
     mass: float = 0.1
     pose_base_object: Pose = field(default_factory=Pose)
 
@@ -160,8 +160,8 @@ def build_grasp_scene(
             name1=OBJECT,
             name2=fixture,
         )
-        # at the object's origin: MuJoCo's own default lies a metre aside; and soft in turning, so that it lies flat
-        # between flat fingertips before it is let go of
+        # at the object's origin, as MuJoCo's own default lies a metre aside; and soft in turning, so that it lies
+        # flat between flat fingertips before it is let go of
         weld.data[:3], weld.data[10] = 0.0, FIXTURE_TURNING
         # as stiff as the time step allows; MuJoCo's own would let the object sag by g (20 ms)^2
         weld.solref, weld.solimp = (2.0 * time_step, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2.0)

@@ -21,15 +21,15 @@ class ToolShape:
         self.tip = tip
 
     def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
-        """See `SceneObject`."""
+        """See `Solid`."""
         self.tip.add_assets(spec)
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
-        """See `SceneObject`: with the body's mass."""
+        """See `Solid`: with the body's mass."""
         self.tip.fill(body, name)
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
-        """See `SceneObject`: as MuJoCo has it."""
+        """See `Solid`: as MuJoCo has it."""
         spec = mujoco.MjSpec()
         self.add_assets(spec, "tool")
         self.add_geom(spec.worldbody.add_body(name="tool"), "tool")

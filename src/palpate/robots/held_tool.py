@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 IMPRATIO = 1e7
 """Of a tool's contacts: ten times that of grasps, for it creeps on a lever. A pin of 80 mm and 8 g between flat pads
-gives way to 0.6 N across its end by 25 um, and creeps by 0.6 um/s there; with 1e6 by 6 um/s. 1e8 gains little more."""
+gives way to 0.6 N across its end by 25 um, and creeps by 0.6 um/s there; with 1e6 by 6 um/s, and 1e8 gains little."""
 
 
 MOST_LOAD = 0.6
@@ -49,7 +49,7 @@ LEAST_SQUEEZE = 0.5
 """Of the grip that is commanded: what lateral forces take from one finger they give to another."""
 
 SPANNED = 0.1
-"""Singular value of closing directions from which on they span one more: fingers oppose each other to 6 degrees."""
+"""Singular value of closing directions from which on they span one more: 6 degrees between two fingers."""
 
 LEAST_SHARE = 0.25
 """Of the set force, from which on where the tool touches is looked at for slip."""
@@ -118,10 +118,8 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             touched=Touched(target.shape, task.law),
             fixture=PALM,
         )
-        sensors = tuple(
-            SeededSensor(model_of_finger(finger), task.sensor.seed + i)
-            for i, finger in enumerate(holding.file.fingers)
-        )
+        models = [model_of_finger(finger) for finger in holding.file.fingers]
+        sensors = [SeededSensor(model, task.sensor.seed + i) for i, model in enumerate(models)]
         sensed = [
             sensed_finger(holding, i, geometry.tips[i], finger.surface.surface(), replace(task, sensor=sensors[i]))
             for i, finger in enumerate(holding.file.fingers)
@@ -135,7 +133,7 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             task.sensed, payload, felt, touch_force, 0.5 * touch_force, task.sensor.model.dithering
         )
         backend = HeldTool(
-            HandBackend(scene, task.period, sensor=sensors[0]),
+            HandBackend(scene, task.period, sensor=sensors),
             felt,
             payload,
             self.grip,

@@ -1,4 +1,4 @@
-"""A held tool, as touch knows it: a fingertip whose sensor is the sum of the sensors of the fingers that hold it."""
+"""A held tool, as touch knows it: a fingertip whose sensor is the sum of those behind the fingers that hold it."""
 
 from dataclasses import dataclass
 

@@ -1,9 +1,10 @@
 """Slip of a held tool in the hand: by a load that its grip cannot bear, or by a surface that seems to give way.
 
-Two signs. The force across the squeeze is compared with what friction and squeeze hold: where friction is known that
-tells before anything moves, knocks and a squeeze that fades included. And a tip on a surface that stands still moves
-along that surface: what it moves along its normal is, up to compression, how far the tool gave way. Force control
-follows a tool that slips, so that slip shows as that motion, whatever is known of friction.
+Two signs. The force across the squeeze is compared with what friction and squeeze hold: where friction is known,
+that tells before anything moves, of knocks and of a squeeze that fades. And a tip on a surface that stands still
+moves along that surface: what it moves along the normal is, up to compression, how far the tool gave way. Force
+control follows a tool that slips, so that slip shows as that motion, whatever is known of friction; but not a slow
+one, of less than some millimetres a second, which errors of the normal look like, too.
 """
 
 import math
@@ -46,7 +47,13 @@ class ToolGrip:
     across: tuple[Vector, ...]
 
     def __post_init__(self) -> None:
-        for name, unit in (("friction", ""), ("load", ""), ("least_squeeze", "N"), ("least_force", "N"), ("compliance", "m/N")):
+        for name, unit in (
+            ("friction", ""),
+            ("load", ""),
+            ("least_squeeze", "N"),
+            ("least_force", "N"),
+            ("compliance", "m/N"),
+        ):
             positive(name, getattr(self, name), unit)
 
 
@@ -59,7 +66,8 @@ class ToolHeld:
     def __init__(self, grip: ToolGrip, period: float) -> None:
         """Take how it is held, and the control period [s]."""
         self._grip, self._watch = grip, PlaceWatch(period, STANDING)
-        self._time, self._moved, self._following = -math.inf, 0.0, False
+        self._time, self._arm_time = -math.inf, -math.inf
+        self._moved, self._following = 0.0, False
         self._finding: Violation | None = None
 
     def broken(self, now: Observation, before: Observation | None) -> Violation | None:
