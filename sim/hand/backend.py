@@ -19,7 +19,7 @@ from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
-from palpate.sim.hand.touched import TOUCHED_READINGS
+from palpate.sim.hand.touched import TOUCHED, TOUCHED_READINGS
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
 from palpate.sim.objects.target import Placer
@@ -195,6 +195,12 @@ class HandBackend(Closing):
             return UNKNOWN
         at = SENSORS_AT_ALL + SENSORS_PER_FINGER * self.scene.hand.fingers
         return touched.truth(self._values[at : at + TOUCHED_READINGS])
+
+    def touched_points(self) -> FloatArray:
+        """Return where the object touches what it is to touch now, base frame, shape (n, 3) [m]; for checks."""
+        geoms = {int(self.scene.model.geom(name).id) for name in (OBJECT_GEOM, TOUCHED)}
+        found = [each.pos for each in self._data.contact if {int(each.geom1), int(each.geom2)} == geoms]
+        return np.array(found).reshape(-1, 3)
 
     @property
     def pull(self) -> Wrench:

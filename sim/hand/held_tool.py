@@ -1,15 +1,16 @@
 """What a hand holds, as a fingertip: a back end whose tip is the tool, and whose sensor the fingers' sensors are.
 
-The tip frame of its samples lies in the middle of the fingertips, as their joints tell it, its axes along those of
-the hand frame. What the tool exerts on the fingers, in that frame, is what a sensor there would bear: contact, plus
+The tip frame of its samples lies in the middle of the fingertips, as their joints tell it, with the axes of the
+hand frame. What the tool exerts on the fingers, in that frame, is what a sensor there would bear: contact, plus
 weight and inertia of the tool.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from palpate.errors import FloatArray
 from palpate.kinematics.pose import Pose
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
@@ -17,10 +18,19 @@ from palpate.runtime.pacing import Pacer
 from palpate.runtime.touch import FingerDescription
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sensing.compensation import SensorPayload, contact_wrench
-from palpate.sensing.held.external_wrench import HeldObject, external_wrench
-from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth
+from palpate.sensing.held.external_wrench import HeldObject as KnownObject
+from palpate.sensing.held.external_wrench import external_wrench
+from palpate.sim.carriers.carrier import Carrier
+from palpate.sim.contact_truth import CONTACT_COLUMNS, HELD_POSITION, Truth, numbers_of_truth
+from palpate.sim.fidelity import Fidelity
 from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.scene import GraspScene
+from palpate.sim.hand.contact import GraspContact
+from palpate.sim.hand.hand_model import opening_of
+from palpate.sim.hand.jointed_hand import JointedHand
+from palpate.sim.hand.mount import PALM
+from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
+from palpate.sim.hand.touched import Touched
+from palpate.sim.sensor.model import SeededSensor
 from palpate.spatial import ZERO, Vector, Wrench, add, cross, rotate, scale, subtract
 
 SETTLING = 0.3
@@ -29,7 +39,7 @@ SETTLING = 0.3
 TARE = 1.0
 """[s] Over which the zero of the fingers' sum is averaged, in free air."""
 
-NOTHING = HeldObject()
+NOTHING = KnownObject()
 """Weight and inertia of the tool stay in, as in what a sensor bears."""
 
 
@@ -45,7 +55,7 @@ class HeldTool(Closing):
     """A simulated hand that holds a tool, on a carrier, as a robot with one fingertip. A `Backend`.
 
     `start` closes the fingers on the tool, which a fixture in the palm holds until then; thereafter the first of
-    them stands still and the others press against it. Then it tares their sum: zeros of the sensors, and what their
+    them stands still and the others press against it. Then it tares their sum: zeros of the sensors, and what the
     squeeze shows on other axes, are off from there on. In the samples the tool's wrench comes first, then those of
     the fingers.
     """
@@ -57,6 +67,7 @@ class HeldTool(Closing):
         payload: SensorPayload,
         grip: float,
         closing_time: float,
+        end: Vector = ZERO,
         pacer: Pacer | None = None,
     ) -> None:
         """Take a hand around a tool that a fixture holds.
@@ -67,9 +78,10 @@ class HeldTool(Closing):
             payload: Mass and centre of mass of the tool, in the tip frame.
             grip: Normal force with which the fingers hold it [N].
             closing_time: Until they have closed on it [s].
+            end: Of the tool, in the tip frame: its motion in the hand is part of the truth [m].
             pacer: Where time comes from, once the run has begun; as the hand's, if not given.
         """
-        self._hand, self._payload = hand, payload
+        self._hand, self._payload, self._end = hand, payload, Pose(end)
         self._pacer = pacer or hand.pacer
         self._pipelines = [finger.pipeline() for finger in fingers]
         n = hand.scene.hand.fingers
@@ -147,11 +159,11 @@ class HeldTool(Closing):
     @property
     def truth_columns(self) -> tuple[str, ...]:
         """See `palpate.runtime.truth.TruthSource`."""
-        return CONTACT_COLUMNS
+        return (*CONTACT_COLUMNS, *HELD_POSITION)
 
     def truth_row(self) -> tuple[float, ...]:
         """See `palpate.runtime.truth.TruthSource`."""
-        return numbers_of_truth(self.truth())
+        return (*numbers_of_truth(self.truth()), *(self.pose_tip_tool() @ self._end).position)
 
     def squeeze(self, grip: float) -> None:
         """Squeeze with another normal force from now on [N]: for tests of what notices it."""
@@ -160,6 +172,10 @@ class HeldTool(Closing):
     def push(self, force: Vector) -> None:
         """Push at the tool's centre of mass from now on, base frame [N]: for tests of what notices it."""
         self._hand.push(force)
+
+    def touched_points(self) -> FloatArray:
+        """Return where the tool touches the surface now, base frame, shape (n, 3) [m]; for checks."""
+        return self._hand.touched_points()
 
     def pose_tip_tool(self) -> Pose:
         """Return where the tool really is in the tip frame, for checks: the identity, unless it moved."""
@@ -208,6 +224,61 @@ class HeldTool(Closing):
         )
         wrenches = tuple(replace(each, time=each.time - begin) for each in (tool, *sample.wrenches))
         return Sample(sample.time - begin, moved, wrenches, HandSample(hand.time - begin, hand.joint_position))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holding:
+    """How a hand holds something.
+
+    Attributes:
+        hand: That holds it; its first finger stands still, the others press.
+        fingers: As their sensors are known.
+        contact: Between fingertips and what they hold.
+        grip: Normal force of each finger [N].
+    """
+
+    hand: JointedHand
+    fingers: Sequence[FingerDescription]
+    contact: GraspContact
+    grip: float
+
+    def over(
+        self,
+        touched: Touched,
+        held: HeldObject,
+        *,
+        carrier: Carrier,
+        fidelity: Fidelity,
+        payload: SensorPayload,
+        period: float = 1e-3,
+        sensor: SeededSensor | Sequence[SeededSensor] | None = None,
+        end: Vector = ZERO,
+        pacer: Pacer | None = None,
+    ) -> HeldTool:
+        """Return a hand that holds something over what it is to touch.
+
+        Args:
+            touched: What is there.
+            held: What is held; its frame starts in the middle of the fingertips.
+            carrier: What carries the hand, whose axes are those of the base.
+            fidelity: How it is computed.
+            payload: Mass and centre of mass of what is held, in the tip frame.
+            period: Of control [s].
+            sensor: See `HandBackend`.
+            end: See `HeldTool`.
+            pacer: Likewise.
+
+        Raises:
+            InvalidValueError: It cannot be simulated.
+        """
+        hand = replace(self.hand, bus_period=fidelity.time_step)
+        palm = subtract(held.pose_base_object.position, hand.center)
+        scene = build_grasp_scene(
+            hand, held, self.contact, carrier, None, palm, fidelity, touched=touched, fixture=PALM
+        )
+        closing_time = opening_of(hand) / hand.closing_speed
+        backend = HandBackend(scene, period, sensor)
+        return HeldTool(backend, self.fingers, payload, self.grip, closing_time, end, pacer)
 
 
 def _wrench(numbers: tuple[float, ...]) -> Wrench:

@@ -1,6 +1,7 @@
 """A tool that a simulated hand holds, and explores with: `backend.tool`."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -11,7 +12,7 @@ from palpate.errors import InvalidValueError
 from palpate.kinematics import Pose
 from palpate.robots.device_settings import DeviceSettings, Range
 from palpate.robots.finger_load import payload_of
-from palpate.robots.finger_sensor import check_age, model_of_finger
+from palpate.robots.finger_sensor import check_age, model_of_finger, noise_of
 from palpate.robots.hand_kind import HandKind
 from palpate.robots.robot import Robot
 from palpate.robots.simulated_finger import sensed_finger
@@ -21,24 +22,22 @@ from palpate.runtime.held_tool_finger import HeldToolFinger
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.tool_slip import ToolGrip, ToolHeld
 from palpate.sim import SeededSensor
-from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
-from palpate.sim.hand.hand_model import opening_of
-from palpate.sim.hand.held_tool import HeldTool, middle
+from palpate.sim.hand.held_tool import Holding
 from palpate.sim.hand.jointed_hand import JointedHand
-from palpate.sim.hand.mount import PALM
-from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject
 from palpate.sim.hand.tool_shape import ToolShape
 from palpate.sim.hand.touched import Touched
 from palpate.sim.objects.target import StaticObject, as_target
+from palpate.sim.sensor.model import SensorModel
 from palpate.spatial import Vector, as_vector, subtract
 
 if TYPE_CHECKING:
     from palpate.robots.simulated_kind import TipCarrier
 
 IMPRATIO = 1e7
-"""Of a tool's contacts: ten times that of grasps, for it creeps on a lever. A pin of 80 mm and 8 g between flat pads
-gives way to 0.6 N across its end by 25 um, and creeps by 0.6 um/s there; with 1e6 by 6 um/s, and 1e8 gains little."""
+"""Of a tool's contacts: ten times that of grasps, as it creeps on a lever. A pin of 80 mm and 8 g between flat
+pads gives way to 0.6 N across its end by 25 um, and creeps by 0.6 um/s there; with 1e6 by 6 um/s."""
 
 
 MOST_LOAD = 0.6
@@ -47,6 +46,12 @@ large as believed, or less, and nothing moves along the normal of what it touche
 
 LEAST_SQUEEZE = 0.5
 """Of the grip that is commanded: what lateral forces take from one finger they give to another."""
+
+OVERSHOOT = 2.0
+"""Times the set force, which the squeeze is to hold."""
+
+LEAST_NOISE = 0.9
+"""Of the noise that sensors sum up to: a number that people rounded."""
 
 SPANNED = 0.1
 """Singular value of closing directions from which on they span one more: 6 degrees between two fingers."""
@@ -82,7 +87,6 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         robot: Robot,
         task: Task,
         hand: HandKind,
-        time_step: float,
         carrier: "Callable[[JointedHand, Vector], TipCarrier]",
     ) -> RobotInScene:
         """Return a robot that holds the tool over what is to be touched; see `RobotKind.build`.
@@ -91,7 +95,6 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             robot: Whose tool it is.
             task: What to touch.
             hand: That holds it.
-            time_step: Of the simulation [s].
             carrier: From the hand, and where its frame starts, to what carries it.
 
         Raises:
@@ -100,26 +103,15 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         holding = fingers_of(robot)
         geometry = hand_of(holding, hand)
         tool = simulated_tip(robot, 0, task.tip)
-        center = middle([geometry.middle_of(i) for i in range(geometry.fingers)])
-        palm = subtract(task.start, center)
-        moved = carrier(geometry, palm)
+        moved = carrier(geometry, subtract(task.start, geometry.center))
         target = as_target(task.target)
         if not isinstance(target, StaticObject):
             raise InvalidValueError(
                 f"object: a held tool touches a single fixed surface in simulation, not a {type(target).__name__}"
             )
-        scene = build_grasp_scene(
-            replace(geometry, bus_period=time_step),
-            HeldObject(ToolShape(tool), tool.mass, Pose(task.start)),
-            GraspContact(self.stiffness, self.friction, self.spin_length, impratio=IMPRATIO),
-            carrier=moved.carrier,
-            palm=palm,
-            fidelity=moved.fidelity,
-            touched=Touched(target.shape, task.law),
-            fixture=PALM,
-        )
         models = [model_of_finger(finger) for finger in holding.file.fingers]
         sensors = [SeededSensor(model, task.sensor.seed + i) for i, model in enumerate(models)]
+        self._check(geometry, task, models)
         sensed = [
             sensed_finger(holding, i, geometry.tips[i], finger.surface.surface(), replace(task, sensor=sensors[i]))
             for i, finger in enumerate(holding.file.fingers)
@@ -132,13 +124,17 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         finger = HeldToolFinger(
             task.sensed, payload, felt, touch_force, 0.5 * touch_force, task.sensor.model.dithering
         )
-        backend = HeldTool(
-            HandBackend(scene, task.period, sensor=sensors),
-            felt,
-            payload,
-            self.grip,
-            opening_of(geometry) / geometry.closing_speed,
-            robot.file.pace.pacer(task.period),
+        sticking = GraspContact(self.stiffness, self.friction, self.spin_length, impratio=IMPRATIO)
+        backend = Holding(geometry, felt, sticking, self.grip).over(
+            Touched(target.shape, task.law),
+            HeldObject(ToolShape(tool), tool.mass, Pose(task.start)),
+            carrier=moved.carrier,
+            fidelity=moved.fidelity,
+            payload=payload,
+            period=task.period,
+            sensor=sensors,
+            end=task.tip.center,
+            pacer=robot.file.pace.pacer(task.period),
         )
         grip = ToolGrip(
             self.friction,
@@ -160,6 +156,23 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             arm=moved.arm,
             guards=lambda: (Guard(ToolHeld(grip, task.period)),),
         )
+
+    def _check(self, hand: JointedHand, task: Task, sensors: Sequence[SensorModel]) -> None:
+        """Refuse a squeeze that is too weak for the set force, and noise that is stated to be less than it is."""
+        force = OVERSHOOT * 2.0 * task.compression * task.law.stiffness
+        least = force / (MOST_LOAD * self.friction * hand.fingers)
+        if self.grip < least:
+            raise InvalidValueError(
+                f"backend.tool.grip_N = {self.grip:g}: must be at least {least:.3g} for forces of up to {force:g} "
+                f"N, {100.0 * MOST_LOAD:g} % of what friction {self.friction:g} holds in {hand.fingers} fingers; "
+                "grip harder, or press with less force"
+            )
+        summed, stated = math.hypot(*(noise_of(each)[0] for each in sensors)), noise_of(task.sensor.model)[0]
+        if stated < LEAST_NOISE * summed:
+            raise InvalidValueError(
+                f"fingers[0].noise.force_N = {stated:g} (--force-noise): is that of the fingers' sensors "
+                f"together, {summed:.3g}; write that"
+            )
 
 
 def _across(hand: JointedHand) -> tuple[Vector, ...]:

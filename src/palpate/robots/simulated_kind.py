@@ -127,7 +127,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
         if self.tool is not None and self.hand is not None:
             only_finger(robot)
             return self.tool.build(
-                robot, task, self.hand, self.time_step, lambda hand, start: self.tip_carrier(robot, hand, start)
+                robot, task, self.hand, lambda hand, start: self.tip_carrier(robot, hand, start)
             )
         if self.hand is not None:
             raise InvalidValueError(
