@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from held_pin import END, IN_HAND, NOISE, SIDE, ZERO, touching
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
 from palpate.friction.slip.place_watch import PlaceWatch, StandingPlace
 from palpate.friction.slip.tool_slip import BorneLoad, SlipSign, ToolSlip
 from palpate.sensing.held import FeltPlace, PlaceFelt
-from support.held_pin import IN_HAND, NOISE, ZERO, touching
 
 RATE = 500.0
 SPREAD = np.diag([2.5e-4, 5e-5, 0.0])
@@ -82,12 +82,6 @@ def test_only_where_the_thing_holds_it():
     assert not along.alarm
     with pytest.raises(InvalidValueError, match="right angles"):
         along.start([(1.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
-
-
-SIDE, END = (
-    (np.array([1.0, 0.0, 0.0]), np.array([0.003, 0.0, -0.01])),
-    (np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 0.003])),
-)
 
 
 @pytest.mark.parametrize(("touched", "by"), [(SIDE, [-1e-3, 0, 0, 0, 0, 0]), (END, [0, 0, -1e-3, 0, 0, 0])])

@@ -25,6 +25,7 @@ BLOCK = HeldObject(
     mass_sd=0.01,
     center_of_mass_sd=1e-3,
 )
+SCALE = np.array([1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
 SPREAD = np.diag([1e-2] * 3 + [1e-4] * 3)
 
 
@@ -44,6 +45,7 @@ def felt(rng, n=5, k=2):
         noise=np.array([SPREAD @ SPREAD] * k),
         zero=np.array([4 * SPREAD @ SPREAD] * k),
         pose=np.array([np.diag([1e-8] * 3 + [1e-4] * 3)] * k),
+        matrix=np.array([5e-3 * np.outer(SCALE, 1.0 / SCALE)] * k),
     )
 
 
@@ -109,10 +111,11 @@ def test_covariance_is_that_of_random_errors():
     for _ in range(4000):
         by_pose = np.linalg.cholesky(fingers.pose) @ rng.normal(size=(2, 6, 1))
         zero = np.linalg.cholesky(fingers.zero) @ rng.normal(size=(2, 6, 1))
+        matrix = np.einsum("kab,nkb->nka", fingers.matrix * rng.normal(size=(2, 6, 6)), fingers.wrench)
         noise = np.linalg.cholesky(fingers.noise) @ rng.normal(size=(5, 2, 6, 1))
         wrong = replace(
             fingers,
-            wrench=fingers.wrench + zero[..., 0] + noise[..., 0],
+            wrench=fingers.wrench + matrix + zero[..., 0] + noise[..., 0],
             rotation=Rotation.from_rotvec(by_pose[:, 3:, 0]).as_matrix() @ fingers.rotation,
             position=fingers.position + by_pose[:, :3, 0],
         )
@@ -144,6 +147,22 @@ def test_seen_from_a_frame_that_is_not_quite_known():
         sd = np.sqrt(np.diag(told.covariance[i]))
         cov = np.cov(np.array(seen)[:, i], rowvar=False)
         np.testing.assert_allclose((cov - told.covariance[i]) / np.outer(sd, sd), 0.0, atol=0.08)
+
+
+def test_what_is_the_same_in_the_air_cancels():
+    rng = np.random.default_rng(5)
+    still = felt(rng, n=400)
+    grip = rng.normal(size=(1, 2, 6)) * [3, 3, 3, 0.05, 0.05, 0.05]
+    still = replace(still, wrench=np.broadcast_to(grip, (400, 2, 6)))
+    rest = ObjectMotion.at_rest((0.0, 0.0, 9.81))
+    air = external_wrenches(still, BLOCK, rest)
+    less = air.less(air)
+    np.testing.assert_allclose(less.wrench, 0.0, atol=1e-12)
+    np.testing.assert_allclose(less.common @ less.common.transpose(0, 2, 1), less.noise / 400, atol=1e-15)
+    mean = air.mean()
+    np.testing.assert_allclose(mean.covariance[0], air.noise[0] / 400 + air.common[0] @ air.common[0].T, rtol=1e-9)
+    with pytest.raises(InvalidValueError, match="same fingers"):
+        air.less(ExternalWrenches.measured(np.zeros((3, 6)), 1e-8 * np.eye(6)))
 
 
 def test_there_and_back_is_nothing():

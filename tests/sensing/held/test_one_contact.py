@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from held_pin import PIN, pressed
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
@@ -9,7 +10,6 @@ from palpate.estimation import Assumption
 from palpate.kinematics.pose import Pose
 from palpate.sensing.held import ContactBounds, ContactCount, count_contacts
 from palpate.surfaces import Ellipsoid
-from support.held_pin import PIN, pressed
 
 BOUNDS = ContactBounds(friction=1.0, spin_length=2e-3, separation=0.01)
 

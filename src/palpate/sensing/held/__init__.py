@@ -9,6 +9,7 @@ from palpate.sensing.held.external_wrench import (
     external_wrenches,
 )
 from palpate.sensing.held.felt_place import FeltPlace, PlaceFelt
+from palpate.sensing.held.locating import LocatedTool, locate_tool, typed_tool
 from palpate.sensing.held.one_contact import ContactBounds, ContactCount, CountedContacts, count_contacts
 from palpate.sensing.held.tool_contact import FeltContacts, HeldTool, felt_in_hand, felt_on_tool, tool_contact
 
@@ -22,6 +23,7 @@ __all__ = [
     "FingersFelt",
     "HeldObject",
     "HeldTool",
+    "LocatedTool",
     "ObjectMotion",
     "PlaceFelt",
     "count_contacts",
@@ -29,5 +31,7 @@ __all__ = [
     "external_wrenches",
     "felt_in_hand",
     "felt_on_tool",
+    "locate_tool",
     "tool_contact",
+    "typed_tool",
 ]

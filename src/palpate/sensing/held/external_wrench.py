@@ -72,6 +72,9 @@ class FingersFelt:
         zero: Covariance of each sensor's zero, the same error in all samples, shape (k, 6, 6).
         pose: Covariance of each sensor's position (3) and rotation vector (3), along the object's axes, the
             rotation about the sensor's origin, the same error in all samples, shape (k, 6, 6).
+        matrix: Standard deviation of each entry of the sensor's matrix, by which every axis of the wrench adds to
+            every other, independent, the same error in all samples, shape (k, 6, 6); None: exact. A firm grip's
+            forces are large against what the environment exerts, and this error goes with them.
 
     Raises:
         InvalidValueError: Shapes do not fit, or something is no covariance.
@@ -83,6 +86,7 @@ class FingersFelt:
     noise: FloatArray
     zero: FloatArray
     pose: FloatArray
+    matrix: FloatArray | None = None
 
     def __post_init__(self) -> None:
         wrench = numbers("wrench", self.wrench)
@@ -97,7 +101,9 @@ class FingersFelt:
         for name, remedy in (("noise", WRENCH), ("zero", WRENCH), ("pose", POSE)):
             checked = covariance_matrix(name, getattr(self, name), 6, remedy=remedy)
             object.__setattr__(self, name, _per_finger(name, checked, (n, k), (6, 6)))
-        for name in ("zero", "pose"):
+        matrix = np.zeros((k, 6, 6)) if self.matrix is None else numbers("matrix", self.matrix)
+        object.__setattr__(self, "matrix", matrix)
+        for name in ("zero", "pose", "matrix"):
             if getattr(self, name).shape != (k, 6, 6):
                 raise InvalidValueError(f"{name} has shape {getattr(self, name).shape}: must be ({k}, 6, 6)")
 
@@ -145,6 +151,42 @@ class ExternalWrenches:
     def covariance(self) -> FloatArray:
         """Of each sample by itself, shape (n, 6, 6)."""
         return np.asarray(self.noise + self.common @ self.common.transpose(0, 2, 1))
+
+    def part(self, rows: slice) -> "ExternalWrenches":
+        """Return some consecutive ones."""
+        return ExternalWrenches(self.wrench[rows], self.noise[rows], self.common[rows])
+
+    def mean(self) -> "ExternalWrenches":
+        """Return their mean, as one sample."""
+        return ExternalWrenches(
+            self.wrench.mean(axis=0, keepdims=True),
+            self.noise.sum(axis=0, keepdims=True) / len(self) ** 2,
+            self.common.mean(axis=0, keepdims=True),
+        )
+
+    def less(self, air: "ExternalWrenches") -> "ExternalWrenches":
+        """Return them less the mean of those without contact, taken with the same fingers just before.
+
+        What is wrong by the same in both cancels: zeros, and of weight and poses what a grip that is held leaves.
+
+        Args:
+            air: When nothing but the fingers touched the object.
+
+        Raises:
+            InvalidValueError: Their errors are not the same ones.
+        """
+        if air.common.shape[2] != self.common.shape[2]:
+            raise InvalidValueError(
+                f"air has {air.common.shape[2]} common errors, not {self.common.shape[2]}: must be of the same "
+                "fingers"
+            )
+        before = air.mean()
+        unsure = np.broadcast_to(_root(before.noise), (len(self), 6, 6))
+        return ExternalWrenches(
+            self.wrench - before.wrench,
+            self.noise,
+            np.concatenate((self.common - before.common, unsure), axis=2),
+        )
 
     @classmethod
     def measured(
@@ -226,8 +268,10 @@ def external_wrenches(felt: FingersFelt, held: HeldObject, motion: ObjectMotion)
     by_mass = np.concatenate((at_center, np.cross(c, at_center)), axis=1)[:, :, None]
     by_center = held.mass * np.concatenate((swung, _crosses(c) @ swung - _crosses(at_center)), axis=1)
 
+    by_matrix = np.einsum("nkia,kab,nkb->nkiab", X, felt.matrix, felt.wrench).reshape(n, k, 6, 36)
+
     def flat(each: FloatArray) -> FloatArray:
-        return each.transpose(0, 2, 1, 3).reshape(n, 6, 6 * k)
+        return each.transpose(0, 2, 1, 3).reshape(n, 6, -1)
 
     return ExternalWrenches(
         wrench=about.sum(axis=1) + own,
@@ -236,6 +280,7 @@ def external_wrenches(felt: FingersFelt, held: HeldObject, motion: ObjectMotion)
             (
                 flat(by_pose @ _root(felt.pose)),
                 flat(X @ _root(felt.zero)),
+                flat(by_matrix),
                 held.mass_sd * by_mass,
                 held.center_of_mass_sd * by_center,
             ),

@@ -80,7 +80,7 @@ class ContactBounds:
     friction: float = 1.5
     spin_length: float = 2e-3
     separation: float = 0.01
-    wander: float = 5e-5
+    wander: float = 2e-5
 
     def __post_init__(self) -> None:
         positive("friction", self.friction, "")

@@ -1,13 +1,12 @@
 """Whether the model of a calibration by touches holds, tested on the touches.
 
-Most tests are score tests: would a model with a few more unknowns (a tip that moved at some touch, a target softer
-than the others, a skin that takes another share, deviations from the shape) explain the touches so much better that
-chance does not? None of them needs another fit.
+Most are score tests: a few more unknowns (a tip that moved at some touch, a target softer than the others, a skin
+that takes another share, deviations from the shape) must not explain the touches better than chance makes them.
+None of them needs another fit.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -28,11 +27,6 @@ SCATTER = 5.0
 """Times the arm's own that touches may scatter: beyond, something else moves or deviates."""
 
 
-class _Instrument(Protocol):
-    @property
-    def position_sd(self) -> float: ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class WeightedFit:
     """What the tests need of a fit.
@@ -46,8 +40,7 @@ class WeightedFit:
         leverage: Of the touches' residuals, shape (n, 3).
         spread: Inverse of J'J, shape (q, q).
         told: Which unknowns the touches tell.
-        gap_sd: Scatter found [m].
-        instrument: What measured.
+        scatter: Scatter found [m].
         converged: Whether the iteration did.
         values: Of the unknowns.
     """
@@ -60,8 +53,7 @@ class WeightedFit:
     leverage: FloatArray
     spread: FloatArray
     told: npt.NDArray[np.bool_]
-    gap_sd: float
-    instrument: _Instrument
+    scatter: float
     converged: bool
     values: FloatArray
 
@@ -162,7 +154,8 @@ def _moved(fit: WeightedFit) -> Iterator[BrokenAssumption]:
         time = float(fit.equations.touches.time[order[place]])
         yield BrokenAssumption(
             Assumption.WHITE_IN_TIME,
-            f"from touch {order[place]} (t = {time:.1f} s) on the tip sits elsewhere, chi square falls by {best:.0f}",
+            f"from touch {order[place]} (t = {time:.1f} s) on the tip sits elsewhere: chi square falls "
+            f"by {best:.0f}",
             "fasten tip, sensor and targets, and touch again",
         )
 
@@ -237,10 +230,10 @@ def _noise(fit: WeightedFit) -> Iterator[BrokenAssumption]:
             f"moments are {np.sqrt(square / free):.1f} times as far off as their noise explains",
             "is the sensor calibrated, its accuracy typed, and did nothing else touch the finger?",
         )
-    if fit.gap_sd > SCATTER * fit.instrument.position_sd:
+    if fit.scatter > SCATTER * fit.equations.instrument.position_sd:
         yield BrokenAssumption(
             Assumption.NOISE_LEVEL,
-            f"touches scatter by {1e6 * fit.gap_sd:.0f} um where the arm repeats to "
-            f"{1e6 * fit.instrument.position_sd:.0f} um",
+            f"touches scatter by {1e6 * fit.scatter:.0f} um where the arm repeats to "
+            f"{1e6 * fit.equations.instrument.position_sd:.0f} um",
             "are targets and tip fixed and hard, is the shape right, and the arm's place measured at rest?",
         )

@@ -68,7 +68,7 @@ def touching(
         still = np.linalg.norm(tangents, axis=2) == 0.0
         curvature[:, range(2), range(2)] += np.where(still, scale[:, None], 0.0)
         least = np.linalg.eigvalsh(curvature)[:, 0]
-        curvature += np.maximum(0.0, 1e-3 * scale - least)[:, None, None] * np.eye(2)
+        curvature += np.maximum(0.0, 1e-7 * scale - least)[:, None, None] * np.eye(2)
         step = np.linalg.solve(curvature, slope[:, :, None])[:, :, 0]
         length = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, LONGEST / np.maximum(length, LONGEST))[:, None]
@@ -88,7 +88,7 @@ def touching(
 
 
 def turning(u: FloatArray, freedom: npt.NDArray[np.intp], line: FloatArray) -> FloatArray:
-    """Return the directions in which u may turn, as rows, shape (n, 2, 3): unit vectors, or zeros; see `touching`."""
+    """Return the directions in which u may turn, shape (n, 2, 3): unit vectors or zeros; see `touching`."""
     found = across(u)
     found[freedom == 1, 0] = np.cross(line[freedom == 1], u[freedom == 1])
     found[freedom < 2, 1] = 0.0

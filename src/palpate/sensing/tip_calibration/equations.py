@@ -10,15 +10,18 @@ contact lies elsewhere than on the line of the force.
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.contact_jacobian import cross_matrices
 from palpate.sensing.tip_calibration.contact import touching
 from palpate.sensing.tip_calibration.deviations import deviation_basis
+from palpate.sensing.tip_calibration.instrument import Instrument
 from palpate.sensing.tip_calibration.targets import TargetKind
 from palpate.sensing.tip_calibration.touches import Touches
 from palpate.sensing.tip_calibration.unknowns import Unknowns
 
+NO_ERRORS = np.zeros(0)
 FREEDOM = {TargetKind.POINT: 2, TargetKind.LINE: 1, TargetKind.PLANE: 0}
 
 
@@ -57,6 +60,7 @@ class TouchEquations:
     Args:
         unknowns: What is to be found.
         touches: What was felt.
+        instrument: What measured it.
 
     Raises:
         InvalidValueError: A touch names no target, or does not push.
@@ -64,10 +68,11 @@ class TouchEquations:
 
     unknowns: Unknowns
     touches: Touches
+    instrument: Instrument
     _start: FloatArray = field(init=False)
     _helper: FloatArray = field(init=False)
     _radius: FloatArray = field(init=False)
-    _freedom: np.ndarray = field(init=False)  # type: ignore[type-arg]
+    _freedom: npt.NDArray[np.intp] = field(init=False)
 
     def __post_init__(self) -> None:
         touches, targets = self.touches, self.unknowns.targets
@@ -77,7 +82,7 @@ class TouchEquations:
         object.__setattr__(self, "_freedom", np.array([FREEDOM[t.kind] for t in targets])[touches.target])
         object.__setattr__(self, "_start", np.zeros((len(touches), 3)))
         object.__setattr__(self, "_helper", np.zeros((len(touches), 3)))
-        solved = self._solved(self.unknowns.typed, None)
+        solved = self._solved(self.unknowns.typed[None], None)
         helper = np.zeros_like(solved.normal)
         np.put_along_axis(helper, np.argmin(np.abs(solved.normal), axis=1)[:, None], 1.0, axis=1)
         object.__setattr__(self, "_start", solved.normal)
@@ -86,100 +91,139 @@ class TouchEquations:
             worst = int(np.argmin(solved.normal_force))
             raise InvalidValueError(
                 f"touch {worst}, of {targets[touches.target[worst]].name}: its force pulls "
-                f"({solved.normal_force[worst]:.3g} N along the normal); wrenches are what the object exerts on the "
-                "finger, in the sensor frame; is the target where it is said to be?"
+                f"({solved.normal_force[worst]:.3g} N along the normal); wrenches are what the object exerts on "
+                "the finger, in the sensor frame; is the target where it is said to be?"
             )
 
-    def solved(self, values: FloatArray) -> Solved:
-        """Return the touches at values of the unknowns, shape (P,)."""
-        return self._solved(values, self._start)
+    def solved(self, values: FloatArray, errors: FloatArray = NO_ERRORS) -> Solved:
+        """Return the touches at values of the unknowns, shape (P,).
 
-    def _solved(self, values: FloatArray, start: FloatArray | None) -> Solved:
-        unknowns, touches = self.unknowns, self.touches
-        rotation, position = unknowns.mounted(values, touches.rotation, touches.position)
+        Args:
+            values: Of the unknowns.
+            errors: Of the sensor's matrix, shape (36,) by rows, in units of `accuracy` and of the ranges: by that
+                much too large are its readings. None if empty.
+        """
+        return self._solved(values[None], self._start, errors)
+
+    def _solved(
+        self,
+        values: FloatArray,
+        start: FloatArray | None,
+        errors: FloatArray = NO_ERRORS,
+        shifts: FloatArray | None = None,
+    ) -> Solved:
+        """Return n touches at K sets of values, shape (K, P), one set after the other: K n touches.
+
+        Args:
+            values: Of the unknowns.
+            start: Normals to start from, shape (n, 3); from the tip's center if not given.
+            errors: See `solved`.
+            shifts: By which the targets lie elsewhere in the sensor frame, shape (K, 3) [m].
+        """
+        unknowns, shape = self.unknowns, self.unknowns.tip.shape
+        count, n = len(values), len(self.touches)
+        at, freedom = (np.tile(each, count) for each in (self.touches.target, self._freedom))
+        radius = np.tile(self._radius, count)
+        one = np.repeat(np.arange(count), n)  # which set a row belongs to
+        turned, moved = unknowns.mounted(values, self.touches.rotation, self.touches.position)
+        rotation, position = turned.reshape(-1, 3, 3), moved.reshape(-1, 3)
         places = unknowns.places(values)
-        at = touches.target
-        y = np.einsum("nji,nj->ni", rotation, places.place[at] - position)
-        line = np.einsum("nji,nj->ni", rotation, places.direction[at])
-        center, axes = unknowns.of("center", values), unknowns.rotation(values)
-        sizes, deviations = unknowns.of("size", values), unknowns.of("deviations", values)
-        support_of_shape = unknowns.tip.shape.support
+        place, direction = places.place[one, at], places.direction[one, at]
+        y = np.einsum("nji,nj->ni", rotation, place - position)
+        if shifts is not None:
+            y = y + shifts[one]
+        line = np.einsum("nji,nj->ni", rotation, direction)
+        center, sizes, deviations = (unknowns.of(block, values)[one] for block in ("center", "size", "deviations"))
+        axes = unknowns.rotation(values)[one]
 
-        def support(u: FloatArray, rows: object) -> tuple[FloatArray, FloatArray]:
-            own = u @ axes
-            h, x = support_of_shape(sizes, own)
-            if len(deviations):
-                further, moved = deviation_basis(own, len(deviations))
-                h, x = h + further @ deviations, x + moved @ deviations
-            return h + u @ center, x @ axes.T + center
+        def support(u: FloatArray, rows: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+            own = np.einsum("nji,nj->ni", axes[rows], u)
+            h, x = shape.support(sizes[rows], own)
+            if deviations.shape[1]:
+                further, moved = deviation_basis(own, deviations.shape[1])
+                h = h + np.einsum("nk,nk->n", further, deviations[rows])
+                x = x + np.einsum("nik,nk->ni", moved, deviations[rows])
+            center_of = center[rows]
+            place = np.einsum("nij,nj->ni", axes[rows], x) + center_of
+            return h + np.einsum("ni,ni->n", u, center_of), place
 
-        if start is None:
-            start = y - center
-        start = np.where((self._freedom == 0)[:, None], -line, start)
-        along = np.where((self._freedom == 1)[:, None], line, 0.0)
+        start = y - center if start is None else np.tile(start, (count, 1))
+        start = np.where((freedom == 0)[:, None], -line, start)
+        along = np.where((freedom == 1)[:, None], line, 0.0)
         start = start - np.einsum("ni,ni->n", start, along)[:, None] * along
         start = start / np.linalg.norm(start, axis=1, keepdims=True)
-        u, gap, x = touching(support, y, start, self._freedom, line)
+        u, gap, x = touching(support, y, start, freedom, line)
 
-        stiffness, exponent = unknowns.stiffness(values)
-        force, moment = touches.wrench[:, :3], touches.wrench[:, 3:]
+        stiffness, exponent = (each[one] for each in unknowns.skin(values))
+        right = self.touches.wrench
+        if len(errors):
+            right = right - (self._relative @ errors.reshape(6, 6).T) * self.instrument.ranges
+        wrench = np.tile(right, (count, 1))
+        force, moment = wrench[:, :3], wrench[:, 3:]
         normal_force = -np.einsum("ni,ni->n", u, force)
         indentation = (np.maximum(normal_force, 0.0) / stiffness) ** exponent
         centroid = x - unknowns.tip.share * indentation[:, None] * u
-        first = np.cross(u, self._helper)
+        first = np.cross(u, np.tile(self._helper, (count, 1)))
         length = np.linalg.norm(first, axis=1, keepdims=True)
         first = first / np.where(length > 0.0, length, 1.0)
         basis = np.stack([first, np.cross(u, first)], axis=1)
         missing = moment - np.cross(centroid, force)
         lever = np.einsum("nki,ni->nk", basis, np.cross(u, missing)) / _positive(normal_force)[:, None]
-        return Solved(u, gap - self._radius + indentation, lever, basis, centroid, normal_force, indentation)
+        return Solved(u, gap - radius + indentation, lever, basis, centroid, normal_force, indentation)
 
-    def jacobian(self, values: FloatArray) -> FloatArray:
+    def jacobian(self, values: FloatArray, errors: FloatArray = NO_ERRORS) -> FloatArray:
         """Return the derivatives of `Solved.residuals` by the unknowns in units of their deviations, (n, 3, P)."""
-        sd = self.unknowns.sd
-        columns = []
-        for i in range(len(values)):
-            step = np.zeros_like(values)
-            step[i] = STEP * sd[i]
-            columns.append(
-                (self.solved(values + step).residuals - self.solved(values - step).residuals) / (2.0 * STEP)
-            )
-        return np.stack(columns, axis=2)
+        steps = STEP * np.diag(self.unknowns.sd)
+        both = self._solved(values + np.concatenate([steps, -steps]), self._start, errors).residuals
+        ahead, behind = both.reshape(2, len(values), len(self.touches), 3)
+        return np.asarray((ahead - behind).transpose(1, 2, 0) / (2.0 * STEP))
 
-    def noise(self, solved: Solved, gap_sd: float) -> FloatArray:
+    def by_place(self, values: FloatArray, errors: FloatArray = NO_ERRORS) -> FloatArray:
+        """Return the derivatives by where the targets lie in the sensor frame, shape (n, 3, 3)."""
+        steps = PLACE_STEP * np.eye(3)
+        sets = np.tile(values, (6, 1))
+        both = self._solved(sets, self._start, errors, np.concatenate([steps, -steps])).residuals
+        ahead, behind = both.reshape(2, 3, len(self.touches), 3)
+        return np.asarray((ahead - behind).transpose(1, 2, 0) / (2.0 * PLACE_STEP))
+
+    def noise(self, solved: Solved, by_place: FloatArray, scatter: float) -> FloatArray:
         """Return the covariance of each touch's three residuals, shape (n, 3, 3) [m^2].
 
         Args:
             solved: The touches.
-            gap_sd: By how much the arm repeats badly, and target and tip are not what the model has them for [m].
+            by_place: See `by_place`.
+            scatter: Standard deviation of the sensor's place, each axis [m]: of the arm, and of what no model has.
         """
         variance = self.touches.wrench_sd**2
         softness = self._softness(solved)
-        found = np.zeros((len(self.touches), 3, 3))
-        found[:, 0, 0] = gap_sd**2 + softness**2 * (solved.normal**2 * variance[:, :3]).sum(axis=1)
+        found = scatter**2 * by_place @ by_place.transpose(0, 2, 1)
+        found[:, 0, 0] += softness**2 * (solved.normal**2 * variance[:, :3]).sum(axis=1)
         by_missing, by_force = self._lever_by_wrench(solved)
-        found[:, 1:, 1:] = (by_missing * variance[:, None, 3:]) @ by_missing.transpose(0, 2, 1)
+        found[:, 1:, 1:] += (by_missing * variance[:, None, 3:]) @ by_missing.transpose(0, 2, 1)
         found[:, 1:, 1:] += (by_force * variance[:, None, :3]) @ by_force.transpose(0, 2, 1)
         return found
 
-    def shared(self, solved: Solved, ranges: FloatArray, accuracy: float) -> FloatArray:
-        """Return what errors of the sensor's calibration, which all touches share, do to them.
-
-        Args:
-            solved: The touches.
-            ranges: Of the sensor, shape (6,) [N, N m].
-            accuracy: Standard deviation of every entry of its matrix, in units of the ranges.
+    def shared(self, solved: Solved) -> FloatArray:
+        """Return what errors of the sensor's matrix, which all touches share, do to them.
 
         Returns:
-            Residuals per unit deviation of 36 entries, shape (n, 3, 36) [m].
+            Derivatives of the residuals by the errors of `solved`, shape (n, 3, 36) [m]; (n, 3, 0) if its matrix
+            is exact.
         """
         n = len(self.touches)
-        relative = accuracy * self.touches.wrench / ranges
+        if not self.instrument.accuracy > 0.0:
+            return np.zeros((n, 3, 0))
         by_missing, by_force = self._lever_by_wrench(solved)
         by_wrench = np.zeros((n, 3, 6))
         by_wrench[:, 1:, :3], by_wrench[:, 1:, 3:] = by_force, by_missing
         by_wrench[:, 0, :3] = -self._softness(solved)[:, None] * solved.normal
-        return np.asarray(np.einsum("nki,nj->nkij", by_wrench * ranges, relative).reshape(n, 3, 36))
+        less = -by_wrench * self.instrument.ranges
+        return np.asarray(np.einsum("nki,nj->nkij", less, self._relative).reshape(n, 3, 36))
+
+    @property
+    def _relative(self) -> FloatArray:
+        """Wrenches in units of the ranges, times the accuracy, shape (n, 6)."""
+        return self.instrument.accuracy * self.touches.wrench / self.instrument.ranges
 
     def by_softness(self, solved: Solved) -> FloatArray:
         """Return the derivatives by the logarithm of the stiffness, shape (n, 3) [m]."""
@@ -216,6 +260,9 @@ class TouchEquations:
         )
         return across_normal, -across_normal @ cross_matrices(solved.centroid)
 
+
+PLACE_STEP = 1e-7
+"""[m], for central differences over a tip of millimetres."""
 
 STEP = 1e-4
 """Of an unknown's deviation, for central differences: 1e-8 of a residual, that is rounding and curvature alike."""

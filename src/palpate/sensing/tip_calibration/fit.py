@@ -13,47 +13,26 @@ import numpy.typing as npt
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Verdict
-from palpate.sensing.ft.arrays import positive_entries
 from palpate.sensing.solver import Surface
 from palpate.sensing.tip_calibration.checks import WeightedFit, verdict_of
 from palpate.sensing.tip_calibration.equations import Solved, TouchEquations
+from palpate.sensing.tip_calibration.instrument import Instrument
 from palpate.sensing.tip_calibration.targets import Target
 from palpate.sensing.tip_calibration.touches import Touches
 from palpate.sensing.tip_calibration.unknowns import TypedTip, Unknowns
 from palpate.surfaces import CompliantTip
 
 TOLD = 0.3
-"""Of the typed deviation: what touches leave more of they do not tell; what they tell is drawn to the typed value by
-at most its square, 9 %."""
+"""Of the typed deviation: where touches leave more of it, they do not tell. What they tell is drawn to the typed
+value by at most its square, 9 %."""
 
 GAP_WEIGHT = 4.0
 """Touches that the typed scatter of the arm is worth."""
 
 ROUNDS = 4
 """In which weights are found anew; the scatter settles in two or three."""
-
-
-@dataclass(frozen=True, slots=True)
-class Instrument:
-    """What measures.
-
-    Attributes:
-        position_sd: How exactly the arm's place repeats [m].
-        ranges: Of the sensor, shape (6,) [N, N m]; needed for `accuracy` alone.
-        accuracy: Standard deviation of every entry of the sensor's matrix, of a full load; a tenth of the maker's
-            claim for all errors together is usual between axes.
-    """
-
-    position_sd: float = 1e-5
-    ranges: tuple[float, ...] = (1.0,) * 6
-    accuracy: float = 0.0
-
-    def __post_init__(self) -> None:
-        positive("position_sd", self.position_sd, "m")
-        positive_entries("ranges", self.ranges, 6, "N, N m")
-        not_negative("accuracy", self.accuracy, "")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +45,8 @@ class TipFit:
         values: As found, shape (P,).
         covariance: Of them, shape (P, P).
         told: Which the touches tell, shape (P,): the others remain as typed.
-        gap_sd: Scatter of the arm and of what no model has [m].
-        degrees: Degrees of freedom of `gap_sd`.
+        scatter: Scatter of the arm and of what no model has [m].
+        degrees: Degrees of freedom of `scatter`.
         residuals: Gap and lever of every touch, shape (n, 3) [m].
         expected: Standard deviations of them, shape (n, 3) [m].
         solved: The touches at the values found.
@@ -79,7 +58,7 @@ class TipFit:
     values: FloatArray
     covariance: FloatArray
     told: npt.NDArray[np.bool_]
-    gap_sd: float
+    scatter: float
     degrees: float
     residuals: FloatArray
     expected: FloatArray
@@ -120,7 +99,7 @@ class TipFit:
         Raises:
             InvalidValueError: The tip is open, as a capsule is.
         """
-        stiffness, exponent = self.unknowns.stiffness(self.values)
+        stiffness, exponent = map(float, self.unknowns.skin(self.values))
         rigid: object = self.rigid_surface()
         return CompliantTip(rigid, stiffness, min(exponent, 1.0))  # type: ignore[arg-type]  # it says what it takes
 
@@ -158,63 +137,64 @@ def fit_tip(
         raise InvalidValueError("no touches: give some of a plate, an edge or a point, from many directions")
     instrument = instrument or Instrument()
     unknowns = Unknowns(tip, targets)
-    equations = TouchEquations(unknowns, touches)
+    equations = TouchEquations(unknowns, touches, instrument)
     count, n = len(unknowns.each), len(touches)
     values, typed, sd = unknowns.typed, unknowns.typed, unknowns.sd
-    gap_sd = max(instrument.position_sd, START_SD)
+    scatter = max(instrument.position_sd, START_SD)
     errors = np.zeros(36 if instrument.accuracy > 0.0 else 0)
-    ranges = np.array(instrument.ranges)
     converged = False
     for _ in range(ROUNDS):
-        solved = equations.solved(values)
-        whitening = np.linalg.inv(np.linalg.cholesky(equations.noise(solved, gap_sd)))
-        shared = equations.shared(solved, ranges, instrument.accuracy)[:, :, : len(errors)]
+        solved = equations.solved(values, errors)
+        whitening = np.linalg.inv(
+            np.linalg.cholesky(equations.noise(solved, equations.by_place(values, errors), scatter))
+        )
+        shared = equations.shared(solved)
 
-        def weighted(z: FloatArray, whitening: FloatArray = whitening, shared: FloatArray = shared) -> FloatArray:
-            raw = equations.solved(typed + sd * z[:count]).residuals + shared @ z[count:]
+        def weighted(z: FloatArray, whitening: FloatArray = whitening) -> FloatArray:
+            raw = equations.solved(typed + sd * z[:count], z[count:]).residuals
             return np.concatenate([np.einsum("nij,nj->ni", whitening, raw).ravel(), z])
 
         def derivatives(
             z: FloatArray, whitening: FloatArray = whitening, shared: FloatArray = shared
         ) -> FloatArray:
-            raw = np.concatenate([equations.jacobian(typed + sd * z[:count]), shared], axis=2)
+            raw = np.concatenate([equations.jacobian(typed + sd * z[:count], z[count:]), shared], axis=2)
             return np.concatenate([(whitening @ raw).reshape(3 * n, -1), np.eye(len(z))])
 
         start = np.concatenate([(values - typed) / sd, errors])
         best = least_squares(
-            weighted, start, derivatives, x_scale=1.0, xtol=1e-10, ftol=1e-12, gtol=1e-8, max_nfev=60
+            weighted, start, derivatives, x_scale=1.0, xtol=1e-7, ftol=1e-10, gtol=1e-6, max_nfev=60
         )
-        z, jacobian, r = best.x, best.jac, best.fun
+        z, jacobian, r = best.x, derivatives(best.x), best.fun
         spread = np.linalg.inv(jacobian.T @ jacobian)
-        leverage = np.einsum("ij,jk,ik->i", jacobian, spread, jacobian)[: 3 * n].reshape(n, 3)
+        leverage = np.einsum("ij,ij->i", jacobian @ spread, jacobian)[: 3 * n].reshape(n, 3)
         moved = np.abs((typed + sd * z[:count] - values) / sd).max()
         values, errors = typed + sd * z[:count], z[count:]
-        gaps = r[: 3 * n].reshape(n, 3)[:, 0] * gap_sd  # up to what the forces' noise adds
+        gaps = r[: 3 * n].reshape(n, 3)[:, 0] * scatter  # up to what the forces' noise adds
         degrees = float(np.sum(1.0 - leverage[:, 0]))
-        before = gap_sd
-        gap_sd = float(
+        before = scatter
+        scatter = float(
             np.sqrt((GAP_WEIGHT * instrument.position_sd**2 + gaps @ gaps) / (GAP_WEIGHT + max(degrees, 0.0)))
         )
         converged = bool(best.status > 0)
-        if abs(gap_sd / before - 1.0) < 0.01 and moved < 0.01:
+        if abs(scatter / before - 1.0) < 0.01 and moved < 0.01:
             break
-    solved = equations.solved(values)
+    solved = equations.solved(values, errors)
     covariance = sd[:, None] * spread[:count, :count] * sd
     told = np.sqrt(np.diag(covariance)) < TOLD * sd
     fit = WeightedFit(
-        equations, solved, whitening, jacobian, r, leverage, spread, told, gap_sd, instrument, converged, values
+        equations, solved, whitening, jacobian, r, leverage, spread, told, scatter, converged, values
     )
-    expected = np.sqrt(np.diagonal(equations.noise(solved, gap_sd), axis1=1, axis2=2))
+    noise = equations.noise(solved, equations.by_place(values, errors), scatter)
     return TipFit(
         unknowns=unknowns,
         touches=touches,
         values=values,
         covariance=covariance,
         told=told,
-        gap_sd=gap_sd,
+        scatter=scatter,
         degrees=GAP_WEIGHT + max(degrees, 0.0),
-        residuals=solved.residuals + shared @ errors,
-        expected=expected,
+        residuals=solved.residuals,
+        expected=np.sqrt(np.diagonal(noise, axis1=1, axis2=2)),
         solved=solved,
         verdict=verdict_of(fit),
     )

@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.sensing.tip_calibration.equations import TouchEquations
-from palpate.sensing.tip_calibration.fit import Instrument, TipFit
+from palpate.sensing.tip_calibration.fit import TipFit
+from palpate.sensing.tip_calibration.instrument import Instrument
 from palpate.sensing.tip_calibration.targets import Target, TargetKind, across
 from palpate.sensing.tip_calibration.touches import Touches
 from palpate.sensing.tip_calibration.unknowns import TypedTip, Unknowns
@@ -97,7 +98,6 @@ def candidate_touches(
     unknowns = Unknowns(tip, targets)
     values = unknowns.typed if values is None else values
     places = unknowns.places(values)
-    center, axes = unknowns.of("center", values), unknowns.rotation(values)
     found: list[PlannedTouch] = []
     for rotation in _orientations(plan):
         for j, target in enumerate(targets):
@@ -107,7 +107,7 @@ def candidate_touches(
                 -directions[:, 2] >= np.cos(plan.steepest)
             )
             normals = normals[usable]
-            x = tip.shape.support(unknowns.of("size", values), normals @ axes)[1] @ axes.T + center
+            x = _touched(unknowns, values, normals)
             positions = places.place[j] - (x + target.radius * normals) @ rotation.T
             found += [
                 PlannedTouch(j, rotation, normal, force, position)
@@ -134,7 +134,7 @@ def planned_touches(
     """Return the touches that tell most, in the order in which they do.
 
     Args:
-        candidates: To choose from; one may be taken again.
+        candidates: To choose from, each at most once: touching one place again and again tests nothing.
         count: How many.
         tip: As typed.
         targets: What there is to be touched.
@@ -161,11 +161,14 @@ def planned_touches(
     for block, goal in GOALS.items():
         wanted[unknowns.blocks[block]] = sd[unknowns.blocks[block]] / goal
     chosen: list[PlannedTouch] = []
-    for _ in range(count):
+    taken = np.zeros(len(candidates), dtype=bool)
+    for _ in range(min(count, len(candidates))):
         moved = rows @ spread
         innovation = moved @ rows.transpose(0, 2, 1) + noise
         gains = np.linalg.solve(innovation, moved)
-        best = int(np.argmax(np.einsum("nki,nki,i->n", moved, gains, wanted**2)))
+        gain = np.einsum("nki,nki,i->n", moved, gains, wanted**2)
+        best = int(np.argmax(np.where(taken, -1.0, gain)))
+        taken[best] = True
         chosen.append(candidates[best])
         spread = spread - moved[best].T @ gains[best]
         spread = 0.5 * (spread + spread.T)
@@ -184,9 +187,8 @@ def foreseen_touches(
     normal = np.array([c.normal for c in candidates])
     rotation = np.array([c.rotation for c in candidates])
     force = np.array([c.force for c in candidates])
-    axes, center = unknowns.rotation(values), unknowns.of("center", values)
-    x = tip.shape.support(unknowns.of("size", values), normal @ axes)[1] @ axes.T + center
-    stiffness, exponent = unknowns.stiffness(values)
+    x = _touched(unknowns, values, normal)
+    stiffness, exponent = unknowns.skin(values)
     indentation = (force / stiffness) ** exponent
     pressed = np.array([c.position for c in candidates]) + np.einsum(
         "nij,nj->ni", rotation, indentation[:, None] * normal
@@ -204,15 +206,22 @@ def foreseen_touches(
     )
 
 
+def _touched(unknowns: Unknowns, values: FloatArray, normals: FloatArray) -> FloatArray:
+    """Where the tip is touched at normals (n, 3), deviations left out, sensor frame, shape (n, 3) [m]."""
+    axes = unknowns.rotation(values)
+    sizes = np.tile(unknowns.of("size", values), (len(normals), 1))
+    places = unknowns.tip.shape.support(sizes, normals @ axes)[1]
+    return np.asarray(places @ axes.T + unknowns.of("center", values))
+
+
 def _rows(
     unknowns: Unknowns, touches: Touches, values: FloatArray, instrument: Instrument
 ) -> tuple[FloatArray, FloatArray]:
     """Equations of touches in units of the unknowns' deviations (n, 3, q), and their noise (n, 3, 3)."""
-    equations = TouchEquations(unknowns, touches)
+    equations = TouchEquations(unknowns, touches, instrument)
     solved = equations.solved(values)
-    shared = equations.shared(solved, np.array(instrument.ranges), instrument.accuracy)
-    rows = np.concatenate([equations.jacobian(values), shared[:, :, : 36 if instrument.accuracy else 0]], axis=2)
-    return rows, equations.noise(solved, instrument.position_sd)
+    rows = np.concatenate([equations.jacobian(values), equations.shared(solved)], axis=2)
+    return rows, equations.noise(solved, equations.by_place(values), instrument.position_sd)
 
 
 def _orientations(plan: TouchPlan) -> list[FloatArray]:

@@ -1,8 +1,8 @@
 """Families of convex fingertips by their support functions.
 
-h(u) = max over the tip of u.x is how far a plate with the inward normal u lies from the origin, and x(u) = grad h(u)
-the point where it touches. Touching a point, a line or a plane is one formula with h (`palpate.sensing.tip_calibration.contact`),
-and a field of small deviations is added to h as it stands.
+h(u) = max over the tip of u.x is how far off a plate lies that touches the tip where its outward normal is u, and
+x(u) = grad h(u) is the place of that touch. Touching a point, a line or a plane is one formula with h
+(`palpate.sensing.tip_calibration.contact`), and a field of small deviations is simply added to it.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from palpate.sensing.solver import Surface
 from palpate.surfaces import Capsule, CompliantTip, Ellipsoid, Sphere, Superellipsoid
 
 Support = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""(sizes, unit normals (n, 3)) -> h (n,) [m] and x (n, 3) [m], in the tip's own axes."""
+"""(sizes (n, k), unit normals (n, 3)) -> h (n,) [m] and x (n, 3) [m], in the tip's own axes: n tips at once."""
 
 Made = Callable[[FloatArray, FloatArray, FloatArray], Surface]
 """(sizes, center (3,), rotation (3, 3)) -> the surface."""
@@ -98,7 +98,7 @@ def sphere_shape(radius: float) -> TipShape:
     """Return the spheres."""
 
     def support(sizes: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return np.full(len(u), sizes[0]), sizes[0] * u
+        return sizes[:, 0], sizes[:, :1] * u
 
     def made(sizes: FloatArray, center: FloatArray, rotation: FloatArray) -> Surface:
         return Sphere(float(sizes[0]), center=center, rotation=rotation)
@@ -126,11 +126,11 @@ def superellipsoid_shape(semi_axes: Sequence[float], exponent: float) -> TipShap
     """Return the superellipsoids: h is the norm dual to that of the surface, with q = p/(p - 1)."""
 
     def support(sizes: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        q = sizes[3] / (sizes[3] - 1.0)
-        w = np.abs(sizes[:3] * u)
+        axes, q = sizes[:, :3], sizes[:, 3:] / (sizes[:, 3:] - 1.0)
+        w = np.abs(axes * u)
         largest = w.max(axis=1, keepdims=True)
-        h = largest[:, 0] * ((w / largest) ** q).sum(axis=1) ** (1.0 / q)
-        return h, sizes[:3] * np.sign(u) * (w / h[:, None]) ** (q - 1.0)
+        h = largest * ((w / largest) ** q).sum(axis=1, keepdims=True) ** (1.0 / q)
+        return h[:, 0], axes * np.sign(u) * (w / h) ** (q - 1.0)
 
     def made(sizes: FloatArray, center: FloatArray, rotation: FloatArray) -> Surface:
         a, b, c, p = sizes.tolist()
@@ -145,12 +145,12 @@ def capsule_shape(radius: float, length: float) -> TipShape:
     """Return the thimbles: a hemisphere about the center on a cylinder down to z = -length."""
 
     def support(sizes: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        r, length = sizes
+        r, length = sizes.T
         below = -u[:, 2] / KINK
         share = 1.0 / (1.0 + np.exp(-np.clip(below, -700.0, 700.0)))
         # log(1 + e^b), without overflow; homogeneous of degree 1 by the last term of x
         soft = KINK * np.logaddexp(0.0, below)
-        x = r * u
+        x = r[:, None] * u
         x[:, 2] -= length * share
         x += (length * (soft + u[:, 2] * share))[:, None] * u
         return r + length * soft, x

@@ -41,7 +41,7 @@ class Touches:
             value = np.asarray(getattr(self, name), dtype=float)
             if value.shape != shape:
                 raise InvalidValueError(f"{name} has shape {value.shape}: must be {shape} for {n} touches")
-            bad = ~np.isfinite(value).reshape(n, -1).all(axis=1)
+            bad = ~np.isfinite(value).all(axis=tuple(range(1, value.ndim)))
             if bad.any():
                 raise InvalidValueError(f"{name} of touch {int(np.argmax(bad))} is not finite")
             object.__setattr__(self, name, value)

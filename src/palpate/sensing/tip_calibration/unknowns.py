@@ -92,7 +92,7 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TargetPlaces:
-    """Where the targets are at some values of the unknowns: shapes (m, 3) [m] and (m, 3), base frame."""
+    """Where the m targets are at some values of the unknowns: shapes (..., m, 3) [m] and (..., m, 3), base frame."""
 
     place: FloatArray
     direction: FloatArray
@@ -160,40 +160,49 @@ class Unknowns:
         return np.array([unknown.sd for unknown in self.each])
 
     def of(self, block: str, values: FloatArray) -> FloatArray:
-        """Return the values of one block."""
-        return values[self.blocks[block]]
+        """Return the values of one block, shape (..., k) of (..., P)."""
+        return values[..., self.blocks[block]]
 
     def rotation(self, values: FloatArray) -> FloatArray:
-        """Return the tip's axes in sensor coordinates, shape (3, 3): the typed ones, turned about their own."""
-        turn = np.zeros(3)
-        turn[[i for i in range(3) if i not in self.tip.shape.round_about]] = self.of("rotation", values)
+        """Return the tip's axes in sensor coordinates, (..., 3, 3): the typed ones, turned about their own."""
+        turn = np.zeros((*values.shape[:-1], 3))
+        turn[..., [i for i in range(3) if i not in self.tip.shape.round_about]] = self.of("rotation", values)
         return np.asarray(self.tip.rotation @ Rotation.from_rotvec(turn).as_matrix())
 
-    def stiffness(self, values: FloatArray) -> tuple[float, float]:
-        """Return stiffness [N/m^(1/exponent)] and exponent of the skin."""
+    def skin(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness [N/m^(1/exponent)] and exponent of the skin, shape (...)."""
         exponent = self.of("exponent", values)
-        return math.exp(self.of("stiffness", values)[0]), float(exponent[0]) if len(
-            exponent
-        ) else self.tip.exponent
+        stiffness = np.exp(self.of("stiffness", values)[..., 0])
+        return stiffness, exponent[..., 0] if exponent.shape[-1] else np.full_like(stiffness, self.tip.exponent)
 
     def places(self, values: FloatArray) -> TargetPlaces:
         """Return where the targets are."""
-        place, direction = np.zeros((2, len(self.targets), 3))
+        place, direction = np.zeros((2, *values.shape[:-1], len(self.targets), 3))
         for i, target in enumerate(self.targets):
-            place[i] = np.array(target.place) + self.of(f"place {i}", values) @ target.free_directions
-            direction[i] = target.unit
+            place[..., i, :] = np.array(target.place) + self.of(f"place {i}", values) @ target.free_directions
+            direction[..., i, :] = target.unit
             if target.kind is not TargetKind.POINT:
                 tilted = target.unit + self.of(f"tilt {i}", values) @ across(target.unit)
-                direction[i] = tilted / np.linalg.norm(tilted)
+                direction[..., i, :] = tilted / np.linalg.norm(tilted, axis=-1, keepdims=True)
         return TargetPlaces(place, direction)
 
     def mounted(
         self, values: FloatArray, rotation: FloatArray, position: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return where the sensor really is, from where it was believed: (n, 3, 3) and (n, 3)."""
+        """Return where the sensor really is, from where it was believed.
+
+        Args:
+            values: Shape (K, P).
+            rotation: Of the sensor frame, shape (n, 3, 3).
+            position: Likewise, shape (n, 3).
+
+        Returns:
+            Shapes (K, n, 3, 3) and (K, n, 3).
+        """
         turn, shift = self.of("mount_turn", values), self.of("mount_shift", values)
-        if len(shift):
-            position = position + rotation @ shift
-        if len(turn):
-            rotation = rotation @ Rotation.from_rotvec(turn).as_matrix()
-        return rotation, position
+        turned, moved = np.tile(rotation, (len(values), 1, 1, 1)), np.tile(position, (len(values), 1, 1))
+        if shift.shape[1]:
+            moved = moved + np.einsum("nij,kj->kni", rotation, shift)
+        if turn.shape[1]:
+            turned = turned @ Rotation.from_rotvec(turn).as_matrix()[:, None]
+        return turned, moved
