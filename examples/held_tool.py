@@ -1,8 +1,7 @@
 """Feeling through what is held: a box between two fingers is lowered on the edge of a table.
 
-What the fingers' sensors feel together, less the box's weight, is what the table exerts on it. Pushed to and fro,
-that tells where it touches, and whether at several places. Where the table falls away from its edge, two edges cross
-in a point; on a level one, the box lies on its own edge.
+What the fingers' sensors feel together, less the box's weight, is what the table exerts on it. To and fro, that
+tells where it touches, and whether at several places: on a level table it lies on its edge, else two edges cross.
 
     python examples/held_tool.py --table-falls 0.1
 """

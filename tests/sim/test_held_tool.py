@@ -63,9 +63,9 @@ def test_a_tool_without_a_hand_is_refused():
         read_robot({**PIN.texts, ROBOT_TEXT: text[:begin] + text[end:]})
 
 
-def test_what_only_a_ball_can_touch_is_refused():
-    with pytest.raises(InvalidValueError, match=r"touched through its tangent plane"):
-        plan_of(ExploreConfig(object="bumps", **SMALL))
+def test_a_tip_of_another_size_is_no_tool():
+    with pytest.raises(InvalidValueError, match=r"tip: what the hand holds is .* change it there"):
+        plan_of(ExploreConfig(tip=(0.004,), **SMALL))
 
 
 @pytest.mark.slow

@@ -104,6 +104,10 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         geometry = hand_of(holding, hand)
         tool = simulated_tip(robot, 0, task.tip)
         moved = carrier(geometry, subtract(task.start, geometry.center))
+        if task.tip != robot.file.fingers[0].surface:
+            raise InvalidValueError(
+                "tip: what the hand holds is as long and thick as the robot file says; change it there (fingers[0])"
+            )
         target = as_target(task.target)
         if not isinstance(target, StaticObject):
             raise InvalidValueError(
