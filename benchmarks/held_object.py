@@ -105,7 +105,7 @@ class Lowered:
         """Return the hand around the box, and what feels."""
         facing = np.array(rotation_from_rotvec((0.0, 0.5 * math.pi, 0.0)))
         pad = Tip(Plane(0.004, center=np.array([0.004, 0.0, 0.0]), rotation=facing), 0.02, reach=0.01)
-        hand = HandFile(HANDS / "pinch-and-index.xml", ("left_sensor", "right_sensor")).read([pad, pad])
+        hand = HandFile(HANDS / "two-fingers.xml", ("left_sensor", "right_sensor")).read([pad, pad])
         lowest = 0.5 * (SIZE[2] * math.cos(self.turn) + SIZE[1] * abs(math.sin(self.turn)))
         start: Vector = (self.beside, 0.0, lowest + 1e-3)
         turned = rotation_from_rotvec((0.0, -self.ridge, 0.0))

@@ -108,6 +108,10 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
             raise InvalidValueError(
                 "tip: what the hand holds is as long and thick as the robot file says; change it there (fingers[0])"
             )
+        if task.rubbing is not None:
+            raise InvalidValueError(
+                "a law of friction of its own is simulated for fingertips, not for held tools; take Coulomb's"
+            )
         target = as_target(task.target)
         if not isinstance(target, StaticObject):
             raise InvalidValueError(
