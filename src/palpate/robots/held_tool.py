@@ -106,7 +106,7 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         moved = carrier(geometry, subtract(task.start, geometry.center))
         if task.tip != robot.file.fingers[0].surface:
             raise InvalidValueError(
-                "tip: what the hand holds is as long and thick as the robot file says; change it there (fingers[0])"
+                "tip: what the hand holds is as large as the robot file says; change it there (fingers[0])"
             )
         if task.rubbing is not None:
             raise InvalidValueError(
