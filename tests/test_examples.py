@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from palpate.hw.emulators.process import EmulatorProcess
@@ -99,6 +100,15 @@ def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
     with EmulatorProcess(box_at_rest):
         said = printed_by("live_netft.py", "--seconds", "0.3", "--address", BOX, folder=tmp_path)
     assert "last NO_FORCE" in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("falls", "count"), [("0.1", "one"), ("0", "several")])
+def test_a_held_box_tells_where_and_at_how_many_places_it_touches(falls, count, tmp_path):
+    said = printed_by("held_tool.py", "--table-falls", falls, folder=tmp_path)
+    assert said.startswith(f"contacts: {count};")
+    felt, true = (np.array(each.split(), float) for each in re.findall(r"\[([^\]]*)\]", said)[-2:])
+    assert count == "several" or np.linalg.norm(felt - true) < 1.0  # [mm]
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.open_kinds import OpenKind, Settings, name_of_kind
 from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.solver import Surface
+from palpate.sim.tip import REACH
 from palpate.spatial import ZERO, Vector
 from palpate.surfaces import (
     Capsule,
@@ -40,6 +41,7 @@ class SurfaceKind(OpenKind):
 
     Attributes:
         center: Of the surface [m], by which simulations and hands place it: the sensor's origin.
+        reach: How far from its centre a simulation ends it along directions in which it has no end [m].
     """
 
     __slots__ = ()
@@ -47,6 +49,7 @@ class SurfaceKind(OpenKind):
     METHODS = ("surface",)
 
     center: Vector = ZERO
+    reach: float = REACH
 
     @property
     def rotation(self) -> FloatArray:
@@ -177,10 +180,11 @@ class CylinderEntry(PlacedSurface, frozen=True, kw_only=True):
 
 
 class PlaneEntry(PlacedSurface, frozen=True, kw_only=True):
-    """Flat at z = +- this distance [m]."""
+    """Flat at z = +- this distance [m]; simulated, it ends where `reach` says."""
 
     distance: float = msgspec.field(name="distance_m")
-    LENGTHS = (("distance", "distance_m"),)
+    reach: float = msgspec.field(name="reach_m", default=REACH)
+    LENGTHS = (("distance", "distance_m"), ("reach", "reach_m"))
 
     def surface(self) -> Plane:
         """See `SurfaceKind`."""

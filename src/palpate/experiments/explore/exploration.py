@@ -131,8 +131,8 @@ class Exploration(ShownResult):
 
     @property
     def held_motion(self) -> float | None:
-        """How far the object moved in the fingers that hold it, at most [m]; None if none do, NaN on a robot."""
-        moved = self.truth.object_position
+        """How far what fingers hold moved in them, at most [m]; None if they hold nothing, NaN on a robot."""
+        moved = self.truth.held_position
         if not self.plan.holding:
             return None
         return float(np.max(np.linalg.norm(moved - moved[:1], axis=1))) if len(moved) else float("nan")
