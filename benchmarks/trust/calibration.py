@@ -325,7 +325,7 @@ STUDY = Study(
         case("cubic, 5 %", curved(0.05, 3)),
         case("square, 2 %", curved(0.02, 2)),
         case("square, 2 %, channels differ", curved(0.02, 2, alike=False)),
-        case("products of channels, 1 %", crossed(0.01)),
+        case("products of channels, 2 %", crossed(0.02)),
         case("products of channels, 5 %", crossed(0.05)),
         case("products of channels, 5 %, eight channels", crossed(0.05), channels=8),
         case("pull 5 % more than push", one_sided),

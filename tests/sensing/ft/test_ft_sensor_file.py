@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.sensing.ft.filter_specs import Butterworth, Notch
-from palpate.sensing.ft.sensor_file import ContactEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import ContactEntry, PayloadEntry, ProductEntry, SensorFile
 from palpate.sensing.ft.sensor_reader import load_sensor_file, read_sensor
 from palpate.sensing.ft.sensor_writer import save_sensor_file, sensor_text
 from sensing.ft.sensor_examples import fingertip
@@ -17,7 +17,12 @@ TEXT = sensor_text(fingertip())
 
 
 def test_a_saved_file_reads_back_as_the_same_sensor(tmp_path):
-    for sensor in (fingertip(), fingertip(8), msgspec.structs.replace(fingertip(), calibration=None, filters=())):
+    column = (1e-3, 0.0, -2e-3, 1e-5, 0.0, 1 / 3e5)
+    products = (ProductEntry(channels=(0, 0), column=column), ProductEntry(channels=(1, 4), column=column[::-1]))
+    linear = fingertip().calibration
+    bent = msgspec.structs.replace(linear, products=products, temperature=24.5)
+    others = [msgspec.structs.replace(fingertip(), calibration=each) for each in (None, bent)]
+    for sensor in (fingertip(), fingertip(8), msgspec.structs.replace(fingertip(), filters=()), *others):
         save_sensor_file(tmp_path / "tip.yaml", sensor)
         assert load_sensor_file(tmp_path / "tip.yaml") == sensor
     assert os.listdir(tmp_path) == ["tip.yaml"]

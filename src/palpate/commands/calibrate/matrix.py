@@ -78,7 +78,7 @@ def calibrate_matrix(config: MatrixConfig, console: Console) -> CommandResult:
             raw_range=raw_range,
             date=today(),
             provenance=provenance(
-                sensor, f"{choice.proposed.model}: {len(given.wrench)} known loads, {config.loads.name}"
+                sensor, f"matrix: {len(given.wrench)} known loads, {config.loads.name}, {choice.proposed.model}"
             ),
         )
     files, warnings = write(target(config), updated, console)

@@ -27,6 +27,9 @@ TIP_RADIUS = 0.01
 SHOWN_FORCE = 2.0
 """[N] At which places are told first: contacts are explored with 1 to 3 N."""
 
+DIGITS = 4
+"""Of a percent per kelvin: below is rounding."""
+
 MAIN = 0.5
 """Of its largest entry, in units of the ranges: axes that a load counts for."""
 
@@ -190,7 +193,7 @@ def _temperature(choice: CalibrationChoice, ranges: FloatArray) -> Iterator[Sect
             axis,
             f"{100.0 * drift / limit:+.2g}",
             "% of the range per kelvin",
-            f"sensitivity {100.0 * gain:+.2g} % per kelvin",
+            f"sensitivity {round(100.0 * gain, DIGITS):+.2g} % per kelvin",
         )
         for axis, drift, limit, gain in zip(AXES, choice.drift, ranges, choice.gain, strict=True)
     ]
@@ -207,6 +210,10 @@ def _typed(config: MatrixConfig) -> str:
     for name, values in given.items():
         if any(str(value) for value in values):
             words += [name, *map(str, values)]
+    for name in ("temperature", "tip_radius", "gravity"):
+        if (value := getattr(config, name)) is not None:
+            words += [f"--{name.replace('_', '-')}", repr(value)]
+    words += ["--tip-center", *map(repr, config.tip_center)]
     return shlex.join([*words, "--report", str(config.report)])
 
 

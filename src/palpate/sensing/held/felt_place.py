@@ -1,6 +1,5 @@
 """Where a contact is felt, period by period, with the covariance of its noise."""
 
-import operator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from palpate.spatial import (
     Vector,
     Wrench,
     add,
+    add_scaled,
     as_vector,
     dot,
     norm,
@@ -41,6 +41,8 @@ radius of the tool, and with it the plane in which the place is uncertain."""
 
 FIRST = (1, 2, 4, MEAN)
 """Places at which covariances are found, too."""
+
+NOTHING: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 STILL: Matrix = (ZERO, ZERO, ZERO)
 """What does not spread."""
@@ -87,12 +89,12 @@ class PlaceFelt:
 
     def start(self) -> None:
         """Something else is touched now."""
-        self._seen, self._mean = 0, (0.0,) * 6
+        self._seen, self._mean = 0, NOTHING
         self._force, self._spread, self._walk = ZERO, STILL, STILL
         self._begin()
 
     def _begin(self) -> None:
-        self._count, self._sum, self._place, self._rotation = 0, (0.0,) * 6, ZERO, IDENTITY
+        self._count, self._sum, self._place, self._rotation = 0, NOTHING, ZERO, IDENTITY
 
     def step(self, wrench: Wrench, pose_base_hand: Pose) -> FeltPlace | None:
         """Return where it touches, in the base frame, at the end of a block; None before, or if that is nowhere.
@@ -102,15 +104,14 @@ class PlaceFelt:
             pose_base_hand: Of that frame.
         """
         self._count += 1
-        self._sum = tuple(map(operator.add, self._sum, wrench))
+        self._sum = _added(self._sum, 1.0, wrench)
         self._place = add(self._place, pose_base_hand.position)
         if self._count == (self._block + 1) // 2:
             self._rotation = pose_base_hand.rotation
         if self._count < self._block:
             return None
         share = 1.0 / self._block
-        a, b, c, d, e, f = self._sum
-        mean = (share * a, share * b, share * c, share * d, share * e, share * f)
+        mean = _added(NOTHING, share, self._sum)
         pose = Pose(scale(share, self._place), self._rotation) @ self._tool.pose
         self._begin()
         return self._felt(wrench_into(self._tool.pose, mean), pose)
@@ -121,7 +122,7 @@ class PlaceFelt:
             return None
         self._seen += 1
         share = 1.0 / min(self._seen, MEAN)
-        self._mean = tuple(mean + share * (now - mean) for mean, now in zip(self._mean, here, strict=True))
+        self._mean = _added(_added(self._mean, -share, self._mean), share, here)
         if self._seen in FIRST or self._has_changed():
             self._find()
         R = pose.rotation
@@ -148,6 +149,10 @@ class PlaceFelt:
         J = told.jacobians.centroid[0]
         self._force = as_vector(contacts.force[0])
         self._spread, self._walk = _matrix(told.centroid[0]), _matrix(J @ self._drift @ J.T)
+
+
+def _added(a: Wrench, factor: float, b: Wrench) -> Wrench:
+    return (*add_scaled(a[:3], factor, b[:3]), *add_scaled(a[3:], factor, b[3:]))
 
 
 def _matrix(array: FloatArray) -> Matrix:
