@@ -43,7 +43,7 @@ PAGES = {
     ),
     "held": Page(
         "Held tools",
-        "Feeling through what is held: the wrench on it, where it touches, at how many places, whether it slips.",
+        "Feeling through what is held: its wrench, where it touches, at how many places, whether it slips.",
         ("palpate.sensing.held", "palpate.friction.slip.tool_slip", "palpate.friction.slip.place_watch"),
     ),
     "sensor": Page(
