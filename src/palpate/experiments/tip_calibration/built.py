@@ -18,12 +18,16 @@ from palpate.robots.in_scene import build
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Limits
+from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sim import SeededSensor
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import as_vector
 
 ROOM = 0.03
 """How far beyond the places of the touches the supervisor lets the tip frame go [m]."""
+
+TOUCH_SHARE = 0.2
+"""Of the least force to press with, from which on there is a touch."""
 
 ABOVE = 0.02
 """How far above all that is touched the tip starts [m]."""
@@ -62,7 +66,24 @@ def built(config: TipConfig, robot: Robot) -> RobotInScene:
         touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
         believed=typed,
     )
-    return build(robot, task)
+    return build(_heedless_of_drift(robot, TOUCH_SHARE * min(config.forces)), task)
+
+
+def _heedless_of_drift(robot: Robot, touch_force: float) -> Robot:
+    """The same robot, whose sensor takes only so much force for a touch, and less for a zero that may drift [N].
+
+    A calibration takes minutes, in which a zero drifts past what its sensor file allows; each touch finds it again.
+    """
+
+    def raised(sensor: SensorFile | None) -> SensorFile | None:
+        if sensor is None or sensor.contact.touch_force >= touch_force:
+            return sensor
+        own = sensor.contact
+        release = own.release_force * touch_force / own.touch_force
+        contact = msgspec.structs.replace(own, touch_force=touch_force, release_force=release)
+        return msgspec.structs.replace(sensor, contact=contact)
+
+    return replace(robot, sensors=tuple(raised(sensor) for sensor in robot.sensors))
 
 
 def workspace_of(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> Limits:

@@ -17,7 +17,7 @@ from palpate.spatial import Matrix, Vector, as_vector
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 """Multiples of it, without their whole part, are spread most evenly (van der Corput and Weyl)."""
 
-SPARE = 2e-3
+SPARE = 1e-3
 """How much farther the tip stays off what it passes than it is uncertain [m]."""
 
 

@@ -34,7 +34,7 @@ from palpate.runtime.following import FollowingMaker
 from palpate.sensing.tip_calibration import PlannedTouch, Target, TipFit, Touches
 from palpate.viewing import ViewScene
 
-TRAVEL_SPEED, FASTEST_LANDING = 0.03, 0.004
+TRAVEL_SPEED, FASTEST_LANDING = 0.06, 0.004
 """At most [m/s]."""
 
 TURNING = 0.6
@@ -46,7 +46,7 @@ UNCERTAIN_SDS = 3.0
 TIP_ERROR = 2e-3
 """How far a typed tip's surface may be from the real one, besides [m]."""
 
-KNOWN_AFTER = 1.5e-3
+KNOWN_AFTER = 6e-4
 """How far a surface may be from where it is thought to be once the first touches are made [m]."""
 
 LONGEST = 2.5
