@@ -142,7 +142,8 @@ PAGES = {
         "What the commands do, from a script: a configuration goes in, a result comes out.",
         ("palpate.experiments.explore", "palpate.experiments.explore.exploration", "palpate.experiments.regulate",
          "palpate.experiments.regulate.result", "palpate.experiments.friction",
-         "palpate.experiments.friction.result", "palpate.experiments.grasp", "palpate.experiments.grasp.result"),
+         "palpate.experiments.friction.result", "palpate.experiments.grasp", "palpate.experiments.grasp.result",
+         "palpate.experiments.tip_calibration", "palpate.experiments.tip_calibration.result"),
     ),
     "kit": Page(
         "Experiments of your own",

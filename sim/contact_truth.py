@@ -15,6 +15,8 @@ FORCE = ("force_x_n", "force_y_n", "force_z_n")
 TORQUE = ("torque_x_nm", "torque_y_nm", "torque_z_nm")
 """Likewise, about the contact's position."""
 OBJECT_POSITION = ("object_x_m", "object_y_m", "object_z_m")
+HELD_POSITION = ("held_x_m", "held_y_m", "held_z_m")
+"""Of the end of a tool that a hand holds, tip frame; not in every truth."""
 OBJECT_ROTATION = tuple(f"object_r{i}{j}" for i in range(3) for j in range(3))
 """Object to base, row by row."""
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray
-from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.primitives import Solid
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.tip_boundary import Boundary, Exit
 from palpate.spatial import (
@@ -71,7 +71,7 @@ class RollingSphere:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         tip_geom: str,
-        shape: SceneObject,
+        shape: Solid,
     ) -> None:
         """Take a scene, and place the sphere.
 

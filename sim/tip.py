@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from palpate.errors import FloatArray, InvalidValueError, positive, vector
 from palpate.runtime.touch import Finger
 from palpate.sensing.compensation import SensorPayload
-from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.primitives import Solid
 from palpate.sim.objects.target import Nowhere, Placer
 from palpate.sim.one_contact import one_contact
 from palpate.sim.rolling_sphere import RollingSphere
@@ -110,7 +110,7 @@ class Tip:
             mesh = spec.add_mesh(name=TIP_MESH, uservert=self._form.vertices.ravel())
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
 
-    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, geom: str, shape: SceneObject) -> Placer:
+    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, geom: str, shape: Solid) -> Placer:
         """Return what moves its geom in one simulation, and move it.
 
         Args:
@@ -127,31 +127,35 @@ class Tip:
 
     def add_to(self, parent: mujoco.MjsBody) -> mujoco.MjsBody:
         """Add the tip's body, geom and sensor site to a parent body, at its origin."""
-        form = self._form
         body = parent.add_body(name="tip")
+        self.fill(body, TIP_GEOM)
+        body.add_site(name=SENSOR_SITE)
+        return body
+
+    def fill(self, body: mujoco.MjsBody, name: str) -> None:
+        """Give a body, whose frame is the sensor frame, the tip's mass and its geom of this name."""
+        form = self._form
         body.explicitinertial = True
         body.mass = self.mass
         body.ipos = form.center_of_mass
         body.iquat = _quat_wxyz(form.axes)
         body.inertia = [self.mass * moment for moment in form.moments]
         if form.kind == mujoco.mjtGeom.mjGEOM_MESH:
-            body.add_geom(name=TIP_GEOM, type=form.kind, meshname=TIP_MESH, contype=0, conaffinity=0)
-        else:
-            geom = body.add_geom(
-                name=TIP_GEOM,
-                type=form.kind,
-                size=form.size,
-                pos=form.position,
-                quat=_quat_wxyz(form.rotation),
-                contype=0,
-                conaffinity=0,
-            )
-            if form.vertices is not None:
-                geom.rgba = [0.0, 0.0, 0.0, 0.0]
-                mesh = mujoco.mjtGeom.mjGEOM_MESH
-                body.add_geom(name=f"seen_{TIP_GEOM}", type=mesh, meshname=TIP_MESH, contype=0, conaffinity=0)
-        body.add_site(name=SENSOR_SITE)
-        return body
+            body.add_geom(name=name, type=form.kind, meshname=TIP_MESH, contype=0, conaffinity=0)
+            return
+        geom = body.add_geom(
+            name=name,
+            type=form.kind,
+            size=form.size,
+            pos=form.position,
+            quat=_quat_wxyz(form.rotation),
+            contype=0,
+            conaffinity=0,
+        )
+        if form.vertices is not None:
+            geom.rgba = [0.0, 0.0, 0.0, 0.0]
+            mesh = mujoco.mjtGeom.mjGEOM_MESH
+            body.add_geom(name=f"seen_{name}", type=mesh, meshname=TIP_MESH, contype=0, conaffinity=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from palpate.hw.emulators.process import EmulatorProcess
@@ -102,6 +103,15 @@ def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("falls", "count"), [("0.1", "one"), ("0", "several")])
+def test_a_held_box_tells_where_and_at_how_many_places_it_touches(falls, count, tmp_path):
+    said = printed_by("held_tool.py", "--table-falls", falls, folder=tmp_path)
+    assert said.startswith(f"contacts: {count};")
+    felt, true = (np.array(each.split(), float) for each in re.findall(r"\[([^\]]*)\]", said)[-2:])
+    assert count == "several" or np.linalg.norm(felt - true) < 1.0  # [mm]
+
+
+@pytest.mark.slow
 def test_a_controller_of_ones_own_holds_its_force(tmp_path):
     said = printed_by("own_controller.py", folder=tmp_path)
     assert said.startswith("done")
@@ -179,6 +189,15 @@ def test_the_emulated_robot_finds_what_the_simulated_one_does(tmp_path):
 @pytest.mark.slow
 def test_so_it_does_as_it_is_shipped_and_as_the_text_says(tmp_path):
     assert_the_same_sphere(printed_by("sim_to_emulated.py", folder=tmp_path))
+
+
+@pytest.mark.slow
+def test_a_fingertip_is_found_to_micrometres(tmp_path):
+    said = printed_by("calibrate_tip.py", folder=tmp_path)
+    assert "OK: all assumptions were tested" in said
+    for what in ("radius", "centre"):
+        (off,) = numbers_after(f"{what} off by", said)
+        assert off < 5.0  # [um]
 
 
 @pytest.mark.slow

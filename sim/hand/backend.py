@@ -1,6 +1,6 @@
 """A MuJoCo grasp scene as a back end."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,19 +12,23 @@ from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
+from palpate.sim.contact_truth import UNKNOWN, Truth
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandDrive
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
+from palpate.sim.hand.touched import TOUCHED, TOUCHED_READINGS
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
+from palpate.sim.objects.target import Placer
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
+from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import IDENTITY, ZERO, Wrench
+from palpate.spatial import IDENTITY, ZERO, Vector, Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +58,7 @@ class HandBackend(Closing):
         self,
         scene: GraspScene,
         period: float = 1e-3,
-        sensor: SeededSensor | None = None,
+        sensor: SeededSensor | Sequence[SeededSensor] | None = None,
         pacer: Pacer | None = None,
         load: ObjectLoad | None = None,
         grip: Callable[[Any, mujoco.MjModel, mujoco.MjData], HandDrive] | None = None,
@@ -64,7 +68,7 @@ class HandBackend(Closing):
         Args:
             scene: What to simulate.
             period: Control period [s], a whole number of time steps.
-            sensor: Behind each fingertip, each with the next seed; a perfect one if not given.
+            sensor: Behind each fingertip, each with the next seed, or one for each; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
             load: What pulls at the object, besides its weight; nothing if not given.
             grip: What drives the fingers, if it is not the hand's own drive: a `ServoGrip` takes goals from
@@ -77,17 +81,21 @@ class HandBackend(Closing):
         self._period = period
         self._steps = whole_steps("period", period, scene.fidelity.time_step)
         self._pacer = pacer or SimulatedTime()
-        given = sensor or SeededSensor()
-        self._seed = given.seed
         model, n = scene.model, scene.hand.fingers
+        given = sensor or SeededSensor()
+        if isinstance(given, SeededSensor):
+            given = [SeededSensor(given.model, given.seed + i) for i in range(n)]
+        self._seeds = [each.seed for each in given]
         self._data = data = mujoco.MjData(model)
-        self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
+        self._sensors = tuple(simulated_sensor(each.model, period, each.seed) for each in given)
         self._grip = scene.hand.drive(model, data) if grip is None else grip(scene.hand, model, data)
         self._drive = scene.carrier.drive(model, data, period)
-        self._tips = tuple(
+        self._tips: tuple[Placer, ...] = tuple(
             tip.placer(model, data, f"{finger_name(i)}_{TIP_GEOM}", scene.target.shape)
             for i, tip in enumerate(scene.hand.tips)
         )
+        if scene.touched is not None:
+            self._tips = (scene.touched.placer(model, data, OBJECT_GEOM), *self._tips)
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
         self._load = None if load is None else LoadDrive(load, model, data, OBJECT)
@@ -116,8 +124,8 @@ class HandBackend(Closing):
         mujoco.mj_resetData(self.scene.model, self._data)
         self._grip.start()
         self._drive.start()
-        for i, sensor in enumerate(self._sensors):
-            sensor.restart(self._seed + i)
+        for each, seed in zip(self._sensors, self._seeds, strict=True):
+            each.restart(seed)
         self._place_tips()
         self._friction.reset()
         if self._load is not None:
@@ -175,6 +183,24 @@ class HandBackend(Closing):
                 its = tuple(contact for contact in contacts if contact.pair is self.scene.rubbing[i])
                 fingers.append(truth_of_contacts(its, current))
         return HandTruth(self._time, tuple(fingers), joints, (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
+
+    def push(self, force: Vector) -> None:
+        """Push at the object's centre of mass from now on, base frame [N]; a start ends it."""
+        self._data.xfrc_applied[self.scene.model.body(OBJECT).id, :3] = force
+
+    def touched_truth(self) -> Truth:
+        """Return what really happened then between the object and what it touches; unknown of nothing."""
+        touched = self.scene.touched
+        if touched is None:
+            return UNKNOWN
+        at = SENSORS_AT_ALL + SENSORS_PER_FINGER * self.scene.hand.fingers
+        return touched.truth(self._values[at : at + TOUCHED_READINGS])
+
+    def touched_points(self) -> FloatArray:
+        """Return where the object touches what it is to touch now, base frame, shape (n, 3) [m]; for checks."""
+        geoms = {int(self.scene.model.geom(name).id) for name in (OBJECT_GEOM, TOUCHED)}
+        found = [each.pos for each in self._data.contact if {int(each.geom1), int(each.geom2)} == geoms]
+        return np.array(found).reshape(-1, 3)
 
     @property
     def pull(self) -> Wrench:

@@ -2,9 +2,9 @@
 
 A held object hangs on friction for minutes, so that what counts is creep; sliding is short, so that lift-off does
 not. Hence other numbers than `palpate.sim.contact_law.ContactLaw` derives for exploring: impedance, friction
-damping and impratio are fixed: elliptic cones, d0 0.5, b_f 200, impratio 1e6, no noslip at 1 ms. A load f_t then
-creeps by f_t / (Dn impratio b_f) with Dn = d0 / ((1 - d0) A): an object of mass m in n fingers by
-g / (n impratio b_f), 0.025 um/s in two, whatever its mass.
+damping are fixed: elliptic cones, d0 0.5, b_f 200, no noslip at 1 ms; and impratio is 1e6 unless a law says
+otherwise. A load f_t then creeps by f_t / (Dn impratio b_f) with Dn = d0 / ((1 - d0) A): an object of mass m in n
+fingers by g / (n impratio b_f), 0.025 um/s in two, whatever its mass.
 """
 
 import math
@@ -36,18 +36,21 @@ class GraspContact:
         friction: Coulomb coefficient mu.
         spin_length: e [m]: full slip lies on (f_t / mu f_n)^2 + (torque / mu e f_n)^2 = 1.
         damping_ratio: Of the normal motion of the bodies' own mass on the contact's stiffness.
+        impratio: Of friction to normal impedance: creep goes with its inverse.
     """
 
     stiffness: float = 20e3
     friction: float = 0.5
     spin_length: float = 0.004
     damping_ratio: float = 1.0
+    impratio: float = IMPRATIO
 
     def __post_init__(self) -> None:
         positive("stiffness", self.stiffness, "N/m")
         positive("friction", self.friction, "")
         positive("spin_length", self.spin_length, "m")
         positive("damping_ratio", self.damping_ratio, "")
+        positive("impratio", self.impratio, "")
 
 
 def frictionless_grasp_parameters(law: GraspContact, inverse_mass: float, time_step: float) -> PairParameters:
@@ -68,7 +71,7 @@ def frictionless_grasp_parameters(law: GraspContact, inverse_mass: float, time_s
         solimp=solimp(d),
         solreffriction=(0.0, 0.0),
         friction=(1.0, 1.0, 0.0, 0.0, 0.0),
-        impratio=IMPRATIO,
+        impratio=law.impratio,
         friction_damping=0.0,
         creep_speed=0.0,
         lift_speed=math.inf,
@@ -102,10 +105,10 @@ def grasp_pair_parameters(
         # MuJoCo divides a direct-format damping by the impedance
         solreffriction=(-1.0, -d * damping_rate),
         friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),
-        impratio=IMPRATIO,
+        impratio=law.impratio,
         friction_damping=damping_rate,
-        creep_speed=mu * force / (Dn * IMPRATIO * damping_rate),
-        lift_speed=force * (1.0 + mu**2 / IMPRATIO) / (Dn * mu * damping_rate),
+        creep_speed=mu * force / (Dn * law.impratio * damping_rate),
+        lift_speed=force * (1.0 + mu**2 / law.impratio) / (Dn * mu * damping_rate),
     )
 
 

@@ -19,7 +19,8 @@ from palpate.sim.hand.contact import GraspContact, frictionless_grasp_parameters
 from palpate.sim.hand.hand import finger_name
 from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.mount import PALM, mount_hand
-from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.hand.touched import Touched
+from palpate.sim.objects.primitives import Solid
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
@@ -32,6 +33,12 @@ OBJECT = "object"
 FIXTURE = "fixture"
 """Name of the constraint that holds an object in place."""
 
+FIXTURE_TURNING = 0.01
+"""[m] Of its stiffness against turning, over that against motion (MuJoCo's `torquescale`)."""
+
+WORLD = "world"
+"""MuJoCo's name of the body that never moves."""
+
 
 @dataclass(frozen=True, slots=True)
 class HeldObject:
@@ -43,7 +50,7 @@ class HeldObject:
         pose_base_object: Where it starts.
     """
 
-    shape: SceneObject
+    shape: Solid
     mass: float = 0.1
     pose_base_object: Pose = field(default_factory=Pose)
 
@@ -67,10 +74,11 @@ class GraspScene:
         carrier: What carries it.
         target: What is to be grasped.
         law: The wanted contact between fingertips and object.
-        pair: As realised at the first fingertip.
+        pair: As realised at the first fingertip; with what the object touches, if there is such a thing.
         fidelity: How it is computed.
         palm: Where the hand frame starts, base frame [m]; its axes are the base frame's.
         rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
+        touched: What the held object touches, besides a table; None: nothing.
     """
 
     model: mujoco.MjModel
@@ -82,6 +90,7 @@ class GraspScene:
     fidelity: Fidelity
     palm: Vector
     rubbing: tuple[FrictionPair, ...] = ()
+    touched: Touched | None = None
 
 
 def build_grasp_scene(
@@ -96,7 +105,8 @@ def build_grasp_scene(
     texture: Texture | None = None,
     *,
     exploring: ContactLaw | None = None,
-    fixture: bool = False,
+    touched: Touched | None = None,
+    fixture: str | None = None,
 ) -> GraspScene:
     """Compile a scene of a hand over an object.
 
@@ -115,7 +125,9 @@ def build_grasp_scene(
         texture: How the plant's friction varies over the object.
         exploring: Of the first fingertip, which slides over the object where the others stick: its lift-off speed
             and the force at which that is stated. None: it sticks as the others do.
-        fixture: Whether something holds the object in place until `HandBackend.release`.
+        touched: What the held object touches; nothing if not given.
+        fixture: Name of the body that holds the object in place until `HandBackend.release`: `WORLD` or `PALM`.
+            None: nothing does.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step, or a fingertip
@@ -138,14 +150,19 @@ def build_grasp_scene(
     body.add_freejoint(name=OBJECT)
     target.shape.add_geom(body, OBJECT_GEOM)
     spec.geom(OBJECT_GEOM).mass = target.mass
-    if fixture:
+    if touched is not None:
+        touched.add_to(spec)
+    if fixture is not None:
         weld = spec.add_equality(
             name=FIXTURE,
             type=mujoco.mjtEq.mjEQ_WELD,
             objtype=mujoco.mjtObj.mjOBJ_BODY,
             name1=OBJECT,
-            name2="world",
+            name2=fixture,
         )
+        # at the object's origin, as MuJoCo's own default lies a metre aside; and soft in turning, so that it lies
+        # flat between flat fingertips before it is let go of
+        weld.data[:3], weld.data[10] = 0.0, FIXTURE_TURNING
         # as stiff as the time step allows; MuJoCo's own would let the object sag by g (20 ms)^2
         weld.solref, weld.solimp = (2.0 * time_step, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 
@@ -170,9 +187,11 @@ def build_grasp_scene(
     if table is not None:
         _add_table(spec, table, law, of_object, time_step)
     _add_sensors(spec, hand.fingers)
-    carrier.add_sensors(spec)
+    if touched is not None:
+        pair = touched.add_contact(spec, OBJECT_GEOM, of_object, time_step, law.impratio)
+    carrier.add_sensors(spec)  # last: there drives find theirs
     rubbing = () if friction is None else tuple(FrictionPair(tip, OBJECT_GEOM, friction, texture) for tip in tips)
-    return GraspScene(spec.compile(), hand, carrier, target, law, pair, fidelity, palm, rubbing)
+    return GraspScene(spec.compile(), hand, carrier, target, law, pair, fidelity, palm, rubbing, touched)
 
 
 def _check_clear(hand: HandModel, target: HeldObject, palm: Vector) -> None:
@@ -192,7 +211,7 @@ def _add_table(
     spec: mujoco.MjSpec, table: Table, law: GraspContact, inverse_mass: float, time_step: float
 ) -> None:
     table.add_to(spec, TABLE_GEOM)
-    on_table = GraspContact(law.stiffness, table.friction, law.spin_length, law.damping_ratio)
+    on_table = replace(law, friction=table.friction)
     standing = grasp_pair_parameters(on_table, inverse_mass, time_step)
     # without spin friction: it stands on more than one point
     add_pair(spec, OBJECT_GEOM, TABLE_GEOM, replace(standing, condim=3))

@@ -13,18 +13,8 @@ STEEPEST = math.radians(60.0)
 """Steepest slope [rad] that a tip is sent to from above."""
 
 
-class SceneObject(Protocol):
-    """A piece that puts one geom into a scene and knows its own surface."""
-
-    @property
-    def top(self) -> float:
-        """Largest z of its surface [m]."""
-        ...
-
-    @property
-    def bottom(self) -> float:
-        """Least z of its surface [m]."""
-        ...
+class Solid(Protocol):
+    """A piece that puts one geom into a scene, and knows how far points are from it."""
 
     def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
         """Add what its geom of that name refers to (a mesh), or what is only seen; before `add_geom`."""
@@ -36,6 +26,20 @@ class SceneObject(Protocol):
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 3) to the surface [m], positive outside, shape (n,)."""
+        ...
+
+
+class SceneObject(Solid, Protocol):
+    """One that can be touched from above: it knows its own surface."""
+
+    @property
+    def top(self) -> float:
+        """Largest z of its surface [m]."""
+        ...
+
+    @property
+    def bottom(self) -> float:
+        """Least z of its surface [m]."""
         ...
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:

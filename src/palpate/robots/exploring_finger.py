@@ -27,7 +27,7 @@ from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.exploring_finger import EXPLORING, ExploringFinger, held_pose
 from palpate.sim.hand.hand_model import opening_of
 from palpate.sim.hand.jointed_hand import JointedHand
-from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.hand.scene import WORLD, HeldObject, build_grasp_scene
 from palpate.sim.objects.target import Mount, as_target
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
@@ -105,7 +105,7 @@ class ExploringFingerEntry(RobotKind, RangedSettings, frozen=True, kw_only=True)
             fidelity=replace(GRASP.fidelity, time_step=self.time_step),
             friction=task.rubbing,
             exploring=law,
-            fixture=True,
+            fixture=WORLD,
         )
         closing_time = opening_of(hand, EXPLORING + 1) / hand.closing_speed
         pacer = robot.file.pace.pacer(task.period)

@@ -15,6 +15,7 @@ from palpate.robots.fingertip import only_finger
 from palpate.robots.hand_description import HandDescription
 from palpate.robots.hand_kind import HandKind
 from palpate.robots.hand_task import HandTask
+from palpate.robots.held_tool import HeldToolEntry
 from palpate.robots.idle import plate_task
 from palpate.robots.known_sensor import known_sensor
 from palpate.robots.robot import Robot
@@ -62,6 +63,7 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
     Attributes:
         time_step: Of the simulation [s]; the control period is a whole number of them.
         hand: With the fingers on it, its frame where the tip frame is; None: there is one finger.
+        tool: That the hand holds: the first of `fingers`; None: it holds none.
     """
 
     METHODS = ("tip_carrier",)
@@ -70,6 +72,22 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
     hand: HandKind | None = None
+    tool: HeldToolEntry | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.tool is not None and self.hand is None:
+            raise InvalidValueError("backend.tool: there is no hand that could hold it; give backend.hand")
+
+    @property
+    def holding(self) -> int:
+        """See `RobotKind`: with a tool, all fingers of the hand."""
+        return 0 if self.tool is None or self.hand is None else self.hand.fingers
+
+    @property
+    def measures_force(self) -> bool:
+        """See `RobotKind`: with a tool, by its fingertips' sensors alone."""
+        return self.tool is None
 
     @property
     def files(self) -> Mapping[str, str]:
@@ -86,6 +104,9 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     def check(self, robot: Robot) -> None:
         """See `RobotKind`."""
+        if self.tool is not None:
+            self.build(robot, plate_task(robot))
+            return
         if self.hand is not None:
             self.described_hand(robot)
             return
@@ -103,10 +124,15 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     def build(self, robot: Robot, task: Task) -> RobotInScene:
         """See `RobotKind`."""
+        if self.tool is not None and self.hand is not None:
+            only_finger(robot)
+            return self.tool.build(
+                robot, task, self.hand, lambda hand, start: self.tip_carrier(robot, hand, start)
+            )
         if self.hand is not None:
             raise InvalidValueError(
                 "backend.hand: this experiment is done with one fingertip; leave the hand out, or take a robot of "
-                "kind exploring_finger, where the others hold"
+                "kind exploring_finger, where the others hold, or give it a tool"
             )
         only_finger(robot)
         check_age(robot, task.sensor.model, task.period)
@@ -134,14 +160,14 @@ class SimulatedKind(RobotKind, RangedSettings, frozen=True, kw_only=True):
 
     def landing_model(self, robot: Robot) -> LandingModel | None:
         """See `RobotKind`: as on a plate."""
-        if self.hand is not None:
+        if self.hand is not None and self.tool is None:
             return None
         task = plate_task(robot)
         return self.build(robot, task).landing_model(task.law.stiffness)
 
     def has_hand(self, robot: Robot) -> bool:
         """See `RobotKind`."""
-        return self.hand is not None
+        return self.hand is not None and self.tool is None
 
     def described_hand(self, robot: Robot) -> HandDescription:
         """See `RobotKind`."""

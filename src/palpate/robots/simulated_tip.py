@@ -25,7 +25,7 @@ def simulated_tip(robot: Robot, i: int, kind: SurfaceKind) -> Tip:
     surface = kind.surface()
     try:
         shape = surface.surface if isinstance(surface, CompliantTip) else surface
-        return Tip(shape, payload.mass, balance=payload.center_of_mass)
+        return Tip(shape, payload.mass, kind.reach, payload.center_of_mass)
     except InvalidValueError as error:
         word = name_of_kind(kind)
         raise InvalidValueError(f"fingers[{i}].surface.kind = {word}: it cannot be simulated: {error}") from None

@@ -11,6 +11,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.open_kinds import OpenKind, Settings, name_of_kind
 from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.solver import Surface
+from palpate.sim.tip import REACH
 from palpate.spatial import ZERO, Vector
 from palpate.surfaces import (
     Capsule,
@@ -18,6 +19,7 @@ from palpate.surfaces import (
     CompliantTip,
     Cylinder,
     Ellipsoid,
+    NearSphere,
     Paraboloid,
     Plane,
     RoundedBox,
@@ -39,6 +41,7 @@ class SurfaceKind(OpenKind):
 
     Attributes:
         center: Of the surface [m], by which simulations and hands place it: the sensor's origin.
+        reach: How far from its centre a simulation ends it along directions in which it has no end [m].
     """
 
     __slots__ = ()
@@ -46,6 +49,7 @@ class SurfaceKind(OpenKind):
     METHODS = ("surface",)
 
     center: Vector = ZERO
+    reach: float = REACH
 
     @property
     def rotation(self) -> FloatArray:
@@ -152,6 +156,18 @@ class EllipsoidEntry(PlacedSurface, frozen=True, kw_only=True):
         return Ellipsoid(self.semi_axes, center=np.array(self.center), rotation=self.rotation)
 
 
+class NearSphereEntry(PlacedSurface, frozen=True, kw_only=True):
+    """A sphere of this radius [m] with small deviations [m]: see `palpate.surfaces.NearSphere`."""
+
+    radius: float = msgspec.field(name="radius_m")
+    deviations: tuple[float, ...] = msgspec.field(name="deviations_m")
+    LENGTHS = (("radius", "radius_m"),)
+
+    def surface(self) -> NearSphere:
+        """See `SurfaceKind`."""
+        return NearSphere(self.radius, self.deviations, center=np.array(self.center), rotation=self.rotation)
+
+
 class CylinderEntry(PlacedSurface, frozen=True, kw_only=True):
     """An endless cylinder about z with this radius [m]."""
 
@@ -164,10 +180,11 @@ class CylinderEntry(PlacedSurface, frozen=True, kw_only=True):
 
 
 class PlaneEntry(PlacedSurface, frozen=True, kw_only=True):
-    """Flat at z = +- this distance [m]."""
+    """Flat at z = +- this distance [m]; simulated, it ends where `reach` says."""
 
     distance: float = msgspec.field(name="distance_m")
-    LENGTHS = (("distance", "distance_m"),)
+    reach: float = msgspec.field(name="reach_m", default=REACH)
+    LENGTHS = (("distance", "distance_m"), ("reach", "reach_m"))
 
     def surface(self) -> Plane:
         """See `SurfaceKind`."""

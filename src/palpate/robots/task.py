@@ -1,6 +1,7 @@
 """What a robot with one fingertip is to touch, and the robot that stands ready to do so."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.controllers import LandingModel, series_stiffness, tracking_delay
@@ -9,6 +10,7 @@ from palpate.kinematics import StandingArm
 from palpate.robots.surface_entries import SurfaceKind
 from palpate.runtime import Backend, FingerDescription
 from palpate.runtime.servo_following import PositionServo
+from palpate.runtime.supervision.guard import Guard
 from palpate.sensing.solver import Surface
 from palpate.sim import ContactLaw, SceneObject, SeededSensor, Target
 from palpate.sim.friction.law import FrictionLaw
@@ -30,6 +32,7 @@ class Task:
         sensor: Behind the tip.
         touch_force: Force that counts as a touch on a sensor of which nothing is known [N].
         rubbing: How the friction plant rubs; None: MuJoCo rubs.
+        believed: What touch takes the fingertip for; None: for what it is.
     """
 
     tip: SurfaceKind
@@ -41,11 +44,13 @@ class Task:
     sensor: SeededSensor
     touch_force: float
     rubbing: FrictionLaw | None = None
+    believed: SurfaceKind | None = None
 
     @property
     def sensed(self) -> Surface:
         """The fingertip that contacts are sensed on: it takes half of the contact's compression."""
-        return yielding(self.tip.surface(), self.compression, 2.0 * self.law.stiffness)
+        tip = self.tip if self.believed is None else self.believed
+        return yielding(tip.surface(), self.compression, 2.0 * self.law.stiffness)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,8 +66,9 @@ class RobotInScene:
         touch_force: Force that counts as a touch [N].
         angular_acceleration: With which it can begin to turn [rad/s^2].
         following_error_limit: By which its reference may lead the tip [m]; inf: its own controller bounds that.
-        holding: Fingers that hold what the finger explores, for touch.
+        holding: Fingers that hold what the finger explores, or the tool that it is, for touch.
         arm: Its joints; None: it has none that palpate moves.
+        guards: Returns fresh ones for a supervisor, besides those that every run has.
     """
 
     backend: Backend
@@ -75,6 +81,12 @@ class RobotInScene:
     following_error_limit: float = math.inf
     holding: tuple[FingerDescription, ...] = ()
     arm: StandingArm | None = None
+    guards: Callable[[], tuple[Guard, ...]] = tuple
+
+    @property
+    def fingers(self) -> tuple[FingerDescription, ...]:
+        """For touch: the one that explores, then those that hold."""
+        return (self.finger, *self.holding)
 
     def landing_model(self, contact_stiffness: float) -> LandingModel:
         """Return how hard it presses on a contact of this stiffness [N/m]."""

@@ -64,11 +64,11 @@ class FingerDescription(Protocol):
 class PlainPipeline:
     """The pipeline of a sensor without flaws: weight and inertia come off, nothing is filtered."""
 
-    delay = 0.0
-
-    def __init__(self, payload: SensorPayload, touch_force: float, release_force: float) -> None:
-        """Take what the sensor carries, and the thresholds of a touch [N]."""
-        self._payload = payload
+    def __init__(
+        self, payload: SensorPayload, touch_force: float, release_force: float, delay: float = 0.0
+    ) -> None:
+        """Take what the sensor carries, the thresholds of a touch [N], and how late its readings are [s]."""
+        self._payload, self.delay = payload, delay
         self._detector = ContactDetector(
             touch_force=touch_force, release_force=release_force, noise=0.0, period=1.0
         )

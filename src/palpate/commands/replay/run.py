@@ -144,7 +144,7 @@ def _replayed(
     changed: bool,
 ) -> Replay:
     samples = islice(log.samples(), extent.count)
-    touch, supervisor = Touch(*planned.fingers), Supervisor(planned.limits)
+    touch, supervisor = Touch(*planned.fingers), Supervisor(planned.limits, planned.guards())
     try:
         return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers, log.truth)
     except InvalidValueError:

@@ -11,6 +11,7 @@ from palpate.sim.render.files import write_gif, write_png
 from palpate.sim.render.held import HeldPlacement
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer, camera_on
+from palpate.sim.render.tool import ToolPlacement
 from palpate.spatial import add, as_vector, rotate
 from palpate.viewing import Frames, ViewScene
 
@@ -100,7 +101,7 @@ def _hardest_grip(frames: Frames) -> int:
 
 def _renderer(scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
     placement = scene.placement
-    if not isinstance(placement, ScenePlacement | HeldPlacement):
+    if not isinstance(placement, ScenePlacement | HeldPlacement | ToolPlacement):
         raise TypeError(f"a {type(placement).__name__} is of no simulated scene")
     inside, model = placement.scene, placement.scene.model
     postures = [placement.in_scene(posture) for posture in postures]
@@ -109,7 +110,7 @@ def _renderer(scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
 
 def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: int) -> Picture:
     placement = scene.placement
-    assert isinstance(placement, ScenePlacement | HeldPlacement)  # there is a renderer
+    assert isinstance(placement, ScenePlacement | HeldPlacement | ToolPlacement)  # there is a renderer
     posture = placement.in_scene(frames.posture(index))
     poses, forces = placement.scene.poses(posture), []
     for i, body in enumerate(scene.fingers):

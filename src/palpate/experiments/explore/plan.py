@@ -1,7 +1,7 @@
 """From a configuration to an exploration that can be carried out: everything is checked and built here."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -58,6 +58,7 @@ from palpate.runtime.live import Change
 from palpate.runtime.servo_following import PositionServo
 from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.stopping import Stopping
+from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.truth import TruthSource
 from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sim import Scene, SceneObject, Target
@@ -112,6 +113,7 @@ class ExplorationPlan(PlanDefaults):
         wall: Bound on the force of hitting a wall during the sweep.
         followed: What the path asks of the arm's joints; None: palpate does not move them.
         holding: Fingers that hold the object, if any do.
+        robot_guards: Returns fresh ones of the robot's own.
         identified: Result of pressing; None: the gain is made for the assumed stiffness.
     """
 
@@ -133,6 +135,7 @@ class ExplorationPlan(PlanDefaults):
     wall: WallBound
     followed: FollowedPath | None
     holding: tuple[FingerDescription, ...] = ()
+    robot_guards: Callable[[], tuple[Guard, ...]] = tuple
     identified: IdentifiedForce | None = None
 
     @property
@@ -190,6 +193,10 @@ class ExplorationPlan(PlanDefaults):
         """See `Plan`."""
         return tuple(Change(*change) for change in self.config.change)
 
+    def guards(self) -> tuple[Guard, ...]:
+        """See `Plan`."""
+        return self.robot_guards()
+
     def observer(self, controller: ExploreController, truth: TruthSource | None) -> PlanDiary:
         """See `Plan`: keeps where the tip was going."""
         return PlanDiary(PlanWatch(controller))
@@ -243,7 +250,7 @@ class ExplorationPlan(PlanDefaults):
         wanted = self.pressing()
         return pressed(
             self.backend(),
-            self.finger,
+            self.fingers,
             self.limits,
             IdentifyController(wanted, self.period),
             IdentifiedForce.of,
@@ -400,6 +407,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
         None if ready.arm is None else follow_path(ready.arm, path, config.speed),
         ready.holding,
+        ready.guards,
     )
 
 

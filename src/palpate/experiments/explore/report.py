@@ -256,6 +256,7 @@ def _remarks(exploration: Exploration) -> str:
     sentences = (
         *change_sentences(exploration.changes, exploration.run.duration, "the sweep began"),
         *assumption_sentences(exploration.assumptions, config.force, config.stiffness),
+        *(f"Of the fingertip it is {each}." for each in (exploration.tip.broken() if exploration.tip else ())),
         *(f"Of the map it is {each}." for each in (exploration.map.verdict.broken if exploration.map else ())),
     )
     return "".join(f" {each}" for each in sentences)
@@ -267,8 +268,8 @@ def _places(count: int) -> str:
 
 def _held(exploration: Exploration) -> tuple[KeyFigure, ...]:
     moved = exploration.held_motion
-    note = "by elastic contacts and slip, in the frame of the fingers that hold it"
-    return () if moved is None else (KeyFigure("object moved in the fingers, at most", 1e3 * moved, "mm", note),)
+    note = "object, or end of the tool, by elastic contacts and slip, seen from the fingers that hold it"
+    return () if moved is None else (KeyFigure("moved in the fingers, at most", 1e3 * moved, "mm", note),)
 
 
 def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:

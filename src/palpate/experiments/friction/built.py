@@ -163,6 +163,6 @@ def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
     if plant is None:
         # what moves with the contact, D_n, the first scene tells by its friction's damping
         fastest = max((config.speed, *config.speeds))
-        lift = max(LIFT_SPEEDS * fastest, scene.law.lift_speed * scene.pair.friction_damping / FASTEST_DAMPING)
+        lift = max(LIFT_SPEEDS * fastest, task.law.lift_speed * scene.pair.friction_damping / FASTEST_DAMPING)
         return build(robot, replace(task, law=replace(task.law, lift_speed=lift)))
     return build(robot, replace(task, rubbing=plant))

@@ -26,6 +26,7 @@ from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
+from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.truth import TruthSource
 from palpate.sim.friction.law import FrictionLaw
 from palpate.viewing import ViewScene
@@ -95,8 +96,12 @@ class FrictionPlan(PlanDefaults):
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
-        """For touch: one."""
-        return (self.ready.finger,)
+        """For touch: the one that rubs, then those that hold."""
+        return self.ready.fingers
+
+    def guards(self) -> tuple[Guard, ...]:
+        """See `Plan`."""
+        return self.ready.guards()
 
     @property
     def following(self) -> FollowingMaker:

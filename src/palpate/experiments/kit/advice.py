@@ -26,6 +26,11 @@ ANYWHERE: Mapping[Cause, str] = {
         "It pressed too hard for the limit above: reduce force and speed (`palpate {experiment} --help` lists the "
         "options), or raise the limit in the robot file if finger and object bear it."
     ),
+    Cause.GRIP: (
+        "The tool is no longer held for sure where it was, and what is felt is off by as much. Put it back at its "
+        "place in the hand, and hold it harder or press less (grip_N in the robot file; "
+        "`palpate {experiment} --help` lists the options)."
+    ),
     Cause.MOTION: (
         "It left its room, or went too fast: `palpate {experiment} --dry-run` shows where the tip goes, and the "
         "robot file has the limits."

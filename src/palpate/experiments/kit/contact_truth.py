@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.runtime.truth import TruthTable
-from palpate.sim.contact_truth import FORCE, OBJECT_POSITION, POSITION, TORQUE, TOUCHING
+from palpate.sim.contact_truth import FORCE, HELD_POSITION, OBJECT_POSITION, POSITION, TORQUE, TOUCHING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +22,8 @@ class ContactTruth:
         force: Shape (n, 3) [N].
         torque: About `position`, shape (n, 3) [N m].
         object_position: Of the object's frame, shape (n, 3) [m].
+        held_position: Of what fingers hold, seen from them, shape (n, 3) [m]: of the end of a tool; of the object
+            where that is held.
         known: Whether anybody knows it.
     """
 
@@ -30,6 +32,7 @@ class ContactTruth:
     force: FloatArray
     torque: FloatArray
     object_position: FloatArray
+    held_position: FloatArray
     known: bool = True
 
     def __len__(self) -> int:
@@ -41,9 +44,10 @@ class ContactTruth:
         """Return the contact of a truth; of `count` periods of which nobody knows anything, on a robot."""
         if not truth.known:
             unknown = np.full((count, 3), np.nan)
-            return cls(np.zeros(count, np.bool_), unknown, unknown, unknown, unknown, known=False)
+            return cls(np.zeros(count, np.bool_), unknown, unknown, unknown, unknown, unknown, known=False)
         touching = truth.column(TOUCHING)[:, 0] > 0.0
         position, force, torque, moved = (
             truth.column(*each) for each in (POSITION, FORCE, TORQUE, OBJECT_POSITION)
         )
-        return cls(touching, position, force, torque, moved)
+        held = truth.column(*HELD_POSITION) if set(HELD_POSITION) <= set(truth.columns) else moved
+        return cls(touching, position, force, torque, moved, held)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.runtime.live import Change
     from palpate.runtime.log.standard.cloud import Cloud
     from palpate.runtime.shown_plan import PlanSource
+    from palpate.runtime.supervision.guard import Guard
     from palpate.runtime.truth import TruthSource
     from palpate.viewing import ViewScene
 
@@ -133,6 +134,10 @@ class Plan(Protocol):
         """What compares the motion of the robot with its commands."""
         ...
 
+    def guards(self) -> "tuple[Guard, ...]":
+        """Return fresh guards for the supervisor of a run, besides those that every run has."""
+        ...
+
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
         """Return what keeps, every period, what `Experiment.found` needs besides record and truth.
 
@@ -184,6 +189,10 @@ class PlanDefaults:
         from palpate.runtime.following import CommandedMotion
 
         return CommandedMotion
+
+    def guards(self) -> "tuple[Guard, ...]":
+        """Return none."""
+        return ()
 
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
         """Return none: record and truth suffice."""

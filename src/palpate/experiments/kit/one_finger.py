@@ -19,6 +19,7 @@ from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Backend, Controller, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
+from palpate.runtime.supervision.guard import Guard
 from palpate.sim import SceneObject, SeededSensor
 from palpate.sim.presets import EXPLORE
 from palpate.viewing import ViewScene
@@ -115,7 +116,7 @@ class OneFingerPlan(PlanDefaults):
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
         """See `Plan`."""
-        return (self.ready.finger,)
+        return self.ready.fingers
 
     @property
     def following(self) -> FollowingMaker:
@@ -126,6 +127,10 @@ class OneFingerPlan(PlanDefaults):
     def longest_duration(self) -> float:
         """See `Plan`."""
         return LONGEST * self.expected_duration
+
+    def guards(self) -> tuple[Guard, ...]:
+        """See `Plan`."""
+        return self.ready.guards()
 
     def backend(self) -> Backend:
         """See `Plan`."""

@@ -1,6 +1,6 @@
 """How an experiment presses first, to find stiffness and delay, about the force that it is to hold; its text."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, TypeVar
 
@@ -60,7 +60,7 @@ def pressing(
 
 def pressed(
     backend: Backend,
-    finger: FingerDescription,
+    fingers: Sequence[FingerDescription],
     limits: Limits,
     controller: IdentifyController,
     of: Callable[[Identification], Found],
@@ -71,7 +71,7 @@ def pressed(
 
     Args:
         backend: The robot, not yet started.
-        finger: For touch.
+        fingers: For touch; the first one presses.
         limits: For the supervisor.
         controller: That presses, a fresh one.
         of: From an identification to the parameters of force control.
@@ -80,7 +80,7 @@ def pressed(
     Raises:
         InvalidValueError: The identification did not finish, or is not to be used.
     """
-    result = run(backend, Touch(finger), controller, Supervisor(limits), duration=longest)
+    result = run(backend, Touch(*fingers), controller, Supervisor(limits), duration=longest)
     try:
         found = controller.result()
         if not found.verdict.ok:

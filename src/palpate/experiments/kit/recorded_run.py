@@ -166,7 +166,7 @@ class RecordedRun:
             self.backend,
             Touch(*plan.fingers),
             self.controller,
-            Supervisor(plan.limits),
+            Supervisor(plan.limits, plan.guards()),
             duration=plan.longest_duration,
             recorder=Recorder(self._memory, *sinks),
             live=live,

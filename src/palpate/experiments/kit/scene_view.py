@@ -6,12 +6,14 @@ import mujoco
 import numpy as np
 
 from palpate.kinematics import Pose
-from palpate.sim.hand.scene import FIXTURE
+from palpate.sim.hand.scene import FIXTURE, OBJECT
+from palpate.sim.hand.touched import TOUCHED
 from palpate.sim.objects.motion import Motion
 from palpate.sim.render.held import HeldPlacement
 from palpate.sim.render.parts import Role, finger_bodies
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.shapes import DEFAULT_COLOUR, Shape, shapes_of
+from palpate.sim.render.tool import ToolPlacement
 from palpate.viewing import BASE, Part, ViewScene
 
 COLOURS = {
@@ -21,6 +23,8 @@ COLOURS = {
     Role.GROUND: (215, 218, 222),
 }
 """RGB, of the palette of Okabe and Ito, and greys; an object that was given a colour keeps it."""
+
+Placed = ScenePlacement | HeldPlacement | ToolPlacement
 
 OPACITY = {Role.TIP: 0.6, Role.OBJECT: 0.35, Role.MACHINE: 1.0, Role.GROUND: 1.0}
 """Contact and map lie on what would hide them."""
@@ -45,13 +49,22 @@ def scene_view(
     """
     scene = ScenePlacement(model, motions)
     scene.place(scene.start)
-    held = any(model.equality(i).name == FIXTURE for i in range(model.neq))
-    placement = HeldPlacement(scene) if held else scene
+    placement, fingers = _placed(scene), finger_bodies(model)
+    if isinstance(placement, ToolPlacement):
+        fingers = (OBJECT, *fingers)  # in the order of the samples' wrenches
     parts = tuple(_part(shape, placement) for shape in shapes_of(model))
-    return ViewScene(title, parts, placement, finger_bodies(model), map_spacing)
+    return ViewScene(title, parts, placement, fingers, map_spacing)
 
 
-def _part(shape: Shape, placement: ScenePlacement | HeldPlacement) -> Part:
+def _placed(scene: ScenePlacement) -> Placed:
+    model = scene.model
+    if all(model.equality(i).name != FIXTURE for i in range(model.neq)):
+        return scene
+    touches = any(model.body(i).name == TOUCHED for i in range(model.nbody))
+    return ToolPlacement(scene) if touches else HeldPlacement(scene)
+
+
+def _part(shape: Shape, placement: Placed) -> Part:
     colour, opacity = COLOURS[shape.role], OPACITY[shape.role]
     if shape.role is Role.OBJECT and shape.colour != DEFAULT_COLOUR:
         red, green, blue = (round(255.0 * channel) for channel in shape.colour[:3])

@@ -45,6 +45,7 @@ from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
 from palpate.runtime.live import Change
+from palpate.runtime.supervision.guard import Guard
 from palpate.sim import MovingTarget, SceneTarget, Target
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.spatial import add_scaled
@@ -116,9 +117,13 @@ class RegulationPlan(PlanDefaults):
     identified: Identified | None = None
 
     @property
-    def fingers(self) -> tuple[FingerDescription]:
+    def fingers(self) -> tuple[FingerDescription, ...]:
         """For touch."""
-        return (self.ready.finger,)
+        return self.ready.fingers
+
+    def guards(self) -> tuple[Guard, ...]:
+        """See `Plan`."""
+        return self.ready.guards()
 
     @property
     def following(self) -> FollowingMaker:
@@ -236,9 +241,7 @@ class RegulationPlan(PlanDefaults):
         """Press on the object at rest, on a robot and scene of its own; return what was identified."""
         resting = built(self.config, self.robot, target_of(self.config, self.texts(), at_rest=True)).backend
         controller = IdentifyController(self.pressing(), self.period)
-        return pressed(
-            resting, self.ready.finger, self.limits, controller, Identified.of, longest=LONGEST_PRESSING
-        )
+        return pressed(resting, self.fingers, self.limits, controller, Identified.of, longest=LONGEST_PRESSING)
 
 
 def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, str]) -> RegulationPlan:

@@ -17,6 +17,8 @@ class Cause(StrEnum):
     """A device reports a stop or a fault of its own, or what it reports cannot be."""
     FORCE = "force"
     """The contact pressed or twisted too hard."""
+    GRIP = "grip"
+    """What a hand holds slips in it, or is about to."""
     MOTION = "motion"
     """The tip went too fast, or out of its room."""
     CONTROLLER = "controller"
