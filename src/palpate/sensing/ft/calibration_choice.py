@@ -116,8 +116,8 @@ def _best(fits: list[CalibrationFit], ranges: FloatArray, groups: Groups) -> tup
         if sure >= BETTER and errors[2] < left_out_error(best, ranges):
             better = fits[2]
             reason = (
-                f"{better.model} misses loads that were left out by {errors[2]:.3%} of the range, the {best.model} by "
-                f"{left_out_error(best, ranges):.3%}: the difference is {sure:.2g} standard errors"
+                f"{better.model} misses loads that were left out by {errors[2]:.3%} of the range, the "
+                f"{best.model} by {left_out_error(best, ranges):.3%}: the difference is {sure:.2g} standard errors"
             )
             best = better
     return best, reason
