@@ -35,7 +35,7 @@ from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import nano17
 from palpate.sim.sensor.stages import drawn_cross_talk
 from palpate.spatial import ZERO, Vector, subtract
-from palpate.surfaces import Plane, RoundedBox
+from palpate.surfaces import RoundedBox, Sphere
 
 SIZE, MASS = (0.04, 0.04, 0.03), 0.1
 """[m], [kg] Of the box."""
@@ -103,8 +103,7 @@ class Lowered:
 
     def backend(self) -> tuple[HeldTool, Touch]:
         """Return the hand around the box, and what feels."""
-        facing = np.array(rotation_from_rotvec((0.0, 0.5 * math.pi, 0.0)))
-        pad = Tip(Plane(0.004, center=np.array([0.004, 0.0, 0.0]), rotation=facing), 0.02, reach=0.01)
+        pad = Tip(Sphere(0.008), 0.02)
         hand = HandFile(HANDS / "two-fingers.xml", ("left_sensor", "right_sensor")).read([pad, pad])
         lowest = 0.5 * (SIZE[2] * math.cos(self.turn) + SIZE[1] * abs(math.sin(self.turn)))
         start: Vector = (self.beside, 0.0, lowest + 1e-3)

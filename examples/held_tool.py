@@ -29,8 +29,7 @@ START, FORCE, PUSH = (-0.01, 0.0, 0.026), 3.0, 0.9  # [m] of the box, the edge a
 
 def main(table_falls: float = 0.1, seed: int = 1) -> None:
     """Lower a box of 40 x 40 x 30 mm and 0.1 kg on a table that falls away from its edge by an angle [rad]."""
-    facing, middle = np.array(rotation_from_rotvec((0.0, 0.5 * math.pi, 0.0))), np.array([0.004, 0.0, 0.0])
-    pad = Tip(pp.Plane(0.004, center=middle, rotation=facing), mass=0.02, reach=0.01)
+    pad = Tip(pp.Sphere(0.008), mass=0.02)
     hand = HandFile(HANDS / "two-fingers.xml", ("left_sensor", "right_sensor")).read([pad, pad])
     table = Pose(rotation=rotation_from_rotvec((0.0, -table_falls, 0.0))) @ Pose((-0.1, 0.0, -0.01))
     touched = Touched(Box((0.2, 0.2, 0.02)), ContactLaw(friction=0.5), table)

@@ -54,7 +54,7 @@ FIGURES = (
     Figure("observed_share", "observed of the reachable", "", _of_map(lambda found: found.observed_share)),
     Figure("force_max_n", "largest force felt", "N", lambda found: found.assumptions.most_force),
     Figure("point_p99_m", "points to true surface, 99 %", "m", lambda found: found.point_p99),
-    Figure("held_motion_m", "moved in the fingers that hold it, at most", "m", lambda found: found.held_motion),
+    Figure("held_motion_m", "moved in the fingers, at most", "m", lambda found: found.held_motion),
     Figure("contacts", "contacts", "", lambda found: len(found.cloud)),
     Figure("marks", "marks", "", lambda found: len(found.marks)),
     Figure("shape", "shape", "", _shape),
