@@ -4,9 +4,9 @@
     python benchmarks/tip_calibration.py plans
     python benchmarks/tip_calibration.py map [--out docs/tip_calibration.png]
 
-coverage: tips drawn wrong (size 5 %, centre 1 mm, tilt 3 degrees, stiffness times or over 2) are touched 60 times,
+coverage: tips drawn wrong (size 5 %, centre 1 mm, tilt 3 degrees, stiffness twice or half) are touched 60 times,
 by geometry solved otherwise than the estimator does, with the noise and the cross-talk of a Nano17 and of a wrist
-sensor. map: an ellipsoid is explored in MuJoCo by a tip drawn wrong, by the same once calibrated, and by the true one.
+sensor. map: an ellipsoid is explored in MuJoCo with a tip typed wrong, the calibrated one, and the true one.
 """
 
 import argparse

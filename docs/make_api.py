@@ -41,6 +41,11 @@ PAGES = {
         "How far noise of the sensor moves a contact.",
         ("palpate.sensing.uncertainty", "palpate.sensing.tip_uncertainty"),
     ),
+    "tip-calibration": Page(
+        "Fingertips calibrated by touch",
+        "A fingertip found by touching a plate, an edge or a ball; what a run's own contacts say of it.",
+        ("palpate.sensing.tip_calibration", "palpate.sensing.tip_agreement"),
+    ),
     "held": Page(
         "Held tools",
         "Feeling through what is held: its wrench, where it touches, at how many places, whether it slips.",

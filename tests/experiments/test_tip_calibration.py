@@ -206,7 +206,7 @@ def test_touches_of_a_file_become_a_tip_a_robot_file_and_the_next_touches(tmp_pa
     found = load_robot(str(tmp_path / "c" / "robot.yaml"))
     entry, typed = found.file.fingers[0], NANO17.file.fingers[0].surface
     assert entry.surface.radius == pytest.approx(typed.radius + RADIUS_ERROR, abs=5e-6)
-    assert 0.0 < entry.surface_sd.size < 1e-4
+    assert 0.0 < entry.surface_sd.uncertainty.size_sd < 1e-4
     assert len((tmp_path / "c" / "next_touches.csv").read_text().splitlines()) > 10
 
 

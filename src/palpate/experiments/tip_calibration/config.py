@@ -82,6 +82,16 @@ class TipConfig:
     """How far the tip may be turned from upright [rad], by a robot that can."""
     stiffness: float = option(20e3, "N/m", bound="positive")
     """Stiffness of the contact, tip and object together, as it is taken for [N/m]."""
+    exponent_sd: float = option(0.0, bound="not negative")
+    """How wrong the exponent of the skin's law may be that the robot file has, or 1: standard deviation. 0: it is
+    known. Three forces or more tell it."""
+    deviations: int = option(0)
+    """Highest degree of a field of small deviations from a sphere that is sought besides: 2, 3, or 0 for none."""
+    mount_turn_sd: float = option(0.0, "rad", bound="not negative")
+    """How wrong the sensor's orientation on the flange may be, about each axis, standard deviation [rad]: it is
+    sought, too, by a robot that turns its tip. 0: it is known."""
+    mount_shift_sd: float = option(0.0, "m", bound="not negative")
+    """How wrong the sensor's place on the flange may be, along each axis, standard deviation [m], likewise."""
     arm_sd: float | None = option(None, "m", bound="positive")
     """How exactly the arm's place repeats, standard deviation [m]: where to begin, for the touches tell it. Left
     out: 20e-6, and 1e-6 for a simulated arm, whose places are exact."""

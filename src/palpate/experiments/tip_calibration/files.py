@@ -29,7 +29,7 @@ def calibration_files(result: "TipCalibration") -> Mapping[str, Writer]:
     if result.touches is None or result.fit is None:
         return found
     found[TOUCHES_FILE] = partial(_write, touches_text(result.touches, targets))
-    surface, sd = surface_entry(result.fit, result.robot), surface_sd_entry(result.fit, result.robot)
+    surface, sd = surface_entry(result.fit, result.robot), surface_sd_entry(result.fit)
     found[TIP_FILE] = partial(_write, yaml_text({"surface": surface, "surface_sd": sd}))
     if result.usable:
         text = with_surface(result.robot.texts[ROBOT_TEXT], 0, surface, sd)

@@ -13,8 +13,9 @@ from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.robots.fingertip import only_finger
 from palpate.robots.robot import Robot
 from palpate.robots.surface_entries import CompliantEntry
-from palpate.robots.surface_sd_entry import LARGEST_SD, LARGEST_TURN
+from palpate.robots.surface_sd_entry import LARGEST_STIFFNESS
 from palpate.sensing.tip_calibration import TipFit, TypedTip, tip_shape
+from palpate.sensing.tip_uncertainty import STIFFNESS
 
 AXES = "xyz"
 
@@ -37,9 +38,12 @@ def surface_entry(fit: TipFit, robot: Robot) -> Mapping[str, object]:
             keys[PLURALS.get(f"{stem}_{unit}", f"{stem}_{unit}")] = [_rounded(float(each)) for each in values]
         elif not any(f"_{each}_" in name for each in AXES):
             keys[name] = _rounded(value)
-    entry: dict[str, object] = {"kind": shape.kind, **keys}
+    deviations = fit.unknowns.of("deviations", fit.values).tolist()
+    if deviations:
+        keys["deviations_m"] = [_rounded(each) for each in deviations]
+    entry: dict[str, object] = {"kind": "near_sphere" if deviations else shape.kind, **keys}
     entry["center_m"] = [_rounded(each) for each in fit.center.tolist()]
-    if set(shape.round_about) != {0, 1, 2}:
+    if deviations or set(shape.round_about) != {0, 1, 2}:
         entry["rotvec_rad"] = [_rounded(each) for each in Rotation.from_matrix(fit.rotation).as_rotvec().tolist()]
     if not isinstance(only_finger(robot).surface, CompliantEntry):
         return entry
@@ -51,17 +55,16 @@ PLURALS = {"semi_axis_m": "semi_axes_m"}
 """Keys of lengths that a robot file has together."""
 
 
-def surface_sd_entry(fit: TipFit, robot: Robot) -> Mapping[str, object]:
-    """Return what `surface_sd` of a robot file is to say: the largest of place and turn count for all axes."""
-    sd = np.sqrt(np.diag(fit.model_covariance()))
-    entry: dict[str, object] = {
-        "size_m": _rounded(min(float(sd[6]), LARGEST_SD)),
-        "position_m": _rounded(min(float(sd[:3].max()), LARGEST_SD)),
-        "rotation_rad": _rounded(min(float(sd[3:6].max()), LARGEST_TURN)),
-    }
-    if isinstance(only_finger(robot).surface, CompliantEntry):
-        entry["stiffness"] = _rounded(min(float(sd[7]), 1.0))
-    return entry
+def surface_sd_entry(fit: TipFit) -> Mapping[str, object]:
+    """Return what `surface_sd` of a robot file is to say: the covariance, with digits for its correlations."""
+    covariance = fit.model_covariance()
+    scale = np.ones(len(covariance))
+    # of a stiffness that touches did not tell a robot file says no more than that
+    scale[STIFFNESS] = min(
+        1.0, 0.99 * LARGEST_STIFFNESS / max(float(np.sqrt(covariance[STIFFNESS, STIFFNESS])), 1e-12)
+    )
+    rows = (scale[:, None] * covariance * scale).tolist()
+    return {"covariance": [[float(f"{each:.12g}") for each in row] for row in rows]}
 
 
 def _rounded(value: float) -> float:

@@ -116,6 +116,10 @@ def typed_tip(config: TipConfig, robot: Robot) -> TypedTip:
         stiffness=stiffness,
         exponent=exponent,
         share=share,
+        exponent_sd=config.exponent_sd,
+        mount_turn_sd=config.mount_turn_sd,
+        mount_shift_sd=config.mount_shift_sd,
+        deviation_degree=config.deviations,
     )
 
 

@@ -70,9 +70,7 @@ def _entry(result: TipCalibration) -> tuple[Paragraph | TextTable, ...]:
     fit = result.fit
     if fit is None:
         return ()
-    text = yaml_text(
-        {"surface": surface_entry(fit, result.robot), "surface_sd": surface_sd_entry(fit, result.robot)}
-    )
+    text = yaml_text({"surface": surface_entry(fit, result.robot), "surface_sd": surface_sd_entry(fit)})
     where = f"{ROBOT_FILE} is the robot file with it." if result.usable else "It is not to be used yet."
     rows = [(line,) for line in text.splitlines()]
     return (Paragraph(f"Of the finger, as in {TIP_FILE}. {where} {meaning(result)}"), TextTable(rows, ("name",)))
