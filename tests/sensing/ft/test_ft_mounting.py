@@ -54,7 +54,7 @@ def test_the_rotation_is_within_a_tenth_of_a_degree_and_within_its_intervals(nam
     assert 0.93 - 1.0 / seeds <= np.mean(inside) <= 0.98 + 2.0 / seeds
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 10_000), name=st.sampled_from(list(SENSORS)))
 def test_every_left_handed_sensor_is_refused_and_every_right_handed_one_is_a_mounting(seed, name):
     a, wrench, turn, noise = measured(seed, name)

@@ -30,10 +30,12 @@ class Step(Protocol):
     @property
     def sensor(self) -> Path:
         """Sensor file to update."""
+        ...
 
     @property
     def out(self) -> Path | None:
         """Where to write instead."""
+        ...
 
 
 def used(

@@ -49,7 +49,7 @@ def solved_left_out(kept: FloatArray, residual: FloatArray) -> FloatArray:
             f"{len(kept)} rows are of one load, and without it the others do not determine the calibration: load "
             "more directions"
         )
-    return np.asarray(np.linalg.solve(kept, residual))
+    return np.asarray(np.linalg.solve(kept, residual), dtype=np.float64)
 
 
 def left_out_residuals(basis: FloatArray, residual: FloatArray, groups: Groups) -> FloatArray:

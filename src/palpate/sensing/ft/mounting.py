@@ -194,12 +194,7 @@ def _solved(given: _Given) -> _Solved:
     weight[:9, :9], weight[9:, 9:] = given.A_information, given.B_information
     left = _left(given, m, R, h)
     for _ in range(STEPS):
-        J = np.zeros((18, 7))
-        J[:9, 0] = R.ravel()
-        for i, axis in enumerate(np.eye(3)):
-            J[:9, 1 + i] = (m * _cross(axis) @ R).ravel()
-            J[9:, 1 + i] = (-_cross(h) @ _cross(axis) @ R).ravel()
-            J[9:, 4 + i] = (-_cross(axis) @ R).ravel()
+        J = _slope(m, R, h)
         information = J.T @ weight @ J
         step = np.linalg.solve(information, J.T @ weight @ left)
         for _ in range(HALVINGS):
@@ -213,7 +208,19 @@ def _solved(given: _Given) -> _Solved:
             break
         if float(step @ information @ step) < SMALL_STEP:
             break
-    return _Solved(m, R, h, _inverse(information), float(left @ weight @ left))
+    J = _slope(m, R, h)
+    return _Solved(m, R, h, _inverse(J.T @ weight @ J), float(left @ weight @ left))
+
+
+def _slope(m: float, R: FloatArray, h: FloatArray) -> FloatArray:
+    """Return the derivatives of A and B by mass, small rotation in the sensor frame and first moment, (18, 7)."""
+    J = np.zeros((18, 7))
+    J[:9, 0] = R.ravel()
+    for i, axis in enumerate(np.eye(3)):
+        J[:9, 1 + i] = (m * _cross(axis) @ R).ravel()
+        J[9:, 1 + i] = (-_cross(h) @ _cross(axis) @ R).ravel()
+        J[9:, 4 + i] = (-_cross(axis) @ R).ravel()
+    return J
 
 
 def _left(given: _Given, m: float, R: FloatArray, h: FloatArray) -> FloatArray:
@@ -323,7 +330,7 @@ def _with_rotation(payload: IdentifiedPayload, found: _Solved, up: FloatArray) -
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.inv(matrix))
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
 
 
 def _cross(v: FloatArray) -> FloatArray:
