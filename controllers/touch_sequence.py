@@ -65,7 +65,7 @@ class TouchParameters:
         travel: Limits of the motion from place to place.
         search_distance: How far from the standoff something is looked for [m].
         landing_speed: Of the approach [m/s].
-        air_time: How long the sensor's zero is felt before each touch [s].
+        air_time: How long the sensor's zero is felt before each touch, for each of its forces [s].
         settle_time: Of the force, after the touch and at each force, before it stands still [s].
         rest_time: From standing still to the first sample that counts, in the air and in contact [s].
         hold_time: How long it counts [s].
@@ -121,7 +121,8 @@ class HeldSpan:
     Attributes:
         touch: Which, from 0.
         force: That was asked for [N].
-        air: From when to when it was in the air [s].
+        air: From when to when it was in the air [s]: for each force another stretch, so that their errors are
+            independent.
         held: From when to when it pressed [s].
     """
 
@@ -177,7 +178,7 @@ class TouchSequence:
         self._stage = _Stage.UP
         self._set = 0.0
         self._steady = 0.0  # since when the set force has been what is wanted
-        self._air = (0.0, 0.0)
+        self._air = 0.0  # since when it has been in the air
         self._touched = ZERO
         self._outcome = TouchOutcome.FELT
         self._obstructed = 0
@@ -215,8 +216,8 @@ class TouchSequence:
         elif contact.phase is Phase.HOLD:
             if touching:
                 self._give_up(now, TouchOutcome.LOADED)
-            elif contact.elapsed >= wanted.rest_time + wanted.air_time:
-                self._air = (contact.since + wanted.rest_time, now.time)
+            elif contact.elapsed >= wanted.rest_time + wanted.air_time * len(self._steps[self._touch].forces):
+                self._air = contact.since + wanted.rest_time
                 contact.start(now.time, now.arm.position_base_tip)
         elif contact.phase is Phase.LIFT:
             if self._travel.arrived or self._travel.late:
@@ -257,8 +258,10 @@ class TouchSequence:
         return self._steps[self._touch].forces[self._level]
 
     def _next_force(self, now: Observation) -> None:
-        held = (self.contact.since + self._parameters.rest_time, now.time)
-        self.spans.append(HeldSpan(self._touch, self._wanted_force, self._air, held))
+        wanted = self._parameters
+        held = (self.contact.since + wanted.rest_time, now.time)
+        begin = self._air + self._level * wanted.air_time
+        self.spans.append(HeldSpan(self._touch, self._wanted_force, (begin, begin + wanted.air_time), held))
         if self._level + 1 < len(self._steps[self._touch].forces):
             self._level += 1
             self._steady = now.time

@@ -54,6 +54,7 @@ def test_it_rests_at_each_force_and_in_the_air_before():
     assert controller.outcomes == [TouchOutcome.FELT] * 2
     assert [(span.touch, span.force) for span in controller.spans] == [(0, 1.0), (0, 3.0), (1, 2.0)]
     assert record[-1][1].phase is Phase.DONE
+    assert controller.spans[0].air[1] <= controller.spans[1].air[0], "errors of both zeros are independent"
     for span in controller.spans:
         for begin, end, force in ((*span.air, 0.0), (*span.held, span.force)):
             held = [now for now, _ in record if begin <= now.time < end]

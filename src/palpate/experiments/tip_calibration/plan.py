@@ -300,11 +300,10 @@ def _duration(parameters: TouchParameters, steps: Sequence[TouchStep]) -> float:
         across = float(np.linalg.norm(np.subtract(before.standoff[:2], step.standoff[:2])))
         length = 2.0 * high - before.standoff[2] - step.standoff[2] + across
         total += length / travel.speed + 3.0 * ENDING
-    at_forces = parameters.settle_time + parameters.rest_time + parameters.hold_time
+    at_forces = parameters.air_time + parameters.settle_time + parameters.rest_time + parameters.hold_time
     each = (
         0.5 * parameters.search_distance * (1.0 / parameters.landing_speed + 1.0 / travel.speed)
         + parameters.rest_time
-        + parameters.air_time
         + parameters.settle_time
     )
     return total + sum(each + at_forces * len(step.forces) for step in steps)
