@@ -72,7 +72,7 @@ def built(config: TipConfig, robot: Robot) -> RobotInScene:
 def _heedless_of_drift(robot: Robot, touch_force: float) -> Robot:
     """The same robot, whose sensor takes only so much force [N] for a touch, and less for a zero that drifts.
 
-    A calibration takes minutes, in which a zero drifts past what its sensor file allows; each touch finds it again.
+    A calibration takes minutes, in which a zero drifts past what its file allows; each touch finds it again.
     """
 
     def raised(sensor: SensorFile | None) -> SensorFile | None:
