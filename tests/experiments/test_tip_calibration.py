@@ -24,7 +24,7 @@ from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.robots.robot import load_robot
 from palpate.robots.surface_entries import CapsuleEntry, EllipsoidEntry, SphereEntry
 from palpate.runtime.log import read_log
-from palpate.sensing.tip_calibration import Target, TargetKind, TipFit
+from palpate.sensing.tip_calibration import TargetKind, TipFit, TouchTarget
 from support.made_up_touches import RADIUS_ERROR, known_before, made_up_touches, touches_file
 
 NANO17 = load_robot("turning-stage-nano17")
@@ -173,7 +173,7 @@ def test_units_in_the_names_of_columns_count():
     header = "target,kind,radius_mm,x_mm,y_mm,z_mm,qw,qx,qy,qz,fx_mN,fy_mN,fz_mN,mx_mNm,my_mNm,mz_mNm"
     text = f"{header},place_x_mm,place_y_mm,place_z_mm\npin,point,1.5,1,2,3,1,0,0,0,1,2,3000,4,5,6,1,2,0\n"
     found = read_touches(text, "t.csv", ())
-    assert found.targets == (Target("pin", TargetKind.POINT, (1e-3, 2e-3, 0.0), radius=1.5e-3),)
+    assert found.targets == (TouchTarget("pin", TargetKind.POINT, (1e-3, 2e-3, 0.0), radius=1.5e-3),)
     np.testing.assert_allclose(found.touches.position, [[1e-3, 2e-3, 3e-3]])
     np.testing.assert_allclose(found.touches.wrench, [[1e-3, 2e-3, 3.0, 4e-3, 5e-3, 6e-3]])
 

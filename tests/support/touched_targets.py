@@ -12,10 +12,10 @@ from palpate.errors import FloatArray
 from palpate.sensing.tip_calibration import (
     Instrument,
     PlannedTouch,
-    Target,
     TargetKind,
     Touches,
     TouchPlan,
+    TouchTarget,
     TypedTip,
 )
 from palpate.sensing.tip_calibration.shapes import ellipsoid_shape, sphere_shape
@@ -25,9 +25,9 @@ NANO17_RANGES = (12.0, 12.0, 17.0, 0.12, 0.12, 0.12)
 AXIA80_RANGES = (500.0, 500.0, 900.0, 20.0, 20.0, 20.0)
 
 TARGETS = (
-    Target("plate", TargetKind.PLANE, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    Target("rod", TargetKind.LINE, (0.05, 0.0, 0.02), (0.0, 1.0, 0.0), radius=0.002),
-    Target("ball", TargetKind.POINT, (0.0, 0.05, 0.02), radius=0.002),
+    TouchTarget("plate", TargetKind.PLANE, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    TouchTarget("rod", TargetKind.LINE, (0.05, 0.0, 0.02), (0.0, 1.0, 0.0), radius=0.002),
+    TouchTarget("ball", TargetKind.POINT, (0.0, 0.05, 0.02), radius=0.002),
 )
 
 
@@ -55,7 +55,7 @@ class TrueTip:
     center: FloatArray
     rotation: FloatArray
     stiffness: float
-    targets: tuple[Target, ...]
+    targets: tuple[TouchTarget, ...]
     exponent: float = 1.0
     share: float = 1.0
 
@@ -73,7 +73,7 @@ class TrueTip:
         return self.rotation @ x + self.center, self.rotation @ u, float(u @ (y - x))
 
     def touched(
-        self, target: Target, rotation: FloatArray, position: FloatArray
+        self, target: TouchTarget, rotation: FloatArray, position: FloatArray
     ) -> tuple[FloatArray, FloatArray, float]:
         """Return point, normal and distance from a target's core, sensor frame."""
         place = rotation.T @ (np.array(target.place) - position)
@@ -105,7 +105,7 @@ def typed_tip(semi_axes: Sequence[float] = (0.008,), **more: object) -> TypedTip
 def wrong(
     tip: TypedTip,
     rng: np.random.Generator,
-    targets: tuple[Target, ...] = TARGETS,
+    targets: tuple[TouchTarget, ...] = TARGETS,
     *,
     size: float = 0.05,
     shift: float = 1e-3,
@@ -118,7 +118,7 @@ def wrong(
     )
     turned = tip.rotation @ Rotation.from_rotvec(turn * rng.uniform(-1.0, 1.0, 3)).as_matrix()
     moved = tuple(
-        Target(
+        TouchTarget(
             t.name,
             t.kind,
             tuple((np.array(t.place) + rng.uniform(-1.5e-3, 1.5e-3, 3)).tolist()),  # type: ignore[arg-type]

@@ -12,10 +12,10 @@ from palpate.estimation import Assumption
 from palpate.kinematics.pose import Pose
 from palpate.sensing.held import HeldTool, locate_tool
 from palpate.sensing.held.wrench_frame import wrench_from
-from palpate.sensing.tip_calibration import Instrument, Target, TargetKind, Touches
+from palpate.sensing.tip_calibration import Instrument, TargetKind, Touches, TouchTarget
 
 STIFFNESS, ARM, FORCE = 2e4, 2e-5, 2.0
-BALL = Target("ball", TargetKind.POINT, (0.4, 0.1, 0.2), radius=0.005, place_sd=2e-4)
+BALL = TouchTarget("ball", TargetKind.POINT, (0.4, 0.1, 0.2), radius=0.005, place_sd=2e-4)
 BELIEVED = HeldTool(PIN, Pose((0.0, 0.0, 0.06)), np.diag([5e-4**2] * 3 + [0.015**2] * 3))
 SD = np.array([1e-3] * 3 + [1e-5] * 3)
 

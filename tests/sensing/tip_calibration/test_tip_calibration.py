@@ -13,10 +13,10 @@ from palpate import ContactStatus, contact_from_wrench
 from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption
 from palpate.sensing.tip_calibration import (
-    Target,
     TargetKind,
     TipFit,
     Touches,
+    TouchTarget,
     Unknowns,
     candidate_touches,
     fit_tip,
@@ -251,7 +251,7 @@ def test_what_cannot_be_is_refused_by_name() -> None:
     with pytest.raises(InvalidValueError, match="no touches"):
         fit_tip(felt.selected(np.zeros(6, dtype=bool)), TARGETS, tip)
     with pytest.raises(InvalidValueError, match="outward normal"):
-        Target("plate", TargetKind.PLANE, (0.0, 0.0, 0.0))
+        TouchTarget("plate", TargetKind.PLANE, (0.0, 0.0, 0.0))
     with pytest.raises(InvalidValueError, match="is a Cylinder"):
         tip_shape(Cylinder(0.01))
     with pytest.raises(InvalidValueError, match="no rotation"):

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.tip_calibration.config import TipConfig
-from palpate.sensing.tip_calibration import Target, TargetKind
+from palpate.sensing.tip_calibration import TargetKind, TouchTarget
 from palpate.sim.objects.fixed_pieces import FixedPieces
 from palpate.sim.objects.posed import PosedGeom
 from palpate.spatial import Vector, as_vector
@@ -39,17 +39,17 @@ GROUND = -0.01
 """z of what the posts stand on [m]."""
 
 
-def believed_targets(config: TipConfig) -> tuple[Target, ...]:
+def believed_targets(config: TipConfig) -> tuple[TouchTarget, ...]:
     """Return plate, rod and ball, where they are thought to be."""
     sd = config.place_sd
     return (
-        Target(PLATE, TargetKind.PLANE, config.plate, UP, place_sd=sd, direction_sd=TILT_SD),
-        Target(ROD, TargetKind.LINE, config.rod, config.rod_direction, config.rod_radius, sd, TILT_SD),
-        Target(BALL, TargetKind.POINT, config.ball, radius=config.ball_radius, place_sd=sd),
+        TouchTarget(PLATE, TargetKind.PLANE, config.plate, UP, place_sd=sd, direction_sd=TILT_SD),
+        TouchTarget(ROD, TargetKind.LINE, config.rod, config.rod_direction, config.rod_radius, sd, TILT_SD),
+        TouchTarget(BALL, TargetKind.POINT, config.ball, radius=config.ball_radius, place_sd=sd),
     )
 
 
-def true_targets(config: TipConfig) -> tuple[Target, ...]:
+def true_targets(config: TipConfig) -> tuple[TouchTarget, ...]:
     """Return the same where a simulation has them."""
     rng = np.random.default_rng(config.scene_error)
     return tuple(_displaced(target, rng) for target in believed_targets(config))
@@ -86,12 +86,12 @@ def simulated_bench(config: TipConfig) -> FixedPieces:
     return FixedPieces((box, tube, sphere), (_post(np.array(ball.place), ball.radius), *posts))
 
 
-def _displaced(target: Target, rng: np.random.Generator) -> Target:
+def _displaced(target: TouchTarget, rng: np.random.Generator) -> TouchTarget:
     moved = np.array(target.place) + rng.uniform(-FARTHEST, FARTHEST, 3)
     axis = rng.normal(size=3)
     turn = Rotation.from_rotvec(STEEPEST * rng.uniform() * axis / np.linalg.norm(axis))
     direction = target.direction if target.kind is TargetKind.POINT else as_vector(turn.apply(target.unit))
-    return Target(target.name, target.kind, as_vector(moved), direction, target.radius)
+    return TouchTarget(target.name, target.kind, as_vector(moved), direction, target.radius)
 
 
 def _post(top: FloatArray, radius: float) -> PosedGeom:

@@ -68,7 +68,7 @@ def felt_touches(pieces: Iterable[Record], spans: Sequence[HeldSpan], targets: S
     Args:
         pieces: All periods of it, in order.
         spans: When the tip rested.
-        targets: Target of each step of the sequence.
+        targets: TouchTarget of each step of the sequence.
 
     Raises:
         InvalidValueError: Nothing was felt at rest.

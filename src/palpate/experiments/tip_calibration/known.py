@@ -14,11 +14,11 @@ from palpate.robots.robot import Robot
 from palpate.sensing.tip_calibration import (
     Instrument,
     PlannedTouch,
-    Target,
     TipFit,
     TipShape,
     Touches,
     TouchPlan,
+    TouchTarget,
     TypedTip,
     candidate_touches,
     fit_tip,
@@ -61,7 +61,7 @@ class KnownBefore:
     """
 
     tip: TypedTip
-    targets: tuple[Target, ...]
+    targets: tuple[TouchTarget, ...]
     instrument: Instrument
     turn: float
     forces: tuple[float, ...]

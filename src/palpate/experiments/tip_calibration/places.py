@@ -9,7 +9,7 @@ import numpy as np
 from palpate.controllers.touch_sequence import TouchStep
 from palpate.errors import FloatArray
 from palpate.experiments.tip_calibration.bench import PLATE_HALF, ROD_HALF, SPREAD
-from palpate.sensing.tip_calibration import PlannedTouch, Target, TargetKind
+from palpate.sensing.tip_calibration import PlannedTouch, TargetKind, TouchTarget
 from palpate.sensing.tip_calibration.targets import across
 from palpate.sensing.tip_calibration.unknowns import TypedTip
 from palpate.spatial import Matrix, Vector, as_vector
@@ -33,7 +33,7 @@ class Approach:
     """
 
     tip: TypedTip
-    targets: Sequence[Target]
+    targets: Sequence[TouchTarget]
     uncertain: float
     forces: tuple[float, ...]
 
@@ -59,7 +59,7 @@ class Approach:
             as_vector(position), _matrix(touch.rotation), as_vector(inward), self.forces, self._height(target)
         )
 
-    def _height(self, target: Target) -> float:
+    def _height(self, target: TouchTarget) -> float:
         """Of the tip frame's origin, z from which no part of the tip reaches the target, however it turns [m]."""
         rise = {
             TargetKind.PLANE: float(PLATE_HALF[0] * np.linalg.norm(target.unit[:2])),
@@ -83,7 +83,7 @@ def tip_points(tip: TypedTip, normals: FloatArray) -> FloatArray:
     return np.asarray(x @ tip.rotation.T + tip.center)
 
 
-def _spread(target: Target, number: int) -> FloatArray:
+def _spread(target: TouchTarget, number: int) -> FloatArray:
     """Offset of a touch along what of a target is flat [m]."""
     reach, unit = SPREAD[target.kind], target.unit
     share = np.array([(number + 0.5) * GOLDEN, (number + 0.5) * GOLDEN**2]) % 1.0
@@ -98,7 +98,9 @@ def _matrix(rotation: FloatArray) -> Matrix:
     return (a, b, c)
 
 
-def first_touches(tip: TypedTip, targets: Sequence[Target], force: float, turn: float) -> tuple[PlannedTouch, ...]:
+def first_touches(
+    tip: TypedTip, targets: Sequence[TouchTarget], force: float, turn: float
+) -> tuple[PlannedTouch, ...]:
     """Return the touches that come first: they find the targets, and the tip roughly.
 
     Args:
@@ -114,7 +116,7 @@ def first_touches(tip: TypedTip, targets: Sequence[Target], force: float, turn: 
     )
 
 
-def _first(target: Target, turn: float) -> Iterator[tuple[FloatArray, FloatArray]]:
+def _first(target: TouchTarget, turn: float) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Orientations, and the directions of touches, base frame."""
     above = -target.unit if target.kind is TargetKind.PLANE else _across_line(target, DOWN)
     for rotation in _rotations(FIRST_SHARE * turn)[: FIRST[target.kind]]:
@@ -127,7 +129,7 @@ def _first(target: Target, turn: float) -> Iterator[tuple[FloatArray, FloatArray
 
 
 def _touching(
-    tip: TypedTip, i: int, target: Target, rotation: FloatArray, inward: FloatArray, force: float
+    tip: TypedTip, i: int, target: TouchTarget, rotation: FloatArray, inward: FloatArray, force: float
 ) -> PlannedTouch:
     """The touch of a target along a direction."""
     normal = rotation.T @ inward
@@ -148,7 +150,7 @@ SIDES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0),
 """Directions towards which the tip presses on rod and ball besides, half downwards."""
 
 
-def _across_line(target: Target, direction: FloatArray) -> FloatArray:
+def _across_line(target: TouchTarget, direction: FloatArray) -> FloatArray:
     """The part of a direction at right angles to a line, of length 1; 0 near the line. Of a point, it as it is."""
     left = direction - (direction @ target.unit) * target.unit if target.kind is TargetKind.LINE else direction
     length = float(np.linalg.norm(left))

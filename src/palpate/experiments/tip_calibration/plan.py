@@ -31,7 +31,7 @@ from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
-from palpate.sensing.tip_calibration import PlannedTouch, Target, TipFit, Touches
+from palpate.sensing.tip_calibration import PlannedTouch, TipFit, Touches, TouchTarget
 from palpate.viewing import ViewScene
 
 TRAVEL_SPEED, FASTEST_LANDING = 0.06, 0.004
@@ -272,7 +272,7 @@ STIFFEST = 2.0
 """Times the stiffness that is typed, which landing and force control still bear: it is what is sought."""
 
 
-def found_targets(fit: TipFit) -> tuple[Target, ...]:
+def found_targets(fit: TipFit) -> tuple[TouchTarget, ...]:
     """Return the targets where touches have found them."""
     places = fit.unknowns.places(fit.values)
     return tuple(

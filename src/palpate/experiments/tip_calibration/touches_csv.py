@@ -12,7 +12,7 @@ from palpate.bounded_file import read_text
 from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table, short
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.tip_calibration.felt import LEAST_SD
-from palpate.sensing.tip_calibration import PlannedTouch, Target, TargetKind, Touches
+from palpate.sensing.tip_calibration import PlannedTouch, TargetKind, Touches, TouchTarget
 
 PLACE = ("x_m", "y_m", "z_m")
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -48,9 +48,9 @@ class TouchesFile:
     """
 
     touches: Touches
-    targets: tuple[Target, ...]
+    targets: tuple[TouchTarget, ...]
 
-    def of(self, targets: Sequence[Target]) -> Touches:
+    def of(self, targets: Sequence[TouchTarget]) -> Touches:
         """Return the touches of some targets, which are counted in another order; those of others are left out."""
         numbers = {target.name: i for i, target in enumerate(targets)}
         names = [self.targets[at].name for at in self.touches.target.tolist()]
@@ -60,7 +60,7 @@ class TouchesFile:
         )
 
 
-def load_touches(path: Path, targets: Sequence[Target]) -> tuple[TouchesFile, str]:
+def load_touches(path: Path, targets: Sequence[TouchTarget]) -> tuple[TouchesFile, str]:
     """Return the touches of a file, and its text; see `read_touches`.
 
     Raises:
@@ -73,7 +73,7 @@ def load_touches(path: Path, targets: Sequence[Target]) -> tuple[TouchesFile, st
     return read_touches(text, str(path), targets), text
 
 
-def read_touches(text: str, name: str, targets: Sequence[Target]) -> TouchesFile:
+def read_touches(text: str, name: str, targets: Sequence[TouchTarget]) -> TouchesFile:
     """Return the touches of a text.
 
     Args:
@@ -115,7 +115,7 @@ def read_touches(text: str, name: str, targets: Sequence[Target]) -> TouchesFile
     )
 
 
-def touches_text(touches: Touches, targets: Sequence[Target]) -> str:
+def touches_text(touches: Touches, targets: Sequence[TouchTarget]) -> str:
     """Return touches as CSV text; `read_touches` gives back the same numbers, but for rounding of rotations."""
     names = ("target", "kind", "radius_m", *PLACE, *QUATERNION, *WRENCH, "time_s", *ABOUT, *DIRECTION, *SDS)
     quaternions = Rotation.from_matrix(touches.rotation).as_quat()
@@ -136,7 +136,7 @@ def touches_text(touches: Touches, targets: Sequence[Target]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def planned_text(planned: Sequence[PlannedTouch], targets: Sequence[Target]) -> str:
+def planned_text(planned: Sequence[PlannedTouch], targets: Sequence[TouchTarget]) -> str:
     """Return planned touches as CSV text: the sensor's pose where the tip just touches, and how it gets there."""
     names = (
         *("touch", "target", *PLACE, *QUATERNION),
@@ -187,14 +187,14 @@ def _columns(table: NumberTable, factors: dict[str, float], names: Sequence[str]
 
 
 def _targets(
-    table: NumberTable, factors: dict[str, float], known: Sequence[Target]
-) -> tuple[tuple[Target, ...], np.ndarray[tuple[int], np.dtype[np.intp]]]:
+    table: NumberTable, factors: dict[str, float], known: Sequence[TouchTarget]
+) -> tuple[tuple[TouchTarget, ...], np.ndarray[tuple[int], np.dtype[np.intp]]]:
     """The targets of a table, by name, and that of each row."""
     if "target" not in table.columns:
         raise InvalidValueError(f"{table.name}: no column target: there must be {HOLDS}")
     names = [row[table.columns.index("target")] for row in table.rows]
     targets = {each.name: each for each in known}
-    found: dict[str, Target] = {}
+    found: dict[str, TouchTarget] = {}
     for i, name in enumerate(names):
         if name not in found:
             found[name] = _target(table, factors, i, name, targets.get(name))
@@ -202,7 +202,9 @@ def _targets(
     return tuple(found.values()), np.array([order.index(name) for name in names], dtype=np.intp)
 
 
-def _target(table: NumberTable, factors: dict[str, float], i: int, name: str, known: Target | None) -> Target:
+def _target(
+    table: NumberTable, factors: dict[str, float], i: int, name: str, known: TouchTarget | None
+) -> TouchTarget:
     """A target from its first row; what that does not say is as it is known."""
     where = f"{table.name}, line {table.lines[i]}"
     row = dict(zip(table.columns, table.rows[i], strict=True))
@@ -225,4 +227,4 @@ def _target(table: NumberTable, factors: dict[str, float], i: int, name: str, kn
     u, v, w = direction or (known.direction if known else (0.0, 0.0, 0.0))
     sds = {} if known is None else {"place_sd": known.place_sd, "direction_sd": known.direction_sd}
     r = radius[0] if radius else known.radius if known else 0.0
-    return Target(name, TargetKind(kind), (x, y, z), (u, v, w), r, **sds)
+    return TouchTarget(name, TargetKind(kind), (x, y, z), (u, v, w), r, **sds)

@@ -16,7 +16,7 @@ from palpate.estimation import Assumption, BrokenAssumption, Verdict
 from palpate.kinematics.pose import Pose
 from palpate.sensing.contact_jacobian import cross_matrices
 from palpate.sensing.held.tool_contact import HeldTool
-from palpate.sensing.tip_calibration import Instrument, Target, TipFit, Touches, TypedTip, fit_tip, tip_shape
+from palpate.sensing.tip_calibration import Instrument, TipFit, Touches, TouchTarget, TypedTip, fit_tip, tip_shape
 
 GRIP_STIFFNESS = 20e3
 """[N/m] to start from: fingertips of rubber that hold a tool give way by 0.05 mm per newton."""
@@ -93,7 +93,7 @@ def typed_tool(tool: HeldTool, grip_stiffness: float = GRIP_STIFFNESS) -> TypedT
 def locate_tool(
     tool: HeldTool,
     touches: Touches,
-    targets: Sequence[Target],
+    targets: Sequence[TouchTarget],
     instrument: Instrument | None = None,
     grip_stiffness: float = GRIP_STIFFNESS,
 ) -> LocatedTool:

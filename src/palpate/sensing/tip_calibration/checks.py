@@ -63,6 +63,13 @@ class WeightedFit:
         n = len(self.whitening)
         return self.weighted[: 3 * n].reshape(n, 3)
 
+    def standard_error(self, column: FloatArray) -> float:
+        """Return the standard error of one more unknown, by whose derivatives (n, 3, 1) residuals change."""
+        white = (self.whitening @ column).ravel()
+        padded = np.concatenate([white, np.zeros(len(self.weighted) - len(white))])
+        free = padded - self.jacobian @ (self.spread @ (self.jacobian.T @ padded))
+        return 1.0 / max(float(np.linalg.norm(free)), 1e-12)
+
     def gain(self, columns: FloatArray) -> float:
         """Return by how much chi square falls with more unknowns.
 
@@ -183,13 +190,21 @@ def _soft_target(fit: WeightedFit) -> Iterator[BrokenAssumption]:
 
 
 def _soft_share(fit: WeightedFit) -> Iterator[BrokenAssumption]:
-    gain = fit.gain(fit.equations.by_share(fit.solved)[:, :, None])
+    columns = fit.equations.by_share(fit.solved)[:, :, None]
+    # without friction the forces' noise alone moves contacts with the share: nothing is told then
+    if fit.standard_error(columns) > SHARE_TOLD:
+        return
+    gain = fit.gain(columns)
     if chi2.sf(gain, 1) < CHANCE:
         yield BrokenAssumption(
             Assumption.CONSISTENT,
             f"contacts lie elsewhere than where a skin on hard targets has them, chi square falls by {gain:.0f}",
             "are the targets soft? Touch hard ones, or press less",
         )
+
+
+SHARE_TOLD = 0.2
+"""Standard error of the share below which it is told: a soft target takes a half."""
 
 
 def _off_shape(fit: WeightedFit) -> Iterator[BrokenAssumption]:

@@ -20,7 +20,7 @@ from palpate.sensing.solver import Surface
 from palpate.sensing.tip_calibration.checks import WeightedFit, verdict_of
 from palpate.sensing.tip_calibration.equations import Solved, TouchEquations
 from palpate.sensing.tip_calibration.instrument import Instrument
-from palpate.sensing.tip_calibration.targets import Target
+from palpate.sensing.tip_calibration.targets import TouchTarget
 from palpate.sensing.tip_calibration.touches import Touches
 from palpate.sensing.tip_calibration.unknowns import TypedTip, Unknowns
 from palpate.surfaces import CompliantTip
@@ -125,7 +125,7 @@ class TipFit:
 
 
 def fit_tip(
-    touches: Touches, targets: tuple[Target, ...], tip: TypedTip, instrument: Instrument | None = None
+    touches: Touches, targets: tuple[TouchTarget, ...], tip: TypedTip, instrument: Instrument | None = None
 ) -> TipFit:
     """Return the fingertip that explains touches.
 

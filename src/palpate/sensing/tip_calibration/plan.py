@@ -16,7 +16,7 @@ from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.sensing.tip_calibration.equations import TouchEquations
 from palpate.sensing.tip_calibration.fit import TipFit
 from palpate.sensing.tip_calibration.instrument import Instrument
-from palpate.sensing.tip_calibration.targets import Target, TargetKind, across
+from palpate.sensing.tip_calibration.targets import TargetKind, TouchTarget, across
 from palpate.sensing.tip_calibration.touches import Touches
 from palpate.sensing.tip_calibration.unknowns import TypedTip, Unknowns
 from palpate.spatial import Vector
@@ -85,7 +85,7 @@ class PlannedTouch:
 
 
 def candidate_touches(
-    tip: TypedTip, targets: tuple[Target, ...], plan: TouchPlan, values: FloatArray | None = None
+    tip: TypedTip, targets: tuple[TouchTarget, ...], plan: TouchPlan, values: FloatArray | None = None
 ) -> list[PlannedTouch]:
     """Return touches that a robot could make.
 
@@ -126,7 +126,7 @@ def planned_touches(
     candidates: Sequence[PlannedTouch],
     count: int,
     tip: TypedTip,
-    targets: tuple[Target, ...],
+    targets: tuple[TouchTarget, ...],
     plan: TouchPlan,
     instrument: Instrument | None = None,
     fit: TipFit | None = None,
@@ -178,7 +178,7 @@ def planned_touches(
 def foreseen_touches(
     candidates: Sequence[PlannedTouch],
     tip: TypedTip,
-    targets: tuple[Target, ...],
+    targets: tuple[TouchTarget, ...],
     plan: TouchPlan,
     values: FloatArray,
 ) -> Touches:

@@ -25,7 +25,7 @@ class TargetKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class TouchTarget:
     """Something that is touched.
 
     Attributes:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
 from palpate.sensing.tip_calibration.shapes import TipShape
-from palpate.sensing.tip_calibration.targets import Target, TargetKind, across
+from palpate.sensing.tip_calibration.targets import TargetKind, TouchTarget, across
 from palpate.surfaces.compliant import LINEAR
 from palpate.surfaces.near_sphere import COUNTS
 
@@ -113,7 +113,7 @@ class Unknowns:
     """
 
     tip: TypedTip
-    targets: tuple[Target, ...]
+    targets: tuple[TouchTarget, ...]
     each: tuple[Unknown, ...] = field(init=False)
     blocks: dict[str, slice] = field(init=False)
 
