@@ -29,7 +29,7 @@ from palpate.runtime import Command, Supervisor, Touch
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.tool_slip import ToolGrip, ToolHeld
 from palpate.sim import SeededSensor, SphereObject
-from palpate.sim.hand.held_tool import HeldTool
+from palpate.sim.hand.held_tool import GraspedTool
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector, norm, scale
 
@@ -115,7 +115,7 @@ def _touch(robot: Robot, seed: int, towards: Vector, height: float) -> Felt:
     )
     ready = build(robot, task)
     backend, touch = ready.backend, Touch(*ready.fingers)
-    assert isinstance(backend, HeldTool)
+    assert isinstance(backend, GraspedTool)
     now = touch.sense(backend.start())
     rows = []
     for i in range(PERIODS):
@@ -144,14 +144,14 @@ class Watched:
     words: str
 
 
-Happening = Callable[[HeldTool, int, np.random.Generator], None]
+Happening = Callable[[GraspedTool, int, np.random.Generator], None]
 
 
-def nothing(backend: HeldTool, period: int, rng: np.random.Generator) -> None:
+def nothing(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
     """Leave it alone."""
 
 
-def knock(backend: HeldTool, period: int, rng: np.random.Generator) -> None:
+def knock(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
     """Push along the pin with 12.5 to 14 N for 3 ms, more than friction holds."""
     if period == 0:
         backend.push((0.0, 0.0, float(rng.uniform(12.5, 14.0) * rng.choice([-1.0, 1.0]))))
@@ -159,7 +159,7 @@ def knock(backend: HeldTool, period: int, rng: np.random.Generator) -> None:
         backend.push((0.0, 0.0, 0.0))
 
 
-def hard_knock(backend: HeldTool, period: int, rng: np.random.Generator) -> None:
+def hard_knock(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
     """Push along the pin with 20 to 40 N for 3 ms."""
     if period == 0:
         backend.push((0.0, 0.0, float(rng.uniform(20.0, 40.0) * rng.choice([-1.0, 1.0]))))
@@ -167,13 +167,13 @@ def hard_knock(backend: HeldTool, period: int, rng: np.random.Generator) -> None
         backend.push((0.0, 0.0, 0.0))
 
 
-def fade(backend: HeldTool, period: int, rng: np.random.Generator) -> None:
+def fade(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
     """Let the squeeze fade to 0.3 N within 0.3 s."""
     if period <= 300:
         backend.squeeze(7.0 - 6.7 * period / 300)
 
 
-def drag(backend: HeldTool, period: int, rng: np.random.Generator) -> None:
+def drag(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
     """Pull along the pin, with a force that grows by 20 N within a second."""
     backend.push((0.0, 0.0, 0.02 * period))
 
@@ -188,7 +188,7 @@ def watched(seed: int, happens: Happening, belief: float) -> Watched:
     )
     grip = ToolGrip(belief * 0.8, 0.6, 7.0, 0.25, 1e-4, ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     backend, touch, controller = planned.backend(), Touch(*planned.fingers), planned.controller()
-    assert isinstance(backend, HeldTool)
+    assert isinstance(backend, GraspedTool)
     supervisor = Supervisor(planned.limits, (Guard(ToolHeld(grip, planned.period)),))
     supervisor.start(planned.period)
     touch.start()

@@ -28,7 +28,7 @@ from palpate.sensing.held import ContactBounds, ContactCount, ExternalWrenches, 
 from palpate.sim import Box, ContactLaw, Fidelity, SeededSensor, Stage, Tip
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand_file import HANDS, HandFile
-from palpate.sim.hand.held_tool import HeldTool, Holding
+from palpate.sim.hand.held_tool import GraspedTool, Holding
 from palpate.sim.hand.scene import HeldObject
 from palpate.sim.hand.touched import Touched
 from palpate.sim.sensor.model import SensorModel
@@ -104,7 +104,7 @@ class Lowered:
         a, b, c = (0.5 * length for length in SIZE)
         return RoundedBox((a, b, c), ROUNDED, ZERO, np.array(rotation_from_rotvec((self.turn, 0.0, 0.0))))
 
-    def backend(self) -> tuple[HeldTool, Touch]:
+    def backend(self) -> tuple[GraspedTool, Touch]:
         """Return the hand around the box, and what feels."""
         pad = Tip(Sphere(0.008), 0.02)
         hand = HandFile(HANDS / "two-fingers.xml", ("left_sensor", "right_sensor")).read([pad, pad])

@@ -7,7 +7,7 @@ from palpate.kinematics.pose import Pose
 from palpate.sensing.held import (
     ExternalWrenches,
     FingersFelt,
-    HeldObject,
+    HeldBody,
     HeldTool,
     ObjectMotion,
     external_wrenches,
@@ -100,7 +100,7 @@ SENSORS = (
 )
 """Of two fingers in the pin's frame: z towards the pin."""
 
-WEIGHT = HeldObject(mass=0.02, center_of_mass=(0.0, 0.0, -0.04), mass_sd=1e-3, center_of_mass_sd=1e-3)
+WEIGHT = HeldBody(mass=0.02, center_of_mass=(0.0, 0.0, -0.04), mass_sd=1e-3, center_of_mass_sd=1e-3)
 REST = ObjectMotion.at_rest((0.0, 0.0, 9.81))
 
 

@@ -38,7 +38,7 @@ from palpate.sensing.held import (
     ContactCount,
     ExternalWrenches,
     FingersFelt,
-    HeldObject,
+    HeldBody,
     HeldTool,
     PlaceFelt,
     count_contacts,
@@ -109,7 +109,7 @@ def by_sensor(rng: np.random.Generator, external: np.ndarray) -> ExternalWrenche
     wrong = felt + felt @ (MATRIX * rng.normal(size=(6, 6))).T + rng.normal(size=felt.shape) @ np.sqrt(NOISE)
     wrong += rng.normal(size=6) @ np.sqrt(ZERO)
     exact = np.eye(3)[None], np.zeros((1, 3)), NOISE[None], ZERO[None], np.zeros((1, 6, 6)), MATRIX[None]
-    told = external_wrenches(FingersFelt(wrong[:, None], *exact), HeldObject(), REST)
+    told = external_wrenches(FingersFelt(wrong[:, None], *exact), HeldBody(), REST)
     return told.seen_from(HAND.inverse())
 
 

@@ -18,8 +18,7 @@ from palpate.runtime.pacing import Pacer
 from palpate.runtime.touch import FingerDescription
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sensing.compensation import SensorPayload, contact_wrench
-from palpate.sensing.held.external_wrench import HeldObject as KnownObject
-from palpate.sensing.held.external_wrench import external_wrench
+from palpate.sensing.held.external_wrench import HeldBody, external_wrench
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.contact_truth import CONTACT_COLUMNS, HELD_POSITION, Truth, numbers_of_truth
 from palpate.sim.fidelity import Fidelity
@@ -39,7 +38,7 @@ SETTLING = 0.3
 TARE = 1.0
 """[s] Over which the zero of the fingers' sum is averaged, in free air."""
 
-NOTHING = KnownObject()
+NOTHING = HeldBody()
 """Weight and inertia of the tool stay in, as in what a sensor bears."""
 
 
@@ -51,7 +50,7 @@ def middle(points: Sequence[Vector]) -> Vector:
     return scale(1.0 / len(points), total)
 
 
-class HeldTool(Closing):
+class GraspedTool(Closing):
     """A simulated hand that holds a tool, on a carrier, as a robot with one fingertip. A `Backend`.
 
     `start` closes the fingers on the tool, which a fixture in the palm holds until then; thereafter the first of
@@ -254,7 +253,7 @@ class Holding:
         sensor: SeededSensor | Sequence[SeededSensor] | None = None,
         end: Vector = ZERO,
         pacer: Pacer | None = None,
-    ) -> HeldTool:
+    ) -> GraspedTool:
         """Return a hand that holds something over what it is to touch.
 
         Args:
@@ -265,7 +264,7 @@ class Holding:
             payload: Mass and centre of mass of what is held, in the tip frame.
             period: Of control [s].
             sensor: See `HandBackend`.
-            end: See `HeldTool`.
+            end: See `GraspedTool`.
             pacer: Likewise.
 
         Raises:
@@ -278,7 +277,7 @@ class Holding:
         )
         closing_time = opening_of(hand) / hand.closing_speed
         backend = HandBackend(scene, period, sensor)
-        return HeldTool(backend, self.fingers, payload, self.grip, closing_time, end, pacer)
+        return GraspedTool(backend, self.fingers, payload, self.grip, closing_time, end, pacer)
 
 
 def _wrench(numbers: tuple[float, ...]) -> Wrench:

@@ -12,7 +12,7 @@ from palpate.spatial import as_vector
 
 
 class ToolPlacement:
-    """Places a scene whose samples are those of a `HeldTool`: the tool has not moved in the hand.
+    """Places a scene whose samples are those of a `GraspedTool`: the tool has not moved in the hand.
 
     Attributes:
         start: Where everything starts.

@@ -8,7 +8,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.robots.in_scene import check
 from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime import Command, Ending, Touch
-from palpate.sim.hand.held_tool import HeldTool
+from palpate.sim.hand.held_tool import GraspedTool
 from support.explore_runs import carried_out, plan_of
 
 PIN = load_robot("stage-pin")
@@ -30,7 +30,7 @@ def changed(*changes):
 def test_what_the_fingers_feel_together_is_what_the_pin_feels():
     planned = plan_of(ExploreConfig(**SMALL), changed(*EXACT))
     backend, touch = planned.backend(), Touch(*planned.fingers)
-    assert isinstance(backend, HeldTool)
+    assert isinstance(backend, GraspedTool)
     now = touch.sense(backend.start())
     assert np.abs(now.fingers[0].wrench).max() < 1e-4  # tared: neither weight nor squeeze
     for _ in range(1700):  # down, until it presses

@@ -76,6 +76,9 @@ SAMPLES = {
         ("averaged = 0", "from 1 to 1000000"),
         "--poses poses.csv --sensor sensor.yaml --out loaded.yaml",
     ),
+    "calibrate mounting": Sample(
+        "--poses poses.csv --sensor sensor.yaml --averaged 0", ("averaged = 0", "from 1 to 1000000")
+    ),
     "calibrate tare": Sample(
         "--sensor sensor.yaml --readings rest.csv --duration 1000",
         ("duration = 1000 s", "at most 600 s"),

@@ -72,13 +72,13 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
 
     RANGES: ClassVar[tuple[Range, ...]] = (
         ("grip_N", 0.1, 100.0, "N"),
-        ("friction", 0.01, 5.0, ""),
+        ("friction_coefficient", 0.01, 5.0, ""),
         ("spin_length_m", 1e-5, 0.1, "m"),
         ("stiffness_N_per_m", 100.0, 1e6, "N/m"),
     )
 
     grip: float = msgspec.field(name="grip_N")
-    friction: float = 0.8
+    friction: float = msgspec.field(name="friction_coefficient", default=0.8)
     spin_length: float = msgspec.field(name="spin_length_m", default=0.004)
     stiffness: float = msgspec.field(name="stiffness_N_per_m", default=20e3)
 

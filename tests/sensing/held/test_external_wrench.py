@@ -11,14 +11,14 @@ from palpate.kinematics.pose import Pose
 from palpate.sensing.held import (
     ExternalWrenches,
     FingersFelt,
-    HeldObject,
+    HeldBody,
     ObjectMotion,
     external_wrench,
     external_wrenches,
 )
 from palpate.sensing.held.wrench_frame import into_matrix, wrench_from, wrench_into
 
-BLOCK = HeldObject(
+BLOCK = HeldBody(
     mass=0.4,
     center_of_mass=(0.01, -0.02, 0.03),
     inertia=((3e-4, 1e-5, 0.0), (1e-5, 4e-4, 2e-5), (0.0, 2e-5, 5e-4)),
@@ -185,4 +185,4 @@ def test_shapes_that_do_not_fit_are_told():
     with pytest.raises(InvalidValueError, match=r"wrench has shape \(6,\)"):
         replace(fingers, wrench=np.zeros(6))
     with pytest.raises(InvalidValueError, match="mass"):
-        HeldObject(mass=-1.0)
+        HeldBody(mass=-1.0)

@@ -24,7 +24,7 @@ LONGEST_PROVENANCE = 1000
 """Characters, of a sensor file."""
 
 
-class Step(Protocol):
+class CalibrationStep(Protocol):
     """A step that updates a sensor file."""
 
     @property
@@ -88,7 +88,7 @@ def loaded(path: Path) -> SensorFile:
         ) from None
 
 
-def target(config: Step) -> Path:
+def target(config: CalibrationStep) -> Path:
     """Return where the updated sensor file goes."""
     return config.out or config.sensor
 

@@ -3,7 +3,7 @@
 from palpate.sensing.held.external_wrench import (
     ExternalWrenches,
     FingersFelt,
-    HeldObject,
+    HeldBody,
     ObjectMotion,
     external_wrench,
     external_wrenches,
@@ -21,7 +21,7 @@ __all__ = [
     "FeltContacts",
     "FeltPlace",
     "FingersFelt",
-    "HeldObject",
+    "HeldBody",
     "HeldTool",
     "LocatedTool",
     "ObjectMotion",

@@ -34,7 +34,7 @@ WRENCH = "np.cov of wrenches at rest is one"
 
 
 @dataclass(frozen=True, slots=True)
-class HeldObject:
+class HeldBody:
     """What a hand holds, in its own frame.
 
     Attributes:
@@ -234,7 +234,7 @@ class ExternalWrenches:
         return ExternalWrenches(wrench, X @ self.noise @ X.T, common)
 
 
-def external_wrenches(felt: FingersFelt, held: HeldObject, motion: ObjectMotion) -> ExternalWrenches:
+def external_wrenches(felt: FingersFelt, held: HeldBody, motion: ObjectMotion) -> ExternalWrenches:
     """Return what the environment exerts on a held object, with covariances.
 
     Args:
@@ -292,7 +292,7 @@ def external_wrenches(felt: FingersFelt, held: HeldObject, motion: ObjectMotion)
 def external_wrench(
     wrenches: Sequence[Wrench],
     poses: Sequence[Pose],
-    held: HeldObject,
+    held: HeldBody,
     specific_force: Vector,
     angular_velocity: Vector = ZERO,
     angular_acceleration: Vector = ZERO,
