@@ -4,9 +4,10 @@
 
 A box of 40 x 40 x 30 mm and 0.1 kg, turned by some 45 degrees about the line of the fingers, touches with its
 lower edge. The table's edge lies across that: raised like a ridge, so that both edges cross in one point, or with
-the table level, so that the box lies on its own edge: on all of it that is above the table, or on one end of it, as it
-was gripped. The hand presses with 3 N and pushes to and fro by 0.9 N; what its two Nano17 feel in three seconds is asked for the place, and for the number of
-contacts. Sensors, places, turns and friction are drawn anew for every seed; MuJoCo's contacts are the truth.
+the table level, so that the box lies on its own edge: on all of it that is above the table, or on one end, as
+it was gripped. The hand presses with 3 N and pushes to and fro by 0.9 N; what its two Nano17 feel in three seconds
+is asked for the place, and for the number of contacts. Sensors, places, turns and friction are drawn anew for each
+seed; MuJoCo's contacts are the truth.
 """
 
 import argparse
