@@ -9,9 +9,9 @@ import numpy as np
 
 from contact.closed_forms import Rows, Solve, prepare_one_formula, prepare_paper, prepare_wrench_axis
 from contact.iterations import prepare_least_squares, prepare_newton, prepare_root
-from palpate import Ellipsoid, Superellipsoid, contact_from_wrench, contacts_from_wrenches
+from palpate import Ellipsoid, Solver, Superellipsoid, contact_from_wrench, contacts_from_wrenches
 from palpate.errors import InvalidValueError
-from palpate.sensing.kernels.quadric import solve_quadric
+from palpate.sensing.solve import solve_on
 
 
 class Pace(Enum):
@@ -65,11 +65,16 @@ def one_palpate(semi_axes: Rows) -> Callable[[Rows], object]:
     return lambda wrench: contact_from_wrench(surface, wrench)
 
 
+def one_solver(semi_axes: Rows) -> Callable[[Rows], object]:
+    """Return palpate's solver for loops, result object included."""
+    return Solver(Ellipsoid(tuple(semi_axes.tolist())))
+
+
 def one_kernel(semi_axes: Rows) -> Callable[[Rows], object]:
     """Return palpate's compiled function alone, on one wrench, into arrays that are there."""
-    packed = Ellipsoid(tuple(semi_axes.tolist())).packed
+    solve = solve_on(Ellipsoid(tuple(semi_axes.tolist())))
     result, status = np.empty(15), np.empty(1, np.int8)
-    return lambda wrench: solve_quadric(packed, wrench.reshape(1, 6), False, result, status)
+    return lambda wrench: solve(wrench, False, result, status)
 
 
 def prepare_implicit(semi_axes: Rows) -> Solve:
@@ -88,9 +93,11 @@ def one_implicit(semi_axes: Rows) -> Callable[[Rows], object]:
 
 
 PALPATE = Method("palpate", prepare_palpate, Pace.FAST, one_palpate)
+SOLVER = Method("palpate, solver for loops", prepare_palpate, Pace.SINGLE, one_solver)
 KERNEL = Method("palpate, kernel alone", prepare_palpate, Pace.SINGLE, one_kernel)
 METHODS = (
     PALPATE,
+    SOLVER,
     KERNEL,
     Method("one formula, numpy", prepare_one_formula, Pace.FAST),
     Method("one formula, float32", partial(prepare_one_formula, dtype=np.float32), Pace.FAST, dtype=np.float32),

@@ -37,6 +37,7 @@ if TYPE_CHECKING:  # for type checkers: these names are imported when they are u
     from palpate.sensing import Contact as Contact
     from palpate.sensing import Contacts as Contacts
     from palpate.sensing import ContactStatus as ContactStatus
+    from palpate.sensing import Solver as Solver
     from palpate.sensing import contact_from_wrench as contact_from_wrench
     from palpate.sensing import contacts_from_wrenches as contacts_from_wrenches
     from palpate.sensing.uncertainty import contact_uncertainty as contact_uncertainty
@@ -72,7 +73,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "robots.values": ("load_named_robot",),
     "runtime": ("Command", "Limits", "Observation", "Phase", "Sample", "Supervisor", "Touch", "run"),
     "runtime.log": ("read_log",),
-    "sensing": ("Contact", "ContactStatus", "Contacts", "contact_from_wrench", "contacts_from_wrenches"),
+    "sensing": ("Contact", "ContactStatus", "Contacts", "Solver", "contact_from_wrench", "contacts_from_wrenches"),
     "sensing.uncertainty": ("contact_uncertainty", "white_noise"),
     "sim": ("ContactLaw", "MujocoBackend", "SphereObject", "Tip", "build_scene"),
     "surfaces": (

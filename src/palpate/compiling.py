@@ -14,6 +14,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -69,6 +70,23 @@ def _keep(kernel: Any, cache: Callable[[Callable[..., Any]], Any]) -> None:
         kernel._cache = cache(kernel.py_func)
     except RuntimeError:  # no folder that can be written: numba itself would refuse to go on
         _unkept.add(kernel)
+
+
+def machine_code(kernel: Any, *examples: object) -> Any:
+    """Return the compiled form of a kernel for arguments like these, compiling it if need be.
+
+    It takes arguments of these types only, in this order, and does not look: looking takes as long as a small
+    kernel. But a read-only array may stand for one that is not written.
+    """
+    if not isinstance(kernel, Dispatcher):  # with NUMBA_DISABLE_JIT
+        return kernel
+    types = tuple(numba.typeof(example) for example in examples)  # type: ignore[no-untyped-call]
+    return _compiled(kernel, types)
+
+
+@lru_cache(maxsize=256)
+def _compiled(kernel: Any, types: tuple[Any, ...]) -> Any:
+    return kernel.compile(types)
 
 
 def keep_closure(kernel: Any, name: str) -> Any:

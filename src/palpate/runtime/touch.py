@@ -15,7 +15,7 @@ from palpate.sensing.ft.health import HEALTHY, SampleHealth, StillnessWatch
 from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.touch_detector import ContactDetector
-from palpate.sensing.solver import Surface, contact_from_wrench
+from palpate.sensing.solver import Solver, Surface
 from palpate.spatial import Vector, Wrench, norm
 
 NOISELESS: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -178,8 +178,9 @@ class Touch:
         self._pipelines = tuple(finger.pipeline() for finger in fingers)
         watches = [finger.stillness() for finger in fingers]
         self._watches = tuple(None if watch is None else _Stamped(watch) for watch in watches)
-        for finger in fingers:  # compile what is not yet compiled: never in the loop
-            contact_from_wrench(finger.surface, np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+        self._solvers = tuple(Solver(finger.surface) for finger in fingers)
+        for solver in self._solvers:  # compile what is not yet compiled: never in the loop
+            solver(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
 
     @property
     def delay(self) -> float:
@@ -205,13 +206,13 @@ class Touch:
                 f"the sample has {len(sample.wrenches)} wrenches: there are {len(self.fingers)} fingers"
             )
         observed = []
-        for finger, pipeline, watch, given in zip(
-            self.fingers, self._pipelines, self._watches, sample.wrenches, strict=True
+        for solver, pipeline, watch, given in zip(
+            self._solvers, self._pipelines, self._watches, sample.wrenches, strict=True
         ):
             wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
             if watch is not None and health is HEALTHY:
                 health = watch.step(given)
-            contact = contact_from_wrench(finger.surface, np.array(wrench))
+            contact = solver(np.array(wrench))
             touching = touching and contact.status is ContactStatus.OK
             observed.append(FingerObservation(given.time, wrench, contact, touching, health))
         return Observation(sample.time, sample.arm, tuple(observed), sample.hand)

@@ -33,7 +33,12 @@ def contact_wrench(load: Wrench, acceleration: Vector, payload: SensorPayload) -
         acceleration: Specific force at the sensor, sensor frame [m/s^2].
         payload: What hangs on the sensor.
     """
-    x, y, z = scale(payload.mass, acceleration)
-    u, v, w = cross(payload.center_of_mass, (x, y, z))
+    return take_off(load, acceleration, payload.mass, payload.center_of_mass)
+
+
+def take_off(load: Wrench, acceleration: Vector, mass: float, center_of_mass: Vector) -> Wrench:
+    """Do the same for a mass [kg] and its centre [m], compiled too (`palpate.sensing.ft.compiled`)."""
+    x, y, z = scale(mass, acceleration)
+    u, v, w = cross(center_of_mass, (x, y, z))
     f0, f1, f2, m0, m1, m2 = load
     return (f0 + x, f1 + y, f2 + z, m0 + u, m1 + v, m2 + w)

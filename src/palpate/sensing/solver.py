@@ -12,12 +12,15 @@ wrench; beyond, squares may leave float64, and the status then is INVALID. Grazi
 of about 1e15.
 """
 
+from functools import lru_cache
+from typing import Self
+
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
-from palpate.sensing.solve import solve
+from palpate.sensing.contact import Contact, ContactModel, Contacts, contact_of
+from palpate.sensing.solve import solve_on
 from palpate.surfaces.compliant import CompliantTip
 from palpate.surfaces.composite import Composite
 from palpate.surfaces.implicit import Implicit
@@ -25,11 +28,84 @@ from palpate.surfaces.open_quadric import OpenQuadric
 from palpate.surfaces.quadric import CenteredQuadric
 
 _IS_HARD = {"soft": False, "hard": True}
-_STATUS = tuple(ContactStatus)
+_FLOAT64 = np.dtype(np.float64)
+_ONE = (6,)
+_KEPT = 64
+"""Surfaces whose solvers are kept for `contact_from_wrench`; a new one takes some 10 us."""
 
 
 Surface = CenteredQuadric | OpenQuadric | Composite | Implicit | CompliantTip
 """Every kind of fingertip; controllers cannot tell them apart."""
+
+
+class Solver:
+    """The contacts of one fingertip, for loops: what can be prepared is, and compiled.
+
+    Attributes:
+        surface: The fingertip, in the sensor frame.
+        model: "soft" or "hard", see `contact_from_wrench`.
+    """
+
+    __slots__ = ("_hard", "_solve", "_status", "model", "surface")
+
+    def __init__(self, surface: Surface, model: ContactModel = "soft") -> None:
+        """Take the fingertip and how it touches.
+
+        Raises:
+            InvalidValueError: No such model, or no solver for this kind of surface.
+        """
+        self.surface, self.model = surface, model
+        self._hard = _hard(model)
+        self._solve = solve_on(surface)
+        self._status = np.empty(1, np.int8)  # written, and not read: threads may share a solver
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Surface, ContactModel]]:
+        """What is compiled cannot be pickled; it is found again."""
+        return type(self), (self.surface, self.model)
+
+    def __call__(self, wrench: npt.ArrayLike) -> Contact:
+        """Return the contact that explains a wrench, see `contact_from_wrench`.
+
+        Raises:
+            InvalidValueError: The wrench is not six numbers.
+        """
+        if type(wrench) is not np.ndarray or wrench.dtype is not _FLOAT64 or wrench.shape != _ONE:
+            wrench = _six(wrench)
+        result = np.empty(15)
+        found = self._solve(np.ascontiguousarray(wrench), self._hard, result, self._status)
+        return contact_of(result, *found)
+
+    def batch(self, wrenches: npt.ArrayLike) -> Contacts:
+        """Return the contacts that explain many wrenches, see `contacts_from_wrenches`.
+
+        Raises:
+            InvalidValueError: The wrenches are not n rows of six numbers.
+        """
+        rows = np.ascontiguousarray(_numbers(wrenches, "wrenches"))
+        if rows.ndim != 2 or rows.shape[1] != 6:
+            raise InvalidValueError(f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in a row")
+        n = len(rows)
+        stride = -(-n // 8) * 8  # every field begins on a cache line, as the kernels' widest stores want it
+        result = _on_cache_line(15 * stride)
+        status = np.empty(n, np.int8)
+        self._solve(rows.reshape(-1), self._hard, result, status)
+
+        def vectors(field: int) -> FloatArray:
+            return result[3 * field * stride :][: 3 * n].reshape(n, 3)
+
+        def scalars(field: int) -> FloatArray:
+            return result[(12 + field) * stride :][:n]
+
+        return Contacts(
+            centroid=vectors(0),
+            normal=vectors(1),
+            force=vectors(2),
+            tangential_force=vectors(3),
+            normal_force=scalars(0),
+            spin_torque=scalars(1),
+            condition=scalars(2),
+            status=status,
+        )
 
 
 def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactModel = "soft") -> Contact:
@@ -49,24 +125,7 @@ def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactM
     Raises:
         InvalidValueError: The wrench is not six numbers, or there is no such model.
     """
-    row = _writeable(_numbers(wrench, "wrench"))
-    if row.shape != (6,):
-        raise InvalidValueError(f"wrench has shape {row.shape}: must be (6,), force then moment")
-    result = np.empty(15)
-    status = np.empty(1, np.int8)
-    solve(surface, row.reshape(1, 6), _hard(model), result, status)
-    result.setflags(write=False)
-    normal_force, spin_torque, condition = result[12:].tolist()
-    return Contact(
-        result[0:3],
-        result[3:6],
-        result[6:9],
-        normal_force,
-        result[9:12],
-        spin_torque,
-        condition,
-        _STATUS[status.item()],
-    )
+    return _solver(surface, model)(wrench)
 
 
 def contacts_from_wrenches(surface: Surface, wrenches: npt.ArrayLike, model: ContactModel = "soft") -> Contacts:
@@ -83,31 +142,17 @@ def contacts_from_wrenches(surface: Surface, wrenches: npt.ArrayLike, model: Con
     Raises:
         InvalidValueError: The wrenches are not n rows of six numbers, or there is no such model.
     """
-    rows = _writeable(_numbers(wrenches, "wrenches"))
-    if rows.ndim != 2 or rows.shape[1] != 6:
-        raise InvalidValueError(f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in each row")
-    n = len(rows)
-    stride = -(-n // 8) * 8  # every field begins on a cache line, as the kernels' widest stores want it
-    result = _on_cache_line(15 * stride)
-    status = np.empty(n, np.int8)
-    solve(surface, rows, _hard(model), result, status)
+    return _solver(surface, model).batch(wrenches)
 
-    def vectors(field: int) -> FloatArray:
-        return result[3 * field * stride :][: 3 * n].reshape(n, 3)
 
-    def scalars(field: int) -> FloatArray:
-        return result[(12 + field) * stride :][:n]
+_cached = lru_cache(maxsize=_KEPT)(Solver)
 
-    return Contacts(
-        centroid=vectors(0),
-        normal=vectors(1),
-        force=vectors(2),
-        tangential_force=vectors(3),
-        normal_force=scalars(0),
-        spin_torque=scalars(1),
-        condition=scalars(2),
-        status=status,
-    )
+
+def _solver(surface: Surface, model: ContactModel) -> Solver:
+    try:
+        return _cached(surface, model)
+    except TypeError:  # what cannot be looked up is no surface or no model
+        return Solver(surface, model)
 
 
 def _on_cache_line(size: int) -> FloatArray:
@@ -124,10 +169,11 @@ def _hard(model: ContactModel) -> bool:
         raise InvalidValueError(f'model = {model!r}: must be "soft" or "hard"') from None
 
 
-def _writeable(array: FloatArray) -> FloatArray:
-    """Return it contiguous, a copy if it is read-only: a compiled solver would be compiled anew for that."""
-    array = np.ascontiguousarray(array)
-    return array if array.flags.writeable else array.copy()
+def _six(wrench: npt.ArrayLike) -> FloatArray:
+    row = _numbers(wrench, "wrench")
+    if row.shape != _ONE:
+        raise InvalidValueError(f"wrench has shape {row.shape}: must be (6,), force then moment")
+    return row
 
 
 def _numbers(value: npt.ArrayLike, name: str) -> FloatArray:

@@ -14,6 +14,7 @@ from typing import IO, Any
 import numpy as np
 
 from palpate import compiling, surfaces
+from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
 from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
@@ -22,6 +23,7 @@ from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.runtime import Command
 from palpate.sensing import contact_from_wrench
+from palpate.sensing.ft import FTPipeline
 from palpate.sim import (
     ContactLaw,
     MujocoBackend,
@@ -58,6 +60,7 @@ def steps() -> Iterator[Step]:
         ("a mesh", surfaces.MeshSurface(CORNERS, FACETS)),
     )
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
+    yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
     yield "the simulation", partial(_simulate, SphereObject(0.04))
     yield "arm kinematics", _move_arm
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from operator import mul
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -59,11 +59,9 @@ class CalibrationMap:
         Raises:
             ValueError: Another number of channels.
         """
-        shifted = [x - o for x, o in zip(raw, self.offset, strict=True)]
-        if self.products:
-            shifted += [shifted[i] * shifted[j] for i, j in self.products]
-        a, b, c, d, e, f = [sum(map(mul, row, shifted)) for row in self.matrix]
-        return (a, b, c, d, e, f)
+        if len(raw) != len(self.offset):
+            raise ValueError(f"the reading has {len(raw)} channels: the calibration has {len(self.offset)}")
+        return calibrated(self.matrix, self.offset, self.products, raw)
 
     def apply(self, raw: npt.ArrayLike) -> FloatArray:
         """Return the wrenches of many readings.
@@ -80,3 +78,25 @@ class CalibrationMap:
         shifted = finite_rows("raw", raw, self.channels, "raw unit") - np.array(self.offset)
         bent = [shifted[:, i] * shifted[:, j] for i, j in self.products]
         return np.asarray(np.column_stack([shifted, *bent]) @ np.array(self.matrix).T)
+
+
+def calibrated(matrix: Any, offset: Any, products: Any, raw: Any) -> Wrench:
+    """Return the wrench of one reading, from the fields of a `CalibrationMap`, or the same as arrays.
+
+    It is plain Python that is compiled too (`palpate.sensing.ft.compiled`).
+    """
+    a = b = c = d = e = f = 0.0
+    k = len(offset)
+    for n in range(k + len(products)):
+        if n < k:
+            u = raw[n] - offset[n]
+        else:
+            i, j = products[n - k][0], products[n - k][1]
+            u = (raw[i] - offset[i]) * (raw[j] - offset[j])
+        a += matrix[0][n] * u
+        b += matrix[1][n] * u
+        c += matrix[2][n] * u
+        d += matrix[3][n] * u
+        e += matrix[4][n] * u
+        f += matrix[5][n] * u
+    return (a, b, c, d, e, f)

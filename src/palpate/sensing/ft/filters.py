@@ -16,17 +16,28 @@ second sensor of the same force; the accelerometer is used exactly, in the compe
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
+from palpate.compiling import machine_code
 from palpate.errors import positive
+from palpate.sensing.ft.compiled import filtered
 from palpate.sensing.ft.filter_specs import Biquad, FilterSpec
 from palpate.spatial import Wrench
 
+_ANY: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
 
 class WrenchFilter:
-    """Filters in series, the same for each of the six entries; none at all passes wrenches as they are."""
+    """Filters in series, the same for each of the six entries; none at all passes wrenches as they are.
+
+    Attributes:
+        coefficients: Of the sections, shape (n, 5),
+        states: and what they remember, shape (n, 2, 6): see `palpate.sensing.ft.compiled.filtered`.
+        started: Whether they have begun.
+    """
 
     def __init__(self, filters: Sequence[FilterSpec], rate: float) -> None:
         """Take the filters, in order, and the sample rate [Hz].
@@ -36,8 +47,12 @@ class WrenchFilter:
         """
         self.rate = positive("rate", rate, "Hz")
         self.sections = tuple(spec.section(rate) for spec in filters)
-        self._stages = [_Stage(section) for section in self.sections]
-        self._started = False
+        self.coefficients = np.array(self.sections, float).reshape(-1, 5)
+        self.states = np.zeros((len(self.sections), 2, 6))
+        self.started = False
+        self._filtered = partial(
+            machine_code(filtered, self.coefficients, self.states, _ANY), self.coefficients, self.states
+        )
         self.noise_gain = _noise_gain(self.sections)
         """Standard deviation of filtered over unfiltered white noise."""
 
@@ -56,52 +71,24 @@ class WrenchFilter:
 
     def start(self, wrench: Wrench) -> None:
         """Take `wrench` for what has been there for ever: no transient follows."""
-        for stage in self._stages:
-            stage.start(wrench)
-        self._started = True
+        for (b0, _, b2, _, a2), state in zip(self.sections, self.states, strict=True):
+            state[0] = [(1.0 - b0) * x for x in wrench]
+            state[1] = [(b2 - a2) * x for x in wrench]
+        self.started = True
 
     def restart(self) -> None:
         """Forget everything: the next sample is taken for what has been there for ever."""
-        self._started = False
+        self.started = False
 
     def step(self, wrench: Wrench) -> Wrench:
         """Return the filtered wrench of this sample. The first one starts the filter.
 
         A wrench that is not finite stays in the filter for good: keep it out.
         """
-        if not self._started:
+        if not self.started:
             self.start(wrench)
-        for stage in self._stages:
-            wrench = stage.step(wrench)
-        return wrench
-
-
-class _Stage:
-    """One section for six channels, in transposed direct form II (two states, few roundings)."""
-
-    __slots__ = ("_first", "_second", "_section")
-
-    def __init__(self, section: Biquad) -> None:
-        self._section = section
-        self._first = [0.0] * 6
-        self._second = [0.0] * 6
-
-    def start(self, wrench: Wrench) -> None:
-        b0, _, b2, _, a2 = self._section
-        self._first = [(1.0 - b0) * x for x in wrench]
-        self._second = [(b2 - a2) * x for x in wrench]
-
-    def step(self, wrench: Wrench) -> Wrench:
-        b0, b1, b2, a1, a2 = self._section
-        first, second = self._first, self._second
-        out = []
-        for i, x in enumerate(wrench):
-            y = b0 * x + first[i]
-            first[i] = b1 * x - a1 * y + second[i]
-            second[i] = b2 * x - a2 * y
-            out.append(y)
-        u, v, w, p, q, r = out
-        return (u, v, w, p, q, r)
+        now: Wrench = self._filtered(wrench)
+        return now
 
 
 def _noise_gain(sections: Sequence[Biquad]) -> float:

@@ -129,8 +129,12 @@ class HealthMonitor:
                 if not math.isfinite(x):
                     return SampleHealth(HealthCheck.NON_FINITE, f"channel {i + 1}", x)
         verdict = self._overloaded(reading, load)
-        still = self._stillness.step(reading)
+        still = self.still(reading)
         return still if verdict is HEALTHY else verdict
+
+    def still(self, reading: Sequence[float]) -> SampleHealth:
+        """Return the same of a sample that is known to be within all limits: whether it has changed."""
+        return self._stillness.step(reading)
 
     def _overloaded(self, reading: Sequence[float], load: Wrench) -> SampleHealth:
         low, high = self.limits.raw

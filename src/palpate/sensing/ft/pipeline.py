@@ -13,10 +13,14 @@ takes them for independent, knows better.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from functools import partial
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from palpate.compiling import machine_code
 from palpate.errors import InvalidValueError
-from palpate.sensing.compensation import contact_wrench
+from palpate.sensing.ft.compiled import NEARLY, sample_wrench
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor, SampleHealth
 from palpate.sensing.ft.sensor_file import SensorFile
@@ -49,18 +53,6 @@ class PipelineOutput(NamedTuple):
     health: SampleHealth
 
 
-class _Calibrated(Protocol):
-    def step(self, raw: tuple[float, ...]) -> Wrench: ...
-
-
-class _Identity:
-    """The calibration of a device that gives wrenches."""
-
-    def step(self, raw: tuple[float, ...]) -> Wrench:
-        a, b, c, d, e, f = raw
-        return (a, b, c, d, e, f)
-
-
 class FTPipeline:
     """A force/torque sensor as its file describes it. One object per sensor, one `step` per sample."""
 
@@ -73,13 +65,12 @@ class FTPipeline:
         self.sensor = sensor
         entry = sensor.calibration
         self.channels = 6 if entry is None else entry.map.channels
-        self._calibrated: _Calibrated = _Identity() if entry is None else entry.map
-        self._bias = sensor.bias
         self._limits = sensor.axis_limits
-        self._payload = sensor.payload.payload
         self._filter = WrenchFilter(sensor.filters, sensor.sample_rate)
         raw = (-math.inf, math.inf) if entry is None else entry.raw_range
-        self._monitor = HealthMonitor(HealthLimits(sensor.axis_limits, raw=raw).of_readings(sensor.repeats))
+        limits = HealthLimits(sensor.axis_limits, raw=raw).of_readings(sensor.repeats)
+        self._monitor = HealthMonitor(limits)
+        self._sample_wrench = _compiled(sensor, limits, self._filter, self.channels)
         period = 1.0 / sensor.sample_rate
         contact = sensor.contact
         self._detector = ContactDetector(
@@ -123,19 +114,16 @@ class FTPipeline:
             raise InvalidValueError(
                 f"the reading has {len(reading)} channels: sensor {self._named} has {self.channels}"
             )
-        load = self._calibrated.step(tuple(reading))
-        a, b, c, d, e, f = load
-        u, v, w, p, q, r = self._bias
-        load = (a - u, b - v, c - w, d - p, e - q, f - r)
-        health = self._monitor.step(reading, load)
-        wrench = contact_wrench(load, acceleration, self._payload)
-        ratio = math.hypot(*[x / y for x, y in zip(wrench, self._limits, strict=True)])
-        if not ratio < IMPOSSIBLE_RATIO:
-            if health is HEALTHY:
-                # The load is in order, so it is the acceleration that is not.
-                health = SampleHealth(HealthCheck.IMPOSSIBLE, "acceleration", ratio, IMPOSSIBLE_RATIO)
-            return PipelineOutput(self._wrench, self._detector.touching, health)
-        wrench = self._filter.step(wrench)
+        sound, load, wrench, done = self._sample_wrench(self._filter.started, tuple(reading), tuple(acceleration))
+        health = self._monitor.still(reading) if sound else self._monitor.step(reading, load)
+        if not done:
+            ratio = math.hypot(*[x / y for x, y in zip(wrench, self._limits, strict=True)])
+            if not ratio < IMPOSSIBLE_RATIO:
+                if health is HEALTHY:
+                    # The load is in order, so it is the acceleration that is not.
+                    health = SampleHealth(HealthCheck.IMPOSSIBLE, "acceleration", ratio, IMPOSSIBLE_RATIO)
+                return PipelineOutput(self._wrench, self._detector.touching, health)
+            wrench = self._filter.step(wrench)
         self._wrench = wrench
         touching = self._detector.step(math.hypot(wrench[0], wrench[1], wrench[2]))
         if not touching:
@@ -147,3 +135,25 @@ class FTPipeline:
     @property
     def _named(self) -> str:
         return f"{self.sensor.model} {self.sensor.serial_number}"
+
+
+def _compiled(sensor: SensorFile, limits: HealthLimits, filters: WrenchFilter, channels: int) -> Any:
+    """Return `sample_wrench` with all bound that stays as it is."""
+    payload = sensor.payload.payload
+    numbers: list[float] = [*sensor.bias, payload.mass, *payload.center_of_mass, *limits.axis, *limits.raw]
+    numbers += [NEARLY * min(1.0, limits.combined) ** 2, NEARLY * IMPOSSIBLE_RATIO**2]
+    products: tuple[tuple[int, int], ...] = ()
+    if sensor.calibration is not None:
+        known = sensor.calibration.map
+        products = known.products
+        numbers += known.offset
+        for row in known.matrix:
+            numbers += row
+    fixed = (
+        np.array(numbers),
+        np.array(products, np.int64).reshape(-1, 2),
+        filters.coefficients,
+        filters.states,
+    )
+    given = (True, (0.0,) * channels, (0.0, 0.0, 0.0))
+    return partial(machine_code(sample_wrench, *fixed, *given), *fixed)

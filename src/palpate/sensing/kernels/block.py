@@ -104,7 +104,7 @@ def load(wrenches, start, n, t):
         load_wrenches(wrenches, 6 * (start + i), t, WRENCH + i, BLOCK)
     for i in range(whole, n):
         for component in range(6):
-            t[WRENCH + component * BLOCK + i] = wrenches[start + i, component]
+            t[WRENCH + component * BLOCK + i] = wrenches[6 * (start + i) + component]
 
 
 @njit(error_model="numpy")
@@ -188,8 +188,8 @@ def settle_cancelled_dots(wrenches, start, n, length_exponent, t):
             continue
         highest = _NEVER
         for j in range(3):
-            f, f_exponent = math.frexp(wrenches[start + i, j])
-            m, m_exponent = math.frexp(wrenches[start + i, j + 3])
+            f, f_exponent = math.frexp(wrenches[6 * (start + i) + j])
+            m, m_exponent = math.frexp(wrenches[6 * (start + i) + j + 3])
             exponents[j] = f_exponent + m_exponent if f != 0.0 and m != 0.0 else _NEVER
             terms[2 * j], terms[2 * j + 1] = two_product(f, m)
             highest = max(highest, exponents[j])

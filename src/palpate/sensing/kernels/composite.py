@@ -7,7 +7,7 @@ import numpy as np
 from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.kernels.block import BLOCK
-from palpate.sensing.kernels.contact_rows import clear_contact
+from palpate.sensing.kernels.contact_rows import clear_contact, last_scalars
 from palpate.sensing.kernels.implicit import MIN_PUSH
 from palpate.sensing.kernels.quadric import solve_quadric
 
@@ -47,12 +47,15 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
         domains: Half spaces (a, b) of the patches, a.x <= b, shape (p, k, 4); rows of zeros hold everywhere.
         centers: Of the patches, and last the tip's, which the condition is about, shape (p + 1, 3) [m].
         tolerance: Largest violation of a contact on the tip [m].
-        wrenches: Shape (n, 6), C order.
+        wrenches: As in `solve_quadric`.
         hard: As in `solve_quadric`.
         result: Written, as in `solve_quadric`.
         status: Written, as in `solve_quadric`.
+
+    Returns:
+        As `solve_quadric`.
     """
-    total, stride = len(wrenches), len(result) // 15
+    total, stride = len(status), len(result) // 15
     found = np.empty(15 * BLOCK)
     code = np.empty(BLOCK, np.int8)
     best = np.empty(BLOCK)
@@ -61,7 +64,7 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
     for start in range(0, total, BLOCK):
         n = min(BLOCK, total - start)
         for patch in range(len(packed)):
-            solve_quadric(packed[patch], wrenches[start : start + n], hard, found[: 15 * n], code[:n])
+            solve_quadric(packed[patch], wrenches[6 * start : 6 * (start + n)], hard, found[: 15 * n], code[:n])
             for i in range(n):
                 violation = math.inf
                 if code[i] == _OK:
@@ -76,9 +79,9 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
                     for field in range(3):
                         result[(12 + field) * stride + start + i] = found[(12 + field) * n + i]
         for i in range(n):
-            own, f = centers[chosen[i]], wrenches[start + i]
+            own, w = centers[chosen[i]], wrenches[6 * (start + i) : 6 * (start + i) + 6]
             if status[start + i] == _OK and (own[0] != middle[0] or own[1] != middle[1] or own[2] != middle[2]):
-                w, c = wrenches[start + i], result[3 * (start + i) : 3 * (start + i) + 3]
+                c = result[3 * (start + i) : 3 * (start + i) + 3]
                 result[14 * stride + start + i] *= _relative_size(w, c, middle) / _relative_size(w, c, own)
             if status[start + i] == _OK and best[i] > tolerance:
                 status[start + i] = _OUTSIDE
@@ -87,8 +90,9 @@ def solve_composite(packed, domains, centers, tolerance, wrenches, hard, result,
             if (
                 len(packed) > 1
                 and status[start + i] == _OK
-                and push * push < MIN_PUSH**2 * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
+                and push * push < MIN_PUSH**2 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
             ):
                 status[start + i] = _AMBIGUOUS
             if status[start + i] == _OUTSIDE or status[start + i] == _AMBIGUOUS:
                 clear_contact(result, stride, start + i)
+    return last_scalars(result, status)

@@ -1,4 +1,4 @@
-"""What kernels that take wrench after wrench share: the wrench as the tip sees it, and rows without a contact."""
+"""What kernels share: the wrench as the tip sees it, rows without a contact, and what they return."""
 
 import math
 
@@ -42,3 +42,15 @@ def clear_contact(result, stride, i):
     result[12 * stride + i] = math.nan
     result[13 * stride + i] = math.nan
     result[14 * stride + i] = math.inf
+
+
+@njit(error_model="numpy")
+def last_scalars(result, status):
+    """Return normal force, spin torque, condition and status of the last contact: of one, all but its vectors.
+
+    So a single contact needs no second look into the arrays, which costs more from Python than the look itself.
+    """
+    if len(status) == 0:
+        return math.nan, math.nan, math.inf, 0
+    stride, i = len(result) // 15, len(status) - 1
+    return result[12 * stride + i], result[13 * stride + i], result[14 * stride + i], int(status[i])

@@ -297,7 +297,7 @@ def vouch(p, order, spins, center, rotation, wrenches, hard, result, status):
         spins: That spin over normal force, in the same order [m].
         center: Origin of the mesh's frame in the sensor frame, shape (3,) [m].
         rotation: Columns are the mesh's axes in sensor coordinates, shape (3, 3).
-        wrenches: As in `palpate.sensing.kernels.quadric.solve_quadric`, and so are the others.
+        wrenches: Shape (n, 6), C order; the others are as in `palpate.sensing.kernels.quadric.solve_quadric`.
         hard: See there.
         result: See there.
         status: See there.

@@ -432,8 +432,8 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             stiffness: Of the law delta = (f_n / stiffness)^exponent; infinite for a rigid surface.
             exponent: Of the same law.
             starts: `STARTS`, or 1 for Newton's iteration alone, where others find what that does not.
-            wrenches: As in `solve_quadric`, and so are the others.
-            hard: See there.
+            wrenches: Shape (n, 6), C order.
+            hard: As in `solve_quadric`.
             result: See there.
             status: See there.
         """

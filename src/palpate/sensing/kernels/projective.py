@@ -46,6 +46,7 @@ from palpate.sensing.kernels.block import (
     to_sensor_axes,
     to_surface_axes,
 )
+from palpate.sensing.kernels.contact_rows import last_scalars
 from palpate.sensing.kernels.interleave import fence
 from palpate.sensing.kernels.quadric import centroid, root, square_of_w
 from palpate.surfaces.open_quadric import PackedProjective
@@ -180,7 +181,7 @@ def solve_projective(q, unit_sphere, wrenches, hard, result, status):
     """Solve n wrenches on one open quadric; arguments as in `solve_quadric`, `unit_sphere` packed likewise."""
     t = np.empty(_SIZE)
     length_exponent = int(q[_LENGTH_EXPONENT])
-    total, stride = len(wrenches), len(result) // 15
+    total, stride = len(status), len(result) // 15
     streaming = can_stream(total, stride, result)
     for start in range(0, total, BLOCK):
         n = min(BLOCK, total - start)
@@ -212,3 +213,4 @@ def solve_projective(q, unit_sphere, wrenches, hard, result, status):
         store(t, start, n, stride, streaming, result, status)
     if streaming:
         fence()
+    return last_scalars(result, status)

@@ -64,6 +64,7 @@ from palpate.sensing.kernels.block import (
     to_sensor_axes,
     to_surface_axes,
 )
+from palpate.sensing.kernels.contact_rows import last_scalars
 from palpate.sensing.kernels.double_double import (
     add,
     bits,
@@ -344,16 +345,19 @@ def solve_quadric(q, wrenches, hard, result, status):
 
     Args:
         q: The surface's packed coefficients, see `palpate.surfaces.quadric.Packed`.
-        wrenches: Shape (n, 6), C order.
+        wrenches: n of them, one after the other, shape (6 n,).
         hard: Whether to solve for hard fingers (wrench axis) instead of soft ones.
         result: Written, shape (15 s,), s >= n: centroids, normals, forces, tangential forces, each (s, 3), then
             normal forces, spin torques, conditions, each (s,); the last s - n of each are left alone.
         status: Written, shape (n,), int8.
+
+    Returns:
+        The scalars of the last one, see `last_scalars`.
     """
     t = np.empty(SCRATCH_SIZE)
     length_exponent = int(q[_LENGTH_EXPONENT])
     aligned = q[_ALIGNED] == 1.0
-    total, stride = len(wrenches), len(result) // 15
+    total, stride = len(status), len(result) // 15
     streaming = can_stream(total, stride, result)
     for start in range(0, total, BLOCK):
         n = min(BLOCK, total - start)
@@ -379,3 +383,4 @@ def solve_quadric(q, wrenches, hard, result, status):
         store(t, start, n, stride, streaming, result, status)
     if streaming:
         fence()
+    return last_scalars(result, status)
