@@ -16,6 +16,7 @@ from palpate.mapping.surface_map.covariance import (
     surface_covariance,
     weighted_sums,
 )
+from palpate.mapping.surface_map.kernel import fill_noise
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
@@ -90,7 +91,7 @@ class PatchData:
         secant = 1.0 / normal[:, 2]
         along = p[:, :, None] * p[:, None, :] / (1.0 + secant)[:, None, None]
         return cls(
-            xy=local[:, :2],
+            xy=np.ascontiguousarray(local[:, :2]),
             values=np.concatenate([local[:, 2], p[:, 0], p[:, 1]]),
             path=stretches.path,
             extent=stretches.extent,
@@ -98,20 +99,16 @@ class PatchData:
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
 
-    def noise(self, model: SurfaceModel) -> FloatArray:
-        """Return the covariance of what errs in `values`, shape (3 n, 3 n)."""
-        n = len(self.xy)
-        N = np.zeros((3 * n, 3 * n), order="F")
-        C = path_correlation(self.path, self.extent, model.noise_length)
-        N[:n, :n] = model.noise**2 * np.outer(self.noise_root, self.noise_root) * C
-        C = model.tilt**2 * path_correlation(self.path, self.extent, model.tilt_length)
-        r = self.tilt_root
-        for i in range(2):
-            for j in range(i, 2):
-                block = (np.outer(r[:, i, 0], r[:, j, 0]) + np.outer(r[:, i, 1], r[:, j, 1])) * C
-                rows, columns = slice((1 + i) * n, (2 + i) * n), slice((1 + j) * n, (2 + j) * n)
-                N[rows, columns] = block
-                N[columns, rows] = block.T
+    def correlations(self, model: SurfaceModel) -> tuple[FloatArray, FloatArray]:
+        """Return how errors of heights and of slopes keep along the path, shapes (n, n)."""
+        noise = path_correlation(self.path, self.extent, model.noise_length)
+        return noise, path_correlation(self.path, self.extent, model.tilt_length)
+
+    def noise(self, model: SurfaceModel, correlations: tuple[FloatArray, FloatArray] | None = None) -> FloatArray:
+        """Return the covariance of what errs in `values`, shape (3 n, 3 n), with `correlations` if known."""
+        N = np.empty((len(self.values), len(self.values)))
+        of_heights, of_slopes = correlations or self.correlations(model)
+        fill_noise(N, model.noise * self.noise_root, model.tilt * self.tilt_root, of_heights, of_slopes)
         return N
 
 

@@ -318,7 +318,7 @@ class SurfaceMap:
         self._axes = np.vstack([self._axes, *(each.axis for each in new)])
         reach = self._settings.patch_data
         asked = KDTree(position[first:]).query_ball_point(self._centers, reach, return_length=True) > 0
-        asked[before:] = True
+        asked = asked | (np.arange(len(asked)) >= before)
         joined = np.flatnonzero(asked)
         near = self._tree.query_ball_point(self._centers[joined], reach, return_sorted=True)
         changed = set(range(before, len(self._frames)))
