@@ -132,17 +132,18 @@ def _fitted(
     )
     scale = np.array([1.0, 1.0, reach, reach, reach])  # unknowns of one size
     rows /= scale
-    A = np.einsum("nk,ntki,ntkj->nij", weight, rows, rows)
+    weighted = (weight[:, None, :, None] * rows).reshape(len(points), -1, 5).transpose(0, 2, 1)
+    A = weighted @ rows.reshape(len(points), -1, 5)
     determined = (used.sum(axis=1) >= MIN_STRETCHES) & _is_spread(weight, xy)
     A[~determined] = np.eye(5)
-    gain = np.linalg.solve(A, np.einsum("nk,ntki->nitk", weight, rows).reshape(len(points), 5, -1))
+    gain = np.linalg.solve(A, weighted)
     solved = np.einsum("nij,nj->ni", gain, slope.transpose(0, 2, 1).reshape(len(points), -1))
     found = solved / scale
     half = 0.5 * (gain[:, 2] / scale[2] + gain[:, 4] / scale[4]).reshape(len(points), 2, -1)
     tilt = model.tilt * stretches.tilt[index]
     noise = half * tilt[:, None]
     correlation = _correlations(stretches.path[index], stretches.extent[index], model.tilt_length)
-    variance = np.einsum("ntk,nkl,ntl->n", noise, correlation, noise)
+    variance = ((noise @ correlation) * noise).sum(axis=(1, 2))
     misfit = slope - np.einsum("ntki,ni->nkt", rows, solved)
     expected = 2.0 * np.einsum("nk,nkk,nk->n", weight, correlation, tilt**2)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -46,8 +46,8 @@ class PatchEstimate:
         chosen: Which points, shape (k,).
         local: They in the patch's frame, shape (k, 3) [m].
         height: Of the surface there, shape (k,) [m].
-        slope: Of the surface there, shape (k, 2).
         cos: Of the angle between the patch's axis and its surface, shape (k,).
+        normal: Of the surface there, shape (k, 3).
         weight: Shape (k,), from 0 on.
     """
 
@@ -55,15 +55,9 @@ class PatchEstimate:
     chosen: IndexArray
     local: FloatArray
     height: FloatArray
-    slope: FloatArray
     cos: FloatArray
+    normal: FloatArray
     weight: FloatArray
-
-    @property
-    def normal(self) -> FloatArray:
-        """Of the surface there, shape (k, 3)."""
-        upright = np.column_stack([-self.slope * self.cos[:, None], self.cos])
-        return np.asarray(upright @ self.patch.frame.axes)
 
 
 def patch_estimates(
@@ -91,12 +85,12 @@ def patch_estimates(
         local = offset @ patch.frame.axes.T
         h, hx, hy = patch.heights(local[:, :2])
         cos = 1.0 / np.sqrt(1.0 + hx * hx + hy * hy)
-        r = np.minimum(np.linalg.norm(offset, axis=1) / reach, 1.0)
+        r = np.minimum(np.sqrt((offset * offset).sum(axis=1)) / reach, 1.0)
         ramp = np.clip((cos - STEEP_COS) / (FLAT_COS - STEEP_COS), 0.0, 1.0)
         weight = (1.0 - r) ** 4 * (4.0 * r + 1.0) * ramp * ramp * (3.0 - 2.0 * ramp)
-        estimate = PatchEstimate(patch, chosen, local, h, np.stack([hx, hy], axis=1), cos, weight)
-        weight *= (estimate.normal * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
-        yield estimate
+        normal = np.stack([-hx * cos, -hy * cos, cos], axis=1) @ patch.frame.axes
+        weight *= (normal * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
+        yield PatchEstimate(patch, chosen, local, h, cos, normal, weight)
 
 
 def blended(estimates: Iterable[PatchEstimate], count: int, *, with_sd: bool) -> Blend:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.kernel import fill_surface
+from palpate.mapping.surface_map.kernel import fill_surface, sum_surface
 from palpate.mapping.surface_map.model import SurfaceModel
 
 PLANE_SLOPE = 0.3
@@ -68,8 +68,7 @@ def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) ->
 def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return `surface_covariance(xy_at, xy, model) @ weights` as rows h, h_x, h_y, without the matrix.
 
-    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d:
-    each sum over d = x - x' is one product of matrices.
+    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d.
 
     Args:
         xy_at: Where, shape (m, 2) [m].
@@ -80,31 +79,16 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
     Returns:
         Shape (3, m).
     """
-    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1).T
+    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1)
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
-    ar = np.subtract.outer(xy_at[:, 0], xy[:, 0]) ** 2
-    ar += np.subtract.outer(xy_at[:, 1], xy[:, 1]) ** 2
-    np.sqrt(ar, out=ar)
-    ar *= a
-    decay = np.exp(-ar)
-    decay *= s2 * a * a / 3.0
-    along = xy_at @ u.T
-    along -= (xy * u).sum(axis=1)
-    bend = decay * along  # a^-2 A2 d.u
-    A1 = ar * decay
-    A1 += decay
-    ar *= ar
-    ar *= decay
-    k = A1 * (3.0 / (a * a))
-    ar /= a * a
-    k += ar  # s^2 (1 + a r + a^2 r^2 / 3) exp(-a r)
-    plane = p2 * (xy.T @ w + u.sum(axis=0))
-    h = k @ w + np.einsum("mn,mn->m", A1, along) + h2 * w.sum() + xy_at @ plane
-    bend *= a * a
-    bend += A1 * w
-    slopes = A1 @ u - xy_at * bend.sum(axis=1)[:, None] + bend @ xy + plane
-    return np.concatenate([h[None], slopes.T])
+    h2, p2 = model.plane**2, PLANE_SLOPE**2
+    ar = a * cdist(xy_at, xy)
+    sums = np.empty((3, len(xy_at)))
+    sum_surface(sums, xy_at, xy, weights, ar, np.exp(-ar), (a * a, model.height**2))
+    plane = p2 * (w @ xy + u.sum(axis=1))
+    sums[0] += h2 * w.sum() + xy_at @ plane
+    sums[1:] += plane[:, None]
+    return sums
 
 
 def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:

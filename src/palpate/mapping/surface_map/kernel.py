@@ -40,6 +40,37 @@ def fill_surface(K, xy, xy_other, ar, decay, scales):
             K[n + i, 2 * m + j] = K[2 * n + i, m + j] = -A2 * dx * dy
 
 
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def sum_surface(sums, xy_at, xy, weights, ar, decay, scales):
+    """Write `covariance.weighted_sums` of the process alone into sums, shape (3, m).
+
+    Args:
+        sums: Rows are heights and slopes.
+        xy_at: Where, shape (m, 2) [m].
+        xy: Of the weights, shape (n, 2) [m].
+        weights: Shape (3 n,).
+        ar: Distances times a, shape (m, n).
+        decay: exp(-ar), shape (m, n).
+        scales: a^2 and the variance of the process.
+    """
+    a2, s2 = scales
+    m, n = ar.shape
+    for i in range(m):
+        x, y = xy_at[i]
+        h = hx = hy = 0.0
+        for j in range(n):
+            dx, dy, r, e = x - xy[j, 0], y - xy[j, 1], ar[i, j], s2 * decay[i, j]
+            w, u, v = weights[j], weights[n + j], weights[2 * n + j]
+            along = dx * u + dy * v
+            A2 = a2 / 3.0 * e
+            A1 = A2 * (1.0 + r)
+            bend = A1 * w + a2 * A2 * along
+            h += e * (1.0 + r + r * r / 3.0) * w + A1 * along
+            hx += A1 * u - bend * dx
+            hy += A1 * v - bend * dy
+        sums[0, i], sums[1, i], sums[2, i] = h, hx, hy
+
+
 @njit(cache=True, error_model="numpy")
 def fill_noise(N, heights, slopes, height_correlation, slope_correlation):
     """Write the covariance of what errs in a patch's data into N.
