@@ -8,6 +8,7 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
+from palpate.mapping.surface_map.kernel import judge
 from palpate.mapping.surface_map.patch import SurfacePatch
 
 IndexArray = npt.NDArray[np.intp]
@@ -18,6 +19,8 @@ SAME_SHEET_COS = 0.3
 FLAT_COS, STEEP_COS = 0.8, 0.45
 """Between these cosines of the angle between a patch's axis and its surface its weight falls to nothing: heights
 over a plane say little about what is steep on it."""
+
+JUDGED = (FLAT_COS, STEEP_COS, SAME_SHEET_COS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,14 +86,9 @@ def patch_estimates(
         chosen = np.array(found, dtype=np.intp)
         offset = points[chosen] - patch.frame.center
         local = offset @ patch.frame.axes.T
-        h, hx, hy = patch.heights(local[:, :2])
-        cos = 1.0 / np.sqrt(1.0 + hx * hx + hy * hy)
-        r = np.minimum(np.sqrt((offset * offset).sum(axis=1)) / reach, 1.0)
-        ramp = np.clip((cos - STEEP_COS) / (FLAT_COS - STEEP_COS), 0.0, 1.0)
-        weight = (1.0 - r) ** 4 * (4.0 * r + 1.0) * ramp * ramp * (3.0 - 2.0 * ramp)
-        normal = np.stack([-hx * cos, -hy * cos, cos], axis=1) @ patch.frame.axes
-        weight *= (normal * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
-        yield PatchEstimate(patch, chosen, local, h, cos, normal, weight)
+        heights = patch.heights(local[:, :2])
+        cos, normal, weight = judge(heights, offset, sheet_normals[chosen], patch.frame.axes, reach, *JUDGED)
+        yield PatchEstimate(patch, chosen, local, heights[0], cos, normal, weight)
 
 
 def blended(estimates: Iterable[PatchEstimate], count: int, *, with_sd: bool) -> Blend:

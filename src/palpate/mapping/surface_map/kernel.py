@@ -3,6 +3,8 @@
 Exponentials come in from outside: numpy takes eight at a time.
 """
 
+import math
+
 import numpy as np
 
 from palpate.compiling import njit
@@ -69,6 +71,37 @@ def sum_surface(sums, xy_at, xy, weights, ar, decay, scales):
             hx += A1 * u - bend * dx
             hy += A1 * v - bend * dy
         sums[0, i], sums[1, i], sums[2, i] = h, hx, hy
+
+
+@njit(cache=True, error_model="numpy")
+def judge(heights, offset, sheet, axes, reach, flat_cos, steep_cos, sheet_cos):
+    """Return cosines (k,), normals (k, 3) and weights (k,) of one patch's estimates; see `blend`.
+
+    Args:
+        heights: And slopes in its frame, shape (3, k).
+        offset: Of the points from its centre, base frame, shape (k, 3) [m].
+        sheet: Normals that tell sheets apart, shape (k, 3).
+        axes: Of its frame, rows.
+        reach: Where its weight ends [m].
+        flat_cos: As `blend.FLAT_COS`.
+        steep_cos: As `blend.STEEP_COS`.
+        sheet_cos: As `blend.SAME_SHEET_COS`.
+    """
+    n = len(offset)
+    cos, normal, weight = np.empty(n), np.empty((n, 3)), np.empty(n)
+    for i in range(n):
+        hx, hy = heights[1, i], heights[2, i]
+        c = 1.0 / math.sqrt(1.0 + hx * hx + hy * hy)
+        square = same = 0.0
+        for k in range(3):
+            square += offset[i, k] * offset[i, k]
+            normal[i, k] = c * (axes[2, k] - hx * axes[0, k] - hy * axes[1, k])
+            same += normal[i, k] * sheet[i, k]
+        r = min(math.sqrt(square) / reach, 1.0)
+        ramp = min(max((c - steep_cos) / (flat_cos - steep_cos), 0.0), 1.0)
+        near = (1.0 - r) ** 4 * (4.0 * r + 1.0)
+        cos[i], weight[i] = c, near * ramp * ramp * (3.0 - 2.0 * ramp) if same > sheet_cos else 0.0
+    return cos, normal, weight
 
 
 @njit(cache=True, error_model="numpy")
