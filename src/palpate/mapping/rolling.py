@@ -166,5 +166,9 @@ def _correlations(path: FloatArray, extent: FloatArray, length: float) -> FloatA
     """
     typical = float(np.median(extent))
     own = float(path_correlation(np.zeros(1), np.array([typical]), length)[0, 0])
-    C = np.exp(-np.abs(path[:, :, None] - path[:, None, :]) / length) * own
-    return np.asarray(C)
+    C: FloatArray = path[:, :, None] - path[:, None, :]
+    np.abs(C, out=C)  # in place: some 30 MB
+    C /= -length
+    np.exp(C, out=C)
+    C *= own
+    return C
