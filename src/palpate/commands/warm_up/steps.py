@@ -21,6 +21,7 @@ from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.curvature_layers import curvature_layers
 from palpate.runtime import Command
 from palpate.sensing import contact_from_wrench
 from palpate.sim import (
@@ -110,9 +111,10 @@ def _map() -> None:
     normal = np.column_stack([np.sin(angle), np.cos(angle[:, 0])])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     n = len(normal)
-    time, load = 1e-3 * np.arange(n), np.ones(n)
+    time, load = np.linspace(0.0, 1.0, n), np.ones(n)
     cloud = TouchCloud(time, 0.04 * normal, normal, load, np.zeros((n, 3)), np.zeros(n))
-    surface_mesh(SurfaceMap.learned(cloud))
+    surface = SurfaceMap.learned(cloud)
+    curvature_layers(surface, surface_mesh(surface))
     HeightMap.from_cloud(cloud, 5e-4)
 
 

@@ -69,8 +69,8 @@ class PatchEstimate:
 
     def at(self, kept: BoolArray) -> "PatchEstimate":
         """Return it at some of its points."""
-        each = (self.chosen, self.local, self.height, self.cos, self.normal, self.weight)
-        return PatchEstimate(self.patch, *(values[kept] for values in each))
+        each = (self.local, self.height, self.cos, self.normal, self.weight)
+        return PatchEstimate(self.patch, self.chosen[kept], *(values[kept] for values in each))
 
 
 def patch_estimates(

@@ -105,6 +105,22 @@ def judge(heights, offset, sheet, axes, reach, flat_cos, steep_cos, sheet_cos):
 
 
 @njit(cache=True, error_model="numpy")
+def squares(white):
+    """Return the products of columns (k, i, m) and (k, j, m), summed over k, shape (m, 3, 3)."""
+    n, _, m = white.shape
+    found = np.zeros((3, 3, m))
+    for k in range(n):
+        for i in range(3):
+            for j in range(i + 1):
+                for at in range(m):
+                    found[i, j, at] += white[k, i, at] * white[k, j, at]
+    for i in range(3):
+        for j in range(i):
+            found[j, i] = found[i, j]
+    return found.transpose(2, 0, 1).copy()
+
+
+@njit(cache=True, error_model="numpy")
 def fill_noise(N, heights, slopes, height_correlation, slope_correlation):
     """Write the covariance of what errs in a patch's data into N.
 

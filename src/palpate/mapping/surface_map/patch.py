@@ -17,7 +17,7 @@ from palpate.mapping.surface_map.covariance import (
     surface_covariance,
     weighted_sums,
 )
-from palpate.mapping.surface_map.kernel import fill_noise
+from palpate.mapping.surface_map.kernel import fill_noise, squares
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
@@ -230,6 +230,5 @@ class SurfacePatch:
         mean = (self.weights @ cross).reshape(3, -1).T
         lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
         white = dtrsm(1.0, lower, cross.T, side=1, lower=1, trans_a=1, overwrite_b=1).T
-        white = white.reshape(len(lower), 3, -1)
-        known = np.einsum("kim,kjm->mij", white, white)
+        known = squares(white.reshape(len(lower), 3, -1))
         return mean, np.asarray((bend_variance(self.model) - known) * max(1.0, self.surprise))

@@ -317,9 +317,8 @@ class SurfaceMap:
         self._centers = np.vstack([self._centers, *(each.center for each in new)])
         self._axes = np.vstack([self._axes, *(each.axis for each in new)])
         reach = self._settings.patch_data
-        asked = KDTree(position[first:]).query_ball_point(self._centers, reach, return_length=True) > 0
-        asked = asked | (np.arange(len(asked)) >= before)
-        joined = np.flatnonzero(asked)
+        near_new = np.asarray(KDTree(position[first:]).query_ball_point(self._centers, reach, return_length=True))
+        joined = np.flatnonzero((near_new > 0) | (np.arange(len(near_new)) >= before))
         near = self._tree.query_ball_point(self._centers[joined], reach, return_sorted=True)
         changed = set(range(before, len(self._frames)))
         for patch, found in zip(joined.tolist(), near, strict=True):
