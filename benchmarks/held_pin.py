@@ -135,8 +135,8 @@ POSES = np.diag([1e-4**2] * 3 + [np.radians(0.2) ** 2] * 3)
 
 SCALE = np.array([1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
 MATRIX = 1e-3 * np.outer(SCALE, 1.0 / SCALE)
-"""Standard deviation of the entries of each sensor's matrix, forces in N and moments in units of 10 mN m: a tenth of
-what makers claim for all errors together is usual between axes."""
+"""Standard deviation of the entries of each sensor's matrix, forces in N and moments in units of 10 mN m: a tenth
+of what makers claim for all errors together is usual between axes."""
 
 
 def measured_by_fingers(rng, external):

@@ -39,7 +39,12 @@ PAGES = {
     "uncertainty": Page(
         "Uncertainty of contacts",
         "How far noise of the sensor moves a contact.",
-        ("palpate.sensing.uncertainty",),
+        ("palpate.sensing.uncertainty", "palpate.sensing.tip_uncertainty"),
+    ),
+    "held": Page(
+        "Held tools",
+        "Feeling through what is held: the wrench on it, where it touches, at how many places, whether it slips.",
+        ("palpate.sensing.held", "palpate.friction.slip.tool_slip", "palpate.friction.slip.place_watch"),
     ),
     "sensor": Page(
         "The force/torque sensor",
@@ -137,7 +142,8 @@ PAGES = {
         "What the commands do, from a script: a configuration goes in, a result comes out.",
         ("palpate.experiments.explore", "palpate.experiments.explore.exploration", "palpate.experiments.regulate",
          "palpate.experiments.regulate.result", "palpate.experiments.friction",
-         "palpate.experiments.friction.result", "palpate.experiments.grasp", "palpate.experiments.grasp.result"),
+         "palpate.experiments.friction.result", "palpate.experiments.grasp", "palpate.experiments.grasp.result",
+         "palpate.experiments.tip_calibration", "palpate.experiments.tip_calibration.result"),
     ),
     "kit": Page(
         "Experiments of your own",

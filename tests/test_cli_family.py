@@ -10,7 +10,7 @@ import pytest
 
 from palpate.cli import CommandGroup, main, typed_commands
 from palpate.commands.command_result import ExitCode
-from palpate.experiments.kit.registry import experiment_names
+from palpate.experiments.kit.registry import experiment_names, typed_words
 from palpate.hw.rig import Rig
 from palpate.robots.robot import shipped_robots
 from palpate.sim import MujocoBackend
@@ -19,7 +19,7 @@ from support.cli_samples import SAMPLES, leaves, prepared
 
 COMMAND_NAMES = [*leaves()]
 GROUPS = [name for name, what in typed_commands().items() if isinstance(what, CommandGroup)]
-MOVING = experiment_names()
+MOVING = [" ".join(typed_words(name)) for name in experiment_names()]
 QUICK = [name for name, sample in SAMPLES.items() if sample.success and name not in MOVING]
 
 
@@ -161,12 +161,12 @@ def test_a_rig_is_planned_for_without_a_connection(name, here, capsys, still):
 
 @pytest.mark.parametrize("name", MOVING)
 def test_a_dry_run_refuses_what_the_run_would_refuse(name, here, capsys):
-    typed = [name, *SAMPLES[name].success.split(), "--dry-run", "--json"]
+    typed = [*name.split(), *SAMPLES[name].success.split(), "--dry-run", "--json"]
     blocked = here / "blocked"
     blocked.write_text("in the way")
     assert main([*typed, "--out", str(blocked / "run")]) == ExitCode.MISTAKE
     assert str(blocked) in json.loads(capsys.readouterr().out)["error"]
-    assert ended([name, *SAMPLES[name].mistake.split(), "--dry-run"]) == ExitCode.MISTAKE
+    assert ended([*name.split(), *SAMPLES[name].mistake.split(), "--dry-run"]) == ExitCode.MISTAKE
 
 
 def check_figures(name, told, done):

@@ -192,6 +192,15 @@ def test_so_it_does_as_it_is_shipped_and_as_the_text_says(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_fingertip_is_found_to_micrometres(tmp_path):
+    said = printed_by("calibrate_tip.py", folder=tmp_path)
+    assert "OK: all assumptions were tested" in said
+    for what in ("radius", "centre"):
+        (off,) = numbers_after(f"{what} off by", said)
+        assert off < 5.0  # [um]
+
+
+@pytest.mark.slow
 def test_a_nudge_finds_friction_and_saves_grip(tmp_path):
     said = printed_by("unknown_friction.py", "--friction", "0.45", folder=tmp_path)
     assert said.count("; held") == 2

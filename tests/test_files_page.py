@@ -123,7 +123,7 @@ def test_contact_and_compare_write_what_the_page_says(tmp_path):
     agree("compare.json", set(json.loads((tmp_path / "k/compare.json").read_text())))
 
 
-@pytest.mark.parametrize("name", experiment_names()[:4])
+@pytest.mark.parametrize("name", experiment_names()[:5])
 def test_every_figure_is_there(name):
     page = (DOCS / "files.md").read_text(encoding="utf-8")
     for figure in experiment_named(name).figures:

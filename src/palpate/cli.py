@@ -14,7 +14,13 @@ import tyro
 
 from palpate import interruption
 from palpate.commands import start_up
-from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
+from palpate.commands.calibrate.config import (
+    MatrixConfig,
+    MountingConfig,
+    NewSensorConfig,
+    PayloadConfig,
+    TareConfig,
+)
 from palpate.commands.colours import HELP_WORDS, parser_colours
 from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
@@ -39,7 +45,7 @@ from palpate.commands.view.config import ViewConfig
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment
-from palpate.experiments.kit.registry import experiment_named, experiment_names
+from palpate.experiments.kit.registry import experiment_named, experiment_names, typed_words
 from palpate.nearest_name import nearest
 from palpate.version import __version__
 
@@ -55,9 +61,10 @@ DESCRIPTION = (
 
 
 CALIBRATION = (
-    "Calibrate a force/torque sensor; the sensor file keeps the result.\n\n"
-    "In this order: `new` makes the file; `matrix` finds the calibration matrix from known loads (only for a "
-    "sensor that gives raw channels); `payload` finds what it carries; `tare` finds the bias, before every "
+    "Calibrate a force/torque sensor, and the fingertip on it.\n\n"
+    "Of the sensor, whose file keeps the result, in this order: `new` makes the file; `matrix` finds the "
+    "calibration matrix from known loads (only for a sensor that gives raw channels); `payload` finds what it "
+    "carries, or `mounting` that and how it is turned on a robot's flange; `tare` finds the bias, before every "
     "use.\n\n"
     "Example: palpate calibrate new sensor.yaml --preset nano17"
 )
@@ -92,11 +99,11 @@ class CommandGroup(NamedTuple):
     """Commands that belong together: `palpate robot list`.
 
     Attributes:
-        commands: By the word that follows.
+        commands: By the word that follows; experiments among them.
         about: Their help.
     """
 
-    commands: Mapping[str, TypedCommand]
+    commands: "Mapping[str, TypedCommand | Experiment]"
     about: str
 
     @property
@@ -118,6 +125,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "new": TypedCommand(NewSensorConfig, "palpate.commands.calibrate.run:run_calibrate"),
             "matrix": TypedCommand(MatrixConfig, "palpate.commands.calibrate.run:run_calibrate"),
             "payload": TypedCommand(PayloadConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "mounting": TypedCommand(MountingConfig, "palpate.commands.calibrate.run:run_calibrate"),
             "tare": TypedCommand(TareConfig, "palpate.commands.calibrate.run:run_calibrate"),
         },
         CALIBRATION,
@@ -167,11 +175,25 @@ def typed_commands() -> Typed:
 
     An experiment that cannot be loaded is left out, so that the others can be used; typing its name shows why.
     """
-    experiments = {}
+    experiments: dict[str, Experiment] = {}
+    groups: dict[str, dict[str, Experiment]] = {}
     for name in experiment_names():
         with suppress(InvalidValueError):
-            experiments[name] = experiment_named(name)
-    return {**experiments, **COMMANDS}
+            *group, word = typed_words(name)
+            (groups.setdefault(group[0], {}) if group else experiments)[word] = experiment_named(name)
+    return {**experiments, **COMMANDS, **_with_experiments(groups)}
+
+
+def _with_experiments(groups: Mapping[str, Mapping[str, Experiment]]) -> Mapping[str, CommandGroup]:
+    """Return the groups of commands to which experiments belong, with these; no group is called like a command."""
+    found: dict[str, CommandGroup] = {}
+    for name, experiments in groups.items():
+        there = COMMANDS.get(name)
+        if there is None:
+            found[name] = CommandGroup(experiments, "\n\n".join(each.summary for each in experiments.values()))
+        elif isinstance(there, CommandGroup):
+            found[name] = CommandGroup({**experiments, **there.commands}, there.about)
+    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,6 +7,7 @@ of YAML 1.2 without octal and hexadecimal), and repeated keys, aliases and tags 
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
@@ -78,6 +79,52 @@ def place_of(text: str, path: Sequence[Key]) -> str:
             break
         node, mark = found
     return _place(mark)
+
+
+@dataclass(frozen=True, slots=True)
+class ValueSpan:
+    """Where a value stands in a document.
+
+    Attributes:
+        begin: Of its first letter.
+        end: Behind its last one; a comment behind it does not belong to it.
+        column: Of its key, or of the item that it is.
+        flow: Whether what holds it is written in brackets.
+    """
+
+    begin: int
+    end: int
+    column: int
+    flow: bool
+
+
+def span_of(text: str, path: Sequence[Key]) -> ValueSpan | None:
+    """Return where a value stands in a document that `read_yaml` has read; None if there is none.
+
+    Args:
+        text: The document.
+        path: Keys and indices that lead to it, one at least.
+    """
+    node = _composed(text)
+    for step in path[:-1]:
+        found = _child(node, step)
+        if found is None:
+            return None
+        node = found[0]
+    found = _child(node, path[-1])
+    if node is None or found is None:
+        return None
+    value, mark = found
+    return ValueSpan(value.start_mark.index, _end(value), mark.column, bool(getattr(node, "flow_style", False)))
+
+
+def _end(node: yaml.Node) -> int:
+    """Behind the last letter of a value: PyYAML has what is in no brackets end where the next one begins."""
+    if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
+        last = node.value[-1]
+        return _end(last[1] if isinstance(last, tuple) else last)
+    end: int = node.end_mark.index
+    return end
 
 
 def _child(node: yaml.Node | None, step: Key) -> tuple[yaml.Node, yaml.Mark] | None:

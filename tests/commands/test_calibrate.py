@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from palpate.cli import COMMANDS, CommandGroup, main
 from palpate.commands.calibrate.config import (
     MatrixConfig,
+    MountingConfig,
     NewSensorConfig,
     PayloadConfig,
     TareConfig,
@@ -305,6 +306,55 @@ def test_raw_unit_and_range_must_come_from_somewhere(tmp_path):
     refused(MatrixConfig(loads, sensor, out=loads, raw_unit="mV", raw_range=(-10.0, 10.0)), "is the input")
 
 
+def weights_csv(rng, n=60, unit=""):
+    """Three weights on eight places of a cross, in random poses; a fifth of the rows are without one."""
+    R, up = poses(rng, n)
+    mass = rng.choice([0.0, 0.2, 0.4, 0.6, 0.8], n)
+    center = rng.choice([-0.012, 0.012], (n, 3)) * rng.permutation(np.eye(3))[rng.integers(0, 3, n)]
+    force = -mass[:, None] * up
+    raw = raw_of(np.hstack([force, np.cross(center, force)]), rng)
+    columns = [raw, 1e3 * mass[:, None], 1e3 * center, R.as_quat()[:, [3, 0, 1, 2]]]
+    names = ",".join(f"raw_{i}_V" for i in range(8))
+    return table(f"{names},mass_g,com_x_mm,com_y_mm,com_z_mm,qw,qx,qy,qz", np.hstack(columns))
+
+
+def test_weights_in_poses_are_loads(tmp_path):
+    sensor = sensor_in(tmp_path)
+    path = written(tmp_path, weights_csv(np.random.default_rng(3)))
+    assert run(MatrixConfig(path, sensor, raw_range=(-10.0, 10.0))) == 0
+    matrix = np.array(load_sensor_file(sensor).calibration.matrix)
+    np.testing.assert_allclose(matrix @ SENSITIVITY, np.eye(6), atol=2e-2 * RANGES.max() / 0.12)
+    np.testing.assert_allclose(np.diag(matrix @ SENSITIVITY), 1.0, atol=2e-3)
+    text = path.read_text()
+    short = written(tmp_path, text.replace("com_z_mm", "depth_mm"), "short.csv")
+    refused(MatrixConfig(short, sensor, raw_range=(-10.0, 10.0)), "com_z_m", "centre of mass")
+    heavy = written(tmp_path, text.replace("mass_g", "mass_kg"), "heavy.csv")
+    refused(MatrixConfig(heavy, sensor, raw_range=(-10.0, 10.0)), "grams for kilograms")
+
+
+def test_rows_of_one_load_count_once_and_a_temperature_is_kept(tmp_path):
+    rng = np.random.default_rng(4)
+    load = np.repeat(rng.uniform(-0.8, 0.8, (40, 6)) * RANGES, 5, axis=0)
+    warmth = np.repeat(25.0 + 2.0 * np.sin(np.arange(40.0)), 5)
+    raw = raw_of(load, rng) + 2e-3 * np.outer(warmth - 25.0, np.arange(8))
+    names = ",".join(f"raw_{i}_V" for i in range(8))
+    path = written(tmp_path, table(f"{names},{WRENCH},temperature_C", np.column_stack([raw, load, warmth])))
+    sensor = sensor_in(tmp_path)
+    report = tmp_path / "report.html"
+    result = run_calibrate(MatrixConfig(path, sensor, raw_range=(-10.0, 10.0), temperature=26.0, report=report))
+    assert (result.exit_code, result.figures["loads"]) == (0, 40)
+    assert "temperature" in result.figures["model"]
+    assert report in result.files
+    text = report.read_text()
+    for word in ("Contacts on a round tip of 10 mm", "per kelvin", "direct regression", "places at 2 N"):
+        assert word in text
+    known = load_sensor_file(sensor).calibration
+    assert known.temperature == 26.0
+    np.testing.assert_allclose(known.map.apply([OFFSET + 2e-3 * np.arange(8)])[0] / RANGES, 0.0, atol=1e-4)
+    without = written(tmp_path, loads_csv(rng), "without.csv")
+    refused(MatrixConfig(without, sensor, raw_unit="V", temperature=26.0), "no column temperature_C")
+
+
 # --- payload -----------------------------------------------------------------------------------------------------
 
 POSE_KINDS = ("gravity", "quaternion", "rotation")
@@ -411,6 +461,52 @@ def test_what_was_mixed_up_is_named(name, remedy, tmp_path):
     except InvalidValueError as error:  # a mass below zero
         outcome = str(error)
     assert remedy in outcome
+
+
+def mounted_csv(rng, change=lambda wrench: wrench):
+    """Twelve poses of the flange, opposite ones in turn, of a sensor turned by 30 degrees."""
+    turn = Rotation.from_euler("xyz", [2.0, -1.0, 30.0], degrees=True)
+    half = Rotation.random(6, rng=rng)
+    flange = Rotation.concatenate([r for each in half for r in (each, each * Rotation.from_rotvec([np.pi, 0, 0]))])
+    up = turn.apply(flange.inv().apply([0.0, 0.0, G]))
+    rows = np.array([load_on(TRUE_PAYLOAD, each) for each in up]) + 0.2 * BIAS
+    rows = rows + NOISE / np.sqrt(500.0) * rng.normal(size=rows.shape)
+    quaternions = flange.as_quat()[:, [3, 0, 1, 2]]
+    return table(f"qw,qx,qy,qz,{WRENCH}", np.hstack([quaternions, change(rows)])), turn.inv()
+
+
+def test_the_sensor_on_the_flange_is_found_and_the_file_has_its_payload(tmp_path):
+    sensor = sensor_in(tmp_path)
+    text, turn = mounted_csv(np.random.default_rng(2))
+    result = run_calibrate(MountingConfig(written(tmp_path, text), sensor, averaged=500))
+    assert result.exit_code == 0
+    off = turn.inv() * Rotation.from_rotvec(result.figures["rotvec_rad"])
+    assert np.degrees(off.magnitude()) < 0.1
+    assert load_sensor_file(sensor).payload.mass == pytest.approx(0.030, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("order", "words"),
+    [
+        ([1, 0, 2, 4, 3, 5], ("left-handed", "(y, x, z)")),
+        ([1, 0, 2, 3, 4, 5], ("forces are in other axes", "(y, x, z)")),
+        ([0, 1, 2, 4, 3, 5], ("moments are in other axes", "(y, x, z)")),
+    ],
+)
+def test_a_sensor_with_swapped_axes_is_refused_by_name(order, words, tmp_path):
+    text, _ = mounted_csv(np.random.default_rng(2), lambda rows: rows[:, order])
+    refused(MountingConfig(written(tmp_path, text), sensor_in(tmp_path), averaged=500), *words)
+
+
+def test_poses_of_the_flange_that_were_mixed_up_are_named(tmp_path):
+    text, _ = mounted_csv(np.random.default_rng(2))
+    sensor = sensor_in(tmp_path)
+    path = written(tmp_path, text)
+    refused(MountingConfig(path, sensor, averaged=500, rotation="flange-from-base"), "--rotation")
+    few = written(tmp_path, "\n".join(text.split("\n")[:12]), "few.csv")
+    refused(MountingConfig(few, sensor, averaged=500), "12 or more")
+    gravity = written(tmp_path, pose_csv(np.random.default_rng(4), "gravity"), "gravity.csv")
+    refused(MountingConfig(gravity, sensor), "the flange's orientation")
 
 
 def test_bad_poses_are_left_out_and_named_by_their_line(tmp_path):
@@ -696,18 +792,26 @@ def test_help_tells_the_order_and_lists_every_step(capsys):
             main(["calibrate", *typed])
         assert ended.value.code == 0
         told = " ".join(capsys.readouterr().out.split())
-        for word in ("In this order:", "new", "matrix", "payload", "tare", "Example: palpate calibrate new"):
+        for word in (
+            "In this order:",
+            "new",
+            "matrix",
+            "payload",
+            "mounting",
+            "tare",
+            "Example: palpate calibrate new",
+        ):
             assert word in told
 
 
 def test_the_examples_in_the_help_texts_are_understood():
     """Every example parses to the task it stands with."""
     count = 0
-    for kind in (NewSensorConfig, MatrixConfig, PayloadConfig, TareConfig):
+    for kind in (NewSensorConfig, MatrixConfig, PayloadConfig, MountingConfig, TareConfig):
         for line in " ".join(kind.__doc__.split()).split("Example: palpate calibrate ")[1:]:
             assert isinstance(parsed(*line.split()), kind)
             count += 1
-    assert count == 6
+    assert count == 8
 
 
 def test_the_configuration_imports_nothing_heavy():

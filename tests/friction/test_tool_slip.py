@@ -107,7 +107,7 @@ def test_other_signs():
         FeltPlace((0.0, 0.0, 0.01), rows(1e-10 * np.eye(3))),
         FeltPlace((0.0, 0.0, 0.0), rows(1e-10 * np.eye(3))),
     )
-    rolls, falls, eases = (ToolSlip(1e-3, fingers=2) for _ in range(3))
+    rolls, falls, eases = (ToolSlip(1e-3, fingers=2, every=1) for _ in range(3))
     signs = []
     for i in range(600):
         fell = BorneLoad(2.0 if i < 500 else 1.5, 0.01)

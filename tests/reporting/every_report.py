@@ -24,6 +24,7 @@ from palpate.mapping.compare_files import read_map, read_reference
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.page import report_page
 from palpate.reporting.report import FigureTable, Paragraph, Section, TextTable
+from support.made_up_touches import touches_file
 from support.sweep_runs import planned
 from support.tiny_experiment import TINY
 
@@ -32,8 +33,9 @@ SMALL = {
     "regulate": {"profile": "step", "duration": 2.0},
     "friction": {"robot": "turning-stage", "quick": True},
     "grasp": {"load": "none", "rise": 0.1, "lift_height": 0.01, "against_ignoring_spin": True},
+    "calibrate.tip": {"touches": touches_file},
 }
-"""Options of a run of each experiment."""
+"""Options of a run of each experiment; that of touches takes a file of them."""
 
 KINDS = (*SMALL, "replay", "runs", "mesh", "sweep")
 
@@ -56,7 +58,9 @@ def html_of(kind, typed, folder):
 def experiment_report(name):
     """The report of a run of an experiment."""
     experiment = experiment_named(name)
-    return experiment.report(perform(experiment, experiment.Config(**SMALL[name])))
+    with TemporaryDirectory() as folder:
+        made = {key: value(Path(folder)) if callable(value) else value for key, value in SMALL[name].items()}
+        return experiment.report(perform(experiment, experiment.Config(**made)))
 
 
 @cache

@@ -62,6 +62,9 @@ SAMPLES = {
         ("reference = nowhere.stl", "no such file"),
         "run/contacts.csv run/map.stl --samples 200",
     ),
+    "calibrate tip": Sample(
+        "--touch-count 3", ("touch_count = 3", "from 20 to 200"), "--robot stage --touch-count 20 --out tipped"
+    ),
     "calibrate new": Sample("sensor.yaml --preset nano71", ("nano71", "nano17"), "another.yaml --preset nano17"),
     "calibrate matrix": Sample(
         "--loads loads.csv --sensor sensor.yaml --raw-unit V",

@@ -143,7 +143,7 @@ def touches(
     rng: np.random.Generator,
     friction: float = 0.1,
 ) -> Touches:
-    """Return what planned touches really feel: friction up to `friction`, noise, an error of the sensor's matrix."""
+    """Return what planned touches feel: friction up to `friction`, noise, an error of the sensor's matrix."""
     ranges = np.array(kind.instrument.ranges)
     matrix = np.eye(6) + kind.accuracy * ranges[:, None] / ranges * rng.normal(size=(6, 6))
     wrenches, positions = [], []

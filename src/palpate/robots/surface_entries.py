@@ -19,6 +19,7 @@ from palpate.surfaces import (
     CompliantTip,
     Cylinder,
     Ellipsoid,
+    NearSphere,
     Paraboloid,
     Plane,
     RoundedBox,
@@ -153,6 +154,18 @@ class EllipsoidEntry(PlacedSurface, frozen=True, kw_only=True):
     def surface(self) -> Ellipsoid:
         """See `SurfaceKind`."""
         return Ellipsoid(self.semi_axes, center=np.array(self.center), rotation=self.rotation)
+
+
+class NearSphereEntry(PlacedSurface, frozen=True, kw_only=True):
+    """A sphere of this radius [m] with small deviations [m]: see `palpate.surfaces.NearSphere`."""
+
+    radius: float = msgspec.field(name="radius_m")
+    deviations: tuple[float, ...] = msgspec.field(name="deviations_m")
+    LENGTHS = (("radius", "radius_m"),)
+
+    def surface(self) -> NearSphere:
+        """See `SurfaceKind`."""
+        return NearSphere(self.radius, self.deviations, center=np.array(self.center), rotation=self.rotation)
 
 
 class CylinderEntry(PlacedSurface, frozen=True, kw_only=True):

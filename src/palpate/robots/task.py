@@ -32,6 +32,7 @@ class Task:
         sensor: Behind the tip.
         touch_force: Force that counts as a touch on a sensor of which nothing is known [N].
         rubbing: How the friction plant rubs; None: MuJoCo rubs.
+        believed: What touch takes the fingertip for; None: for what it is.
     """
 
     tip: SurfaceKind
@@ -43,11 +44,13 @@ class Task:
     sensor: SeededSensor
     touch_force: float
     rubbing: FrictionLaw | None = None
+    believed: SurfaceKind | None = None
 
     @property
     def sensed(self) -> Surface:
         """The fingertip that contacts are sensed on: it takes half of the contact's compression."""
-        return yielding(self.tip.surface(), self.compression, 2.0 * self.law.stiffness)
+        tip = self.tip if self.believed is None else self.believed
+        return yielding(tip.surface(), self.compression, 2.0 * self.law.stiffness)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FirstOrder, Notch
-from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, ProductEntry, SensorFile
 
 
 def matrix(channels, seed=0):
@@ -37,5 +37,10 @@ def fingertip(channels=6):
             offset=tuple(0.01 * k for k in range(channels)),
             raw_range=(-5.0, 5.0),
             condition=3.7,
+            products=(
+                ProductEntry(channels=(0, 0), column=(1e-3, 0.0, -2e-3, 1e-5, 0.0, 1 / 3e5)),
+                ProductEntry(channels=(1, 4), column=(0.0, 5e-4, 0.0, 0.0, -1e-5, 0.0)),
+            ),
+            temperature=24.5,
         ),
     )

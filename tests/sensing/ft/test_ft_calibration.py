@@ -105,7 +105,7 @@ def test_claimed_standard_errors_and_covariances_are_those_of_many_trials():
     claimed = np.sqrt(np.mean([np.diag(f.calibration_covariance(unseen[0])) for f in fits], axis=0))
     assert np.std(errors, axis=0) / claimed == pytest.approx(np.ones(6), abs=0.15)
     true_noise = 4e-6 * np.linalg.inv(S) @ np.linalg.inv(S).T
-    found = np.mean([f.noise_covariance() for f in fits], axis=0)
+    found = np.mean([f.noise for f in fits], axis=0)
     np.testing.assert_allclose(np.diag(found), np.diag(true_noise), rtol=0.1)
 
 

@@ -169,13 +169,13 @@ def test_from_known_loads_and_poses_to_a_file_that_feels_right(tmp_path):
     weight = -0.030 * up
     loads = np.hstack([weight, np.cross((0.0005, 0.001, 0.018), weight)])
     averaged = np.mean([sensor.calibration.map.apply(shown(loads)) for _ in range(50)], axis=0)
-    sd = np.sqrt(np.diag(fit.noise_covariance()) / 50 + np.diag(fit.calibration_covariance(np.zeros(6))))
+    sd = np.sqrt(np.diag(fit.noise) / 50 + np.diag(fit.calibration_covariance(np.zeros(6))))
     found = identify_payload(up, averaged, force_sd=sd[:3].max(), moment_sd=sd[3:].max())
     sensor = with_payload(sensor, found, **dates)
     assert sensor.bias == (*found.bias_force, *found.bias_moment)
     assert sensor.payload.payload == found.payload
     still = sensor.calibration.map.apply(shown(np.tile(loads[0], (400, 1))))
-    tare = average_bias(still, noise=np.sqrt(np.diag(fit.noise_covariance())))
+    tare = average_bias(still, noise=np.sqrt(np.diag(fit.noise)))
     sensor = with_bias(sensor, tare, tuple(up[0]), **dates)
     save_sensor_file(tmp_path / "tip.yaml", sensor)
 

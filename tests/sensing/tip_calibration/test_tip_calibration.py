@@ -1,4 +1,4 @@
-"""Fingertips found by touch: the equations against geometry solved otherwise, intervals, plans, what must be told."""
+"""Fingertips found by touch: equations against geometry solved otherwise, intervals, plans, what must be told."""
 
 from dataclasses import replace
 
@@ -256,3 +256,21 @@ def test_what_cannot_be_is_refused_by_name() -> None:
         tip_shape(Cylinder(0.01))
     with pytest.raises(InvalidValueError, match="no rotation"):
         replace(felt, rotation=2.0 * felt.rotation)
+
+
+def test_deviations_that_were_found_are_a_surface() -> None:
+    tip, planned = _planned(SPHERE, NANO17, 50)
+    tip = replace(tip, deviation_degree=2)
+    rng = np.random.default_rng(8)
+    egg = replace(_round(wrong(tip, rng), tip), semi_axes=(0.008, 0.00805, 0.0081), rotation=np.eye(3))
+    fit = fit_tip(touches(egg, planned, NANO17, rng), TARGETS, tip, NANO17.instrument)
+    assert fit.verdict.ok, str(fit.verdict)
+    true = Ellipsoid(egg.semi_axes, center=egg.center)
+    found = fit.rigid_surface()
+    for up in ([0.0, 0.0, 1.0], [0.3, 0.2, 1.0], [-0.5, 0.4, 0.8]):
+        force = 2.0 * np.array(up) / np.linalg.norm(up)
+        wrench = np.concatenate([force, np.cross(egg.center, force)])
+        off = contact_from_wrench(found, wrench).centroid - contact_from_wrench(true, wrench).centroid
+        assert np.linalg.norm(off) < 5e-5
+    with pytest.raises(InvalidValueError, match="only spheres have them"):
+        typed_tip(ELLIPSOID, deviation_degree=2)

@@ -16,11 +16,19 @@ LARGEST_RAW = 1e12
 LONGEST_TARE = 600.0
 """[s]. Longer, a sensor drifts more than it averages."""
 
+COLDEST, WARMEST = -50.0, 150.0
+"""[degrees Celsius] of a sensor: beyond, a number in kelvins."""
+
+LONGEST_TIP = 1.0
+"""[m] Size of a fingertip and its distance from the sensor: more is a number in millimetres."""
+
 PresetName = Literal["nano17", "wrist"]
 RotationOrder = Literal["base-from-sensor", "sensor-from-base"]
+FlangeOrder = Literal["base-from-flange", "flange-from-base"]
 
 SensorPath = Annotated[Path, tyro.conf.arg(metavar="SENSOR.YAML")]
 OutPath = Annotated[Path | None, tyro.conf.arg(metavar="NEW.YAML")]
+ReportPath = Annotated[Path | None, tyro.conf.arg(metavar="REPORT.HTML")]
 Channels = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")]
 
 
@@ -28,17 +36,23 @@ Channels = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")]
 class MatrixConfig:
     """Find the calibration matrix from known loads.
 
-    Input: CSV with a header line, then one load per line. Columns by name, in any order: the raw channels raw_0,
-    raw_1, ... (six or more; optionally with their unit, as in raw_0_V; or others, see --channels), and the known
-    load fx, fy, fz, mx, my, mz, optionally with units as in fx_N, mx_mNm (without: N and N m). The load is what
-    acts on the tip side of the sensor, about its origin. In all directions, of both signs, and in
-    the order in which they were taken, best a random one: 24 or more are wise, 14 the least that can be tested.
+    Input: CSV with a header line, then one load per line (or several of one load: they are averaged). Columns by
+    name, in any order: the raw channels raw_0, raw_1, ... (six or more; optionally with their unit, as in
+    raw_0_V; or others, see --channels), and the known load fx, fy, fz, mx, my, mz, optionally with units as in
+    fx_N, mx_mNm (without: N and N m). The load is what acts on the tip side of the sensor, about its origin. Or
+    weights in known poses: mass_kg (or mass_g), the centre of mass in the sensor frame com_x_m, com_y_m, com_z_m
+    (or _mm), and a pose as `palpate calibrate payload` takes it. A column temperature_C becomes part of the model
+    if it explains something. In all directions, of both signs, and in the order in which they were taken, best a
+    random one: 24 or more are wise, 14 the least that can be tested; of a sensor that is not linear, 60 or more.
 
-    Prints how good the calibration is and puts it into the sensor file; the old file is kept as SENSOR.YAML.bak.
-    The bias is zero again: tare afterwards. A calibration that is not to be used, as one that does not predict
-    loads that were left out, ends with exit code 1, and the file stays as it was.
+    Three models are held against each other by loads that they never saw: the sensor itself, direct regression,
+    and that with products of channels if the loads ask for them. The best goes into the sensor file; the old file
+    is kept as SENSOR.YAML.bak. The bias is zero again: tare afterwards. A calibration that is not to be used, as
+    one that does not predict loads that were left out, ends with exit code 1, and the file stays as it was.
 
     Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --raw-unit V --raw-range -10 10
+
+    Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --report loads.html --tip-radius 0.008
     """
 
     loads: Annotated[Path, tyro.conf.arg(metavar="LOADS.CSV")]
@@ -53,10 +67,38 @@ class MatrixConfig:
     """Unit of the raw channels ("V", "counts"). Left out: as in the header, or in the sensor file."""
     raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = option(None, "raw")
     """Lowest and highest reading that is not saturated [raw unit]. Left out: as in the sensor file."""
+    temperature: Annotated[float | None, tyro.conf.arg(metavar="C")] = option(None, "degrees Celsius")
+    """Temperature of the sensor in use [degrees Celsius], at which the calibration is to hold; the file needs a
+    column temperature_C. Left out: the mean of that column."""
+    rotation: RotationOrder = "base-from-sensor"
+    """With weights in poses: what rotations and quaternions map."""
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """With weights in poses: upward direction in base coordinates."""
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    """With weights in poses: local g [m/s^2]. Left out: 9.80665."""
+    report: ReportPath = None
+    """Write a report, too: models, residuals, and what they mean for contacts."""
+    tip_radius: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(None, "m")
+    """With --report: radius of the round fingertip that the sensor is to carry [m]. Left out: 0.01."""
+    tip_center: tuple[float, float, float] = (0.0, 0.0, 0.02)
+    """With --report: centre of that fingertip in the sensor frame [m]."""
 
     def __post_init__(self) -> None:
         check_options(self)
         _no_name_twice(self.channels)
+        _can_be_a_pose(self.gravity, self.up)
+        if self.temperature is not None and not COLDEST <= self.temperature <= WARMEST:
+            raise InvalidValueError(
+                f"temperature = {self.temperature:g} degrees Celsius: must be from {COLDEST:g} to {WARMEST:g}"
+            )
+        if self.tip_radius is not None:
+            positive("tip_radius", self.tip_radius, "m")
+        vector("tip_center", self.tip_center, 3, "m")
+        if (self.tip_radius or 0.0) > LONGEST_TIP or math.hypot(*self.tip_center) > LONGEST_TIP:
+            raise InvalidValueError(
+                f"tip_radius = {self.tip_radius}, tip_center = {self.tip_center}: must be at most {LONGEST_TIP:g} "
+                "m; millimetres?"
+            )
         if self.raw_range is not None:
             low, high = self.raw_range
             if not -LARGEST_RAW <= low < high <= LARGEST_RAW:
@@ -107,13 +149,47 @@ class PayloadConfig:
     def __post_init__(self) -> None:
         check_options(self)
         _no_name_twice(self.channels)
-        if self.gravity is not None:
-            positive("gravity", self.gravity, "m/s^2")
-        vector("up", self.up, 3, "")
-        if not 1e-3 < math.hypot(*self.up) < 1e3:
-            raise InvalidValueError(f"up = {self.up}: must be a direction, with a length from 1e-3 to 1e3")
-        if not 1 <= self.averaged <= 1_000_000:
-            raise InvalidValueError(f"averaged = {self.averaged}: must be a whole number from 1 to 1000000")
+        _can_be_a_pose(self.gravity, self.up)
+        _can_be_averaged(self.averaged)
+
+
+@dataclass(frozen=True, slots=True)
+class MountingConfig:
+    """Find how the sensor is turned on the flange, with mass, centre of mass and bias, from static poses.
+
+    Input: as for `palpate calibrate payload`, but with the orientation of the robot's flange, as the controller
+    gives it (qw, qx, qy, qz or r00, ..., r22): 12 poses or more, the flange turned over, opposite orientations in
+    turn, each an average of some hundred readings (--averaged). Calibrate and check the matrix before: 1 % of
+    cross-talk looks like half a degree. Axes that are swapped, mirrored or left-handed are refused, and named.
+
+    Prints the rotation, as `tcp: {rotvec_rad: ...}` of a robot's arm takes it (the axes of its tip frame are the
+    sensor's), and puts payload and bias into the sensor file; the old file is kept as SENSOR.YAML.bak.
+
+    Example: palpate calibrate mounting --poses poses.csv --sensor sensor.yaml --averaged 500
+    """
+
+    poses: Annotated[Path, tyro.conf.arg(metavar="POSES.CSV")]
+    """CSV file with poses of the flange, and wrenches."""
+    sensor: SensorPath
+    """Sensor file to update; `palpate calibrate new` makes a first one."""
+    out: OutPath = None
+    """Write here instead, and leave the sensor file as it is."""
+    rotation: FlangeOrder = "base-from-flange"
+    """What rotations and quaternions map: flange to base coordinates, or the inverse."""
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Upward direction in base coordinates: not z for a robot on a wall."""
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    """Local g [m/s^2]. Left out: 9.80665, and the mass is uncertain by 0.15 % on this account."""
+    averaged: int = 1
+    """How many readings each row is the average of: the noise is less by the square root of it."""
+    channels: Channels = ()
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        _no_name_twice(self.channels)
+        _can_be_a_pose(self.gravity, self.up)
+        _can_be_averaged(self.averaged)
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,8 +299,21 @@ class NewSensorConfig:
     """Of your sensor."""
 
 
-CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | TareConfig
+CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | MountingConfig | TareConfig
 """What is to be found out."""
+
+
+def _can_be_a_pose(gravity: float | None, up: tuple[float, float, float]) -> None:
+    if gravity is not None:
+        positive("gravity", gravity, "m/s^2")
+    vector("up", up, 3, "")
+    if not 1e-3 < math.hypot(*up) < 1e3:
+        raise InvalidValueError(f"up = {up}: must be a direction, with a length from 1e-3 to 1e3")
+
+
+def _can_be_averaged(averaged: int) -> None:
+    if not 1 <= averaged <= 1_000_000:
+        raise InvalidValueError(f"averaged = {averaged}: must be a whole number from 1 to 1000000")
 
 
 def _no_name_twice(channels: tuple[str, ...]) -> None:

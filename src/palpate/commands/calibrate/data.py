@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bounded_file import read_text
-from palpate.commands.calibrate.config import LARGEST_RAW, RotationOrder
+from palpate.commands.calibrate.config import LARGEST_RAW, FlangeOrder, RotationOrder
 from palpate.commands.wrench_csv import COMPONENTS, FORCE_UNITS, MOMENT_UNITS
 from palpate.csv_table import BOUNDS, csv_fields, is_comment, short
 from palpate.errors import FloatArray, InvalidValueError
@@ -230,8 +230,10 @@ class MeasuredPoses:
     rotation_sensor_base: FloatArray | None
 
 
-def measured_poses(data: CsvData, rotation: RotationOrder, up_base: Vector, gravity: float) -> MeasuredPoses:
-    """Return the poses, of whichever kind is there.
+def measured_poses(
+    data: CsvData, rotation: RotationOrder | FlangeOrder, up_base: Vector, gravity: float
+) -> MeasuredPoses:
+    """Return the poses, of whichever kind is there, of a sensor or of a flange.
 
     Args:
         data: The file.
@@ -266,7 +268,7 @@ def measured_poses(data: CsvData, rotation: RotationOrder, up_base: Vector, grav
         i = int(big[0])
         raise data.wrong(i, f"{names[0]}..{names[-1]}: an entry is larger than 1, so this is no rotation")
     R = _rotations_from_quaternions(data, values) if names is QUATERNION_COLUMNS else _rotations(data, values)
-    if rotation == "base-from-sensor":
+    if rotation in ("base-from-sensor", "base-from-flange"):
         R = R.transpose(0, 2, 1)
     return MeasuredPoses(specific_force_from_rotations(R, gravity=gravity, up_base=up_base), R)
 

@@ -3,10 +3,19 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray
 from palpate.estimation import Verdict
-from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
+from palpate.sensing.ft import (
+    BiasEstimate,
+    CalibrationChoice,
+    CalibrationFit,
+    Drift,
+    IdentifiedMounting,
+    IdentifiedPayload,
+    SensorFile,
+)
 
 
 def verdict_facts(verdict: Verdict) -> dict[str, object]:
@@ -31,6 +40,25 @@ def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
         "relative_sd_at_range": fit.doubt,
         "r_squared": fit.r_squared,
     }
+
+
+def choice_figures(choice: CalibrationChoice) -> dict[str, object]:
+    """Return how good the proposed calibration is, and which ones it was held against."""
+    models = [
+        {"model": fit.model, "verdict_ok": fit.verdict.ok, **_per_axis("left_out_rms", fit.left_out_rms)}
+        for fit in choice.fits
+    ]
+    figures = {
+        "model": choice.proposed.model,
+        "reason": choice.reason,
+        "models": models,
+        **calibration_figures(choice.proposed),
+    }
+    if choice.temperature is not None:
+        figures["temperature_c"] = choice.temperature
+    if choice.drift is not None and choice.gain is not None:
+        figures |= {**_per_axis("drift", choice.drift, "_per_k"), "gain_per_k": choice.gain}
+    return figures
 
 
 def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
@@ -59,6 +87,17 @@ def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
         "residual_rms_moment_n_m": found.moment_rms,
         "chi2_force": found.force_chi2,
         "chi2_moment": found.moment_chi2,
+    }
+
+
+def mounting_figures(found: IdentifiedMounting) -> dict[str, object]:
+    """Return how a sensor is turned on its flange, and what it carries."""
+    return {
+        "rotation_flange_sensor": found.rotation_flange_sensor,
+        "rotvec_rad": Rotation.from_matrix(found.rotation_flange_sensor).as_rotvec(),
+        "rotation_sd_rad": found.rotation_sd,
+        "left_over_chi2": found.left_over_chi2,
+        **payload_figures(found.payload),
     }
 
 

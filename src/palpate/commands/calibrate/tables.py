@@ -9,12 +9,34 @@ from rich.text import Text
 
 from palpate.errors import FloatArray
 from palpate.estimation import Verdict
-from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
+from palpate.sensing.ft import (
+    BiasEstimate,
+    CalibrationChoice,
+    CalibrationFit,
+    Drift,
+    IdentifiedMounting,
+    IdentifiedPayload,
+    SensorFile,
+)
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.calibration_checks import LARGEST_CONDITION, LARGEST_ERROR
 from palpate.sensing.ft.payload import TWO_SIDED
 
 UNITS = ("N",) * 3 + ("N m",) * 3
+
+
+def models_table(choice: CalibrationChoice, sensor: SensorFile) -> Table:
+    """Return by how much each model misses loads that were left out, in units of the range."""
+    warm = "" if choice.temperature is None else f"; at {choice.temperature:.4g} degrees Celsius"
+    table = _table(
+        Text("Loads left out, missed by [% of the range]"),
+        Text(f"proposed: {choice.proposed.model}{warm}: {choice.reason}"),
+        ("model", "verdict", *AXES),
+    )
+    for fit in choice.fits:
+        missed = 100.0 * fit.left_out_rms / np.array(sensor.axis_limits)
+        table.add_row(fit.model, _words(fit.verdict), *(f"{x:.3g}" for x in missed))
+    return table
 
 
 def calibration_table(fit: CalibrationFit, sensor: SensorFile, raw_unit: str, verdict: Verdict) -> Table:
@@ -67,6 +89,22 @@ def payload_table(found: IdentifiedPayload, source: str) -> Table:
         table.add_row(
             name, unit, *(f"{x:.5g}" if math.isfinite(x) else "-" for x in (value, value - half, value + half))
         )
+    return table
+
+
+def mounting_table(found: IdentifiedMounting) -> Table:
+    """Return the sensor's axes on the flange with 95 % intervals."""
+    table = _table(
+        Text("The sensor on the flange"),
+        Text(
+            f"what the poses contradict, chi2 per degree of freedom: {found.left_over_chi2:.3g} (should be 1); "
+            f"{_words(found.verdict)}"
+        ),
+        ("axis of the sensor", "", "x of the flange", "y", "z", "+- degrees"),
+    )
+    half = np.degrees(TWO_SIDED * found.rotation_sd)
+    for axis, column, each in zip("xyz", found.rotation_flange_sensor.T, half, strict=True):
+        table.add_row(axis, "", *(f"{x:.5f}" for x in column), f"{each:.2g}")
     return table
 
 

@@ -54,6 +54,7 @@ def steps() -> Iterator[Step]:
         ("a paraboloid", surfaces.Paraboloid((0.01, 0.01))),
         ("a capsule", surfaces.Capsule(0.01, 0.03)),
         ("a superellipsoid", surfaces.Superellipsoid((0.01, 0.01, 0.01), 4.0)),
+        ("a sphere with deviations", surfaces.NearSphere(0.01, (1e-5,))),
         ("a mesh", surfaces.MeshSurface(CORNERS, FACETS)),
     )
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)

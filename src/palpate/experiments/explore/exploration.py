@@ -15,6 +15,7 @@ from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.map_growth import MapGrowth, map_growth
 from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.explore.scans import Scan
+from palpate.experiments.explore.tip_check import TipCheck, tip_check
 from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.contact_truth import ContactTruth
@@ -55,6 +56,7 @@ class Exploration(ShownResult):
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
             on a robot.
         assumptions: Sensor zero and contact stiffness as the run showed them.
+        tip: What the contacts say of the fingertip; None where they say nothing.
         growth: How the map grew; None if there is none.
         changes: Which of the requested changes of live parameters took effect, and when.
         stop_reason: Why an active exploration ended; None of others, and if it did not get so far.
@@ -74,6 +76,7 @@ class Exploration(ShownResult):
     sphere: SphereFit | None
     point_error: FloatArray
     assumptions: AssumptionCheck
+    tip: TipCheck | None = None
     growth: MapGrowth | None = None
     changes: tuple[ChangeOutcome, ...] = ()
     stop_reason: StopReason | None = None
@@ -166,6 +169,7 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
         _sphere(cloud, plan.scan, config.map_spacing),
         np.full(len(cloud), np.nan) if target is None else target.signed_distance(cloud.position),
         assumptions,
+        _tip(plan, record, mapped),
         _growth(recorded, record, cloud, mapped),
         recorded.change_outcomes(plan.changes(), Phase.SCAN),
         strategy.stop_reason if isinstance(strategy, Active) else None,
@@ -178,6 +182,12 @@ def _growth(recorded: Recorded, record: Record, cloud: TouchCloud, found: Explor
     recorded.progress("how the map grew")
     plans, finest = recorded.observer.changes, found.mesh.voxel
     return map_growth(cloud, record, found.surface, plans, worst=found.worst, finest=finest)
+
+
+def _tip(plan: ExplorationPlan, record: Record, found: ExploredMap | None) -> TipCheck | None:
+    if found is None:
+        return None
+    return tip_check(record, plan.finger, felt_in_scan(record), plan.tip_uncertainty, found.budget.aside)
 
 
 def _map(

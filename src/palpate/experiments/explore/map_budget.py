@@ -61,6 +61,8 @@ class MapBudget:
         tip: Of the fingertip that has another size, place or stiffness than is said [m].
         tilt: How far all normals may be off in one direction by the sensor's calibration and the tip [rad]; no
             part of the total.
+        aside: Standard deviation of where contacts lie sideways, by the sensor's calibration [m]; no part of the
+            total.
         shown: By assumptions that the run itself disproved: a zero that moved, another stiffness (see
             `palpate.experiments.explore.assumption_check`) [m].
     """
@@ -70,6 +72,7 @@ class MapBudget:
     compression: float
     tip: float
     tilt: float
+    aside: float = 0.0
     shown: float = 0.0
 
     @property
@@ -130,6 +133,7 @@ def map_budget(
         noise=_rise(contacts_uncertainties(finger.surface, contacts, noise)),
         compression=compression,
         tip=SIDEWAYS * _rise(modelled) + DEVIATIONS * float(np.sqrt(np.nanmedian(outwards))),
+        aside=float(np.sqrt(0.5 * np.nanmedian(_trace(calibrated.centroid)))),
         tilt=LEAST_TILT + float(np.sqrt(SIDEWAYS * np.nanmedian(tilted))),
     )
 

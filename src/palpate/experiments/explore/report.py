@@ -256,6 +256,7 @@ def _remarks(exploration: Exploration) -> str:
     sentences = (
         *change_sentences(exploration.changes, exploration.run.duration, "the sweep began"),
         *assumption_sentences(exploration.assumptions, config.force, config.stiffness),
+        *(f"Of the fingertip it is {each}." for each in (exploration.tip.broken() if exploration.tip else ())),
         *(f"Of the map it is {each}." for each in (exploration.map.verdict.broken if exploration.map else ())),
     )
     return "".join(f" {each}" for each in sentences)

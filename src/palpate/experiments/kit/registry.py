@@ -1,6 +1,8 @@
 """Which experiments there are: those that installed packages declare, and any that is named as module:Class.
 
-The built-in ones are declared like a stranger's, as entry points of the group `palpate.experiments`.
+The built-in ones are declared like a stranger's, as entry points of the group `palpate.experiments`. One that is
+declared as `group.word` is typed `palpate group word`: it belongs to that group of commands, which is made if
+there is none.
 """
 
 import sys
@@ -59,6 +61,11 @@ def experiment_named(name: str) -> Experiment:
         ) from None
     check_experiment(name, experiment)
     return cast("Experiment", experiment)
+
+
+def typed_words(name: str) -> tuple[str, ...]:
+    """Return what is typed after `palpate` for an experiment: first the word of its group, if it is of one."""
+    return (name,) if ":" in name else tuple(name.split(".", 1))
 
 
 def reference_to(experiment: Experiment) -> str:

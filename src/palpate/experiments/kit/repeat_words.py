@@ -7,6 +7,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from palpate.experiments.kit.registry import typed_words
 from palpate.runtime import RunResult
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def log_row(result: RunResult) -> tuple[tuple[str, str], ...]:
 def command_line(name: str, config: "DataclassInstance") -> str:
     """Return what to type for a configuration: the options that are not as they are by default."""
     usual = type(config)()
-    words = ["palpate", name]
+    words = ["palpate", *typed_words(name)]
     for field in fields(config):
         value = getattr(config, field.name)
         if value == getattr(usual, field.name):

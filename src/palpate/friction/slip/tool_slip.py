@@ -16,7 +16,7 @@ from enum import StrEnum
 
 from palpate.friction.slip.load_fall import LoadFall
 from palpate.friction.slip.place_watch import PlaceWatch, StandingPlace
-from palpate.sensing.held.felt_place import FeltPlace
+from palpate.sensing.held.felt_place import BLOCK, FeltPlace
 from palpate.spatial import IDENTITY, Vector
 
 TOUCHING = StandingPlace()
@@ -66,6 +66,7 @@ class ToolSlip:
         fingers: int,
         touching: StandingPlace = TOUCHING,
         gripping: StandingPlace = GRIPPING,
+        every: int = BLOCK,
     ) -> None:
         """Set it up.
 
@@ -75,10 +76,13 @@ class ToolSlip:
             touching: How well the place where it touches stands still; its time between false alarms is that of
                 all places together.
             gripping: Likewise of the fingers' places; its time between false alarms does not count.
+            every: Periods from one place to the next, as `PlaceFelt` gives them.
         """
         each = (1 + fingers) * touching.false_alarm_time
-        self.touching = PlaceWatch(period, replace(touching, false_alarm_time=each))
-        self.gripping = tuple(PlaceWatch(period, replace(gripping, false_alarm_time=each)) for _ in range(fingers))
+        self.touching = PlaceWatch(every * period, replace(touching, false_alarm_time=each))
+        self.gripping = tuple(
+            PlaceWatch(every * period, replace(gripping, false_alarm_time=each)) for _ in range(fingers)
+        )
         self._fall = LoadFall(period)
 
     def start(self, directions: Sequence[Vector] = IDENTITY) -> None:

@@ -22,6 +22,7 @@ class Record:
         time: Shape (n,) [s].
         wrench_time: When the wrench was sampled, shape (n,) [s].
         position: Of the tip frame, shape (n, 3) [m].
+        rotation: Of the tip frame when the wrench was sampled, base from tip, shape (n, 3, 3).
         velocity: Of the tip frame, shape (n, 3) [m/s].
         wrench: What the object exerts on the finger, sensor frame, shape (n, 6) [N, N m].
         centroid: Shape (n, 3) [m].
@@ -38,6 +39,7 @@ class Record:
     time: FloatArray
     wrench_time: FloatArray
     position: FloatArray
+    rotation: FloatArray
     velocity: FloatArray
     wrench: FloatArray
     centroid: FloatArray
@@ -94,6 +96,7 @@ def record_of(codec: PeriodCodec, rows: FloatArray, finger: int) -> Record:
             time=numbers("time"),
             wrench_time=numbers(f"{at}.time"),
             position=vectors("arm.position"),
+            rotation=rotation,
             velocity=vectors("arm.velocity"),
             wrench=vectors(f"{at}.wrench"),
             centroid=origin + to_base(f"{at}.centroid"),

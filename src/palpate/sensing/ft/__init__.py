@@ -7,10 +7,12 @@ Used once per sample: `FTPipeline`.
 
 from palpate.sensing.ft.bias import BiasEstimate, Drift, average_bias, estimate_drift
 from palpate.sensing.ft.calibration import CalibrationFit, fit_calibration
+from palpate.sensing.ft.calibration_choice import CalibrationChoice, choose_calibration
 from palpate.sensing.ft.calibration_map import CalibrationMap
 from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FilterSpec, FirstOrder, Notch
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor, SampleHealth
+from palpate.sensing.ft.mounting import IdentifiedMounting, identify_mounting
 from palpate.sensing.ft.payload import IdentifiedPayload, identify_payload
 from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.poses import specific_force_from_gravity, specific_force_from_rotations
@@ -30,6 +32,7 @@ __all__ = [
     "HEALTHY",
     "BiasEstimate",
     "Butterworth",
+    "CalibrationChoice",
     "CalibrationEntry",
     "CalibrationFit",
     "CalibrationMap",
@@ -44,6 +47,7 @@ __all__ = [
     "HealthCheck",
     "HealthLimits",
     "HealthMonitor",
+    "IdentifiedMounting",
     "IdentifiedPayload",
     "Notch",
     "PayloadEntry",
@@ -53,8 +57,10 @@ __all__ = [
     "WrenchFilter",
     "average_bias",
     "bias_covariance",
+    "choose_calibration",
     "estimate_drift",
     "fit_calibration",
+    "identify_mounting",
     "identify_payload",
     "load_sensor_file",
     "read_sensor",

@@ -12,6 +12,7 @@ The condition number of S in those units is the figure of merit of sensor design
 relative error of the channels grows in the wrench.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from palpate.estimation import Verdict
 from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries, same_length
 from palpate.sensing.ft.calibration_checks import UNKNOWNS, FittedCalibration, calibration_verdict
 from palpate.sensing.ft.calibration_map import CalibrationMap
+from palpate.sensing.ft.left_out import equal_loads, grouped, solved_left_out
 
 MIN_LOADS = UNKNOWNS + 1
 """One more than unknowns, so that the residuals tell something."""
@@ -33,8 +35,9 @@ weights and levers on a bench are known to about a thousandth."""
 LARGEST_LEVERAGE = 1.0 - 1e-6
 """Beyond, one load alone decides about a direction, and no other checks it."""
 
-SURE = 5.0
-"""Standard errors by which the response of a sensor in any direction must differ from none."""
+FELT = 2.0
+"""Standard errors by which the response of a sensor in any direction must differ from none; see also
+`calibration_checks.SURE`."""
 
 SMALLEST_NOISE = 1e-6
 """Noise of a channel relative to its response, as weights are concerned: that of 20 bits."""
@@ -45,54 +48,76 @@ class CalibrationFit:
     """A fitted calibration and what is to be thought of it. Axes are Fx Fy Fz Mx My Mz, in N and N m.
 
     Attributes:
+        model: How it was found.
         map: From raw channels to the wrench.
         sensitivity: S, what the channels show per load, shape (k, 6).
         condition: Condition number of S in units of the ranges: 1 is ideal.
+        felt: Standard errors by which the response to the weakest direction of load differs from none.
         load_condition: Condition number of the set of loads, likewise: how evenly they excite the sensor.
-        residual_rms: Root mean square of predicted minus known wrench, shape (6,).
-        residual_max: Largest of them in size, shape (6,).
-        left_out_rms: Likewise, each load predicted by a calibration from the others: the honest error, (6,).
-        r_squared: Share of the known loads' variance that is explained, per axis, shape (6,).
+        loads: The known loads, shape (n, 6).
+        residual: Predicted minus known, shape (n, 6).
+        left_out: Likewise, each load predicted by a calibration from the others, none of its group: the honest
+            error, shape (n, 6).
         matrix_sd: Standard errors of the entries of the calibration matrix, given how channels are weighted where
             there are more than six, with n - 7 degrees of freedom (Student's t), shape (6, k).
-        raw_covariance: Of the channels' noise, shape (k, k) [raw unit^2].
-        load_covariance: (X'X)^-1 of the design X = (wrench, 1), shape (7, 7).
+        noise: Covariance of one measured wrench from what the model leaves unexplained, shape (6, 6).
+        leverage: By which factor of `noise` the calibration's own uncertainty moves a wrench of shape (6,).
         doubt: Standard deviation by which the calibration is off at full range, in units of the range, shape (6,).
         verdict: Whether it can be relied on.
-        load_count: Number of known loads used.
     """
 
+    model: str
     map: CalibrationMap
     sensitivity: FloatArray
     condition: float
+    felt: float
     load_condition: float
-    residual_rms: FloatArray
-    residual_max: FloatArray
-    left_out_rms: FloatArray
-    r_squared: FloatArray
+    loads: FloatArray
+    residual: FloatArray
+    left_out: FloatArray
     matrix_sd: FloatArray
-    raw_covariance: FloatArray
-    load_covariance: FloatArray
+    noise: FloatArray
+    leverage: Callable[[FloatArray], float]
     doubt: FloatArray
     verdict: Verdict
-    load_count: int
+
+    @property
+    def load_count(self) -> int:
+        """Number of known loads used."""
+        return len(self.loads)
+
+    @property
+    def residual_rms(self) -> FloatArray:
+        """Root mean square of predicted minus known wrench, shape (6,)."""
+        return np.asarray(np.sqrt((self.residual**2).mean(axis=0)))
+
+    @property
+    def residual_max(self) -> FloatArray:
+        """Largest of them in size, shape (6,)."""
+        return np.asarray(np.abs(self.residual).max(axis=0))
+
+    @property
+    def left_out_rms(self) -> FloatArray:
+        """Root mean square error of loads that were left out, shape (6,)."""
+        return np.asarray(np.sqrt((self.left_out**2).mean(axis=0)))
+
+    @property
+    def r_squared(self) -> FloatArray:
+        """Share of the known loads' variance that is explained, per axis, shape (6,)."""
+        spread = self.loads - self.loads.mean(axis=0)
+        return np.asarray(1.0 - (self.residual**2).sum(axis=0) / (spread**2).sum(axis=0))
 
     def apply(self, raw: npt.ArrayLike) -> FloatArray:
         """Return the wrenches, shape (n, 6), of readings of shape (n, k)."""
         return self.map.apply(raw)
-
-    def noise_covariance(self) -> FloatArray:
-        """Return the covariance of one measured wrench from the channels' noise, shape (6, 6)."""
-        C = np.array(self.map.matrix)
-        return np.asarray(C @ self.raw_covariance @ C.T)
 
     def calibration_covariance(self, wrench: npt.ArrayLike) -> FloatArray:
         """Return the covariance that the calibration's own uncertainty adds to a measured wrench, shape (6, 6).
 
         To first order: C (S + dS) w = w + C dS w, and cov(dS w + d offset) = x'(X'X)^-1 x cov(raw), x = (w, 1).
         """
-        x = np.append(finite_rows("wrench", np.atleast_2d(np.asarray(wrench)), 6, "N, N m")[0], 1.0)
-        return np.asarray(float(x @ self.load_covariance @ x) * self.noise_covariance())
+        w = finite_rows("wrench", np.atleast_2d(np.asarray(wrench)), 6, "N, N m")[0]
+        return np.asarray(self.leverage(w) * self.noise)
 
 
 def fit_calibration(
@@ -101,6 +126,7 @@ def fit_calibration(
     *,
     ranges: npt.ArrayLike,
     weights: npt.ArrayLike = 1.0,
+    groups: npt.ArrayLike | None = None,
 ) -> CalibrationFit:
     """Return the calibration of a sensor from readings under known loads.
 
@@ -109,6 +135,8 @@ def fit_calibration(
         wrench: The known loads, on the sensor's tip side about its origin, shape (n, 6) [N, N m].
         ranges: Of the sensor, shape (6,) [N, N m]: the scale by which forces and moments compare.
         weights: Of the loads, shape (n,): 1/variance of a row's readings, up to a factor.
+        groups: Which rows are left out together, shape (n,): equal numbers for one load that was put on several
+            times. None: those of equal loads (see `equal_loads`).
 
     Raises:
         InvalidValueError: Wrong shapes, not finite, loads that do not span all directions (the missing one is
@@ -148,16 +176,17 @@ def fit_calibration(
     rounding = SMALLEST_NOISE * np.linalg.norm(coefficients[:6])
     noisy = sd > rounding
     weight = 1.0 / np.maximum(sd, rounding)
-    condition = _refuse_unfelt(coefficients[:6].T, weight, spread[:6, :6])
+    condition, felt = _refuse_unfelt(coefficients[:6].T, weight, spread[:6, :6])
 
     C, offset = _inverted(coefficients, weight, mean, scale)
     missed = (readings - typical - offset) @ C.T - loads
     left_out = np.empty_like(loads)
-    for i in range(n):
-        # Leaving out row i is a change of rank one (Sherman, Morrison).
-        without = coefficients - np.outer(spread @ design[i], residual[i]) / (1.0 - leverage[i])
+    for group in grouped(equal_loads(loads) if groups is None else np.asarray(groups)):
+        # Leaving out rows is a change of low rank (Sherman, Morrison, Woodbury).
+        kept = np.eye(len(group)) - q[group] @ q[group].T
+        without = coefficients - spread @ design[group].T @ solved_left_out(kept, residual[group])
         C_i, offset_i = _inverted(without, weight, mean, scale)
-        left_out[i] = (readings[i] - typical - offset_i) @ C_i.T - loads[i]
+        left_out[group] = (readings[group] - typical - offset_i) @ C_i.T - loads[group]
     wrench_part = C @ covariance @ C.T
     doubt = np.sqrt(np.diag(wrench_part)) / scale * np.sqrt(np.diag(spread)[:6].max())
     # To (wrench, 1) from ((wrench - mean)/scale, 1).
@@ -166,25 +195,48 @@ def fit_calibration(
     load_covariance = unscale.T @ spread @ unscale
     channel_part = C.T @ load_covariance[:6, :6] @ C
     matched = np.where(noisy, weight, 0.0)[:, None] ** 2 * coefficients[:6].T
+    linear = readings - residual / root
+    names = tuple(f"channel {j}" for j in range(k))
     tested = FittedCalibration(
-        loads, scale, readings, q, root, residual, noisy, matched, left_out, doubt, condition
+        loads,
+        scale,
+        readings,
+        linear,
+        q,
+        root,
+        linear,
+        residual,
+        names,
+        np.empty((n, 0)),
+        (),
+        noisy,
+        matched,
+        left_out,
+        doubt,
+        condition,
+        felt,
     )
+
+    def of_wrench(wrench: FloatArray) -> float:
+        x = np.append(wrench, 1.0)
+        return float(x @ load_covariance @ x)
+
     return CalibrationFit(
+        model="sensor model",
         map=CalibrationMap(tuple(map(tuple, C.tolist())), tuple((offset + typical).tolist())),
         sensitivity=coefficients[:6].T / scale,
         condition=condition,
+        felt=felt,
         load_condition=load_condition,
-        residual_rms=np.sqrt((missed**2).mean(axis=0)),
-        residual_max=np.abs(missed).max(axis=0),
-        left_out_rms=np.sqrt((left_out**2).mean(axis=0)),
-        r_squared=1.0 - (missed**2).sum(axis=0) / ((loads - loads.mean(axis=0)) ** 2).sum(axis=0),
+        loads=loads,
+        residual=missed,
+        left_out=left_out,
         # dC = -C dS C to first order.
         matrix_sd=np.sqrt(np.outer(np.diag(wrench_part), np.diag(channel_part))),
-        raw_covariance=covariance,
-        load_covariance=load_covariance,
+        noise=wrench_part,
+        leverage=of_wrench,
         doubt=doubt,
         verdict=calibration_verdict(tested),
-        load_count=n,
     )
 
 
@@ -214,20 +266,20 @@ def _refuse_unloaded(scaled: FloatArray) -> float:
     return float(singular[0] / singular[-1])
 
 
-def _refuse_unfelt(sensitivity: FloatArray, weight: FloatArray, spread: FloatArray) -> float:
-    """Return the condition number of the sensor; raise if it does not respond in some direction."""
+def _refuse_unfelt(sensitivity: FloatArray, weight: FloatArray, spread: FloatArray) -> tuple[float, float]:
+    """Return the condition number of the sensor, and how surely it responds; raise if not in some direction."""
     # In units of each channel's noise, whose uncertainty is sqrt(v' spread v) in every direction of the channels.
     response, directions = np.linalg.svd(weight[:, None] * sensitivity)[1:]
     weakest = directions[-1]
     error = float(np.sqrt(weakest @ spread @ weakest))
-    if not response[-1] > SURE * error:
+    if not response[-1] > FELT * error:
         raise InvalidValueError(
             f"the channels hardly respond to {_direction_text(weakest)} (in units of the ranges): "
             f"{response[-1]:.1e} times their noise, uncertain by {error:.1e}. "
             "Is a channel dead, or are two wired to one gauge?"
         )
     singular = np.linalg.svd(sensitivity, compute_uv=False)
-    return float(singular[0] / singular[-1])
+    return float(singular[0] / singular[-1]), float(response[-1]) / max(error, 1e-300)
 
 
 def _direction_text(direction: FloatArray) -> str:

@@ -24,16 +24,19 @@ from palpate.sensing.ft.arrays import AXES, OTHER_MOMENT_UNIT, named_axes
 from palpate.sensing.ft.calibration_map import CalibrationMap
 
 UNKNOWNS = 7
-"""Per channel: its sensitivity to six loads, and its offset."""
+"""Per channel of a linear sensor: its sensitivity to six loads, and its offset."""
 
-FEWEST_LOADS = 2 * UNKNOWNS
+LOADS_PER_UNKNOWN = 2
 """From which on every unknown has a load that checks it."""
 
-FEWEST_TESTED = 4 * UNKNOWNS
+TESTED_PER_UNKNOWN = 4
 """Loads from which on residuals are independent enough for a test of their correlations."""
 
 LARGEST_CONDITION = 100.0
 """Of a useful sensor: a channel error of 1 % then is one of the whole range in the worst direction."""
+
+SURE = 5.0
+"""Standard errors by which the response of a sensor to the weakest direction must differ from none."""
 
 LARGEST_ERROR = 0.02
 """Root mean square error of loads left out, in units of the range; makers of such sensors claim 1 to 2 %."""
@@ -74,33 +77,50 @@ OTHER_UNIT = 30.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedCalibration:
-    """What is tested; n loads, k channels.
+    """What is tested; n loads, k channels. What is predicted are readings from loads, or loads from readings.
 
     Attributes:
         loads: As they are known, shape (n, 6) [N, N m].
         ranges: Of the sensor, shape (6,) [N, N m].
         raw: Readings, shape (n, k).
-        basis: Orthonormal columns that span loads and offset, times the roots of the weights, shape (n, 7).
+        linear: What a linear sensor would show, likewise.
+        basis: Orthonormal columns that span what predicts, times the roots of the weights, shape (n, p).
         root: Roots of the weights, shape (n, 1).
-        residual: Of the readings, times the roots, shape (n, k).
-        noisy: Channels whose residuals are more than rounding, shape (k,).
-        matched: What a load of each axis shows, over the channels' variances, shape (k, 6).
+        expected: What is predicted, shape (n, q).
+        residual: Of that, times the roots, shape (n, q).
+        names: Of these q, for messages.
+        bends: What they could further depend on, if not on a line, shape (n, m).
+        bend_names: Of these m.
+        noisy: Those whose residuals are more than rounding, shape (q,).
+        matched: What a load of each axis changes in them, over their variances, shape (q, 6).
         left_out: Error of each load by a calibration from the others, shape (n, 6) [N, N m].
         doubt: Standard deviation by which the calibration is off at full range, in units of the range, shape (6,).
         condition: Of the sensor.
+        felt: Standard errors by which the response to the weakest direction of load differs from none.
     """
 
     loads: FloatArray
     ranges: FloatArray
     raw: FloatArray
+    linear: FloatArray
     basis: FloatArray
     root: FloatArray
+    expected: FloatArray
     residual: FloatArray
+    names: tuple[str, ...]
+    bends: FloatArray
+    bend_names: tuple[str, ...]
     noisy: npt.NDArray[np.bool_]
     matched: FloatArray
     left_out: FloatArray
     doubt: FloatArray
     condition: float
+    felt: float
+
+    @property
+    def unknowns(self) -> int:
+        """Per channel, or per axis."""
+        return int(self.basis.shape[1])
 
 
 def calibration_verdict(fit: FittedCalibration) -> Verdict:
@@ -146,8 +166,7 @@ def _units(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
 
 
 def _saturation(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
-    expected = fit.raw - fit.residual / fit.root
-    for j, (shown, linear) in enumerate(zip(fit.raw.T, expected.T, strict=True)):
+    for j, (shown, linear) in enumerate(zip(fit.raw.T, fit.linear.T, strict=True)):
         for bound in (shown.max(), shown.min()):
             there = np.flatnonzero(shown == bound)
             spread = np.ptp(linear[there])
@@ -166,7 +185,7 @@ def _levers(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     force, moment = fit.loads[:, :3], fit.loads[:, 3:]
     sizes = np.linalg.norm(force, axis=1), np.linalg.norm(moment, axis=1)
     both = (sizes[0] > 1e-3 * fit.ranges[:3].max()) & (sizes[1] > 1e-3 * fit.ranges[3:].max())
-    if np.count_nonzero(both) < FEWEST_LOADS:
+    if np.count_nonzero(both) < LOADS_PER_UNKNOWN * UNKNOWNS:
         return
     product = (force[both] / sizes[0][both, None])[:, :, None] * (moment[both] / sizes[1][both, None])[:, None]
 
@@ -203,10 +222,10 @@ def _residuals(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     if not fit.noisy.any():
         # what is exact to rounding has each spare load as a proof
         return
-    if n < FEWEST_LOADS:
+    if n < (fewest := LOADS_PER_UNKNOWN * fit.unknowns):
         yield BrokenAssumption(
             Assumption.ENOUGH_DATA,
-            f"{n} loads, at least {FEWEST_LOADS} to test {UNKNOWNS} unknowns per channel",
+            f"{n} loads, at least {fewest} to test {fit.unknowns} unknowns each",
             "load more, in all directions and of both signs",
         )
         return
@@ -225,7 +244,7 @@ def _residuals(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     before = np.vstack([np.zeros(6), scaled[:-1]])
     timed = _Explained.of(fit, np.hstack([drift, after, before, order[:, None] * scaled]), shown)
     yield from _timed(timed, n)
-    if n >= FEWEST_TESTED and timed.rarity >= CHANCE:
+    if n >= TESTED_PER_UNKNOWN * fit.unknowns and timed.rarity >= CHANCE:
         rarity = white_in_time(_independent(fit))
         if rarity < CHANCE:
             yield BrokenAssumption(
@@ -254,7 +273,7 @@ class _Explained:
     @classmethod
     def of(cls, fit: FittedCalibration, regressors: FloatArray, shown: FloatArray) -> "_Explained":
         """Return what regressors (n, m) explain of residuals of length 1, shape (n, p), and of all channels."""
-        spare = len(shown) - UNKNOWNS - 1
+        spare = len(shown) - fit.unknowns - 1
         Z = fit.root * regressors
         left = Z - fit.basis @ (fit.basis.T @ Z)
         length = np.linalg.norm(left, axis=0)
@@ -323,16 +342,15 @@ def _linear(fit: FittedCalibration, scaled: FloatArray, shown: FloatArray) -> It
     pairs = list(itertools.combinations_with_replacement(range(6), 2))
     products = np.column_stack([scaled[:, a] * scaled[:, b] for a, b in pairs])
     weight = np.linalg.norm(fit.loads[:, :3] / fit.ranges[:3].max(), axis=1, keepdims=True)
-    expected = fit.raw - fit.residual / fit.root
-    expected = (expected - expected.mean(axis=0)) / np.ptp(expected, axis=0)
-    curved = np.hstack([products, scaled * np.abs(scaled), np.abs(scaled), expected**2, expected**3])
+    expected = (fit.expected - fit.expected.mean(axis=0)) / np.ptp(fit.expected, axis=0)
+    curved = np.hstack([products, scaled * np.abs(scaled), np.abs(scaled), expected**2, expected**3, fit.bends])
     curved = np.hstack([curved, _of_one_weight(weight, scaled)])
     found = _Explained.of(fit, curved, shown)
     if found.rarity >= CHANCE:
         yield from _lines(fit, scaled, expected)
         return
     names = [" ".join(dict.fromkeys((AXES[a], AXES[b]))) for a, b in pairs] + 2 * list(AXES)
-    names += 2 * [f"channel {j}" for j in range(expected.shape[1])]
+    names += 2 * list(fit.names) + list(fit.bend_names)
     remedy = "load less, if it saturates; else the sensor is not linear there, or its loads are not known"
     if found.worst < len(names):
         what = f"residuals depend on {names[found.worst]} beyond a line"
@@ -347,7 +365,7 @@ def _linear(fit: FittedCalibration, scaled: FloatArray, shown: FloatArray) -> It
 
 def _lines(fit: FittedCalibration, scaled: FloatArray, expected: FloatArray) -> Iterator[BrokenAssumption]:
     """Few tests, so that each finds less: axes beyond a line by what they show, channels by what they do."""
-    spare = len(scaled) - UNKNOWNS
+    spare = len(scaled) - fit.unknowns
     names, chances = [], []
     for what, curved in (("differs by sign", np.abs(scaled)), ("is not linear", scaled * np.abs(scaled))):
         pull = _pull(fit, curved, fit.residual @ fit.matched)[0]
@@ -357,9 +375,10 @@ def _lines(fit: FittedCalibration, scaled: FloatArray, expected: FloatArray) -> 
     for power in (2, 3):
         pull, together = _pull(fit, expected[:, fit.noisy] ** power, fit.residual[:, fit.noisy])
         chances.append(float(_two_sided(pull.sum() / math.sqrt(max(together.sum(), 1e-6 * k)), spare)))
-        names.append(f"all channels bend alike, with the power {power} of what they show")
+        names.append(f"all that is predicted bends alike, with its power {power}")
         chances += (k * _two_sided(pull, spare)).tolist()
-        names += [f"channel {j} bends with the power {power} of what it shows" for j in np.flatnonzero(fit.noisy)]
+        noisy = [name for name, is_noisy in zip(fit.names, fit.noisy, strict=True) if is_noisy]
+        names += [f"{name} bends with the power {power} of what it shows" for name in noisy]
     worst = int(np.argmin(chances))
     if (rarity := chances[worst]) < BENT:
         yield BrokenAssumption(
@@ -381,7 +400,7 @@ def _pull(fit: FittedCalibration, regressors: FloatArray, shown: FloatArray) -> 
     Z = Z - fit.basis @ (fit.basis.T @ Z)
     Z = Z / np.linalg.norm(Z, axis=0)
     shown = shown / np.linalg.norm(shown, axis=0)
-    return (Z * shown).sum(axis=0) * math.sqrt(len(Z) - UNKNOWNS), (Z.T @ Z) * (shown.T @ shown)
+    return (Z * shown).sum(axis=0) * math.sqrt(len(Z) - fit.unknowns), (Z.T @ Z) * (shown.T @ shown)
 
 
 def _even_noise(fit: FittedCalibration, scaled: FloatArray) -> Iterator[BrokenAssumption]:
@@ -432,7 +451,7 @@ def _influence(fit: FittedCalibration, regressors: FloatArray, residuals: int) -
     constant = fit.root / np.linalg.norm(fit.root)
     centred = Z - constant @ (constant.T @ Z)
     share = ((fit.basis.T @ centred) ** 2).sum(axis=0) / (centred**2).sum(axis=0)
-    spare = n - UNKNOWNS - 1
+    spare = n - fit.unknowns - 1
     noticed = -float(stdtrit(spare, 0.5 * CHANCE / (n * residuals)))
     inflated = math.sqrt((spare + noticed**2) / (spare + 1))
     shift = noticed * np.sqrt(share / np.maximum(1.0 - share, 1e-12)) / inflated
@@ -456,6 +475,13 @@ def _influence(fit: FittedCalibration, regressors: FloatArray, residuals: int) -
 def _conditioning(fit: FittedCalibration) -> Iterator[BrokenAssumption]:
     remedy = "the sensor hardly feels some direction: check its channels for one that is dead or doubled"
     yield from ill_conditioned(fit.condition, LARGEST_CONDITION, remedy)
+    if fit.felt < SURE:
+        yield BrokenAssumption(
+            Assumption.CONDITIONED,
+            f"the response to the weakest direction of load is {fit.felt:.2g} standard errors from none, at least "
+            f"{SURE:g}",
+            remedy,
+        )
     worst = int(np.argmax(fit.doubt))
     if fit.doubt[worst] > LARGEST_DOUBT:
         yield BrokenAssumption(

@@ -139,10 +139,10 @@ def identify_payload(
     model = explained((-a[:, :, None], rows[:, :3], sd_f), (lever, rows[:, 3:], sd_m))
     force, moment, zero = model.force, model.moment, model.zero
 
-    var_f, var_m = _noise(force, zero, sd_f), _noise(moment, zero, sd_m)
+    var_f, var_m = noise_variance(force, zero, sd_f), noise_variance(moment, zero, sd_m)
     mass = float(force.theta[0])
-    mass_var = float(_covariance(force, var_f, zero)[0, 0])
-    h, h_cov = moment.theta, _covariance(moment, var_m, zero)
+    mass_var = float(theta_covariance(force, var_f, zero)[0, 0])
+    h, h_cov = moment.theta, theta_covariance(moment, var_m, zero)
     if mass < -_sure(mass_var):
         raise InvalidValueError(
             f"the mass comes out as {mass:.4g} +- {math.sqrt(mass_var):.1g} kg: below zero. The wrench must be "
@@ -215,12 +215,13 @@ def _sure(variance: float) -> float:
     return 4.0 * math.sqrt(variance)
 
 
-def _noise(fit: Whitened, zero: Zero, given: float) -> float:
+def noise_variance(fit: Whitened, zero: Zero, given: float) -> float:
     """Return the variance of the white noise: as given, or as found where the zero takes its share of it."""
     return fit.variance + fit.floor / fit.freedom if zero.moves else given**2
 
 
-def _covariance(fit: Whitened, variance: float, zero: Zero) -> FloatArray:
+def theta_covariance(fit: Whitened, variance: float, zero: Zero) -> FloatArray:
+    """Return the covariance of a regression's unknowns, larger where a drift is not quite as its model has it."""
     values, vectors = np.linalg.eigh(fit.information)
     # what the zero took away altogether is not determined: finite, that sums stay numbers
     root = vectors / np.sqrt(np.maximum(values, 1e-12))

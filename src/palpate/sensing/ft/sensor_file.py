@@ -51,9 +51,24 @@ them a row; a useful sensor has less than 100."""
 Row = Annotated[tuple[float, ...], msgspec.Meta(min_length=6, max_length=64)]
 """One entry per raw channel."""
 
+COLDEST, WARMEST = -50.0, 150.0
+"""[degrees Celsius] of a sensor: beyond, a number in kelvins or of something else."""
+
+
+class ProductEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What of a sensor that is not linear depends on a product of two readings.
+
+    Attributes:
+        channels: The two, counted from 0, the lower one first; the same twice: a square.
+        column: What it adds to Fx Fy Fz Mx My Mz [N or N m per raw unit squared].
+    """
+
+    channels: tuple[int, int]
+    column: Wrench = msgspec.field(name="column_N_Nm_per_raw_unit2")
+
 
 class CalibrationEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How raw channels become a wrench: wrench = matrix (raw - offset).
+    """How raw channels become a wrench: wrench = matrix u + sum of column u_i u_j, u = raw - offset.
 
     Attributes:
         raw_unit: Of the channels ("V", "counts").
@@ -61,6 +76,8 @@ class CalibrationEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
         offset: What the k channels show without load [raw unit].
         raw_range: Lowest and highest reading of a channel that is not saturated [raw unit].
         condition: Condition number of the calibration, scaled by the ranges; None if not known.
+        products: What is beyond a line; none of a linear sensor.
+        temperature: At which all this holds [degrees Celsius]; None if not known.
     """
 
     raw_unit: str
@@ -70,10 +87,16 @@ class CalibrationEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     offset: Row = msgspec.field(name="offset_raw_unit")
     raw_range: tuple[float, float] = msgspec.field(name="range_raw_unit")
     condition: float | None = None
+    products: Annotated[tuple[ProductEntry, ...], msgspec.Meta(max_length=256)] = ()
+    temperature: float | None = msgspec.field(name="temperature_C", default=None)
 
     def __post_init__(self) -> None:
         _one_line("raw_unit", self.raw_unit)
-        CalibrationMap(self.matrix, self.offset)
+        _ = self.map  # refuses what cannot be
+        if self.temperature is not None and not COLDEST <= self.temperature <= WARMEST:
+            raise InvalidValueError(
+                f"temperature_C = {self.temperature!r}: must be from {COLDEST:g} to {WARMEST:g}"
+            )
         low, high = self.raw_range
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise InvalidValueError(f"range_raw_unit = [{low}, {high}]: must be finite, the lower one first")
@@ -88,7 +111,9 @@ class CalibrationEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     @property
     def map(self) -> CalibrationMap:
         """The map from raw channels to the wrench."""
-        return CalibrationMap(self.matrix, self.offset)
+        columns = [product.column for product in self.products]
+        rows = tuple((*row, *(column[i] for column in columns)) for i, row in enumerate(self.matrix))
+        return CalibrationMap(rows, self.offset, tuple(product.channels for product in self.products))
 
 
 class PayloadEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -10,7 +10,7 @@ from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft.bias import BiasEstimate
 from palpate.sensing.ft.calibration import CalibrationFit
 from palpate.sensing.ft.payload import IdentifiedPayload
-from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, ProductEntry, SensorFile
 from palpate.spatial import ZERO, Vector, as_vector
 
 
@@ -101,6 +101,7 @@ def with_calibration(
     sensor: SensorFile,
     found: CalibrationFit,
     *,
+    temperature: float | None = None,
     raw_unit: str,
     raw_range: tuple[float, float],
     date: str,
@@ -111,6 +112,7 @@ def with_calibration(
     Args:
         sensor: As it was.
         found: The fit.
+        temperature: At which it holds [degrees Celsius], if that is known.
         raw_unit: Of the channels ("V", "counts").
         raw_range: Lowest and highest reading that is not saturated [raw unit].
         date: As YYYY-MM-DD.
@@ -121,12 +123,19 @@ def with_calibration(
     """
     if not found.verdict.ok:
         raise InvalidValueError(f"the calibration is not to be used: {found.verdict}")
+    k = found.map.channels
+    columns = zip(*(row[k:] for row in found.map.matrix), strict=True)
+    products = zip(found.map.products, columns, strict=True)
     entry = CalibrationEntry(
         raw_unit=raw_unit,
-        matrix=found.map.matrix,
+        matrix=tuple(row[:k] for row in found.map.matrix),
         offset=found.map.offset,
         raw_range=raw_range,
         condition=found.condition,
+        products=tuple(
+            ProductEntry(channels=pair, column=(a, b, c, d, e, f)) for pair, (a, b, c, d, e, f) in products
+        ),
+        temperature=temperature,
     )
     return msgspec.structs.replace(
         sensor,

@@ -6,7 +6,7 @@ import os
 from palpate.atomic_file import replacing
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.filter_specs import FilterSpec, Notch
-from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, ProductEntry, SensorFile
 
 
 def save_sensor_file(path: str | os.PathLike[str], sensor: SensorFile) -> None:
@@ -92,15 +92,32 @@ def _filter(stage: FilterSpec) -> str:
 
 def _calibration(entry: CalibrationEntry) -> list[str]:
     condition = "null" if entry.condition is None else _number(entry.condition)
+    bent = " + sum of column u_i u_j, u = raw - offset, channels counted from 0" if entry.products else ""
     return [
-        "calibration:  # wrench = matrix (raw - offset)",
+        f"calibration:  # wrench = matrix (raw - offset){bent}",
         f"  raw_unit: {_text(entry.raw_unit)}",
         f"  range_raw_unit: {_row(entry.raw_range)}  # readings outside are saturated",
         f"  offset_raw_unit: {_row(entry.offset)}",
         f"  condition: {condition}  # of the sensor, loads scaled; 1 is ideal",
         "  matrix_N_Nm_per_raw_unit:",
         *(f"    - {_row(row)}  # {axis}" for axis, row in zip(AXES, entry.matrix, strict=True)),
+        *_products(entry.products),
+        *(
+            []
+            if entry.temperature is None
+            else [f"  temperature_C: {_number(entry.temperature)}  # where it holds"]
+        ),
     ]
+
+
+def _products(products: tuple[ProductEntry, ...]) -> list[str]:
+    if not products:
+        return []
+    rows = [
+        f"    - {{channels: {list(each.channels)}, column_N_Nm_per_raw_unit2: {_row(each.column)}}}"
+        for each in products
+    ]
+    return ["  products:  # Fx Fy Fz Mx My Mz", *rows]
 
 
 def _row(values: tuple[float, ...]) -> str:

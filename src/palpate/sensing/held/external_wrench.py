@@ -17,7 +17,7 @@ does, so that a mean of many samples is not taken for better than it is, nor a c
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -73,7 +73,7 @@ class FingersFelt:
         pose: Covariance of each sensor's position (3) and rotation vector (3), along the object's axes, the
             rotation about the sensor's origin, the same error in all samples, shape (k, 6, 6).
         matrix: Standard deviation of each entry of the sensor's matrix, by which every axis of the wrench adds to
-            every other, independent, the same error in all samples, shape (k, 6, 6); None: exact. A firm grip's
+            every other, independent, the same error in all samples, shape (6, 6) or (k, 6, 6). A firm grip's
             forces are large against what the environment exerts, and this error goes with them.
 
     Raises:
@@ -86,7 +86,7 @@ class FingersFelt:
     noise: FloatArray
     zero: FloatArray
     pose: FloatArray
-    matrix: FloatArray | None = None
+    matrix: FloatArray = field(default_factory=lambda: np.zeros((6, 6)))
 
     def __post_init__(self) -> None:
         wrench = numbers("wrench", self.wrench)
@@ -101,8 +101,8 @@ class FingersFelt:
         for name, remedy in (("noise", WRENCH), ("zero", WRENCH), ("pose", POSE)):
             checked = covariance_matrix(name, getattr(self, name), 6, remedy=remedy)
             object.__setattr__(self, name, _per_finger(name, checked, (n, k), (6, 6)))
-        matrix = np.zeros((k, 6, 6)) if self.matrix is None else numbers("matrix", self.matrix)
-        object.__setattr__(self, "matrix", matrix)
+        matrix = numbers("matrix", self.matrix)
+        object.__setattr__(self, "matrix", np.array([matrix] * k) if matrix.shape == (6, 6) else matrix)
         for name in ("zero", "pose", "matrix"):
             if getattr(self, name).shape != (k, 6, 6):
                 raise InvalidValueError(f"{name} has shape {getattr(self, name).shape}: must be ({k}, 6, 6)")

@@ -125,7 +125,7 @@ class Places:
 
         They lie along that direction of the plane in which they show least.
         """
-        moved = np.kron(0.5 * self.aside[:, None], np.eye(2))  # (2B, 2): along either axis
+        moved = np.asarray(np.kron(0.5 * self.aside[:, None], np.eye(2)), np.float64)  # (2B, 2): along either axis
         squares = _about_mean(moved, self.covariance, np.eye(2))[2]
         return max(float(np.linalg.eigvalsh(np.asarray(squares))[0]), 0.0)
 
@@ -146,4 +146,4 @@ def _about_mean(
     of_mean = np.linalg.inv(A.T @ A)
     mean = of_mean @ (A.T @ y)
     off = y - A @ mean
-    return mean, of_mean, np.asarray(off.T @ off)
+    return np.asarray(mean), np.asarray(of_mean), np.asarray(off.T @ off)

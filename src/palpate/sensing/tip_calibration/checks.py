@@ -14,8 +14,8 @@ from scipy.stats import chi2
 
 from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption, Verdict
-from palpate.sensing.tip_calibration.deviations import COUNTS
 from palpate.sensing.tip_calibration.equations import Solved, TouchEquations
+from palpate.surfaces.near_sphere import COUNTS
 
 CHANCE = 1e-4
 """Probability of each test that a sound calibration fails it."""

@@ -7,6 +7,7 @@ matrix, `accuracy`), how wrong typed values may be, and the arm's scatter, which
 """
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -90,7 +91,11 @@ class TipFit:
         return self.unknowns.of("size", self.values)
 
     def rigid_surface(self) -> Surface:
-        """Return the tip, without its skin's law and without deviations."""
+        """Return the tip without its skin's law."""
+        deviations = self.unknowns.of("deviations", self.values)
+        deviated = self.unknowns.tip.shape.deviated
+        if len(deviations) and deviated is not None:
+            return deviated(self.sizes, deviations, self.center, self.rotation)
         return self.unknowns.tip.shape.made(self.sizes, self.center, self.rotation)
 
     def surface(self) -> Surface:
@@ -165,7 +170,7 @@ def fit_tip(
             weighted, start, derivatives, x_scale=1.0, xtol=1e-7, ftol=1e-10, gtol=1e-6, max_nfev=60
         )
         z, jacobian, r = best.x, derivatives(best.x), best.fun
-        spread = np.linalg.inv(jacobian.T @ jacobian)
+        spread = cast(FloatArray, np.linalg.inv(jacobian.T @ jacobian))
         leverage = np.einsum("ij,ij->i", jacobian @ spread, jacobian)[: 3 * n].reshape(n, 3)
         moved = np.abs((typed + sd * z[:count] - values) / sd).max()
         values, errors = typed + sd * z[:count], z[count:]

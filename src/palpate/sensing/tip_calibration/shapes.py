@@ -13,13 +13,16 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.solver import Surface
-from palpate.surfaces import Capsule, CompliantTip, Ellipsoid, Sphere, Superellipsoid
+from palpate.surfaces import Capsule, CompliantTip, Ellipsoid, NearSphere, Sphere, Superellipsoid
 
 Support = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """(sizes (n, k), unit normals (n, 3)) -> h (n,) [m] and x (n, 3) [m], in the tip's own axes: n tips at once."""
 
 Made = Callable[[FloatArray, FloatArray, FloatArray], Surface]
 """(sizes, center (3,), rotation (3, 3)) -> the surface."""
+
+Deviated = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], Surface]
+"""(sizes, deviations (k,), center (3,), rotation (3, 3)) -> the surface."""
 
 KINK = 1e-4
 """Width, in u_z, over which the end of a capsule's cylinder is rounded: its wall bulges by KINK ln 2 of its
@@ -37,6 +40,7 @@ class TipShape:
         size_sd: How wrong they may be, one each, relative to them.
         support: Its support function.
         made: Makes the surface.
+        deviated: Makes the surface with deviations (k,) [m] as second argument; None where none is known.
         round_about: Axes of its own about which turning it changes nothing, 3 for a sphere.
     """
 
@@ -46,6 +50,7 @@ class TipShape:
     size_sd: tuple[float, ...]
     support: Support
     made: Made
+    deviated: Deviated | None = None
     round_about: tuple[int, ...] = ()
 
 
@@ -65,6 +70,11 @@ def tip_shape(surface: Surface) -> TipShape:
 
 @tip_shape.register
 def _(surface: Sphere) -> TipShape:
+    return sphere_shape(surface.radius)
+
+
+@tip_shape.register
+def _(surface: NearSphere) -> TipShape:
     return sphere_shape(surface.radius)
 
 
@@ -103,7 +113,10 @@ def sphere_shape(radius: float) -> TipShape:
     def made(sizes: FloatArray, center: FloatArray, rotation: FloatArray) -> Surface:
         return Sphere(float(sizes[0]), center=center, rotation=rotation)
 
-    return TipShape("sphere", ("radius_m",), (radius,), (SIZE_SD,), support, made, (0, 1, 2))
+    def deviated(sizes: FloatArray, deviations: FloatArray, center: FloatArray, rotation: FloatArray) -> Surface:
+        return NearSphere(float(sizes[0]), deviations.tolist(), center=center, rotation=rotation)
+
+    return TipShape("sphere", ("radius_m",), (radius,), (SIZE_SD,), support, made, deviated, (0, 1, 2))
 
 
 def ellipsoid_shape(semi_axes: Sequence[float]) -> TipShape:
@@ -119,7 +132,7 @@ def ellipsoid_shape(semi_axes: Sequence[float]) -> TipShape:
 
     a, b, c = semi_axes
     names = ("semi_axis_x_m", "semi_axis_y_m", "semi_axis_z_m")
-    return TipShape("ellipsoid", names, (a, b, c), (SIZE_SD,) * 3, support, made, _equal_pairs((a, b, c)))
+    return TipShape("ellipsoid", names, (a, b, c), (SIZE_SD,) * 3, support, made, None, _equal_pairs((a, b, c)))
 
 
 def superellipsoid_shape(semi_axes: Sequence[float], exponent: float) -> TipShape:
@@ -159,7 +172,9 @@ def capsule_shape(radius: float, length: float) -> TipShape:
         r, length = sizes.tolist()
         return Capsule(r, length, center, rotation)
 
-    return TipShape("capsule", ("radius_m", "length_m"), (radius, length), (SIZE_SD,) * 2, support, made, (2,))
+    return TipShape(
+        "capsule", ("radius_m", "length_m"), (radius, length), (SIZE_SD,) * 2, support, made, None, (2,)
+    )
 
 
 def _equal_pairs(axes: tuple[float, float, float]) -> tuple[int, ...]:

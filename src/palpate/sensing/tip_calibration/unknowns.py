@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
-from palpate.sensing.tip_calibration.deviations import COUNTS
 from palpate.sensing.tip_calibration.shapes import TipShape
 from palpate.sensing.tip_calibration.targets import Target, TargetKind, across
 from palpate.surfaces.compliant import LINEAR
+from palpate.surfaces.near_sphere import COUNTS
 
 ANY_STIFFNESS = 20e3
 """[N/m] to start from where no skin is typed: a rubber skin of a millimetre on a tip of 8 mm."""
@@ -66,6 +66,11 @@ class TypedTip:
             not_negative(name, getattr(self, name), unit)
         if not 0.0 <= self.share <= 1.0:
             raise InvalidValueError(f"share = {self.share}: must lie between 0 and 1")
+        if self.deviation_degree and self.shape.deviated is None:
+            raise InvalidValueError(
+                f"deviation_degree = {self.deviation_degree}: there is no {self.shape.kind} with deviations, only "
+                "spheres have them"
+            )
         if self.deviation_degree not in COUNTS:
             raise InvalidValueError(
                 f"deviation_degree = {self.deviation_degree}: must be one of {', '.join(map(str, COUNTS))}"
@@ -92,7 +97,7 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TargetPlaces:
-    """Where the m targets are at some values of the unknowns: shapes (..., m, 3) [m] and (..., m, 3), base frame."""
+    """Where m targets are at some values of the unknowns: shapes (..., m, 3) [m] and (..., m, 3), base frame."""
 
     place: FloatArray
     direction: FloatArray

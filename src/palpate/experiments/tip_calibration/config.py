@@ -1,0 +1,159 @@
+"""The options of a tip calibration; imports nothing heavy, so that `palpate --help` is quick."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.config_checks import (
+    check_friction,
+    check_length,
+    check_seed,
+    check_spin_length,
+)
+from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
+from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option
+
+ShapeName = Literal["sphere", "ellipsoid", "capsule", "superellipsoid"]
+Triple = tuple[float, float, float]
+
+TOUCHES_TEXT = "touches.csv"
+"""Under this name a log keeps the touches of a file, or those that came first."""
+
+FEWEST, MOST = 20, 200
+"""Touches: those that come first are 17; more take an hour."""
+
+STEEPEST = 1.2
+"""[rad] That a tip may be turned at most: beyond, a finger would lie on the plate."""
+
+LARGEST_ERROR = 0.3
+"""Relative, of a fingertip's size, that is simulated."""
+
+
+@dataclass(frozen=True, slots=True)
+class TipConfig:
+    """Calibrate a fingertip by touching a plate, a rod and a ball, of which only the radii are known.
+
+    Size, centre and orientation of the tip in the sensor frame, and the stiffness of the contact, are found from
+    wrenches and poses at rest, each with its standard deviation; what these touches do not tell is said, and so is
+    every assumption that does not hold. First come a few touches where the things are thought to be, then those
+    that tell most. The report shows the tip found beside the typed one; robot.yaml is the robot file with it.
+
+    With --touches nothing moves: touches of a file are evaluated, as of a finger guided by hand. With --plan
+    nothing moves either: the touches that would tell most are written to next_touches.csv.
+
+    All values are in SI units: metres, newtons, radians.
+
+    Example, in simulation, with a tip that is not as its file says: palpate calibrate tip --unknown-tip 1
+
+    Example, touches by hand: palpate calibrate tip --robot cell.yaml --touches touches.csv
+
+    Example, which touches to make: palpate calibrate tip --robot cell.yaml --plan
+    """
+
+    touches: Path | None = option(None, fixed="the log keeps them", kept=TOUCHES_TEXT)
+    """CSV of touches to evaluate: target (its name), kind (point, line or plane), radius_m; the sensor's pose
+    x_m, y_m, z_m and qw, qx, qy, qz; fx_N ... mz_Nm, what is felt less what was felt in the air; and, if known,
+    time_s, where the thing is about (place_x_m ... direction_z) and standard deviations (sd_fx_N ...)."""
+    plan: bool = option(False, fixed=TOUCHED)
+    """Move nothing: write which touches would tell most, after those of --touches, if there are any."""
+    shape: ShapeName | None = option(None)
+    """Family of shapes to which the tip belongs. Left out: as in the robot file."""
+    touch_count: int = option(60, fixed=TOUCHED)
+    """How many touches are made, those that come first included."""
+    forces: tuple[float, ...] = option((1.0, 3.0), "N", fixed=TOUCHED, bound="positive")
+    """Forces of each touch, one after the other [N]: two or more tell the stiffness."""
+    plate: Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
+    """About where the plate's upper side has its middle, base frame [m]."""
+    rod: Triple = option((0.03, -0.04, 0.04), "m", fixed=TOUCHED)
+    """About where the middle of the rod's axis, or of an edge, is, base frame [m]."""
+    rod_direction: Triple = option((1.0, 0.0, 0.0), fixed=TOUCHED)
+    """Its direction, base frame."""
+    rod_radius: float = option(0.002, "m", fixed=TOUCHED, bound="not negative")
+    """Of the rod [m], as a caliper reads it; 0 for a sharp edge."""
+    ball: Triple = option((0.03, 0.04, 0.04), "m", fixed=TOUCHED)
+    """About where the middle of the ball, or the point of a needle, is, base frame [m]."""
+    ball_radius: float = option(0.002, "m", fixed=TOUCHED, bound="not negative")
+    """Of the ball [m], as its maker says; 0 for a needle."""
+    place_sd: float = option(2e-3, "m", fixed=TOUCHED, bound="positive")
+    """How well these places are known, standard deviation [m]. They are looked for three times as far."""
+    most_turn: float = option(0.6, "rad", fixed=TOUCHED, bound="not negative")
+    """How far the tip may be turned from upright [rad], by a robot that can."""
+    stiffness: float = option(20e3, "N/m", bound="positive")
+    """Stiffness of the contact, tip and object together, as it is taken for [N/m]."""
+    arm_sd: float | None = option(None, "m", bound="positive")
+    """How exactly the arm's place repeats, standard deviation [m]: where to begin, for the touches tell it. Left
+    out: 20e-6, and 1e-6 for a simulated arm, whose places are exact."""
+    sensor_accuracy: float | None = option(None, bound="not negative")
+    """Standard deviation of each entry of the sensor's calibration matrix, of a full load. Left out: 0 for a
+    simulated sensor without cross-talk, else 0.006, as of a sensor whose errors are within 1 %."""
+    unknown_tip: int | None = option(None, fixed=TOUCHED)
+    """Simulate a tip that differs from the robot file by errors that this seed draws: size within 5 %, centre
+    within 1 mm along each axis, tilt of 3 degrees, stiffness half to twice. Simulation only, as the next ones."""
+    size_error: float = option(0.0, fixed=TOUCHED)
+    """How much larger the simulated tip is than typed, relative."""
+    center_error: Triple = option((0.0, 0.0, 0.0), "m", fixed=TOUCHED)
+    """By how much its centre is elsewhere, sensor frame [m]."""
+    turn_error: Triple = option((0.0, 0.0, 0.0), "rad", fixed=TOUCHED)
+    """By how much it is turned, axis times angle, sensor frame [rad]."""
+    stiffness_ratio: float = option(1.0, fixed=TOUCHED, bound="positive")
+    """How many times as stiff the simulated contact is as it is taken for."""
+    scene_error: int = option(0, fixed=TOUCHED)
+    """Seed that draws how far the simulated things are from where they are thought to be: up to 1.5 mm along each
+    axis, and tilted by up to 2 degrees."""
+    friction: float = option(0.4, fixed=TOUCHED, symbol="mu")
+    """Friction coefficient between the simulated tip and what it touches."""
+    spin_length: float = option(0.002, "m", fixed=TOUCHED, symbol="e")
+    """Largest spin torque per largest friction force of the simulated contact [m]."""
+    force_noise: float | None = option(None, "N", fixed=NOISY)
+    """Standard deviation of the sensor's force noise [N], each axis. Left out, as the next: the robot file's."""
+    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
+    """Standard deviation of the sensor's moment noise [N m], each axis."""
+    seed: int = 0
+    """Seed of the noise: the same seed gives the same run."""
+    robot: str = option("turning-stage-nano17")
+    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
+    out: Path = Path("runs/calibrate-tip")
+    """Folder for the report, the log, touches.csv, next_touches.csv, tip.yaml and robot.yaml."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        if not FEWEST <= self.touch_count <= MOST:
+            raise InvalidValueError(f"touch_count = {self.touch_count}: must be from {FEWEST} to {MOST}")
+        if not self.forces:
+            raise InvalidValueError("forces: there are none; give one at least [N]")
+        if max(self.forces) > MOST_FORCE:
+            raise InvalidValueError(f"forces = {max(self.forces):g} N: must be at most {MOST_FORCE:g} N")
+        if not 0.0 < math.hypot(*self.rod_direction) < math.inf:
+            raise InvalidValueError(f"rod_direction = {self.rod_direction}: give three numbers, not all 0")
+        for name in ("rod_radius", "ball_radius"):
+            check_length(name, getattr(self, name) or 1e-3, 0.1)
+        check_length("place_sd", self.place_sd, 0.01)
+        if self.most_turn > STEEPEST:
+            raise InvalidValueError(f"most_turn = {self.most_turn:g} rad: must be at most {STEEPEST:g} rad")
+        if abs(self.size_error) > LARGEST_ERROR:
+            raise InvalidValueError(
+                f"size_error = {self.size_error:g}: must be within {LARGEST_ERROR:g}; 0.05 is 5 %"
+            )
+        check_length("center_error", max(math.hypot(*self.center_error), 1e-9), 0.01)
+        if math.hypot(*self.turn_error) > LARGEST_ERROR:
+            raise InvalidValueError(f"turn_error = {self.turn_error}: must be at most {LARGEST_ERROR:g} rad long")
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
+        if self.force_noise is not None:
+            check_force_noise(self.force_noise)
+        check_seed(self.seed)
+        check_seed(self.scene_error)
+        check_seed(self.unknown_tip or 0)
+
+    @property
+    def tip_is_other(self) -> bool:
+        """Whether a tip is to be simulated that differs from the robot file."""
+        changed = (self.size_error, *self.center_error, *self.turn_error, self.stiffness_ratio - 1.0)
+        return self.unknown_tip is not None or any(changed)
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything is touched."""
+        return self.touches is None and not self.plan
