@@ -30,7 +30,7 @@ from palpate.sim.hand.tool_shape import ToolShape
 from palpate.sim.hand.touched import Touched
 from palpate.sim.objects.target import StaticObject, as_target
 from palpate.sim.sensor.model import SensorModel
-from palpate.spatial import Vector, as_vector, subtract
+from palpate.spatial import Vector, as_vector, norm, subtract
 
 if TYPE_CHECKING:
     from palpate.robots.simulated_kind import TipCarrier
@@ -46,6 +46,9 @@ large as believed, or less, and nothing moves along the normal of what it touche
 
 LEAST_SQUEEZE = 0.5
 """Of the grip that is commanded: what lateral forces take from one finger they give to another."""
+
+SURE = 3.0
+"""Standard deviations of the force's noise, on the lever of the tool, that lie within the tip at a touch."""
 
 OVERSHOOT = 2.0
 """Times the set force, which the squeeze is to hold."""
@@ -127,7 +130,9 @@ class HeldToolEntry(DeviceSettings, frozen=True, kw_only=True):
         for each in sensors:
             check_age(robot, each.model, task.period)
         felt = tuple(each.finger for each in sensed)
-        touch_force = max(each.touch_force for each in sensed)
+        reach = norm(task.tip.center) + max(task.tip.half_extents)
+        placed = SURE * reach * noise_of(task.sensor.model)[0] / min(task.tip.half_extents)
+        touch_force = max(placed, *(each.touch_force for each in sensed))
         payload = payload_of(robot, 0)
         finger = HeldToolFinger(
             task.sensed, payload, felt, touch_force, 0.5 * touch_force, task.sensor.model.dithering
