@@ -793,7 +793,7 @@ def test_help_tells_the_order_and_lists_every_step(capsys):
         assert ended.value.code == 0
         told = " ".join(capsys.readouterr().out.split())
         for word in (
-            "In this order:",
+            "in this order:",
             "new",
             "matrix",
             "payload",

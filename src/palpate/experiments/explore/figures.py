@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from palpate.estimation import Verdict
 from palpate.experiments.kit.figure import Figure, FigureValue
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ def _unsure(exploration: "Exploration") -> str | None:
 
 def _tip(exploration: "Exploration") -> str | None:
     check = exploration.tip
-    return None if check is None else Verdict(tuple(check.broken())).names
+    return None if check is None else ", ".join(broken.assumption.name for broken in check.broken())
 
 
 FIGURES = (
@@ -50,7 +49,7 @@ FIGURES = (
     Figure("map_band_m", "map's 95 % band, half its width", "m", _of_map(lambda found: found.band, true=False)),
     Figure("map_in_band", "share of errors inside that band", "", _of_map(lambda found: found.covered)),
     Figure("map_broken", "assumptions of the map that broke", "", _broken),
-    Figure("tip_broken", "assumptions of the fingertip that broke", "", _tip),
+    Figure("tip_broken", "assumptions of the tip that broke", "", _tip),
     Figure("observed_share", "observed of the reachable", "", _of_map(lambda found: found.observed_share)),
     Figure("force_max_n", "largest force felt", "N", lambda found: found.assumptions.most_force),
     Figure("point_p99_m", "points to true surface, 99 %", "m", lambda found: found.point_p99),

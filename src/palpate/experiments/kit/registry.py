@@ -1,8 +1,8 @@
 """Which experiments there are: those that installed packages declare, and any that is named as module:Class.
 
 The built-in ones are declared like a stranger's, as entry points of the group `palpate.experiments`. One that is
-declared as `group.word` is typed `palpate group word`: it belongs to that group of commands, which is made if
-there is none.
+declared as `group.word` is typed as two words, group and word: it belongs to that group of commands, which is made
+if there is none.
 """
 
 import sys
