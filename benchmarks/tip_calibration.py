@@ -147,7 +147,8 @@ def main() -> None:
     """Run what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    commands.add_parser("coverage").add_argument("--seeds", type=int, default=200)
+    covering = commands.add_parser("coverage")
+    covering.add_argument("--seeds", type=int, default=200)
     commands.add_parser("plans")
     commands.add_parser("map").add_argument("--out", type=Path, default=Path("docs/tip_calibration.png"))
     asked = parser.parse_args()

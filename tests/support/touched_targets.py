@@ -93,7 +93,7 @@ class TrueTip:
         nearest = minimize_scalar(
             lambda s: self.closest(place + s * direction)[2], bounds=(-0.05, 0.05), method="bounded"
         ).x
-        return self.closest(place + brentq(off, nearest - 1e-3, nearest + 1e-3, xtol=1e-16) * direction)
+        return self.closest(place + brentq(off, nearest - 2e-3, nearest + 2e-3, xtol=1e-16) * direction)
 
 
 def typed_tip(semi_axes: Sequence[float] = (0.008,), **more: object) -> TypedTip:
@@ -150,7 +150,7 @@ def touches(
     for each in planned:
         target = true.targets[each.target]
         delta = (each.force / true.stiffness) ** true.exponent
-        position = each.position
+        position = each.position - 5e-3 * each.direction  # from outside, however wrong the plan is
         for _ in range(60):
             x, u, distance = true.touched(target, each.rotation, position)
             missing = distance - (target.radius - delta)
