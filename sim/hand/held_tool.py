@@ -125,6 +125,8 @@ class GraspedTool(Closing):
             self._felt(hand.step(holding))
         self._zero, self._begin = np.zeros(6), 0.0
         zeros = []
+        sample = hand.step(holding)
+        bears = self._felt(sample)
         for _ in range(round(TARE / hand.period)):
             sample = hand.step(holding)
             bears = self._felt(sample)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate.cli import COMMANDS, CommandGroup, main
+from palpate.cli import COMMANDS, CommandGroup, TypedCommand, main
 from palpate.commands.calibrate.config import (
     MatrixConfig,
     MountingConfig,
@@ -773,7 +773,9 @@ def test_options_that_cannot_be_are_refused(kind, options, word):
 def parsed(name, *arguments):
     group = COMMANDS["calibrate"]
     assert isinstance(group, CommandGroup)
-    return read_typed(group.commands[name].config, f"palpate calibrate {name}", arguments)
+    command = group.commands[name]
+    assert isinstance(command, TypedCommand)
+    return read_typed(command.config, f"palpate calibrate {name}", arguments)
 
 
 def test_what_cannot_be_is_said_of_the_command_that_was_typed(capsys):

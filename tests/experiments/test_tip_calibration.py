@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -205,7 +206,8 @@ def test_touches_of_a_file_become_a_tip_a_robot_file_and_the_next_touches(tmp_pa
     assert told["figures"]["usable"] is True
     found = load_robot(str(tmp_path / "c" / "robot.yaml"))
     entry, typed = found.file.fingers[0], NANO17.file.fingers[0].surface
-    assert entry.surface.radius == pytest.approx(typed.radius + RADIUS_ERROR, abs=5e-6)
+    grown = entry.surface.half_extents[0] - typed.half_extents[0]
+    assert grown == pytest.approx(RADIUS_ERROR, abs=5e-6)
     assert 0.0 < entry.surface_sd.uncertainty.size_sd < 1e-4
     assert len((tmp_path / "c" / "next_touches.csv").read_text().splitlines()) > 10
 
@@ -232,6 +234,8 @@ def test_a_plan_of_touches_moves_nothing(tmp_path):
 
 def calibrated(tmp_path, robot, **options) -> TipFit:
     result = calibrate_tip(TipConfig(robot=robot, unknown_tip=1, **options), tmp_path)
+    assert result.fit is not None
+    assert result.true is not None
     assert result.usable, str(result.fit.verdict)
     errors = np.abs(result.fit.values - result.fit.unknowns.typed)
     assert errors[0] > 1e-4, "the tip was another one"
@@ -245,7 +249,7 @@ def calibrated(tmp_path, robot, **options) -> TipFit:
 def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp_path):
     fit = calibrated(tmp_path, "turning-stage-nano17", touch_count=30)
     assert fit.sd[:4].max() < 1e-5
-    again = LoggedRun.of(read_log(tmp_path / "latest.mcap")).found()
+    again: Any = LoggedRun.of(read_log(tmp_path / "latest.mcap")).found()
     np.testing.assert_array_equal(again.fit.values, fit.values)
 
 

@@ -18,7 +18,7 @@ def test_shipped_files_keep_all_but_the_tip(path):
     changed = with_surface(text, 0, SURFACE, SD)
     before, after = read_robot_file(text), read_robot_file(changed)
     entry = after.fingers[0]
-    assert entry.surface.semi_axes == (0.008, 0.0081, 0.012)
+    assert entry.surface.half_extents == pytest.approx((0.008, 0.0081, 0.012))
     assert entry.surface_sd.position == 3e-6
     assert (after.backend, after.limits, after.pace, entry.payload, entry.sensor) == (
         before.backend,

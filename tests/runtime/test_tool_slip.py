@@ -33,7 +33,7 @@ def told(*observations):
         assert held.broken(now, None) == finding  # asked again, it says the same
         if finding is not None:
             return i, finding
-    return None
+    return None, None
 
 
 def test_a_tool_that_is_held_slides_and_swings_and_nothing_is_told():
@@ -44,7 +44,7 @@ def test_a_tool_that_is_held_slides_and_swings_and_nothing_is_told():
         observed(i, (0.1, 0.0, load), velocity=(0.02, 0.0, -v))
         for i, (load, v) in enumerate(zip(loads.tolist(), speeds.tolist(), strict=True))
     ]
-    assert told(*path) is None
+    assert told(*path) == (None, None)
 
 
 @pytest.mark.parametrize("speed", [0.005, 0.02, 0.2])
@@ -54,6 +54,8 @@ def test_a_surface_that_seems_to_give_way_by_a_millimetre_is_told_within_a_fifth
         observed(300 + i, velocity=(0.0, 0.0, -speed if i * PERIOD * speed < 1e-3 else 0.0)) for i in range(400)
     ]
     when, finding = told(*still, *slips)
+    assert when is not None
+    assert finding is not None
     assert finding.cause is Cause.GRIP
     assert finding.measure == "slip of the tool in the hand"
     assert 300 <= when < 300 + 200 + 1e-3 / speed / PERIOD
@@ -61,14 +63,16 @@ def test_a_surface_that_seems_to_give_way_by_a_millimetre_is_told_within_a_fifth
 
 def test_a_load_that_friction_may_not_hold_is_told_at_once():
     when, finding = told(observed(0), observed(1, (0.0, 6.0, 4.0)))
+    assert finding is not None
     assert (when, finding.measure) == (1, "load across the grip of the tool")
     assert "60 % of what a squeeze of 14 N holds" in finding.limit
 
 
 def test_a_load_along_the_squeeze_is_borne_without_friction():
-    assert told(observed(0), observed(1, (9.0, 0.0, 1.0))) is None
+    assert told(observed(0), observed(1, (9.0, 0.0, 1.0))) == (None, None)
 
 
 def test_a_squeeze_that_has_faded_is_told():
     _, finding = told(observed(0), observed(1, squeeze=3.0))
+    assert finding is not None
     assert finding.measure == "squeeze of the tool, all fingers together"

@@ -57,7 +57,7 @@ def test_a_contact_stays_as_it_is_when_the_next_is_found():
     assert bits(first) == before
     assert type(first) is Contact
     with pytest.raises(FrozenInstanceError):
-        first.normal_force = 0.0
+        first.normal_force = 0.0  # noqa: B010: a type checker sees it, too
     with pytest.raises(ValueError, match="read-only"):
         first.centroid[0] = 0.0
     assert bits(pickle.loads(pickle.dumps(first))) == before

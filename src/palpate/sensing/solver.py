@@ -60,7 +60,7 @@ class Solver:
         self._solve = solve_on(surface)
         self._status = np.empty(1, np.int8)  # written, and not read: threads may share a solver
 
-    def __reduce__(self) -> tuple[type[Self], tuple[Surface, ContactModel]]:
+    def __reduce__(self) -> tuple[type[Self], tuple[object, ...]]:
         """What is compiled cannot be pickled; it is found again."""
         return type(self), (self.surface, self.model)
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray
 from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
-from palpate.sensing.solver import Surface, contact_from_wrench, contacts_from_wrenches
+from palpate.sensing.solver import Solver, Surface, contact_from_wrench, contacts_from_wrenches
 from palpate.surfaces.compliant import CompliantTip
 from palpate.surfaces.composite import Composite
 from palpate.surfaces.implicit import DIFFERENCE_STEP, GRADIENT_TOLERANCE, Implicit
@@ -184,7 +184,7 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
     mixed = np.insert(rows, (1, len(rows)), ((math.nan,) * 6, (0.0,) * 6), axis=0)
     many, alone = (
         contacts_from_wrenches(touched.surface, mixed),
-        [contact_from_wrench(touched.surface, row) for row in mixed],
+        [Solver(touched.surface)(row) for row in mixed],  # bound to the surface anew each time
     )
     inspection.require(
         all(

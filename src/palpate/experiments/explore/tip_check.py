@@ -83,4 +83,4 @@ def tip_check(
 def _axes(normal: FloatArray, friction: FloatArray) -> FloatArray:
     """Axes along normal, friction, and across both, as columns, shape (n, 3, 3)."""
     along = friction / np.linalg.norm(friction, axis=1, keepdims=True)
-    return np.stack([normal, along, np.cross(normal, along)], axis=2)
+    return np.asarray(np.stack([normal, along, np.cross(normal, along)], axis=2), dtype=float)

@@ -146,4 +146,4 @@ def _about_mean(
     of_mean = np.linalg.inv(A.T @ A)
     mean = of_mean @ (A.T @ y)
     off = y - A @ mean
-    return np.asarray(mean), np.asarray(of_mean), np.asarray(off.T @ off)
+    return np.asarray(mean), np.asarray(of_mean, dtype=np.float64), np.asarray(off.T @ off)

@@ -74,6 +74,7 @@ def touching(
         step *= np.minimum(1.0, LONGEST / np.maximum(length, LONGEST))[:, None]
         moved = np.einsum("nk,nki->ni", step, tangents)
         factor = np.ones(len(active))
+        tried, higher, at = u[active], gap[active], x[active]
         for _ in range(12):  # never downhill
             tried = _unit(u[active] + factor[:, None] * moved)
             h, at = support(tried, active)

@@ -147,12 +147,13 @@ class TouchEquations:
             place = np.einsum("nij,nj->ni", axes[rows], x) + center_of
             return h + np.einsum("ni,ni->n", u, center_of), place
 
-        start = y - center if start is None else np.tile(start, (count, 1))
-        start = np.where((freedom == 0)[:, None], -line, start)
-        along = np.where((freedom == 1)[:, None], line, 0.0)
-        start = start - np.einsum("ni,ni->n", start, along)[:, None] * along
-        start = start / np.linalg.norm(start, axis=1, keepdims=True)
-        u, gap, x = touching(support, y, start, freedom, line)
+        first = y - center if start is None else np.tile(start, (count, 1))
+        first[freedom == 0] = -line[freedom == 0]
+        along = np.zeros_like(line)
+        along[freedom == 1] = line[freedom == 1]
+        first -= np.einsum("ni,ni->n", first, along)[:, None] * along
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        u, gap, x = touching(support, y, first, freedom, line)
 
         stiffness, exponent = (each[one] for each in unknowns.skin(values))
         right = self.touches.wrench

@@ -7,7 +7,7 @@ matrix, `accuracy`), how wrong typed values may be, and the arm's scatter, which
 """
 
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -143,53 +143,34 @@ def fit_tip(
     instrument = instrument or Instrument()
     unknowns = Unknowns(tip, targets)
     equations = TouchEquations(unknowns, touches, instrument)
-    count, n = len(unknowns.each), len(touches)
-    values, typed, sd = unknowns.typed, unknowns.typed, unknowns.sd
-    scatter = max(instrument.position_sd, START_SD)
     errors = np.zeros(36 if instrument.accuracy > 0.0 else 0)
-    converged = False
-    for _ in range(ROUNDS):
-        solved = equations.solved(values, errors)
-        whitening = np.linalg.inv(
-            np.linalg.cholesky(equations.noise(solved, equations.by_place(values, errors), scatter))
-        )
-        shared = equations.shared(solved)
-
-        def weighted(z: FloatArray, whitening: FloatArray = whitening) -> FloatArray:
-            raw = equations.solved(typed + sd * z[:count], z[count:]).residuals
-            return np.concatenate([np.einsum("nij,nj->ni", whitening, raw).ravel(), z])
-
-        def derivatives(
-            z: FloatArray, whitening: FloatArray = whitening, shared: FloatArray = shared
-        ) -> FloatArray:
-            raw = np.concatenate([equations.jacobian(typed + sd * z[:count], z[count:]), shared], axis=2)
-            return np.concatenate([(whitening @ raw).reshape(3 * n, -1), np.eye(len(z))])
-
-        start = np.concatenate([(values - typed) / sd, errors])
-        best = least_squares(
-            weighted, start, derivatives, x_scale=1.0, xtol=1e-7, ftol=1e-10, gtol=1e-6, max_nfev=60
-        )
-        z, jacobian, r = best.x, derivatives(best.x), best.fun
-        spread = cast(FloatArray, np.linalg.inv(jacobian.T @ jacobian))
-        leverage = np.einsum("ij,ij->i", jacobian @ spread, jacobian)[: 3 * n].reshape(n, 3)
-        moved = np.abs((typed + sd * z[:count] - values) / sd).max()
-        values, errors = typed + sd * z[:count], z[count:]
-        gaps = r[: 3 * n].reshape(n, 3)[:, 0] * scatter  # up to what the forces' noise adds
-        degrees = float(np.sum(1.0 - leverage[:, 0]))
-        before = scatter
-        scatter = float(
-            np.sqrt((GAP_WEIGHT * instrument.position_sd**2 + gaps @ gaps) / (GAP_WEIGHT + max(degrees, 0.0)))
-        )
-        converged = bool(best.status > 0)
-        if abs(scatter / before - 1.0) < 0.01 and moved < 0.01:
+    scatter = max(instrument.position_sd, START_SD)
+    found = _weighted_fit(equations, unknowns.typed, errors, scatter)
+    for _ in range(ROUNDS - 1):
+        before = found
+        found = _weighted_fit(equations, before.values, before.errors, before.scatter)
+        moved = np.abs((found.values - before.values) / unknowns.sd).max()
+        if abs(found.scatter / before.scatter - 1.0) < 0.01 and moved < 0.01:
             break
-    solved = equations.solved(values, errors)
-    covariance = sd[:, None] * spread[:count, :count] * sd
+    count, sd = len(unknowns.each), unknowns.sd
+    values, scatter = found.values, found.scatter
+    solved = equations.solved(values, found.errors)
+    covariance = sd[:, None] * found.spread[:count, :count] * sd
     told = np.sqrt(np.diag(covariance)) < TOLD * sd
     fit = WeightedFit(
-        equations, solved, whitening, jacobian, r, leverage, spread, told, scatter, converged, values
+        equations,
+        solved,
+        found.whitening,
+        found.jacobian,
+        found.weighted,
+        found.leverage,
+        found.spread,
+        told,
+        scatter,
+        found.converged,
+        values,
     )
-    noise = equations.noise(solved, equations.by_place(values, errors), scatter)
+    noise = equations.noise(solved, equations.by_place(values, found.errors), scatter)
     return TipFit(
         unknowns=unknowns,
         touches=touches,
@@ -197,11 +178,64 @@ def fit_tip(
         covariance=covariance,
         told=told,
         scatter=scatter,
-        degrees=GAP_WEIGHT + max(degrees, 0.0),
+        degrees=GAP_WEIGHT + found.degrees,
         residuals=solved.residuals,
         expected=np.sqrt(np.diagonal(noise, axis1=1, axis2=2)),
         solved=solved,
         verdict=verdict_of(fit),
+    )
+
+
+class _Round(NamedTuple):
+    """Least squares with weights from the round before; see `WeightedFit`."""
+
+    values: FloatArray
+    errors: FloatArray
+    whitening: FloatArray
+    jacobian: FloatArray
+    weighted: FloatArray
+    leverage: FloatArray
+    spread: FloatArray
+    degrees: float
+    scatter: float
+    converged: bool
+
+
+def _weighted_fit(equations: TouchEquations, values: FloatArray, errors: FloatArray, scatter: float) -> _Round:
+    unknowns = equations.unknowns
+    typed, sd, count, n = unknowns.typed, unknowns.sd, len(unknowns.each), len(equations.touches)
+    solved = equations.solved(values, errors)
+    noise = equations.noise(solved, equations.by_place(values, errors), scatter)
+    whitening = cast(FloatArray, np.linalg.inv(np.linalg.cholesky(noise)))
+    shared = equations.shared(solved)
+
+    def residuals(z: FloatArray) -> FloatArray:
+        raw = equations.solved(typed + sd * z[:count], z[count:]).residuals
+        return np.concatenate([np.einsum("nij,nj->ni", whitening, raw).ravel(), z])
+
+    def derivatives(z: FloatArray) -> FloatArray:
+        raw = np.concatenate([equations.jacobian(typed + sd * z[:count], z[count:]), shared], axis=2)
+        return np.concatenate([(whitening @ raw).reshape(3 * n, -1), np.eye(len(z))])
+
+    start = np.concatenate([(values - typed) / sd, errors])
+    best = least_squares(residuals, start, derivatives, x_scale=1.0, xtol=1e-7, ftol=1e-10, gtol=1e-6, max_nfev=60)
+    z, jacobian, r = best.x, derivatives(best.x), best.fun
+    spread = cast(FloatArray, np.linalg.inv(jacobian.T @ jacobian))
+    leverage = np.einsum("ij,ij->i", jacobian @ spread, jacobian)[: 3 * n].reshape(n, 3)
+    gaps = r[: 3 * n].reshape(n, 3)[:, 0] * scatter  # up to what the forces' noise adds
+    degrees = max(float(np.sum(1.0 - leverage[:, 0])), 0.0)
+    expected = GAP_WEIGHT * equations.instrument.position_sd**2 + float(gaps @ gaps)
+    return _Round(
+        typed + sd * z[:count],
+        z[count:],
+        whitening,
+        jacobian,
+        r,
+        leverage,
+        spread,
+        degrees,
+        float(np.sqrt(expected / (GAP_WEIGHT + degrees))),
+        bool(best.status > 0),
     )
 
 

@@ -85,4 +85,4 @@ def across(unit: FloatArray) -> FloatArray:
     np.put_along_axis(helper, np.argmin(np.abs(unit), axis=-1)[..., None], 1.0, axis=-1)
     first = np.cross(unit, helper)
     first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    return np.stack([first, np.cross(unit, first)], axis=-2)
+    return np.asarray(np.stack([first, np.cross(unit, first)], axis=-2), dtype=float)
