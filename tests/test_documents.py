@@ -25,7 +25,14 @@ QUICK = [
 ]
 """Documents whose commands take a few seconds."""
 
-SILENT = {"docs/calibrate-tip.md", "docs/compare.md", "docs/data-sets.md", "docs/regulate.md", "docs/view.md"}
+SILENT = {
+    "docs/calibrate-tip.md",
+    "docs/compare.md",
+    "docs/data-sets.md",
+    "docs/regulate.md",
+    "docs/reports.md",
+    "docs/view.md",
+}
 """Documents whose Python only makes a file, or what the text goes on to explain."""
 
 UNMARKED = {

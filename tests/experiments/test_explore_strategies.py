@@ -51,7 +51,9 @@ def words(fields):
 def undrawn():
     """Reports are made but not drawn, which takes seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.reporting.page.write_report", lambda report, path: path.write_text(report.outcome))
+        patch.setattr(
+            "palpate.experiments.kit.recording.write_report", lambda report, path: path.write_text(report.outcome)
+        )
         yield
 
 

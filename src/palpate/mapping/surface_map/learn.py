@@ -215,21 +215,15 @@ def _search(
         if not math.isfinite(evidence):
             return IMPOSSIBLE, np.zeros(len(free))
         slope = np.sum([part[1] for part in parts], axis=0)[free] * spread
-        return 0.5 * float(trial @ trial) - evidence, trial - slope
+        return 0.5 * float(trial @ trial) - evidence - offset, trial - slope
 
     bounds = [(-each, each) for each in REACH[free] / spread]
     first = (start.logarithms[free] - middle) / spread
     # a start far from what was felt has a loss of any size, and in other units any offset: only differences count
-    offset, slope = loss(first)
-
-    def above_first(trial: FloatArray) -> tuple[float, FloatArray]:
-        if np.array_equal(trial, first):  # where the search begins
-            return 0.0, slope
-        value, by_trial = loss(trial)
-        return value - offset, by_trial
-
+    offset = 0.0
+    offset = loss(first)[0]
     found = minimize(
-        above_first,
+        loss,
         first,
         jac=True,
         method="L-BFGS-B",
