@@ -81,7 +81,8 @@ def test_tilts_of_a_sensor_within_its_makers_limits_are_no_relief(specimen, tmp_
     run = explore(ExploreConfig(robot=str(robot), object=name, width=0.015, depth=0.008, seed=specimen - 1))
     assert run.map.verdict.ok
     assert run.map.covered >= 0.95
-    assert run.map.band < 9e-6
+    # changes of the force compress tip and object, and count by themselves: that is no tilt
+    assert run.map.band - run.map.budget.compression < 9e-6
 
 
 def test_a_budget_has_what_the_sensor_leaves_and_nothing_else():
