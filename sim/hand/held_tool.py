@@ -124,15 +124,14 @@ class GraspedTool(Closing):
         for _ in range(round(SETTLING / hand.period)):
             self._felt(hand.step(holding))
         self._zero, self._begin = np.zeros(6), 0.0
-        zeros = []
-        sample = hand.step(holding)
-        bears = self._felt(sample)
-        for _ in range(round(TARE / hand.period)):
-            sample = hand.step(holding)
-            bears = self._felt(sample)
-            zeros.append(contact_wrench(_wrench(bears.wrench), bears.acceleration, self._payload))
-        self._zero, self._begin = np.mean(zeros, axis=0), sample.time
-        return self._seen(sample, self._tared(bears))
+        samples = [hand.step(holding)]
+        felt = [self._felt(samples[0])]
+        for _ in range(round(TARE / hand.period) - 1):
+            samples.append(hand.step(holding))
+            felt.append(self._felt(samples[-1]))
+        zeros = [contact_wrench(_wrench(each.wrench), each.acceleration, self._payload) for each in felt]
+        self._zero, self._begin = np.mean(zeros, axis=0), samples[-1].time
+        return self._seen(samples[-1], self._tared(felt[-1]))
 
     def step(self, command: Command) -> Sample:
         """Simulate one period with the commanded velocity of the tip frame.
