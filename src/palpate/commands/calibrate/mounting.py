@@ -1,6 +1,5 @@
 """`palpate calibrate mounting`: how the sensor is turned on the flange, and what it carries."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +10,12 @@ from scipy.spatial.transform import Rotation
 from palpate.commands.calibrate.config import MountingConfig
 from palpate.commands.calibrate.data import measured_poses, read_csv
 from palpate.commands.calibrate.figures import mounting_figures
+from palpate.commands.calibrate.static_poses import identified, pose_noise, zero_moved
 from palpate.commands.calibrate.steps import (
     loaded,
     measured,
     named,
     not_used,
-    noted,
     provenance,
     refuse_overwriting,
     target,
@@ -31,7 +30,7 @@ from palpate.estimation import BrokenAssumption, Verdict
 from palpate.experiments.kit.output_folder import check_file
 from palpate.sensing.ft import IdentifiedMounting, IdentifiedPayload, identify_mounting, with_payload
 from palpate.sensing.ft.pose_mistakes import likely_mistake
-from palpate.sensing.ft.poses import GRAVITY_SD, STANDARD_GRAVITY
+from palpate.sensing.ft.poses import STANDARD_GRAVITY
 
 
 def calibrate_mounting(config: MountingConfig, console: Console) -> CommandResult:
@@ -47,16 +46,10 @@ def calibrate_mounting(config: MountingConfig, console: Console) -> CommandResul
             "gx, gy, gz say where gravity points in the sensor; give the flange's orientation as qw,qx,qy,qz or "
             "r00,r01,...,r22"
         )
-    R = poses.rotation_sensor_base
+    R, noise = poses.rotation_sensor_base, pose_noise(config, sensor)
 
     def identify(specific_force: FloatArray, wrench: FloatArray) -> IdentifiedMounting:
-        return identify_mounting(
-            specific_force,
-            wrench,
-            force_sd=max(sensor.noise_force) / math.sqrt(config.averaged),
-            moment_sd=max(sensor.noise_moment) / math.sqrt(config.averaged),
-            gravity_sd=GRAVITY_SD if config.gravity is None else 0.0,
-        )
+        return identify_mounting(specific_force, wrench, **noise)
 
     def mistake(as_read: IdentifiedPayload | None) -> tuple[BrokenAssumption, ...]:
         gravity = config.gravity or STANDARD_GRAVITY
@@ -66,10 +59,7 @@ def calibrate_mounting(config: MountingConfig, console: Console) -> CommandResul
         return () if found is None else (found,)
 
     with named(config.poses):
-        try:
-            found = identify(poses.specific_force, rows)
-        except InvalidValueError as error:
-            raise InvalidValueError("; ".join(map(str, (error, *mistake(None))))) from None
+        found = identified(identify, poses.specific_force, rows, lambda: mistake(None))
     if found.verdict.ok and found.payload.payload.mass == 0.0:
         raise InvalidValueError(f"{config.poses}: the mass is lost in the noise: carry something heavier")
     console.print(mounting_table(found))
@@ -96,14 +86,7 @@ def calibrate_mounting(config: MountingConfig, console: Console) -> CommandResul
             ),
         )
     files, warnings = write(target(config), updated, console)
-    payload = found.payload
-    if payload.zero.moves:
-        warnings += noted(
-            f"the zero moved by {payload.zero_span_force:.2g} N and {payload.zero_span_moment:.2g} N m "
-            "during the poses: tare before use.",
-            console,
-        )
-    return used(found.verdict, figures, files, warnings)
+    return used(found.verdict, figures, files, (*warnings, *zero_moved(found.payload, console)))
 
 
 def _judged(found: IdentifiedMounting) -> IdentifiedPayload:

@@ -1,6 +1,5 @@
 """`palpate calibrate`: identifies the values of a sensor file, from data or live."""
 
-import math
 from pathlib import Path
 
 import msgspec
@@ -22,6 +21,7 @@ from palpate.commands.calibrate.live import robot_backend, stage_backend, take_r
 from palpate.commands.calibrate.matrix import calibrate_matrix
 from palpate.commands.calibrate.mounting import calibrate_mounting
 from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.commands.calibrate.static_poses import identified, pose_noise, zero_moved
 from palpate.commands.calibrate.steps import (
     loaded,
     measured,
@@ -57,7 +57,7 @@ from palpate.sensing.ft import (
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.bias import MOVED_FACTOR
 from palpate.sensing.ft.pose_mistakes import likely_mistake
-from palpate.sensing.ft.poses import GRAVITY_SD, STANDARD_GRAVITY
+from palpate.sensing.ft.poses import STANDARD_GRAVITY
 from palpate.spatial import ZERO, Vector, Wrench
 
 SURE_TOUCH = 4.0
@@ -109,17 +109,11 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
     refuse_overwriting(config.out, config.poses)
     data = read_csv(config.poses)
     rows, source = measured(data, sensor, config.channels)
-
     poses = measured_poses(data, config.rotation, config.up, config.gravity or STANDARD_GRAVITY)
+    noise = pose_noise(config, sensor)
 
     def identify(specific_force: FloatArray, wrench: FloatArray) -> IdentifiedPayload:
-        return identify_payload(
-            specific_force,
-            wrench,
-            force_sd=max(sensor.noise_force) / math.sqrt(config.averaged),
-            moment_sd=max(sensor.noise_moment) / math.sqrt(config.averaged),
-            gravity_sd=GRAVITY_SD if config.gravity is None else 0.0,
-        )
+        return identify_payload(specific_force, wrench, **noise)
 
     def mistake(as_read: IdentifiedPayload | None) -> tuple[BrokenAssumption, ...]:
         if poses.rotation_sensor_base is None:
@@ -130,10 +124,7 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
         return () if found is None else (found,)
 
     with named(config.poses):
-        try:
-            found = identify(poses.specific_force, rows)
-        except InvalidValueError as error:
-            raise InvalidValueError("; ".join(map(str, (error, *mistake(None))))) from None
+        found = identified(identify, poses.specific_force, rows, lambda: mistake(None))
     console.print(payload_table(found, source))
     lost = found.payload.mass == 0.0
     verdict = found.verdict if found.verdict.ok and not lost else Verdict(mistake(found)).and_also(found.verdict)
@@ -152,12 +143,7 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
     if found.zero.bad:
         left = ", ".join(map(str, sorted(data.lines[i] for i in found.zero.bad)))
         warnings += noted(f"left out, as far from all others: line {left} of {config.poses.name}.", console)
-    if found.zero.moves:
-        warnings += noted(
-            f"the zero moved by {found.zero_span_force:.2g} N and {found.zero_span_moment:.2g} N m during the "
-            "poses: tare before use.",
-            console,
-        )
+    warnings = (*warnings, *zero_moved(found, console))
     return used(found.verdict, payload_figures(found), files, warnings)
 
 
