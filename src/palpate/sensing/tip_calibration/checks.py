@@ -65,10 +65,7 @@ class WeightedFit:
 
     def standard_error(self, column: FloatArray) -> float:
         """Return the standard error of one more unknown, by whose derivatives (n, 3, 1) residuals change."""
-        white = (self.whitening @ column).ravel()
-        padded = np.concatenate([white, np.zeros(len(self.weighted) - len(white))])
-        free = padded - self.jacobian @ (self.spread @ (self.jacobian.T @ padded))
-        return 1.0 / max(float(np.linalg.norm(free)), 1e-12)
+        return 1.0 / max(float(np.linalg.norm(self._free(column)[0])), 1e-12)
 
     def gain(self, columns: FloatArray) -> float:
         """Return by how much chi square falls with more unknowns.
@@ -76,16 +73,20 @@ class WeightedFit:
         Args:
             columns: Derivatives of the residuals by them, shape (n, 3, k).
         """
-        white = (self.whitening @ columns).reshape(3 * len(columns), -1)
-        padded = np.concatenate([white, np.zeros((len(self.weighted) - len(white), white.shape[1]))])
-        free = padded - self.jacobian @ (self.spread @ (self.jacobian.T @ padded))
+        free, whole = self._free(columns)
         scale = np.linalg.norm(free, axis=0)
-        seen = scale > 1e-6 * np.maximum(np.linalg.norm(padded, axis=0), 1e-300)
+        seen = scale > 1e-6 * np.maximum(whole, 1e-300)
         if not seen.any():
             return 0.0
         q, r = np.linalg.qr(free[:, seen] / scale[seen])
         sound = np.abs(np.diag(r)) > 1e-6
         return float(np.sum((q[:, sound].T @ self.weighted) ** 2))
+
+    def _free(self, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened columns (n, 3, k) less what the fit explains, and the norms of the whole, (k,)."""
+        white = (self.whitening @ columns).reshape(3 * len(columns), -1)
+        padded = np.concatenate([white, np.zeros((len(self.weighted) - len(white), white.shape[1]))])
+        return padded - self.jacobian @ (self.spread @ (self.jacobian.T @ padded)), np.linalg.norm(padded, axis=0)
 
 
 def verdict_of(fit: WeightedFit) -> Verdict:
