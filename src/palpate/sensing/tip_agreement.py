@@ -9,7 +9,7 @@ Successive contacts err alike: covariances come from blocks of them (a sandwich,
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -99,11 +99,12 @@ def tip_agreement(
     n = len(contacts)
     if n < FEWEST:
         return None
-    jacobians = contact_jacobians(contacts, surface_at_contacts(surface, contacts))
+    smooth = _with_normals(surface, contacts, normal)
+    jacobians = contact_jacobians(smooth, surface_at_contacts(surface, smooth))
     turned = (
-        SCALE * model_derivatives(contacts, jacobians, np.zeros(3), np.zeros(n))["normal"][:, :, [0, 1, 2, SIZE]]
+        SCALE * model_derivatives(smooth, jacobians, np.zeros(3), np.zeros(n))["normal"][:, :, [0, 1, 2, SIZE]]
     )
-    tangents = np.linalg.svd(contacts.normal[:, None, :])[2][:, 1:]
+    tangents = np.linalg.svd(smooth.normal[:, None, :])[2][:, 1:]
     off = np.einsum("nki,ni->nk", tangents, contacts.normal - normal)
     # what is found is how the true tip differs: the believed one errs the other way round
     columns = -np.asarray(tangents @ turned)
@@ -118,3 +119,17 @@ def tip_agreement(
     blocks = np.stack([each.sum(axis=0) for each in np.array_split(slopes, BLOCKS)])
     covariance = inverse @ (blocks.T @ blocks * BLOCKS / (BLOCKS - 4.0) + possible) @ inverse
     return TipAgreement(SCALE * found[:3], SCALE * float(found[3]), SCALE**2 * covariance)
+
+
+def _with_normals(surface: Surface, contacts: Contacts, normal: FloatArray) -> Contacts:
+    """Contacts where the tip has these normals (n, 3): without the noise of the moments, which moves felt ones.
+
+    Derivatives at noisy contacts share that noise with what they are to explain: it would pass for a shift.
+    """
+    curved = surface_at_contacts(surface, contacts).shape_operator
+    centroid = contacts.centroid + np.einsum("nij,nj->ni", np.linalg.pinv(curved), normal - contacts.normal)
+    normal_force = -np.einsum("ni,ni->n", contacts.force, normal)
+    tangential = contacts.force + normal_force[:, None] * normal
+    return replace(
+        contacts, centroid=centroid, normal=normal, normal_force=normal_force, tangential_force=tangential
+    )
