@@ -43,7 +43,6 @@ from palpate.runtime import (
     WrenchSample,
     run,
 )
-from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import LogWriter, MemoryLog, Recorder
@@ -52,7 +51,7 @@ from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
 from palpate.sensing.ft.filter_specs import Butterworth
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
-from palpate.spatial import IDENTITY, Vector
+from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled
 from palpate.surfaces import Ellipsoid
 
 PERIOD = 1e-3
@@ -117,33 +116,31 @@ READINGS = readings()
 
 
 class NoDevice:
-    """A back end that takes a period to answer, and then says what was prepared."""
+    """A back end that takes a period to answer, and then says what was prepared; its tip goes where it is sent."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.period = PERIOD
         self.pacer = pacer
         self.read_time = array("d")
         self._index = 0
-        self._travel = 0.0
-        self._rests = False
+        self._position: Vector = (0.0, 0.0, 0.05)
 
     def start(self) -> Sample:
-        return self._read()
+        return self._read(ZERO)
 
     def step(self, command: Command) -> Sample:
-        self._rests = command.velocity_base_tip == (0.0, 0.0, 0.0)
         self.pacer.wait()
         before = clock()
-        sample = self._read()
+        sample = self._read(command.velocity_base_tip)
         self.read_time.append(clock() - before)
         return sample
 
-    def _read(self) -> Sample:
+    def _read(self, velocity: Vector) -> Sample:
+        """The tip has gone on as commanded, and at once."""
         self._index += 1
         now = self._index * self.period
-        speed = 0.0 if self._rests else 1e-3
-        self._travel += speed * self.period
-        arm = ArmSample(now, (self._travel, 0.0, 0.05), IDENTITY, (speed, 0.0, 0.0))
+        self._position = add_scaled(self._position, self.period, velocity)
+        arm = ArmSample(now, self._position, IDENTITY, velocity)
         return Sample(now, arm, (WrenchSample(now, READINGS[self._index % CANNED], (0.0, 0.0, 9.81)),))
 
     def close(self) -> None:
@@ -154,13 +151,6 @@ class NoDevice:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class Unjudged(CommandedMotion):
-    """Costs as much as it does on a robot, and says nothing: this arm does not follow."""
-
-    def _judge(self, before: Vector, now: Vector) -> None:
-        pass
 
 
 class Stopwatch:
@@ -238,7 +228,6 @@ def measure(
         duration=seconds,
         recorder=recorder,
         live=live,
-        following=Unjudged,
     )
     if result.trip is not None or result.ending.value != "time is up":
         raise SystemExit(f"the benchmark itself went wrong: {result.ending.value}; {result.trip}")

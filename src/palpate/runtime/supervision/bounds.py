@@ -106,7 +106,7 @@ def rotation_error(r: FloatArray) -> float:
     ):
         if not each <= error:  # what is no number comes through
             error = each
-    return error
+    return float(error)
 
 
 class Bounds(Generic[Subject]):

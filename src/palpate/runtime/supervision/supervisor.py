@@ -165,11 +165,7 @@ class Supervisor:
                     finding = finding._replace(cause=Cause.CONTROLLER)
                 self._trip(now.time, finding, (Stop(),))
                 return self.react(now)
-            command = replace(
-                command,
-                velocity_base_tip=_plain(command.velocity_base_tip),
-                angular_velocity_base_tip=_plain(command.angular_velocity_base_tip),
-            )
+            command = _plain(command)
             self._commands.take(command)
         if command.grip_force is not None:
             self._grip = command.grip_force
@@ -264,12 +260,14 @@ class Supervisor:
         self._reaction, self._stages = reaction, tuple(copy(stage) for stage in reaction)
 
 
-def _plain(velocity: Vector) -> Vector:
-    """A velocity as it is, or an array that its owner may fill again as plain numbers."""
-    if type(velocity) is tuple:
-        return velocity
-    x, y, z = velocity
-    return (float(x), float(y), float(z))
+def _plain(command: Command) -> Command:
+    """Return a command as it is, or with plain numbers for an array that its owner may fill again."""
+    velocity, turn = command.velocity_base_tip, command.angular_velocity_base_tip
+    if type(velocity) is tuple and type(turn) is tuple:
+        return command
+    (x, y, z), (u, v, w) = velocity, turn
+    velocity, turn = (float(x), float(y), float(z)), (float(u), float(v), float(w))
+    return replace(command, velocity_base_tip=velocity, angular_velocity_base_tip=turn)
 
 
 def _ended_because(finding: Violation) -> str:
