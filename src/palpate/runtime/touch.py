@@ -1,13 +1,14 @@
 """From samples to observations: touch's estimate from what the devices reported."""
 
 import math
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from palpate.errors import InvalidValueError
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import FingerObservation, Observation, Sample, WrenchSample
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.contact import ContactStatus
@@ -17,6 +18,9 @@ from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.touch_detector import ContactDetector
 from palpate.sensing.solver import Solver, Surface
 from palpate.spatial import Vector, Wrench, norm
+
+_SIX = struct.Struct("6d")
+_PACK_SIX = _SIX.pack_into
 
 NOISELESS: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Of an ideal sensor [N, N m]."""
@@ -163,6 +167,29 @@ class _Stamped:
         return self._health
 
 
+class _Solved(NamedTuple):
+    """What is solved for a finger, again and again in the same place.
+
+    Attributes:
+        buffer: Takes a wrench,
+        row: is the same as an array,
+        solver: of the fingertip.
+    """
+
+    buffer: bytearray
+    row: FloatArray
+    solver: Solver
+
+    @classmethod
+    def on(cls, surface: Surface) -> Self:
+        """Prepare a fingertip: what is not yet compiled is, never in the loop."""
+        buffer, solver = bytearray(_SIX.size), Solver(surface)
+        row = np.frombuffer(buffer)
+        row[2] = -1.0
+        solver(row)
+        return cls(buffer, row, solver)
+
+
 class Touch:
     """Senses with one or more fingers; all that it remembers is in their pipelines."""
 
@@ -178,9 +205,7 @@ class Touch:
         self._pipelines = tuple(finger.pipeline() for finger in fingers)
         watches = [finger.stillness() for finger in fingers]
         self._watches = tuple(None if watch is None else _Stamped(watch) for watch in watches)
-        self._solvers = tuple(Solver(finger.surface) for finger in fingers)
-        for solver in self._solvers:  # compile what is not yet compiled: never in the loop
-            solver(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+        self._solved = tuple(_Solved.on(finger.surface) for finger in fingers)
 
     @property
     def delay(self) -> float:
@@ -205,14 +230,15 @@ class Touch:
             raise InvalidValueError(
                 f"the sample has {len(sample.wrenches)} wrenches: there are {len(self.fingers)} fingers"
             )
-        observed = []
-        for solver, pipeline, watch, given in zip(
-            self._solvers, self._pipelines, self._watches, sample.wrenches, strict=True
+        observed, pack = [], _PACK_SIX
+        for (buffer, row, solver), pipeline, watch, given in zip(
+            self._solved, self._pipelines, self._watches, sample.wrenches, strict=True
         ):
             wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
             if watch is not None and health is HEALTHY:
                 health = watch.step(given)
-            contact = solver(np.array(wrench))
+            pack(buffer, 0, *wrench)
+            contact = solver(row)
             touching = touching and contact.status is ContactStatus.OK
             observed.append(FingerObservation(given.time, wrench, contact, touching, health))
         return Observation(sample.time, sample.arm, tuple(observed), sample.hand)

@@ -30,7 +30,8 @@ from palpate.surfaces.quadric import CenteredQuadric
 _IS_HARD = {"soft": False, "hard": True}
 _FLOAT64 = np.dtype(np.float64)
 _empty, _contiguous = np.empty, np.ascontiguousarray  # to look them up takes as long as they do
-_ONE = (6,)
+_ONE, _NEXT = (6,), (8,)
+"""Shape and strides of a wrench."""
 _KEPT = 64
 """Surfaces whose solvers are kept for `contact_from_wrench`; a new one takes some 10 us."""
 
@@ -72,8 +73,10 @@ class Solver:
         """
         if type(wrench) is not np.ndarray or wrench.dtype is not _FLOAT64 or wrench.shape != _ONE:
             wrench = _six(wrench)
+        if wrench.strides != _NEXT:
+            wrench = _contiguous(wrench)
         result = _empty(15)
-        found = self._solve(_contiguous(wrench), self._hard, result, self._status)
+        found = self._solve(wrench, self._hard, result, self._status)
         return contact_of(result, *found)
 
     def batch(self, wrenches: npt.ArrayLike) -> Contacts:
