@@ -2,16 +2,16 @@
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, Self
+from typing import Protocol
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import InvalidValueError
 from palpate.runtime.data import FingerObservation, Observation, Sample, WrenchSample
 from palpate.sensing.compensation import SensorPayload, contact_wrench
-from palpate.sensing.contact import ContactStatus
+from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.health import HEALTHY, SampleHealth, StillnessWatch
 from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.sensor_file import SensorFile
@@ -167,27 +167,14 @@ class _Stamped:
         return self._health
 
 
-class _Solved(NamedTuple):
-    """What is solved for a finger, again and again in the same place.
-
-    Attributes:
-        buffer: Takes a wrench,
-        row: is the same as an array,
-        solver: of the fingertip.
-    """
-
-    buffer: bytearray
-    row: FloatArray
-    solver: Solver
-
-    @classmethod
-    def on(cls, surface: Surface) -> Self:
-        """Prepare a fingertip: what is not yet compiled is, never in the loop."""
-        buffer, solver = bytearray(_SIX.size), Solver(surface)
-        row = np.frombuffer(buffer)
-        row[2] = -1.0
-        solver(row)
-        return cls(buffer, row, solver)
+def _solving(surface: Surface) -> tuple[bytearray, Callable[[], Contact]]:
+    """Return where a finger's wrench is written, and what then solves it; compiled by now, never in the loop."""
+    buffer = bytearray(_SIX.size)
+    wrench = np.frombuffer(buffer)
+    contact = Solver(surface).reading(wrench)
+    wrench[2] = -1.0
+    contact()
+    return buffer, contact
 
 
 class Touch:
@@ -205,7 +192,7 @@ class Touch:
         self._pipelines = tuple(finger.pipeline() for finger in fingers)
         watches = [finger.stillness() for finger in fingers]
         self._watches = tuple(None if watch is None else _Stamped(watch) for watch in watches)
-        self._solved = tuple(_Solved.on(finger.surface) for finger in fingers)
+        self._solving = tuple(_solving(finger.surface) for finger in fingers)
 
     @property
     def delay(self) -> float:
@@ -231,14 +218,14 @@ class Touch:
                 f"the sample has {len(sample.wrenches)} wrenches: there are {len(self.fingers)} fingers"
             )
         observed, pack = [], _PACK_SIX
-        for (buffer, row, solver), pipeline, watch, given in zip(
-            self._solved, self._pipelines, self._watches, sample.wrenches, strict=True
+        for (buffer, solved), pipeline, watch, given in zip(
+            self._solving, self._pipelines, self._watches, sample.wrenches, strict=True
         ):
             wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
             if watch is not None and health is HEALTHY:
                 health = watch.step(given)
             pack(buffer, 0, *wrench)
-            contact = solver(row)
+            contact = solved()
             touching = touching and contact.status is ContactStatus.OK
             observed.append(FingerObservation(given.time, wrench, contact, touching, health))
         return Observation(sample.time, sample.arm, tuple(observed), sample.hand)

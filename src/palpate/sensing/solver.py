@@ -12,6 +12,7 @@ wrench; beyond, squares may leave float64, and the status then is INVALID. Grazi
 of about 1e15.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Self
 
@@ -78,6 +79,29 @@ class Solver:
         result = _empty(15)
         found = self._solve(wrench, self._hard, result, self._status)
         return contact_of(result, *found)
+
+    def reading(self, wrench: FloatArray) -> Callable[[], Contact]:
+        """Return what solves whatever stands in an array at each call: for loops that write it anew every period.
+
+        Args:
+            wrench: See `contact_from_wrench`; contiguous, float64, shape (6,).
+
+        Raises:
+            InvalidValueError: It is not.
+        """
+        if type(wrench) is not np.ndarray or (wrench.dtype, wrench.shape, wrench.strides) != (
+            _FLOAT64,
+            _ONE,
+            _NEXT,
+        ):
+            raise InvalidValueError("wrench must be a contiguous array of float64, shape (6,)")
+        solve, hard, status = self._solve, self._hard, self._status
+
+        def contact() -> Contact:
+            result = _empty(15)
+            return contact_of(result, *solve(wrench, hard, result, status))
+
+        return contact
 
     def batch(self, wrenches: npt.ArrayLike) -> Contacts:
         """Return the contacts that explain many wrenches, see `contacts_from_wrenches`.
