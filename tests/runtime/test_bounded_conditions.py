@@ -38,7 +38,7 @@ class Below:
             Bound(z, lambda now, before: Violation("height", "too high", "lower"), high=self.height),
             Bound(
                 z,
-                lambda now, before: Violation("step", f"{before.arm.position_base_tip[2]:g}", "less"),
+                lambda now, before: Violation("step", f"since {before}", "less"),
                 high=self.step,
                 minus=layout.before(z),
             ),

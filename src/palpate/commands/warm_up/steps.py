@@ -21,7 +21,8 @@ from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping.compare_surface import TriangleSurface
-from palpate.runtime import Command
+from palpate.runtime import ArmSample, Command, Supervisor
+from palpate.runtime.following import CommandedMotion
 from palpate.sensing import contact_from_wrench
 from palpate.sensing.ft import FTPipeline
 from palpate.sim import (
@@ -40,6 +41,7 @@ from palpate.sim import (
     sensor_preset,
 )
 from palpate.sim.friction.law import FrictionLaw
+from palpate.spatial import IDENTITY, ZERO
 
 WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
 CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
@@ -61,6 +63,7 @@ def steps() -> Iterator[Step]:
     )
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
     yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
+    yield "the supervisor", _supervise
     yield "the simulation", partial(_simulate, SphereObject(0.04))
     yield "arm kinematics", _move_arm
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
@@ -95,6 +98,11 @@ def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
     target.height(points[:, 0], points[:, 1])
     target.height(*np.meshgrid(points[:, 0], points[:, 1]))
     target.reachable(0.0, 0.0, 0.008)
+
+
+def _supervise() -> None:
+    Supervisor().start(1e-3)
+    CommandedMotion(1e-3, ArmSample(0.0, ZERO, IDENTITY, ZERO))
 
 
 def _move_arm() -> None:
