@@ -22,7 +22,7 @@ from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.runtime import ArmSample, Command, Supervisor
-from palpate.runtime.following import CommandedMotion
+from palpate.runtime.servo_following import PositionServo
 from palpate.sensing import contact_from_wrench
 from palpate.sensing.ft import FTPipeline
 from palpate.sim import (
@@ -102,7 +102,7 @@ def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
 
 def _supervise() -> None:
     Supervisor().start(1e-3)
-    CommandedMotion(1e-3, ArmSample(0.0, ZERO, IDENTITY, ZERO))
+    PositionServo(1e4, 0.02, 0.02).following(20.0)(1e-3, ArmSample(0.0, ZERO, IDENTITY, ZERO))
 
 
 def _move_arm() -> None:
