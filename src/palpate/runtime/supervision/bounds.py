@@ -61,7 +61,7 @@ _LENGTH, _ROTATION_ERROR = int(Measure.LENGTH), int(Measure.ROTATION_ERROR)
 
 @njit(error_model="numpy", cache=True)
 def first_broken(
-    places: npt.NDArray[np.int64], limits: FloatArray, row: FloatArray, known: bool, start: int, stop: int
+    places: npt.NDArray[np.int16], limits: FloatArray, row: FloatArray, known: bool, start: int, stop: int
 ) -> int:
     """Return which of the bounds from `start` to `stop` is the first that does not hold; -1 if all do.
 
@@ -123,7 +123,7 @@ class Bounds(Generic[Subject]):
         ends = np.cumsum([0, *map(len, groups)]).tolist()
         self._ranges = tuple(pairwise(ends))
         rows = [(each.measure, each.place, _place(each.minus), _place(each.where)) for each in self._all]
-        self.places: npt.NDArray[np.int64] = np.array(rows, np.int64).reshape(-1, 4)
+        self.places: npt.NDArray[np.int16] = np.array(rows, np.int16).reshape(-1, 4)
         limits = [(each.low, each.high) for each in self._all]
         self.limits: FloatArray = np.array(limits, float).reshape(-1, 2)
         self._first = first_broken_in()
@@ -146,7 +146,7 @@ class Bounds(Generic[Subject]):
 
 def first_broken_in() -> Any:
     """Return `first_broken`, compiled."""
-    return machine_code(first_broken, np.empty((1, 4), np.int64), np.empty((1, 2)), np.empty(2), True, 0, 0)
+    return machine_code(first_broken, np.empty((1, 4), np.int16), np.empty((1, 2)), np.empty(2), True, 0, 0)
 
 
 def _place(place: int | None) -> int:

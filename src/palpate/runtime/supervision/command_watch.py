@@ -33,7 +33,7 @@ how a tip comes to rest (see `Stopping`), and the workspace."""
 
 @njit(error_model="numpy", cache=True)
 def passes(
-    places: npt.NDArray[np.int64], limits: FloatArray, command: FloatArray, observed: FloatArray, room: FloatArray
+    places: npt.NDArray[np.int16], limits: FloatArray, command: FloatArray, observed: FloatArray, room: FloatArray
 ) -> bool:
     """Return whether a command is within all limits for certain; then it becomes the one before.
 

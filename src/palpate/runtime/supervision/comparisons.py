@@ -77,7 +77,7 @@ def compare(
 
 @njit(error_model="numpy", cache=True)
 def judge(
-    places: npt.NDArray[np.int64],
+    places: npt.NDArray[np.int16],
     limits: FloatArray,
     row: FloatArray,
     known: bool,
@@ -108,7 +108,7 @@ _GIVEN = (np.empty(2), True, 0, True, np.empty(12), np.empty(1))
 
 def compiled_comparisons() -> tuple[Any, Any]:
     """Return `judge` and `compare`, compiled."""
-    return machine_code(judge, np.empty((1, 4), np.int64), np.empty((1, 2)), *_GIVEN), machine_code(
+    return machine_code(judge, np.empty((1, 4), np.int16), np.empty((1, 2)), *_GIVEN), machine_code(
         compare, *_GIVEN
     )
 
