@@ -176,6 +176,18 @@ class Stopwatch:
         return getattr(self._timed, name)
 
 
+class TimedFinger(Stopwatch):
+    """A finger whose pipeline is timed.
+
+    Attributes:
+        watch: Of the pipeline.
+    """
+
+    def pipeline(self) -> Stopwatch:
+        self.watch = Stopwatch(self._timed.pipeline(), "step")
+        return self.watch
+
+
 def controller() -> ExploreController:
     gain = force_gain(20e3, 0.01)
     parameters = ExploreParameters(force=2.0, speed=0.01, gain=gain, lead=0.01)
@@ -213,9 +225,9 @@ def measure(
     )
     live = live_parameters_of(control)
     if watch is not None:
-        watch["pipeline"] = Stopwatch(*touch._pipelines, "step")
-        touch._pipelines = (watch["pipeline"],)
-        touch = watch["sense"] = Stopwatch(touch, "sense")
+        finger = TimedFinger(SensorFinger(TIP, SENSOR))
+        touch = watch["sense"] = Stopwatch(Touch(finger), "sense")
+        watch["pipeline"] = finger.watch
         control = watch["control"] = Stopwatch(control, "step")
         supervisor = watch["supervise"] = Stopwatch(supervisor, "admits", "check")
         recorder = watch["record"] = Stopwatch(recorder, "record")

@@ -4,6 +4,7 @@ import math
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from operator import call
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import FingerObservation, Observation, Sample, WrenchSample
 from palpate.sensing.compensation import SensorPayload, contact_wrench
-from palpate.sensing.contact import Contact, ContactStatus
+from palpate.sensing.contact import ContactStatus
 from palpate.sensing.ft.health import HEALTHY, SampleHealth, StillnessWatch
 from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.sensor_file import SensorFile
@@ -20,7 +21,6 @@ from palpate.sensing.solver import Solver, Surface
 from palpate.spatial import Vector, Wrench, norm
 
 _SIX = struct.Struct("6d")
-_PACK_SIX = _SIX.pack_into
 
 NOISELESS: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Of an ideal sensor [N, N m]."""
@@ -167,14 +167,30 @@ class _Stamped:
         return self._health
 
 
-def _solving(surface: Surface) -> tuple[bytearray, Callable[[], Contact]]:
-    """Return where a finger's wrench is written, and what then solves it; compiled by now, never in the loop."""
+def _feeling(
+    surface: Surface, pipeline: WrenchPipeline, watch: _Stamped | None
+) -> Callable[[WrenchSample], FingerObservation]:
+    """Return what makes an observation of a finger's sample; compiled by now, never in the loop.
+
+    It is a closure whose variables are its own: a loop that sleeps most of the time finds nothing in the caches,
+    and every object that is looked at costs.
+    """
     buffer = bytearray(_SIX.size)
-    wrench = np.frombuffer(buffer)
-    contact = Solver(surface).reading(wrench)
-    wrench[2] = -1.0
-    contact()
-    return buffer, contact
+    at = np.frombuffer(buffer)
+    contact_there, step, pack = Solver(surface).reading(at), pipeline.step, _SIX.pack_into
+    explained, healthy, observed = ContactStatus.OK, HEALTHY, FingerObservation
+    at[2] = -1.0
+    contact_there()
+
+    def feel(given: WrenchSample) -> FingerObservation:
+        wrench, touching, health = step(given.wrench, given.acceleration)
+        if watch is not None and health is healthy:
+            health = watch.step(given)
+        pack(buffer, 0, *wrench)
+        contact = contact_there()
+        return observed(given.time, wrench, contact, touching and contact.status is explained, health)
+
+    return feel
 
 
 class Touch:
@@ -192,7 +208,8 @@ class Touch:
         self._pipelines = tuple(finger.pipeline() for finger in fingers)
         watches = [finger.stillness() for finger in fingers]
         self._watches = tuple(None if watch is None else _Stamped(watch) for watch in watches)
-        self._solving = tuple(_solving(finger.surface) for finger in fingers)
+        surfaces = [finger.surface for finger in fingers]
+        self._feels = tuple(map(_feeling, surfaces, self._pipelines, self._watches))
 
     @property
     def delay(self) -> float:
@@ -213,19 +230,7 @@ class Touch:
         Raises:
             InvalidValueError: The sample has another number of wrenches than there are fingers.
         """
-        if len(sample.wrenches) != len(self.fingers):
-            raise InvalidValueError(
-                f"the sample has {len(sample.wrenches)} wrenches: there are {len(self.fingers)} fingers"
-            )
-        observed, pack = [], _PACK_SIX
-        for (buffer, solved), pipeline, watch, given in zip(
-            self._solving, self._pipelines, self._watches, sample.wrenches, strict=True
-        ):
-            wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
-            if watch is not None and health is HEALTHY:
-                health = watch.step(given)
-            pack(buffer, 0, *wrench)
-            contact = solved()
-            touching = touching and contact.status is ContactStatus.OK
-            observed.append(FingerObservation(given.time, wrench, contact, touching, health))
-        return Observation(sample.time, sample.arm, tuple(observed), sample.hand)
+        feels, wrenches = self._feels, sample.wrenches
+        if len(wrenches) != len(feels):
+            raise InvalidValueError(f"the sample has {len(wrenches)} wrenches: there are {len(feels)} fingers")
+        return Observation(sample.time, sample.arm, tuple(map(call, feels, wrenches)), sample.hand)
