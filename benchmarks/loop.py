@@ -4,10 +4,10 @@
 
 The loop that drives robots, paced at 1 kHz: the exploration controller and the supervisor with its default limits
 run on a force/torque sensor as its file describes it (calibration, bias, payload, a low-pass, health), whose
-readings are made up: a fingertip that presses with about 2 N on a surface that turns a little, with noise. Every
-period is recorded to a file. The tables say what was asked for (issue 4), and what this machine gives; maxima are
-the machine's, and are told but not judged. It takes about four minutes. Close other programs: what they leave of
-the caches decides what a period costs. For real-time priority run it as a user who may have it.
+readings are made up: a fingertip that comes down, and presses with about 2 N on a surface that turns a little, with
+noise. Every period is recorded to a file. The tables say what was asked for (issue 4), and what this machine gives;
+maxima are the machine's, and are told but not judged. It takes about four minutes. Close other programs: what they
+leave of the caches decides what a period costs. For real-time priority run it as a user who may have it.
 """
 
 import argparse
@@ -98,21 +98,23 @@ SENSOR = SensorFile(
 TIP = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))
 
 
-def readings() -> tuple[tuple[float, ...], ...]:
-    """What the sensor says, in volts: about 2 N on a surface that turns to and fro by 0.1 rad, with noise."""
+def readings(force_size: float) -> tuple[tuple[float, ...], ...]:
+    """What the sensor says, in volts: a force [N] on a surface that turns to and fro by 0.1 rad, with noise."""
     rng = np.random.default_rng(0)
     turn = 0.1 * np.sin(2.0 * np.pi * np.arange(CANNED) / CANNED)
     up = np.stack([np.sin(turn), 0.05 * np.sin(3.0 * turn), np.cos(turn)], axis=1)
     point = -up * np.array([0.008, 0.008, 0.012])  # near enough to where it touches
-    force = 2.0 * up
+    force = force_size * up
     weight = 9.81 * np.array([0.0, 0.0, -0.030])
-    moment = np.cross(point, force) + 2e-3 * up
+    moment = np.cross(point, force) + 1e-3 * force
     load = np.concatenate([force + weight, moment], axis=1) + np.array((*SENSOR.bias_force, *SENSOR.bias_moment))
     load += rng.normal(size=(CANNED, 6)) * np.repeat([0.01, 1e-4], 3)
     return tuple(map(tuple, (load / np.repeat([10.0, 0.2], 3)).tolist()))
 
 
-READINGS = readings()
+READINGS, IN_THE_AIR = readings(2.0), readings(0.0)
+SURFACE = 0.048
+"""Where the tip touches [m]: from then on it does."""
 
 
 class NoDevice:
@@ -123,7 +125,8 @@ class NoDevice:
         self.pacer = pacer
         self.read_time = array("d")
         self._index = 0
-        self._position: Vector = (0.0, 0.0, 0.05)
+        self._position: Vector = (-0.4, -0.4, 0.05)  # where the raster begins
+        self._readings = IN_THE_AIR
 
     def start(self) -> Sample:
         return self._read(ZERO)
@@ -136,12 +139,13 @@ class NoDevice:
         return sample
 
     def _read(self, velocity: Vector) -> Sample:
-        """The tip has gone on as commanded, and at once."""
         self._index += 1
         now = self._index * self.period
         self._position = add_scaled(self._position, self.period, velocity)
+        if self._position[2] < SURFACE:
+            self._readings = READINGS
         arm = ArmSample(now, self._position, IDENTITY, velocity)
-        return Sample(now, arm, (WrenchSample(now, READINGS[self._index % CANNED], (0.0, 0.0, 9.81)),))
+        return Sample(now, arm, (WrenchSample(now, self._readings[self._index % CANNED], (0.0, 0.0, 9.81)),))
 
     def close(self) -> None:
         pass
