@@ -4,10 +4,10 @@
 
 The loop that drives robots, paced at 1 kHz: the exploration controller and the supervisor with its default limits
 run on a force/torque sensor as its file describes it (calibration, bias, payload, a low-pass, health), whose
-readings are made up: a fingertip comes down and presses with about 2 N on a surface that turns a little, with noise.
-Every period is recorded to a file. The tables say what was asked for (issue 4), and what this machine gives; maxima
-are the machine's, and are told but not judged. It takes about four minutes. Close other programs: what they leave of
-the caches decides what a period costs. For real-time priority run it as a user who may have it.
+readings are made up: a fingertip comes down and presses with about 2 N on a surface that turns a little, with
+noise. Every period is recorded to a file. The tables say what was asked for (issue 4), and what this machine
+gives; maxima are the machine's, and are told but not judged. It takes about four minutes. Close other programs:
+what they leave of the caches decides what a period costs. For real-time priority run it as a user who may have it.
 """
 
 import argparse
