@@ -35,6 +35,7 @@ from palpate.controllers.paths import Follow
 from palpate.runtime import (
     ArmSample,
     Command,
+    Phase,
     RunResult,
     Sample,
     SensorFinger,
@@ -52,7 +53,7 @@ from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
 from palpate.sensing.ft.filter_specs import Butterworth
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
-from palpate.spatial import IDENTITY, Vector
+from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled
 from palpate.surfaces import Ellipsoid
 
 PERIOD = 1e-3
@@ -99,7 +100,7 @@ SENSOR = SensorFile(
 TIP = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))
 
 
-def readings() -> tuple[tuple[float, ...], ...]:
+def readings(*, loaded: bool) -> tuple[tuple[float, ...], ...]:
     """What the sensor says, in volts: about 2 N on a surface that turns to and fro by 0.1 rad, with noise."""
     rng = np.random.default_rng(0)
     turn = 0.1 * np.sin(2.0 * np.pi * np.arange(CANNED) / CANNED)
@@ -108,12 +109,17 @@ def readings() -> tuple[tuple[float, ...], ...]:
     force = 2.0 * up
     weight = 9.81 * np.array([0.0, 0.0, -0.030])
     moment = np.cross(point, force) + 2e-3 * up
+    if not loaded:
+        force, moment = np.zeros_like(force), np.zeros_like(moment)
     load = np.concatenate([force + weight, moment], axis=1) + np.array((*SENSOR.bias_force, *SENSOR.bias_moment))
     load += rng.normal(size=(CANNED, 6)) * np.repeat([0.01, 1e-4], 3)
     return tuple(map(tuple, (load / np.repeat([10.0, 0.2], 3)).tolist()))
 
 
-READINGS = readings()
+READINGS, UNLOADED = readings(loaded=True), readings(loaded=False)
+
+SIDE = 0.8
+"""[m] of the strokes: longer than any run."""
 
 
 class NoDevice:
@@ -124,14 +130,14 @@ class NoDevice:
         self.pacer = pacer
         self.read_time = array("d")
         self._index = 0
-        self._travel = 0.0
-        self._rests = False
+        self._at, self._velocity = (-0.5 * SIDE, -0.5 * SIDE, 0.05), ZERO  # where the strokes begin
+        self._loaded = False
 
     def start(self) -> Sample:
         return self._read()
 
     def step(self, command: Command) -> Sample:
-        self._rests = command.velocity_base_tip == (0.0, 0.0, 0.0)
+        self._velocity, self._loaded = command.velocity_base_tip, command.phase not in (Phase.TRAVEL, Phase.LIFT)
         self.pacer.wait()
         before = clock()
         sample = self._read()
@@ -141,10 +147,10 @@ class NoDevice:
     def _read(self) -> Sample:
         self._index += 1
         now = self._index * self.period
-        speed = 0.0 if self._rests else 1e-3
-        self._travel += speed * self.period
-        arm = ArmSample(now, (self._travel, 0.0, 0.05), IDENTITY, (speed, 0.0, 0.0))
-        return Sample(now, arm, (WrenchSample(now, READINGS[self._index % CANNED], (0.0, 0.0, 9.81)),))
+        self._at = add_scaled(self._at, self.period, self._velocity)
+        arm = ArmSample(now, self._at, IDENTITY, self._velocity)
+        reading = READINGS[self._index % CANNED] if self._loaded else UNLOADED[self._index % CANNED]
+        return Sample(now, arm, (WrenchSample(now, reading, (0.0, 0.0, 9.81)),))
 
     def close(self) -> None:
         pass
@@ -189,7 +195,7 @@ class Stopwatch:
 def controller() -> ExploreController:
     gain = force_gain(20e3, 0.01)
     parameters = ExploreParameters(force=2.0, speed=0.01, gain=gain, lead=0.01)
-    return ExploreController(parameters, Follow(Raster(0.8, 0.8, 0.1)), PERIOD)
+    return ExploreController(parameters, Follow(Raster(SIDE, SIDE, 0.1)), PERIOD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
