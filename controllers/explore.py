@@ -88,6 +88,7 @@ class ExploreController:
         self.contact = GuardedApproach(
             parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.SCAN, math.inf
         )
+        self._delay, self._room = parameters.gain.delay, parameters.room
         self._most_change = parameters.slew * period
         self._braking = parameters.acceleration * period
         self._forget()
@@ -293,7 +294,7 @@ class ExploreController:
         tip, (x, y, z) = state.tip, self._tracker.predicted
         contact = add(state.position, state.lever)
         along = self._slide.step(ContactPeriod(tip, contact, (-x, -y, -z)), self.live.value("speed"))
-        if along is LegEnd.STEEP:
+        if isinstance(along, LegEnd) and along is LegEnd.STEEP:
             self._conclude(along)
             return
         if self.contact.phase is not SCAN:
@@ -320,9 +321,9 @@ class ExploreController:
 
     def _in_room(self, state: TipState) -> bool:
         """Whether the tip can still come to rest within its room."""
-        velocity, wanted = self._command.velocity_base_tip, self._parameters
-        time = wanted.gain.delay + 0.5 * norm(velocity) / wanted.acceleration
-        return wanted.room.holds(add_scaled(state.position, time, velocity))
+        velocity = self._command.velocity_base_tip
+        time = self._delay + 0.5 * norm(velocity) / self._parameters.acceleration
+        return self._room.holds(add_scaled(state.position, time, velocity))
 
     # velocities
 
