@@ -15,15 +15,21 @@ class RubMeter:
     def __init__(self) -> None:
         """Begin empty."""
         self._rub: Rub | None = None
+        self._steady = (0.0, 0.0)
         self._sums = [_Half() for _ in range(4)]
 
     def begin(self, rub: Rub) -> None:
         """A rub begins: forget the last one."""
-        self._rub = rub
+        self._rub, self._steady = rub, _steady(rub)
         self._sums = [_Half() for _ in range(4)]
 
+    def counts(self, since: float) -> bool:
+        """Whether what is felt so long after a motion began [s] counts: the motion is steady."""
+        first, last = self._steady
+        return first <= since <= last
+
     def add(self, back: bool, since: float, tangential: Vector, normal_force: float, spin_torque: float) -> None:
-        """Take what is felt in a period.
+        """Take what is felt in a period that counts.
 
         Args:
             back: Whether on the motion back.
@@ -32,11 +38,8 @@ class RubMeter:
             normal_force: [N].
             spin_torque: [N m].
         """
-        rub = self._rub
-        if rub is None:
-            return
-        first, last = _steady(rub)
-        if first <= since <= last and normal_force > 0.0:
+        first, last = self._steady
+        if normal_force > 0.0:
             late = since > 0.5 * (first + last)
             self._sums[2 * back + late].add(tangential, normal_force, spin_torque)
 
@@ -53,7 +56,7 @@ class RubMeter:
         else:
             early, late = (abs(half[1]) for half in halves)
         # travel at the middle over travel from the middle of one half to that of the other
-        first, last = _steady(rub)
+        first, last = self._steady
         # travel begins half a ramp after the motion does
         lever = (first + last - rub.ramp) / (last - first)
         rise = 2.0 * lever * (late - early) / (late + early) if late + early > 0.0 else math.inf

@@ -10,7 +10,13 @@ the first loss of contact, LIFT, DONE; LOST if nothing was there, or contact was
 """
 
 import math
+from functools import cache
+from typing import Any
 
+import numpy as np
+
+from palpate.compiling import machine_code, njit
+from palpate.controllers import small_vectors as vectors
 from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach, Loss
@@ -23,8 +29,11 @@ from palpate.controllers.rubs import AirSpan, Rub, RubProgram, RubSpan
 from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import (
+    IDENTITY,
     ZERO,
+    Matrix,
     Vector,
+    Wrench,
     add,
     add_scaled,
     as_vector,
@@ -37,6 +46,10 @@ from palpate.spatial import (
     toward,
     unit,
 )
+
+HOLD, SCAN = Phase.HOLD, Phase.SCAN
+PRESSING, FINAL = (Phase.SETTLE, SCAN), (Phase.DONE, Phase.LOST)
+"""Looked up once, see `palpate.controllers.guarded_approach`."""
 
 MIN_TANGENTIAL_SHARE = 0.05
 """Lower bound on the share of `along` that is tangential to the surface: 3 degrees, several times the error of the
@@ -111,16 +124,17 @@ class RubbingController:
         """Return velocities for the next period; a final phase only once they are zero."""
         finger, arm = now.fingers[0], now.arm
         self.contact.sense(now.time, arm.position_base_tip, finger.touching)
-        if finger.touching and self.contact.phase is not Phase.HOLD:
-            self._tracker.update(rotate(arm.rotation_base_tip, as_vector(finger.contact.normal)))
+        if finger.touching and self.contact.phase is not HOLD:
+            contact = finger.contact
+            self._tracker.feel(arm.rotation_base_tip, contact.normal, contact.centroid)
             share = 1.0 if self._lever is None else self._lever_share
             before = self._lever or ZERO
-            self._lever = add_scaled(before, share, subtract(as_vector(finger.contact.centroid), before))
+            self._lever = add_scaled(before, share, subtract(as_vector(contact.centroid), before))
         self._change_phase(now.time)
         velocity, turn = self._motion(now)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
         turn = toward(self._command.angular_velocity_base_tip, turn, self._most_turn)
-        braking = self.contact.phase.is_final and (velocity != ZERO or turn != ZERO)
+        braking = (velocity != ZERO or turn != ZERO) and self.contact.phase in FINAL
         self._command = Command(velocity, self._command.phase if braking else self.contact.phase, None, turn)
         return self._command
 
@@ -129,6 +143,20 @@ class RubbingController:
     def _change_phase(self, time: float) -> None:
         wanted, contact = self._parameters, self.contact
         event = contact.step()
+        if event is not None:
+            self._take(event, time)
+        elif contact.settled and contact.phase in PRESSING:
+            self._go_on(time)
+        elif contact.phase is Phase.HOLD:
+            if contact.elapsed > wanted.tare_time:
+                self.air.append(AirSpan(contact.since, time))
+                contact.enter(Phase.APPROACH if contact.loss is Loss.UNMADE else Phase.DONE)
+        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
+            contact.enter(Phase.HOLD)
+        if contact.loss.is_final:
+            contact.enter(Phase.LOST)
+
+    def _take(self, event: ContactEvent, time: float) -> None:
         if event is ContactEvent.TOUCHED:
             self._touch_down()
         elif event is ContactEvent.BOUNCED:
@@ -142,16 +170,6 @@ class RubbingController:
                 self.spans.pop()
             if self._rub is not None:
                 self._meter.begin(self._rub)
-        elif contact.settled and contact.phase in (Phase.SETTLE, Phase.SCAN):
-            self._go_on(time)
-        elif contact.phase is Phase.HOLD:
-            if contact.elapsed > wanted.tare_time:
-                self.air.append(AirSpan(contact.since, time))
-                contact.enter(Phase.APPROACH if contact.loss is Loss.UNMADE else Phase.DONE)
-        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
-            contact.enter(Phase.HOLD)
-        if contact.loss.is_final:
-            contact.enter(Phase.LOST)
 
     def _touch_down(self) -> None:
         """Start force control; the first rub is asked for at the first touch."""
@@ -175,7 +193,7 @@ class RubbingController:
     def _go_on(self, time: float) -> None:
         wanted, rub, contact = self._parameters, self._rub, self.contact
         assert rub is not None
-        if contact.phase is Phase.SCAN:
+        if contact.phase is SCAN:
             if contact.elapsed >= rub.duration:
                 self.spans.append(RubSpan(rub, self._back, contact.since - wanted.pause, time))
                 self._wait, self._began = wanted.pause, time
@@ -195,19 +213,19 @@ class RubbingController:
 
     def _motion(self, now: Observation) -> tuple[Vector, Vector]:
         wanted, phase = self._parameters, self.contact.phase
-        if phase is Phase.APPROACH:
-            return scale(wanted.landing_speed, DOWN), ZERO
-        if phase is Phase.SEEK:
-            return scale(wanted.landing_speed, self._tracker.normal), ZERO
-        if phase is Phase.LIFT:
-            return scale(-wanted.lift_speed, self._tracker.normal), ZERO
-        if phase not in (Phase.SETTLE, Phase.SCAN):
+        if phase not in PRESSING:
+            if phase is Phase.APPROACH:
+                return scale(wanted.landing_speed, DOWN), ZERO
+            if phase is Phase.SEEK:
+                return scale(wanted.landing_speed, self._tracker.normal), ZERO
+            if phase is Phase.LIFT:
+                return scale(-wanted.lift_speed, self._tracker.normal), ZERO
             return ZERO, ZERO
         normal = self._tracker.predicted
         push = self._push(now)
         along, turn = ZERO, ZERO
         rub = self._rub
-        if phase is Phase.SCAN and rub is not None:
+        if phase is SCAN and rub is not None:
             since = self.contact.elapsed
             share = -rub.share(since) if self._back else rub.share(since)
             along = scale(share * rub.speed, _along(self._along, normal, rub.heading))
@@ -243,14 +261,33 @@ class RubbingController:
         return self._force.step(force, felt, self.live.value("force_gain"), fastest, rate)
 
     def _measure(self, now: Observation, since: float) -> None:
-        finger = now.fingers[0]
-        rotation, contact = now.arm.rotation_base_tip, finger.contact
-        force, normal = rotate(rotation, as_vector(contact.force)), self._tracker.normal
-        pushing = -dot(force, normal)
-        lever = rotate(rotation, as_vector(contact.centroid))
-        moment = rotate(rotation, finger.wrench[3:])
-        torque = dot(subtract(moment, cross(lever, force)), normal)
-        self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)
+        if self._meter.counts(since):
+            finger = now.fingers[0]
+            contact, rotation = finger.contact, now.arm.rotation_base_tip
+            felt = _rubbed()(rotation, contact.force, contact.centroid, finger.wrench, self._tracker.normal)
+            self._meter.add(self._back, since, *felt)
+
+
+@njit(cache=True)
+def _rubbed_with(
+    rotation: Matrix, force: Any, centroid: Any, wrench: Wrench, normal: Vector
+) -> tuple[Vector, float, float]:
+    """Tangential force in base coordinates [N], normal force [N] and spin torque [N m] of a contact."""
+    a, b, c = rotation
+    moment = (wrench[3], wrench[4], wrench[5])
+    x, y, z = vectors.dot(a, force), vectors.dot(b, force), vectors.dot(c, force)
+    pushing = -vectors.dot((x, y, z), normal)
+    p, q, r = vectors.dot(a, centroid), vectors.dot(b, centroid), vectors.dot(c, centroid)
+    lever = (q * z - r * y, r * x - p * z, p * y - q * x)
+    turned = (vectors.dot(a, moment), vectors.dot(b, moment), vectors.dot(c, moment))
+    rest = (turned[0] - lever[0], turned[1] - lever[1], turned[2] - lever[2])
+    return vectors.add_scaled((x, y, z), pushing, normal), pushing, vectors.dot(rest, normal)
+
+
+@cache
+def _rubbed() -> Any:
+    three = np.zeros(3)
+    return machine_code(_rubbed_with, IDENTITY, three, three, (0.0,) * 6, ZERO)
 
 
 def _projected(direction: Vector, normal: Vector) -> Vector:
