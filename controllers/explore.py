@@ -28,7 +28,7 @@ from palpate.controllers.paths.strategy import Strategy
 from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add, add_scaled, as_vector, dot, norm, rotate, scale, subtract, toward
+from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, scale, subtract, toward
 
 SCAN = Phase.SCAN
 PRESSING, IN_FLIGHT = (Phase.SETTLE, SCAN), (Phase.LIFT, Phase.TRAVEL)

@@ -24,8 +24,8 @@ SLOWEST = 1e-3
 """Least speed towards a corner [m/s]: without it the last tenth of a millimetre would take for ever."""
 
 CORNER, HEADING, LENGTH, TURN, LIMIT = 0, 2, 4, 5, 6
-"""Columns of a path: each corner, direction and length of the chord to it, by how much the path turns there without
-stopping [rad], and the largest speed through it [m/s]; 0: the tip stops."""
+"""Columns of a path: each corner, direction and length of the chord to it, by how much the path turns there if the
+tip does not stop [rad], and the largest speed through it [m/s]; 0: it stops."""
 
 TARGET, CURRENT = 0, 1
 """Where in its state the number of the corner is to which the tip goes, and its speed [m/s]."""

@@ -16,7 +16,8 @@ MIN_PART = 0.1
 """Least share of the commanded distance that a moving tip covers; a blocked one covers none of it."""
 
 KNOWN, LAST, DIRECTION, SPEED, COMMANDED, COVERED, COUNT, STALLED, DISTANCE = 0, 1, 4, 7, 8, 9, 10, 11, 12
-"""Where in its state what is kept: whether a place of the tip is known, this, and what was commanded from there."""
+"""Where in its state what is kept: whether a place of the tip is known, this, and what was commanded from there
+on."""
 
 
 class Progress:

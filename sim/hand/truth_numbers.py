@@ -1,16 +1,19 @@
 """The truth of a grasp as plain numbers, and back. Base frame; forces on the tips."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import chain
 
-from palpate.kinematics.pose import Pose
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray
 from palpate.runtime.data import ArmSample
 from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.scene import GraspScene
-from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.spatial import Vector, Wrench, norm
+from palpate.sim.hand.truth import HandTruth
+from palpate.spatial import Wrench, norm
 
 OBJECT_POSITION = ("object_x_m", "object_y_m", "object_z_m")
 OBJECT_QUATERNION = ("object_qw", "object_qx", "object_qy", "object_qz")
@@ -47,20 +50,44 @@ def hand_columns(hand: HandModel) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class GraspMoment:
-    """What really happens in a grasp at one sample.
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspMoments:
+    """What really happened in a grasp, at n samples, with k fingers and j joints. Base frame.
 
     Attributes:
-        hand: Object and fingers.
-        pull: On the object besides fingers and weight, about its origin [N, N m].
-        slip: How fast each contact of the friction plant slips, and how fast it spins [m/s, rad/s]; zeros where
+        time: Shape (n,) [s].
+        position: Of the object's frame, shape (n, 3) [m].
+        quat_wxyz: Its orientation, object to base, shape (n, 4).
+        velocity: Of its frame, shape (n, 3) [m/s].
+        angular_velocity: Of the object, shape (n, 3) [rad/s].
+        pull: On the object besides fingers and weight, about its origin, shape (n, 6) [N, N m].
+        hand_position: Where the hand is, shape (n, 3) [m].
+        hand_rotation: Hand to base, shape (n, 3, 3).
+        joint_position: Of the hand, without rounding, shape (n, j) [rad or m].
+        touching: Whether each finger touches the object, shape (n, k).
+        contact: Force-weighted centroid of its contacts, shape (n, k, 3) [m].
+        force: What the object exerts on its tip, shape (n, k, 3) [N].
+        torque: Likewise, about `contact`, shape (n, k, 3) [N m].
+        current: Of its servo, shape (n, k) [A].
+        slip: How fast its contact slips and spins on the friction plant, shape (n, k, 2) [m/s, rad/s]; zeros where
             MuJoCo rubs.
     """
 
-    hand: HandTruth
-    pull: Wrench
-    slip: tuple[tuple[float, float], ...]
+    time: FloatArray
+    position: FloatArray
+    quat_wxyz: FloatArray
+    velocity: FloatArray
+    angular_velocity: FloatArray
+    pull: FloatArray
+    hand_position: FloatArray
+    hand_rotation: FloatArray
+    joint_position: FloatArray
+    touching: npt.NDArray[np.bool_]
+    contact: FloatArray
+    force: FloatArray
+    torque: FloatArray
+    current: FloatArray
+    slip: FloatArray
 
 
 def numbers_of_hand(
@@ -101,25 +128,30 @@ def numbers_of_hand(
     )
 
 
-def moment_of_numbers(numbers: Sequence[float], fingers: int) -> GraspMoment:
-    """Return what `numbers_of_hand` was given, of a hand with so many fingers."""
-    each = iter(numbers)
-    time, position = next(each), _vector(each)
-    w, x, y, z = islice(each, 4)
-    velocity, angular_velocity = _vector(each), _vector(each)
-    a, b, c, d, e, f = islice(each, 6)
-    hand = Pose(_vector(each), (_vector(each), _vector(each), _vector(each)))
-    joints = tuple(islice(each, len(numbers) - len(_HAND_COLUMNS) - fingers * len(_FINGER_COLUMNS)))
-    found, slip = [], []
-    for _ in range(fingers):
-        touching = next(each) > 0.0
-        at, force, torque = (_vector(each) for _ in range(3))
-        found.append(FingerTruth(touching, at, force, torque, next(each)))
-        slip.append((next(each), next(each)))
-    truth = HandTruth(time, tuple(found), joints, position, (w, x, y, z), velocity, angular_velocity, hand)
-    return GraspMoment(truth, (a, b, c, d, e, f), tuple(slip))
+def moments_of_numbers(rows: FloatArray, fingers: int) -> GraspMoments:
+    """Return what `numbers_of_hand` was given, in n periods, of a hand with so many fingers.
 
-
-def _vector(each: Iterator[float]) -> Vector:
-    x, y, z = islice(each, 3)
-    return x, y, z
+    Args:
+        rows: Its numbers, shape (n, columns).
+        fingers: How many there are.
+    """
+    n, width = len(rows), len(_FINGER_COLUMNS)
+    first = rows.shape[1] - fingers * width
+    each = rows[:, first:].reshape(n, fingers, width)
+    return GraspMoments(
+        time=rows[:, 0],
+        position=rows[:, 1:4],
+        quat_wxyz=rows[:, 4:8],
+        velocity=rows[:, 8:11],
+        angular_velocity=rows[:, 11:14],
+        pull=rows[:, 14:20],
+        hand_position=rows[:, 20:23],
+        hand_rotation=rows[:, 23:32].reshape(n, 3, 3),
+        joint_position=rows[:, 32:first],
+        touching=each[:, :, 0] > 0.0,
+        contact=each[:, :, 1:4],
+        force=each[:, :, 4:7],
+        torque=each[:, :, 7:10],
+        current=each[:, :, 10],
+        slip=each[:, :, 11:13],
+    )

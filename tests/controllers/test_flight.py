@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.paths.path_follower import ARRIVED, STEERING
-from palpate.controllers import ExploreParameters, PathFollower, Room, force_gain
+from palpate.controllers import ExploreParameters, Room, force_gain
 from palpate.controllers.flight import MAX_BUMPS, Airspace, Flight
 from palpate.controllers.paths import PathPlane
+from palpate.controllers.paths.path_follower import ARRIVED, STEERING
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, add_scaled, norm, scale

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.paths.path_follower import SLOWEST, STEERING
 from palpate.controllers import PathFollower, Raster
+from palpate.controllers.paths.path_follower import SLOWEST, STEERING
 from palpate.errors import InvalidValueError
 
 PERIOD, SPEED, ACCELERATION = 1e-3, 0.05, 0.5

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.paths.path_follower import ARRIVED, STEERING
 from palpate.controllers import Raster
 from palpate.controllers.paths import (
     Follow,
@@ -24,6 +23,7 @@ from palpate.controllers.paths import (
     Waypoints,
     tap_grid,
 )
+from palpate.controllers.paths.path_follower import ARRIVED, STEERING
 from palpate.errors import InvalidValueError
 from support.paths_world import HeightWorld, explore
 

@@ -1,6 +1,7 @@
 """MuJoCo scenes as plants behind emulated devices, and how their truth comes back: no sockets here."""
 
 import os
+from dataclasses import fields as fields_of
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -29,7 +30,7 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import Hand
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.sim.hand.truth_numbers import GraspMoment, hand_columns, moment_of_numbers, numbers_of_hand
+from palpate.sim.hand.truth_numbers import hand_columns, moments_of_numbers, numbers_of_hand
 from palpate.spatial import ZERO
 from support.explore_runs import plan_of
 from support.grasp_runs import plan_of as plan_grasp
@@ -139,7 +140,15 @@ def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand, 
     rubbed = SimpleNamespace(rubbing=[contact.pair for contact in rubbing])
     row = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), rubbing, rubbed)
     assert len(row) == len(hand_columns(Hand(len(touched)))) <= WIDEST
-    assert moment_of_numbers(row, len(touched)) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
+    found = moments_of_numbers(np.array([row]), len(touched))
+    position, quat, velocity, angular = rest
+    joints = truth.joint_position
+    wanted = [[time], position, quat, velocity, angular, pull, hand.position, hand.rotation, joints]
+    wanted += [
+        [getattr(f, name) for f in touched] for name in ("touching", "position", "force", "torque", "current")
+    ]
+    for field, value in zip(fields_of(found), [*wanted, slips[: len(touched)]], strict=True):
+        assert np.array_equal(np.ravel(getattr(found, field.name)), np.ravel(value)), field.name
 
 
 # The scene behind the devices

@@ -2,34 +2,27 @@
 
 import math
 from array import array
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
-import mujoco
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from palpate.controllers.grip.grasp import GraspController, GraspStage
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.kinematics.pose import Pose
 from palpate.robots.hand_description import HandDescription
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.truth import TruthSource
-from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.sim.hand.truth_numbers import moment_of_numbers
-from palpate.spatial import Vector, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
+from palpate.sim.hand.hand_model import HandModel
+from palpate.sim.hand.truth_numbers import GraspMoments, moments_of_numbers
 
 STAGES = tuple(GraspStage)
 
-ALL = 16
-"""Columns of all fingers together: time, stage, target, height; pull; clearance, regrips; orientation."""
-
-PER_FINGER = 21
-"""Columns: touching; contact and normal, base frame, from the object's origin; normal force, length of the
-tangential force, spin torque; slip and spin since the pull began, and since the lift did; commanded grip; middle
-of the fingertip, as the contact, and the force on it."""
+OWN = 4
+"""Columns before the commanded grips and the numbers of the truth: time, stage, target, regrips."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,160 +115,132 @@ class GraspTruthRecorder:
             rubbed: Whether the friction plant rubs: then slip and spin are those that it reports.
         """
         self._source, self._controller, self._config, self._from = source, controller, config, watched
-        self._hand = hand.geometry
+        self._hand, self._period, self._rubbed = hand.geometry, hand.period, rubbed
+        self._no_grip = (math.nan,) * hand.geometry.fingers
+        self._width = OWN + hand.geometry.fingers + len(source.truth_columns)
         self._rows = array("d")
-        self._pulled, self._lifted = (_SlipMeter(hand, rubbed=rubbed) for _ in range(2))
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
-        controller, hand = self._controller, self._hand
-        moment = moment_of_numbers(self._source.truth_row(), hand.fingers)
-        truth = moment.hand
-        assert truth.pose_base_hand is not None  # of numbers it is
-        sensors = [truth.pose_base_hand @ pose for pose in hand.sensor_poses(truth.joint_position)]
-        tips = [(its @ Pose(tip.center_of_mass)).position for tip, its in zip(hand.tips, sensors, strict=True)]
-        normals = [_normal(tip, f, its) for tip, f, its in zip(tips, truth.fingers, sensors, strict=True)]
-        if now.time >= self._from:
-            self._pulled.update(truth, sensors, normals, moment.slip)
-        if controller.stage is GraspStage.LIFT or self._lifted.begun:
-            self._lifted.update(truth, sensors, normals, moment.slip)
-        row = [
-            now.time,
-            STAGES.index(controller.stage),
-            self._wanted(command),
-            truth.position[2],
-            *moment.pull,
-            clearance(self._config, truth.position[2], truth.quat_wxyz),
-            controller.grip.regrips,
-            *truth.quat_wxyz,
-        ]
-        for i, (finger, normal, tip) in enumerate(zip(truth.fingers, normals, tips, strict=True)):
-            pressed = -dot(finger.force, normal)
-            aside = norm(add_scaled(finger.force, pressed, normal))
-            wanted = math.nan if command.grip_force is None else command.grip_force[i]
-            at = subtract(finger.position, truth.position)
-            spun = dot(finger.torque, normal)
-            motion = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
-            row += [finger.touching, *at, *normal, pressed, aside, spun, *motion, wanted]
-            row += [*subtract(tip, truth.position), *finger.force]
-        self._rows.extend(row)
-
-    def _wanted(self, command: Command) -> float:
-        if self._controller.stage is GraspStage.LET_GO and command.grip_force is not None:
-            return max(command.grip_force)
-        return self._controller.grip.target
+        controller, rows = self._controller, self._rows
+        grip = controller.grip
+        wanted = grip.target
+        if controller.stage is GraspStage.LET_GO and command.grip_force is not None:
+            wanted = max(command.grip_force)
+        rows.extend((now.time, STAGES.index(controller.stage), wanted, grip.regrips))
+        rows.extend(command.grip_force or self._no_grip)
+        rows.extend(self._source.truth_row())
 
     def truth(self) -> GraspTruth:
         """Return all that was appended so far."""
-        k = self._hand.fingers
-        rows = np.array(self._rows).reshape(-1, ALL + k * PER_FINGER)
-        each = rows[:, ALL:].reshape(-1, k, PER_FINGER)
+        hand = self._hand
+        k = hand.fingers
+        rows = np.array(self._rows).reshape(-1, self._width)
+        time, stage = rows[:, 0], rows[:, 1].astype(np.intp)
+        moments = moments_of_numbers(rows[:, OWN + k :], k)
+        fingers = _Fingers.of(hand, moments)
+        pressed = -np.sum(moments.force * fingers.normal, axis=2)
+        aside = np.linalg.norm(moments.force + pressed[:, :, None] * fingers.normal, axis=2)
+        spun = np.sum(moments.torque * fingers.normal, axis=2)
+        pulled, lifted = (
+            self._slipped(moments, fingers, begun)
+            for begun in (time >= self._from, stage == STAGES.index(GraspStage.LIFT))
+        )
+        position = moments.position[:, None, :]
         return GraspTruth(
-            rows[:, 0],
-            rows[:, 1].astype(np.intp),
-            each[:, :, 0].astype(bool),
-            each[:, :, 1:4],
-            each[:, :, 4:7],
-            each[:, :, 7:10],
-            each[:, :, 10],
-            each[:, :, 11],
-            each[:, :, 14],
-            rows[:, 2],
-            rows[:, 4:10],
-            rows[:, 3],
-            rows[:, 10],
-            each[:, :, 12],
-            each[:, :, 13],
-            rows[:, 11].astype(np.intp),
-            rows[:, 12:16],
-            each[:, :, 15:18],
-            each[:, :, 18:21],
+            time=time,
+            stage=stage,
+            touching=moments.touching,
+            contact=moments.contact - position,
+            normal=fingers.normal,
+            loads=np.stack([pressed, aside, spun], axis=2),
+            slip=pulled[:, :, 0],
+            spin=pulled[:, :, 1],
+            command=rows[:, OWN : OWN + k],
+            target=rows[:, 2],
+            pull=moments.pull,
+            height=moments.position[:, 2],
+            clearance=clearance(self._config, moments.position[:, 2], moments.quat_wxyz),
+            slid=lifted[:, :, 0],
+            turned=lifted[:, :, 1],
+            regrips=rows[:, 3].astype(np.intp),
+            quat_wxyz=moments.quat_wxyz,
+            tip=fingers.tip - position,
+            force=moments.force,
         )
 
-
-class _SlipMeter:
-    """How far the object has slipped and spun over the fingertips since the first update."""
-
-    def __init__(self, hand: HandDescription, *, rubbed: bool) -> None:
-        self._period = hand.period
-        self._moved: _RelativeMotion | None = None
-        self._rubbed = [(0.0, 0.0)] * hand.geometry.fingers if rubbed else None
-
-    @property
-    def begun(self) -> bool:
-        """Whether it counts already."""
-        return self._moved is not None
-
-    def update(
-        self,
-        truth: HandTruth,
-        sensors: list[Pose],
-        normals: list[Vector],
-        speeds: Sequence[tuple[float, float]],
-    ) -> None:
-        """Take a period; the first one is where it counts from.
-
-        Args:
-            truth: Where the object is.
-            sensors: Of the fingers, base frame.
-            normals: Of their contacts, base frame.
-            speeds: With which these slip and spin, where the friction plant rubs [m/s, rad/s].
-        """
-        if self._moved is None:
-            self._moved = _RelativeMotion(truth, sensors, normals)
-        if self._rubbed is not None:
-            dt = self._period
-            self._rubbed = [
-                (slip + speed * dt, spin + rate * dt)
-                for (slip, spin), (speed, rate) in zip(self._rubbed, speeds, strict=True)
-            ]
-
-    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
-        """Return slip [m] and spin [rad] over a finger."""
-        if self._moved is None:
-            return 0.0, 0.0
-        if self._rubbed is not None:
-            return self._rubbed[i]
-        return self._moved.of(i, truth, sensor)
+    def _slipped(self, moments: GraspMoments, fingers: "_Fingers", begun: npt.NDArray[np.bool_]) -> FloatArray:
+        """Slip [m] and spin [rad] over each finger from the first period on in which it has begun, (n, k, 2)."""
+        slipped = np.zeros_like(moments.slip)
+        if begun.any():
+            first = int(begun.argmax())
+            since = slipped[first:]
+            since[:] = (
+                np.cumsum(moments.slip[first:] * self._period, axis=0) if self._rubbed else fingers.moved(first)
+            )
+        return slipped
 
 
-class _RelativeMotion:
-    """How far the object has moved over the fingertips, each in its sensor's frame, since construction."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fingers:
+    """Where fingertips are, and the object in their sensors' frames.
 
-    def __init__(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
-        self._normals = [
-            np.array(rotate_back(its.rotation, normal)) for its, normal in zip(sensors, normals, strict=True)
-        ]
-        self._under, self._points, self._rotations = [], [], []
-        for its, finger in zip(sensors, truth.fingers, strict=True):
-            position, rotation = _seen_from(its, truth)
-            under = np.array(rotate_back(its.rotation, subtract(finger.position, its.position)))
-            self._under.append(under)
-            self._points.append(rotation.T @ (under - position))
-            self._rotations.append(rotation)
+    Attributes:
+        tip: Middle of each fingertip, base frame, shape (n, k, 3) [m].
+        normal: Out of it where it is touched, along its closing where it is not; base frame, shape (n, k, 3).
+        inwards: The same in its sensor's frame.
+        contact: Where it is touched, sensor frame, shape (n, k, 3) [m].
+        position: Of the object, sensor frame, shape (n, k, 3) [m].
+        rotation: Object to sensor, shape (n, k, 3, 3).
+    """
 
-    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
-        """Return slip [m] and spin [rad] over a finger."""
-        position, rotation = _seen_from(sensor, truth)
-        over, normal = rotation @ self._points[i] + position - self._under[i], self._normals[i]
-        aside = over - (over @ normal) * normal
+    tip: FloatArray
+    normal: FloatArray
+    inwards: FloatArray
+    contact: FloatArray
+    position: FloatArray
+    rotation: FloatArray
+
+    @classmethod
+    def of(cls, hand: HandModel, moments: GraspMoments) -> Self:
+        """Return them."""
+        poses = [hand.sensor_poses(tuple(joints)) for joints in moments.joint_position.tolist()]
+        rotations = np.array([[its.rotation for its in each] for each in poses]).reshape(-1, hand.fingers, 3, 3)
+        places = np.array([[its.position for its in each] for each in poses]).reshape(-1, hand.fingers, 3)
+        turn = moments.hand_rotation[:, None] @ rotations
+        origin = moments.hand_position[:, None] + np.einsum("nij,nkj->nki", moments.hand_rotation, places)
+        tip = origin + np.einsum("nkij,kj->nki", turn, np.array([its.center_of_mass for its in hand.tips]))
+        out = moments.contact - tip
+        size = np.linalg.norm(out, axis=2, keepdims=True)
+        touching = moments.touching[:, :, None]
+        normal = np.where(touching, out / np.where(touching, size, 1.0), turn[:, :, :, 0])
+        back = np.swapaxes(turn, 2, 3)
+        w, x, y, z = moments.quat_wxyz.T
+        rotation = Rotation.from_quat(np.stack([x, y, z, w], axis=1)).as_matrix()
+
+        def seen(vectors: FloatArray) -> FloatArray:
+            turned: FloatArray = np.einsum("nkij,nkj->nki", back, vectors)
+            return turned
+
+        return cls(
+            tip,
+            normal,
+            seen(normal),
+            seen(moments.contact - origin),
+            seen(moments.position[:, None] - origin),
+            back @ rotation[:, None],
+        )
+
+    def moved(self, first: int) -> FloatArray:
+        """How far the object has slipped [m] and spun [rad] over each finger since a period, shape (n, k, 2)."""
+        inwards, under = self.inwards[first], self.contact[first]
+        began = np.swapaxes(self.rotation[first], 1, 2)
+        point = np.einsum("kij,kj->ki", began, under - self.position[first])
+        over = np.einsum("nkij,kj->nki", self.rotation[first:], point) + self.position[first:] - under
+        aside = over - np.sum(over * inwards, axis=2, keepdims=True) * inwards
         # of the turn's quaternion, the share about the normal (swing and twist)
-        quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, (rotation @ self._rotations[i].T).ravel())
-        twist = 2.0 * math.atan2(float(quaternion[1:] @ normal), float(quaternion[0]))
-        return float(np.linalg.norm(aside)), abs(math.remainder(twist, 2.0 * math.pi))
-
-
-def _seen_from(sensor: Pose, truth: HandTruth) -> tuple[FloatArray, FloatArray]:
-    """Position [m] and rotation of the object in a frame that is given in base coordinates."""
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, truth.quat_wxyz)
-    turn = np.array(sensor.rotation).T
-    return turn @ (np.array(truth.position) - np.array(sensor.position)), turn @ flat.reshape(3, 3)
-
-
-def _normal(middle: Vector, finger: FingerTruth, sensor: Pose) -> Vector:
-    """Out of a spherical fingertip where it is touched, base frame; along its closing where it is not."""
-    if not finger.touching:
-        return rotate(sensor.rotation, (1.0, 0.0, 0.0))
-    return unit(subtract(finger.position, middle))
+        turns = self.rotation[first:] @ began
+        quaternion = Rotation.from_matrix(turns.reshape(-1, 3, 3)).as_quat().reshape(*turns.shape[:2], 4)
+        twist = 2.0 * np.arctan2(np.sum(quaternion[:, :, :3] * inwards, axis=2), quaternion[:, :, 3])
+        spin = np.abs(np.remainder(twist + math.pi, 2.0 * math.pi) - math.pi)
+        return np.stack([np.linalg.norm(aside, axis=2), spin], axis=2)
