@@ -9,6 +9,7 @@ from palpate.errors import positive
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.kinematics.hand import HandKinematics
+from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Observation
 from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rotate, scale, subtract
 
@@ -73,6 +74,24 @@ class HangingLoad(Protocol):
         ...
 
 
+class SensorPoses:
+    """Where the fingers' sensors are in the hand frame, computed once per sample."""
+
+    def __init__(self, hand: HandKinematics) -> None:
+        """Take the hand."""
+        self._hand = hand
+        self._joints: tuple[float, ...] | None = None
+        self._poses: tuple[Pose, ...] = ()
+
+    def at(self, now: Observation) -> tuple[Pose, ...]:
+        """Return them, one per finger."""
+        assert now.hand is not None
+        joints = now.hand.joint_position
+        if joints is not self._joints:
+            self._joints, self._poses = joints, self._hand.sensor_poses(joints)
+        return self._poses
+
+
 class NetForce:
     """The length of the sum of all forces. A `HangingLoad` for any number of fingers.
 
@@ -80,9 +99,9 @@ class NetForce:
     a moment: an object that only turns in the fingers is not heard.
     """
 
-    def __init__(self, hand: HandKinematics, errors: ForceErrors, fingers: int) -> None:
+    def __init__(self, poses: SensorPoses, errors: ForceErrors, fingers: int) -> None:
         """Take where the fingertips are, what a force errs by, and how many fingers there are."""
-        self._hand = hand
+        self._poses = poses
         self._deviation, self._wanders = errors.noise * math.sqrt(fingers), errors.wanders * fingers
 
     def start(self) -> None:
@@ -90,10 +109,8 @@ class NetForce:
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
         """See `HangingLoad`."""
-        assert now.hand is not None
         total: Vector = ZERO
-        poses = self._hand.sensor_poses(now.hand.joint_position)
-        for finger, pose in zip(now.fingers, poses, strict=True):
+        for finger, pose in zip(now.fingers, self._poses.at(now), strict=True):
             total = add(total, rotate(pose.rotation, finger.force))
         return (MeasuredLoad(norm(total), self._deviation, self._wanders),)
 
@@ -166,8 +183,8 @@ class OpposedLoad:
             length: By which spin torques are weighed against forces: e [m].
             period: Of control [s].
         """
-        self._hand, self._length = hand, positive("length", length, "m")
-        self._force = NetForce(hand, errors, 2)
+        self._poses, self._length = SensorPoses(hand), positive("length", length, "m")
+        self._force = NetForce(self._poses, errors, 2)
         self._deviation = noise.torque * math.sqrt(2.0)
         self._shared = math.sqrt(2.0) * math.hypot(noise.force, noise.torque / length)
         self._now, self._before = (-math.expm1(-period / time) for time in (NOW, BEFORE))
@@ -187,10 +204,9 @@ class OpposedLoad:
 
     def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
         """See `HangingLoad`: what both have borne, less what has gone over from one to the other of late."""
-        assert now.hand is not None
-        poses = self._hand.sensor_poses(now.hand.joint_position)
         first, second = (
-            rotate(pose.rotation, load.tangential_force) for pose, load in zip(poses, loads, strict=True)
+            rotate(pose.rotation, load.tangential_force)
+            for pose, load in zip(self._poses.at(now), loads, strict=True)
         )
         against, spin = subtract(first, second), (loads[0].spin_torque + loads[1].spin_torque) / self._length
         latest, its, before, other = self._means or (against, spin, against, spin)
