@@ -136,17 +136,17 @@ class SlipHearing:
             self._end()
             return (False,) * self._fingers
         by = 1.0 / self._lifted_by(now)
-        hangs = tuple(load.scaled(by) for load in self._load.measured(now, felt))
-        sizes = tuple(self._size(load) for load in felt)
-        grips = tuple(load.normal_force for load in felt)
-        self._mean.append((tuple(load.size for load in hangs), sizes, grips))
+        hangs = tuple([load.scaled(by) for load in self._load.measured(now, felt)])
+        sizes = tuple([self._size(load) for load in felt])
+        grips = tuple([load.normal_force for load in felt])
+        self._mean.append((tuple([load.size for load in hangs]), sizes, grips))
         if self.slipping:
             for fall, load in zip(self._signals.falls, hangs, strict=True):
                 fall.watch(load.size)
             onsets = self._heard()
             self._judge(now.time)
             return onsets
-        ratios = tuple(size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True))
+        ratios = tuple([size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True)])
         believed = [self._belief.believed.surface(i).friction for i in range(self._fingers)]
         shared = self._load.shared(now, felt)
         signal = self._signals.step(now.time, hangs, shared, ratios, grips, believed)
@@ -161,7 +161,8 @@ class SlipHearing:
             self._begin(now.time, hangs)
             return self._heard()
         before = self._parts or sizes
-        self._parts = tuple(a + self._follow * (b - a) for a, b in zip(before, sizes, strict=True))
+        follow = self._follow
+        self._parts = tuple([a + follow * (b - a) for a, b in zip(before, sizes, strict=True)])
         return (False,) * self._fingers
 
     def _swings(self, time: float) -> bool:
