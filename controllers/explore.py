@@ -23,7 +23,7 @@ from palpate.controllers.orientation import Orientation, carried_along
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, SingleTouch, Stroke
 from palpate.controllers.paths.plane import Point
-from palpate.controllers.paths.slides import Slide, slide
+from palpate.controllers.paths.slides import Slide, prepare, slide
 from palpate.controllers.paths.strategy import Strategy
 from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tip_state import TipState
@@ -91,6 +91,7 @@ class ExploreController:
         self._delay, self._room = parameters.gain.delay, parameters.room
         self._most_change = parameters.slew * period
         self._braking = parameters.acceleration * period
+        prepare()
         self._forget()
 
     def _forget(self) -> None:

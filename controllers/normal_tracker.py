@@ -31,6 +31,7 @@ class NormalTracker:
         r = math.exp(-positive("period", period, "s") / positive("time_constant", time_constant, "s"))
         self._filter = (period, 1.0 - r * r, (1.0 - r) ** 2 / period, lead)
         self._state = np.zeros(7)  # whether there is a normal, this, its rate
+        _kernels()  # compiled before the first period
         self.reset()
 
     def reset(self) -> None:

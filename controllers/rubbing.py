@@ -94,6 +94,7 @@ class RubbingController:
         )
         self._lever_share = 1.0 - math.exp(-period / parameters.lever_smoothing)
         self._meter = RubMeter()
+        _rubbed()  # compiled before the first period
         self._most_change = parameters.slew * period
         self._most_turn = MAX_ANGULAR_ACCELERATION * period
         self._restart(ZERO, 0.0)

@@ -44,6 +44,7 @@ class FadingMemory:
             *(odd_force * odd_force, odd_torque * odd_torque),
         )
         self.state = np.zeros((3, size))
+        _kernel(size)  # compiled before the first period
 
     def restart(self) -> None:
         """Forget all samples: the next one initialises the filter at rest."""

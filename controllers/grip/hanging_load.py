@@ -182,6 +182,7 @@ class OpposedLoad:
         self._shared = math.sqrt(2.0) * math.hypot(noise.force, noise.torque / length)
         self._now, self._before = (-math.expm1(-period / time) for time in (NOW, BEFORE))
         self._state = np.zeros(MOST + 1)
+        _kernels()  # compiled before the first period
 
     def start(self) -> None:
         """See `HangingLoad`."""
@@ -259,7 +260,8 @@ def _shared_size(
     state[MOST] = max(state[BORNE], state[MOST] + before * (state[BORNE] - state[MOST]))
     x, y, z = state[1] - state[5], state[2] - state[6], state[3] - state[7]
     gone_over = length(length(x, y, z), state[ITS] - state[OTHER], 0.0)
-    return max(state[MOST] - gone_over, 0.0)
+    left: float = max(state[MOST] - gone_over, 0.0)
+    return left
 
 
 @cache

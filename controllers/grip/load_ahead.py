@@ -27,6 +27,7 @@ class LoadAhead:
     def __init__(self, smoothing: float, period: float) -> None:
         """Take the time constant of the memory [s] and the period of the samples [s]."""
         self._memory = FadingMemory(smoothing, period, ODD_FORCE, ODD_TORQUE, 4)
+        _kernel()  # compiled before the first period
 
     def restart(self) -> None:
         """Forget all samples: the next one initialises the filter at rest."""

@@ -103,6 +103,7 @@ class SlipHearing:
         self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
         self._speeds = deque[tuple[float, float]](maxlen=max(round(MEAN / period), 2))
         self._follow = -math.expm1(-period / SHARES)
+        self._nowhere = (False,) * fingers
         self.start()
 
     @property
@@ -118,6 +119,7 @@ class SlipHearing:
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
         self._ended = math.inf
+        self._hangs = False
         self._end()
 
     def step(
@@ -132,9 +134,12 @@ class SlipHearing:
         """
         felt = [load for load in loads if load is not None]
         if len(felt) < self._fingers or not hanging:
-            self._restart()
-            self._end()
-            return (False,) * self._fingers
+            if self._hangs:
+                self._hangs = False
+                self._restart()
+                self._end()
+            return self._nowhere
+        self._hangs = True
         by = 1.0 / self._lifted_by(now)
         hangs = tuple([load.scaled(by) for load in self._load.measured(now, felt)])
         sizes = tuple([self._size(load) for load in felt])
@@ -163,7 +168,7 @@ class SlipHearing:
         before = self._parts or sizes
         follow = self._follow
         self._parts = tuple([a + follow * (b - a) for a, b in zip(before, sizes, strict=True)])
-        return (False,) * self._fingers
+        return self._nowhere
 
     def _swings(self, time: float) -> bool:
         """Whether what fell and was held goes on to fall and rise, and so was no slip."""

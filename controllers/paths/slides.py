@@ -83,10 +83,13 @@ class StrokeSlide:
             felt.normal,
             speed,
         )
-        return ENDS[end] if end else along
+        if end:
+            return ENDS[end - 1]
+        velocity: Vector = along
+        return velocity
 
 
-ENDS = (None, LegEnd.STEEP, LegEnd.BLOCKED, LegEnd.REACHED)
+ENDS = (LegEnd.STEEP, LegEnd.BLOCKED, LegEnd.REACHED)
 
 
 @njit(cache=True)
@@ -101,7 +104,7 @@ def _stroke_velocity(
     normal: Vector,
     speed: float,
 ) -> tuple[int, Vector]:
-    """Return which of `ENDS` it came to, and the velocity."""
+    """Return which of `ENDS` it came to, 1 the first of them, 0: none; and the velocity."""
     x, y, z = frame[0], frame[1], frame[2]
     nu = x[0] * normal[0] + y[0] * normal[1] + z[0] * normal[2]
     nv = x[1] * normal[0] + y[1] * normal[1] + z[1] * normal[2]
@@ -182,6 +185,16 @@ class Dwell:
         """See `Slide`."""
         self._left -= 1
         return ZERO if self._left >= 0 else LegEnd.REACHED
+
+
+def prepare() -> None:
+    """Compile what slides and flights would otherwise wait for in their first period."""
+    a_line = PathFollower(((0.0, 0.0), (1.0, 0.0)), 1.0)
+    a_line.velocity((0.0, 0.0), 1.0, 1.0, 1.0)
+    progress = Progress(1.0)
+    progress.step(ZERO)
+    progress.command(ZERO)
+    _stroke()
 
 
 def slide(

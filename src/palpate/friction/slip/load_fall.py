@@ -106,6 +106,7 @@ class LoadFall:
         self.swing = RecentSwing(period)
         self._test = PageTest(parameters.threshold, MOST)
         self._state = np.zeros(5)
+        _kernels()  # compiled before the first period
         self.start()
 
     @property

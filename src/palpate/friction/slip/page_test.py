@@ -39,6 +39,7 @@ class PageTest:
         positive("threshold", threshold, "")
         positive("most", most, "", infinite_allowed=True)
         self.state = np.array([threshold, most, 0.0, 0.0])
+        _kernel()  # compiled before the first period
 
     @property
     def sum(self) -> float:

@@ -34,6 +34,7 @@ class RecentSwing:
         """Take the period [s]."""
         self.state = np.zeros(HIGHS + BLOCKS)
         self.state[LENGTH] = max(round(BLOCK / positive("period", period, "s")), 1)
+        _kernel()  # compiled before the first period
 
     @property
     def size(self) -> float:
