@@ -10,13 +10,7 @@ the first loss of contact, LIFT, DONE; LOST if nothing was there, or contact was
 """
 
 import math
-from functools import cache
-from typing import Any
 
-import numpy as np
-
-from palpate.compiling import machine_code, njit
-from palpate.controllers import small_vectors as vectors
 from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach, Loss
@@ -29,11 +23,8 @@ from palpate.controllers.rubs import AirSpan, Rub, RubProgram, RubSpan
 from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import (
-    IDENTITY,
     ZERO,
-    Matrix,
     Vector,
-    Wrench,
     add,
     add_scaled,
     as_vector,
@@ -94,7 +85,6 @@ class RubbingController:
         )
         self._lever_share = 1.0 - math.exp(-period / parameters.lever_smoothing)
         self._meter = RubMeter()
-        _rubbed()  # compiled before the first period
         self._most_change = parameters.slew * period
         self._most_turn = MAX_ANGULAR_ACCELERATION * period
         self._restart(ZERO, 0.0)
@@ -262,33 +252,7 @@ class RubbingController:
         return self._force.step(force, felt, self.live.value("force_gain"), fastest, rate)
 
     def _measure(self, now: Observation, since: float) -> None:
-        if self._meter.counts(since):
-            finger = now.fingers[0]
-            contact, rotation = finger.contact, now.arm.rotation_base_tip
-            felt = _rubbed()(rotation, contact.force, contact.centroid, finger.wrench, self._tracker.normal)
-            self._meter.add(self._back, since, *felt)
-
-
-@njit(cache=True)
-def _rubbed_with(
-    rotation: Matrix, force: Any, centroid: Any, wrench: Wrench, normal: Vector
-) -> tuple[Vector, float, float]:
-    """Tangential force in base coordinates [N], normal force [N] and spin torque [N m] of a contact."""
-    a, b, c = rotation
-    moment = (wrench[3], wrench[4], wrench[5])
-    x, y, z = vectors.dot(a, force), vectors.dot(b, force), vectors.dot(c, force)
-    pushing = -vectors.dot((x, y, z), normal)
-    p, q, r = vectors.dot(a, centroid), vectors.dot(b, centroid), vectors.dot(c, centroid)
-    lever = (q * z - r * y, r * x - p * z, p * y - q * x)
-    turned = (vectors.dot(a, moment), vectors.dot(b, moment), vectors.dot(c, moment))
-    rest = (turned[0] - lever[0], turned[1] - lever[1], turned[2] - lever[2])
-    return vectors.add_scaled((x, y, z), pushing, normal), pushing, vectors.dot(rest, normal)
-
-
-@cache
-def _rubbed() -> Any:
-    three = np.zeros(3)
-    return machine_code(_rubbed_with, IDENTITY, three, three, (0.0,) * 6, ZERO)
+        self._meter.feel(self._back, since, now.fingers[0], now.arm.rotation_base_tip, self._tracker.normal)
 
 
 def _projected(direction: Vector, normal: Vector) -> Vector:

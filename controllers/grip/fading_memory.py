@@ -1,4 +1,4 @@
-"""Filters noisy samples of a force and a torque with their rates, and extrapolates them."""
+"""A filter of noisy samples of a force and a torque, which knows their rates and extrapolates them."""
 
 import math
 from functools import cache
