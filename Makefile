@@ -115,7 +115,7 @@ $(BIN)/python:
 	python3 tests/install/choose_python.py $(VENV) $(PYTHON)
 
 # numba looks only at the file of a cached function, not at what it inlines from others: forget all when one changes
-$(VENV)/.kernels: $(BIN)/python $(shell grep -rlE 'import njit' src controllers hw sim)
+$(VENV)/.kernels: $(BIN)/python $(shell grep -rlE 'njit' src controllers hw sim)
 	find -L src -name "*.$$($(BIN)/python -c 'import sys; print("py%d%d" % sys.version_info[:2])').nbi" -delete
 	@touch $@
 

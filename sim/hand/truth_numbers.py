@@ -1,13 +1,8 @@
-"""The truth of a grasp as plain numbers, and back. Base frame; forces on the tips."""
+"""The truth of a grasp as plain numbers. Base frame; forces on the tips."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain
 
-import numpy as np
-import numpy.typing as npt
-
-from palpate.errors import FloatArray
 from palpate.runtime.data import ArmSample
 from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.hand_model import HandModel
@@ -50,46 +45,6 @@ def hand_columns(hand: HandModel) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GraspMoments:
-    """What really happened in a grasp, at n samples, with k fingers and j joints. Base frame.
-
-    Attributes:
-        time: Shape (n,) [s].
-        position: Of the object's frame, shape (n, 3) [m].
-        quat_wxyz: Its orientation, object to base, shape (n, 4).
-        velocity: Of its frame, shape (n, 3) [m/s].
-        angular_velocity: Of the object, shape (n, 3) [rad/s].
-        pull: On the object besides fingers and weight, about its origin, shape (n, 6) [N, N m].
-        hand_position: Where the hand is, shape (n, 3) [m].
-        hand_rotation: Hand to base, shape (n, 3, 3).
-        joint_position: Of the hand, without rounding, shape (n, j) [rad or m].
-        touching: Whether each finger touches the object, shape (n, k).
-        contact: Force-weighted centroid of its contacts, shape (n, k, 3) [m].
-        force: What the object exerts on its tip, shape (n, k, 3) [N].
-        torque: Likewise, about `contact`, shape (n, k, 3) [N m].
-        current: Of its servo, shape (n, k) [A].
-        slip: How fast its contact slips and spins on the friction plant, shape (n, k, 2) [m/s, rad/s]; zeros where
-            MuJoCo rubs.
-    """
-
-    time: FloatArray
-    position: FloatArray
-    quat_wxyz: FloatArray
-    velocity: FloatArray
-    angular_velocity: FloatArray
-    pull: FloatArray
-    hand_position: FloatArray
-    hand_rotation: FloatArray
-    joint_position: FloatArray
-    touching: npt.NDArray[np.bool_]
-    contact: FloatArray
-    force: FloatArray
-    torque: FloatArray
-    current: FloatArray
-    slip: FloatArray
-
-
 def numbers_of_hand(
     truth: HandTruth, pull: Wrench, hand: ArmSample, rubbing: Sequence[FrictionContact], scene: GraspScene
 ) -> tuple[float, ...]:
@@ -102,18 +57,14 @@ def numbers_of_hand(
         rubbing: Contacts of the friction plant, if it rubs.
         scene: Whose pairs of tip and object they are.
     """
-    fingers = (
-        (
-            float(f.touching),
-            *f.position,
-            *f.force,
-            *f.torque,
-            f.current,
-            sum(norm(its.slip_velocity) for its in rubbing if its.pair is scene.rubbing[i]),
-            sum(abs(its.slip_spin) for its in rubbing if its.pair is scene.rubbing[i]),
+    fingers: list[float] = []
+    for i, f in enumerate(truth.fingers):
+        fingers += (float(f.touching), *f.position, *f.force, *f.torque, f.current)
+        its = [each for each in rubbing if each.pair is scene.rubbing[i]]
+        fingers += (
+            sum([norm(each.slip_velocity) for each in its], 0.0),
+            sum([abs(each.slip_spin) for each in its], 0.0),
         )
-        for i, f in enumerate(truth.fingers)
-    )
     return (
         truth.time,
         *truth.position,
@@ -124,34 +75,5 @@ def numbers_of_hand(
         *hand.position_base_tip,
         *chain.from_iterable(hand.rotation_base_tip),
         *truth.joint_position,
-        *chain.from_iterable(fingers),
-    )
-
-
-def moments_of_numbers(rows: FloatArray, fingers: int) -> GraspMoments:
-    """Return what `numbers_of_hand` was given, in n periods, of a hand with so many fingers.
-
-    Args:
-        rows: Its numbers, shape (n, columns).
-        fingers: How many there are.
-    """
-    n, width = len(rows), len(_FINGER_COLUMNS)
-    first = rows.shape[1] - fingers * width
-    each = rows[:, first:].reshape(n, fingers, width)
-    return GraspMoments(
-        time=rows[:, 0],
-        position=rows[:, 1:4],
-        quat_wxyz=rows[:, 4:8],
-        velocity=rows[:, 8:11],
-        angular_velocity=rows[:, 11:14],
-        pull=rows[:, 14:20],
-        hand_position=rows[:, 20:23],
-        hand_rotation=rows[:, 23:32].reshape(n, 3, 3),
-        joint_position=rows[:, 32:first],
-        touching=each[:, :, 0] > 0.0,
-        contact=each[:, :, 1:4],
-        force=each[:, :, 4:7],
-        torque=each[:, :, 7:10],
-        current=each[:, :, 10],
-        slip=each[:, :, 11:13],
+        *fingers,
     )

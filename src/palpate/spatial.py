@@ -1,7 +1,8 @@
 """Small vectors and frames for code that runs once per control period.
 
 Plain tuples of floats: immutable, comparable bit for bit, and several times faster at this size than arrays
-(`np.cross` of two 3-vectors costs about 20 us, `cross` below about 0.3 us). Batches use numpy instead.
+(`np.cross` of two 3-vectors costs about 20 us, `cross` below about 0.3 us). Batches use numpy instead. Kernels
+compile some of them, too, by `njit`.
 """
 
 import math
