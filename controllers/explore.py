@@ -292,9 +292,9 @@ class ExploreController:
         if self._slide is None:
             acceleration = self._parameters.acceleration
             self._slide = slide(leg, self._begin, self._place(state), self._plane, acceleration, self._period)
-        tip, (x, y, z) = state.tip, self._tracker.predicted
-        contact = add(state.position, state.lever)
-        along = self._slide.step(ContactPeriod(tip, contact, (-x, -y, -z)), self.live.value("speed"))
+        (x, y, z), (p, q, r) = state.normal, self._tracker.predicted
+        felt = ContactPeriod(state.tip, add(state.position, state.lever), (-x, -y, -z))
+        along = self._slide.step(felt, (-p, -q, -r), self.live.value("speed"))
         if isinstance(along, LegEnd) and along is LegEnd.STEEP:
             self._conclude(along)
             return
@@ -302,8 +302,7 @@ class ExploreController:
             self._force.sweep(state.time)
             self.contact.enter(SCAN)
         self._swept = True
-        x, y, z = state.normal
-        found = self.strategy.feel(ContactPeriod(tip, contact, (-x, -y, -z)))
+        found = self.strategy.feel(felt)
         if isinstance(along, LegEnd):
             if isinstance(leg, SingleTouch):
                 self._retreat(leg, state)
@@ -322,9 +321,9 @@ class ExploreController:
 
     def _in_room(self, state: TipState) -> bool:
         """Whether the tip can still come to rest within its room."""
-        velocity = self._command.velocity_base_tip
-        time = self._delay + 0.5 * norm(velocity) / self._parameters.acceleration
-        return self._room.holds(add_scaled(state.position, time, velocity))
+        (x, y, z), (u, v, w) = state.position, self._command.velocity_base_tip
+        time = self._delay + 0.5 * math.hypot(u, v, w) / self._parameters.acceleration
+        return self._room.holds((x + time * u, y + time * v, z + time * w))
 
     # velocities
 

@@ -15,6 +15,7 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose
+from palpate.quick_init import quick_init
 from palpate.runtime.data import Observation
 from palpate.spatial import (
     IDENTITY,
@@ -40,6 +41,7 @@ NOW, BEFORE = 0.005, 0.5
 part of the one that slips goes over slowly."""
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class MeasuredLoad:
     """One load.

@@ -32,11 +32,12 @@ one that is nearer steers back to the stroke's own first line."""
 class Slide(Protocol):
     """One leg's motion along the surface."""
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
 
         Args:
-            felt: What is felt, with the normal that is expected when the velocity acts.
+            felt: What is felt.
+            ahead: The object's outward normal that is expected when the velocity acts.
             speed: Wanted along the surface [m/s].
         """
         ...
@@ -67,11 +68,11 @@ class StrokeSlide:
         if self._follower is not None:
             self._follower.stop()
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """See `Slide`: the path's velocity, raised or lowered so that it lies in the tangent plane."""
         follower = self._follower
         if follower is None:
-            return LegEnd.STEEP if dot(felt.normal, self._plane.axis) < LEAST_COS else LegEnd.REACHED
+            return LegEnd.STEEP if dot(ahead, self._plane.axis) < LEAST_COS else LegEnd.REACHED
         end, along = _stroke()(
             self._frame,
             follower.path,
@@ -80,7 +81,7 @@ class StrokeSlide:
             self._progress.state,
             self._period,
             felt.tip,
-            felt.normal,
+            ahead,
             speed,
         )
         if end:
@@ -155,17 +156,17 @@ class CircuitSlide:
         self._progress.rest()
         self._current = 0.0
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """See `Slide`."""
         progress = self._progress
         progress.step(felt.tip)
         if progress.distance > self._circuit.longest:
             return LegEnd.OVERLONG
-        direction = self._circuit.steering.direction(felt)
+        direction = self._circuit.steering.direction(ContactPeriod(felt.tip, felt.contact, ahead))
         if direction is None or progress.stalled:
             return LegEnd.BLOCKED
         self._current = min(self._current + self._most_change, speed)
-        direction = add_scaled(direction, -dot(direction, felt.normal), felt.normal)
+        direction = add_scaled(direction, -dot(direction, ahead), ahead)
         along = scale(self._current, direction)
         progress.command(along)
         return along
@@ -181,7 +182,7 @@ class Dwell:
     def stop(self) -> None:
         """See `Slide`."""
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """See `Slide`."""
         self._left -= 1
         return ZERO if self._left >= 0 else LegEnd.REACHED
