@@ -1,9 +1,12 @@
-"""Vectors of three in compiled code: the operations of `palpate.spatial`, and with the same bits."""
+"""Vectors of three in compiled code: as `palpate.spatial` has them, and with the same bits."""
 
 import math
 
+from palpate import spatial
 from palpate.compiling import njit
 from palpate.spatial import Vector
+
+dot, add_scaled = njit(spatial.dot), njit(spatial.add_scaled)
 
 SPLITTER = 2.0**27 + 1.0
 """Cuts a double into halves of 26 bits, whose products are exact (Veltkamp 1968)."""
@@ -46,15 +49,3 @@ def unit(a: Vector) -> Vector:
     """
     factor = 1.0 / length(a[0], a[1], a[2])
     return (factor * a[0], factor * a[1], factor * a[2])
-
-
-@njit(cache=True)
-def dot(a: Vector, b: Vector) -> float:
-    """Return the inner product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True)
-def add_scaled(a: Vector, factor: float, b: Vector) -> Vector:
-    """Return a + factor * b."""
-    return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
