@@ -15,6 +15,14 @@ import numpy as np
 
 from palpate import compiling, surfaces
 from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.controllers.grip.hanging_load import ForceErrors, OpposedLoad
+from palpate.controllers.grip.load_ahead import LoadAhead
+from palpate.controllers.grip.wrench_ahead import WrenchAhead
+from palpate.controllers.normal_tracker import NormalTracker
+from palpate.controllers.paths.slides import prepare
+from palpate.controllers.rub_meter import RubMeter
+from palpate.friction.slip.load_fall import LoadFall
+from palpate.friction.slip.load_noise import LoadNoise
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
 from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
@@ -40,6 +48,10 @@ from palpate.sim import (
     sensor_preset,
 )
 from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.hand.hand import two_finger_hand
+
+PERIOD = 1e-3
+"""[s] Of control."""
 
 WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
 CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
@@ -62,6 +74,7 @@ def steps() -> Iterator[Step]:
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
     yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
     yield "the simulation", partial(_simulate, SphereObject(0.04))
+    yield "controllers", _control
     yield "arm kinematics", _move_arm
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
     for contacts in (2, 3, 4):
@@ -95,6 +108,16 @@ def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
     target.height(points[:, 0], points[:, 1])
     target.height(*np.meshgrid(points[:, 0], points[:, 1]))
     target.reachable(0.0, 0.0, 0.008)
+
+
+def _control() -> None:
+    prepare()
+    NormalTracker(PERIOD, 0.01, 0.02)
+    RubMeter()
+    LoadAhead(0.01, PERIOD)
+    WrenchAhead(0.01, PERIOD)
+    OpposedLoad(two_finger_hand(), ForceErrors(0.01), LoadNoise(), 0.004, PERIOD)
+    LoadFall(PERIOD)
 
 
 def _move_arm() -> None:
