@@ -44,7 +44,6 @@ from palpate.runtime import (
     WrenchSample,
     run,
 )
-from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import LogWriter, MemoryLog, Recorder
@@ -53,7 +52,7 @@ from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
 from palpate.sensing.ft.filter_specs import Butterworth
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
-from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled
+from palpate.spatial import IDENTITY, ZERO, add_scaled
 from palpate.surfaces import Ellipsoid
 
 PERIOD = 1e-3
@@ -123,7 +122,7 @@ SIDE = 0.8
 
 
 class NoDevice:
-    """A back end that takes a period to answer, and then says what was prepared."""
+    """A back end that takes a period to answer, and then says what was prepared; its tip goes where it is sent."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.period = PERIOD
@@ -145,6 +144,7 @@ class NoDevice:
         return sample
 
     def _read(self) -> Sample:
+        """The tip has gone on as commanded, and at once."""
         self._index += 1
         now = self._index * self.period
         self._at = add_scaled(self._at, self.period, self._velocity)
@@ -160,13 +160,6 @@ class NoDevice:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class Unjudged(CommandedMotion):
-    """Costs as much as it does on a robot, and says nothing: this arm does not follow."""
-
-    def _judge(self, before: Vector, now: Vector) -> None:
-        pass
 
 
 class Stopwatch:
@@ -190,6 +183,18 @@ class Stopwatch:
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._timed, name)
+
+
+class TimedFinger(Stopwatch):
+    """A finger whose pipeline is timed.
+
+    Attributes:
+        watch: Of the pipeline.
+    """
+
+    def pipeline(self) -> Stopwatch:
+        self.watch = Stopwatch(self._timed.pipeline(), "step")
+        return self.watch
 
 
 def controller() -> ExploreController:
@@ -229,9 +234,9 @@ def measure(
     )
     live = live_parameters_of(control)
     if watch is not None:
-        watch["pipeline"] = Stopwatch(*touch._pipelines, "step")
-        touch._pipelines = (watch["pipeline"],)
-        touch = watch["sense"] = Stopwatch(touch, "sense")
+        finger = TimedFinger(SensorFinger(TIP, SENSOR))
+        touch = watch["sense"] = Stopwatch(Touch(finger), "sense")
+        watch["pipeline"] = finger.watch
         control = watch["control"] = Stopwatch(control, "step")
         supervisor = watch["supervise"] = Stopwatch(supervisor, "admits", "check")
         recorder = watch["record"] = Stopwatch(recorder, "record")
@@ -244,7 +249,6 @@ def measure(
         duration=seconds,
         recorder=recorder,
         live=live,
-        following=Unjudged,
     )
     if result.trip is not None or result.ending.value != "time is up":
         raise SystemExit(f"the benchmark itself went wrong: {result.ending.value}; {result.trip}")
