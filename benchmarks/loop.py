@@ -4,10 +4,10 @@
 
 The loop that drives robots, paced at 1 kHz: the exploration controller and the supervisor with its default limits
 run on a force/torque sensor as its file describes it (calibration, bias, payload, a low-pass, health), whose
-readings are made up: a fingertip comes down and presses with about 2 N on a surface that turns a little, with
-noise. Every period is recorded to a file. The tables say what was asked for (issue 4), and what this machine
-gives; maxima are the machine's, and are told but not judged. It takes about four minutes. Close other programs:
-what they leave of the caches decides what a period costs. For real-time priority run it as a user who may have it.
+readings are made up: a fingertip that presses with about 2 N on a surface that turns a little, with noise. Every
+period is recorded to a file. The tables say what was asked for (issue 4), and what this machine gives; maxima are
+the machine's, and are told but not judged. It takes about four minutes. Close other programs: what they leave of
+the caches decides what a period costs. For real-time priority run it as a user who may have it.
 """
 
 import argparse
@@ -35,6 +35,7 @@ from palpate.controllers.paths import Follow
 from palpate.runtime import (
     ArmSample,
     Command,
+    Phase,
     RunResult,
     Sample,
     SensorFinger,
@@ -51,7 +52,7 @@ from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
 from palpate.sensing.ft.filter_specs import Butterworth
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
-from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled
+from palpate.spatial import IDENTITY, ZERO, add_scaled
 from palpate.surfaces import Ellipsoid
 
 PERIOD = 1e-3
@@ -98,23 +99,26 @@ SENSOR = SensorFile(
 TIP = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))
 
 
-def readings(force_size: float) -> tuple[tuple[float, ...], ...]:
-    """What the sensor says, in volts: a force [N] on a surface that turns to and fro by 0.1 rad, with noise."""
+def readings(*, loaded: bool) -> tuple[tuple[float, ...], ...]:
+    """What the sensor says, in volts: about 2 N on a surface that turns to and fro by 0.1 rad, with noise."""
     rng = np.random.default_rng(0)
     turn = 0.1 * np.sin(2.0 * np.pi * np.arange(CANNED) / CANNED)
     up = np.stack([np.sin(turn), 0.05 * np.sin(3.0 * turn), np.cos(turn)], axis=1)
     point = -up * np.array([0.008, 0.008, 0.012])  # near enough to where it touches
-    force = force_size * up
+    force = 2.0 * up
     weight = 9.81 * np.array([0.0, 0.0, -0.030])
-    moment = np.cross(point, force) + 1e-3 * force
+    moment = np.cross(point, force) + 2e-3 * up
+    if not loaded:
+        force, moment = np.zeros_like(force), np.zeros_like(moment)
     load = np.concatenate([force + weight, moment], axis=1) + np.array((*SENSOR.bias_force, *SENSOR.bias_moment))
     load += rng.normal(size=(CANNED, 6)) * np.repeat([0.01, 1e-4], 3)
     return tuple(map(tuple, (load / np.repeat([10.0, 0.2], 3)).tolist()))
 
 
-READINGS, IN_THE_AIR = readings(2.0), readings(0.0)
-SURFACE = 0.048
-"""Where the tip touches [m]: from then on it does."""
+READINGS, UNLOADED = readings(loaded=True), readings(loaded=False)
+
+SIDE = 0.8
+"""[m] of the strokes: longer than any run."""
 
 
 class NoDevice:
@@ -125,27 +129,28 @@ class NoDevice:
         self.pacer = pacer
         self.read_time = array("d")
         self._index = 0
-        self._position: Vector = (-0.4, -0.4, 0.05)  # where the raster begins
-        self._readings = IN_THE_AIR
+        self._at, self._velocity = (-0.5 * SIDE, -0.5 * SIDE, 0.05), ZERO  # where the strokes begin
+        self._loaded = False
 
     def start(self) -> Sample:
-        return self._read(ZERO)
+        return self._read()
 
     def step(self, command: Command) -> Sample:
+        self._velocity, self._loaded = command.velocity_base_tip, command.phase not in (Phase.TRAVEL, Phase.LIFT)
         self.pacer.wait()
         before = clock()
-        sample = self._read(command.velocity_base_tip)
+        sample = self._read()
         self.read_time.append(clock() - before)
         return sample
 
-    def _read(self, velocity: Vector) -> Sample:
+    def _read(self) -> Sample:
+        """The tip has gone on as commanded, and at once."""
         self._index += 1
         now = self._index * self.period
-        self._position = add_scaled(self._position, self.period, velocity)
-        if self._position[2] < SURFACE:
-            self._readings = READINGS
-        arm = ArmSample(now, self._position, IDENTITY, velocity)
-        return Sample(now, arm, (WrenchSample(now, self._readings[self._index % CANNED], (0.0, 0.0, 9.81)),))
+        self._at = add_scaled(self._at, self.period, self._velocity)
+        arm = ArmSample(now, self._at, IDENTITY, self._velocity)
+        reading = READINGS[self._index % CANNED] if self._loaded else UNLOADED[self._index % CANNED]
+        return Sample(now, arm, (WrenchSample(now, reading, (0.0, 0.0, 9.81)),))
 
     def close(self) -> None:
         pass
@@ -195,7 +200,7 @@ class TimedFinger(Stopwatch):
 def controller() -> ExploreController:
     gain = force_gain(20e3, 0.01)
     parameters = ExploreParameters(force=2.0, speed=0.01, gain=gain, lead=0.01)
-    return ExploreController(parameters, Follow(Raster(0.8, 0.8, 0.1)), PERIOD)
+    return ExploreController(parameters, Follow(Raster(SIDE, SIDE, 0.1)), PERIOD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

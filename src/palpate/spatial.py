@@ -65,9 +65,8 @@ def norm(a: Vector) -> float:
 
 def toward(a: Vector, b: Vector, most: float) -> Vector:
     """Return b, or the point at distance `most` from a towards b, if b lies farther."""
-    difference = subtract(b, a)
-    distance = norm(difference)
-    return b if distance <= most else add_scaled(a, most / distance, difference)
+    distance = math.dist(a, b)
+    return b if distance <= most else add_scaled(a, most / distance, subtract(b, a))
 
 
 def unit(a: Vector) -> Vector:

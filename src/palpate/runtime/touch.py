@@ -4,7 +4,6 @@ import math
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from operator import call
 from typing import Protocol
 
 import numpy as np
@@ -233,4 +232,5 @@ class Touch:
         feels, wrenches = self._feels, sample.wrenches
         if len(wrenches) != len(feels):
             raise InvalidValueError(f"the sample has {len(wrenches)} wrenches: there are {len(feels)} fingers")
-        return Observation(sample.time, sample.arm, tuple(map(call, feels, wrenches)), sample.hand)
+        observed = tuple([feel(given) for feel, given in zip(feels, wrenches, strict=True)])
+        return Observation(sample.time, sample.arm, observed, sample.hand)
