@@ -152,8 +152,7 @@ class ExploreController:
         if touching and self.contact.phase in IN_FLIGHT:
             touching = norm(finger.force) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
-            contact = finger.contact
-            normal, lever = self._tracker.feel(arm.rotation_base_tip, contact.normal, contact.centroid)
+            normal, lever = self._tracker.feel(arm.rotation_base_tip, finger.contact)
         if self._orientation is not None:
             pivot = self._orientation.pivot
             tip = add(tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))
