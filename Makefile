@@ -12,7 +12,7 @@ PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms faults bench pictures clean
+.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms faults bench figures pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -100,6 +100,9 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/sweep.py
 	$(BIN)/python benchmarks/learning.py
+
+figures: $(VENV)/.test $(VENV)/.kernels  ## Measure the figures of README and docs anew, five minutes, and write them there
+	$(BIN)/python benchmarks/figures
 
 pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py

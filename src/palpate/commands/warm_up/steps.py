@@ -29,10 +29,12 @@ from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping.compare_surface import TriangleSurface
-from palpate.runtime import Command
+from palpate.runtime import ArmSample, Command, Supervisor
+from palpate.runtime.servo_following import PositionServo
 from palpate.sensing import contact_from_wrench
 from palpate.sensing.ft import FTPipeline
 from palpate.sim import (
+    ArmCarrier,
     ContactLaw,
     MujocoBackend,
     PresetSensor,
@@ -49,6 +51,7 @@ from palpate.sim import (
 )
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.hand import two_finger_hand
+from palpate.spatial import IDENTITY, ZERO
 
 PERIOD = 1e-3
 """[s] Of control."""
@@ -73,6 +76,7 @@ def steps() -> Iterator[Step]:
     )
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
     yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
+    yield "the supervisor", _supervise
     yield "the simulation", partial(_simulate, SphereObject(0.04))
     yield "controllers", _control
     yield "arm kinematics", _move_arm
@@ -120,11 +124,20 @@ def _control() -> None:
     LoadFall(PERIOD)
 
 
+def _supervise() -> None:
+    Supervisor().start(1e-3)
+    PositionServo(1e4, 0.02, 0.02).following(20.0)(1e-3, ArmSample(0.0, ZERO, IDENTITY, ZERO))
+
+
 def _move_arm() -> None:
     kinematics = ArmKinematics(UR5E)
     kinematics.pose((0.0,) * 6)
     kinematics.jacobian((0.0,) * 6)
     InverseVelocity(kinematics)
+    scene = build_scene(
+        Tip(surfaces.Sphere(0.008)), SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.05), ArmCarrier()
+    )
+    MujocoBackend(scene).close()
 
 
 def _grasp(n: int) -> GraspContacts:
