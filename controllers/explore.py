@@ -152,8 +152,7 @@ class ExploreController:
         if touching and self.contact.phase in IN_FLIGHT:
             touching = norm(finger.force) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
-            contact = finger.contact
-            normal, lever = self._tracker.feel(arm.rotation_base_tip, contact.normal, contact.centroid)
+            normal, lever = self._tracker.feel(arm.rotation_base_tip, finger.contact)
         if self._orientation is not None:
             pivot = self._orientation.pivot
             tip = add(tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))
@@ -177,18 +176,18 @@ class ExploreController:
             self._fly(self._flight, state)
             return
         event = contact.step(self._travel(state) if contact.searching else 0.0)
-        if event is None:
-            if contact.phase is SCAN:
-                self._slide_on(state)
-        elif event is ContactEvent.TOUCHED:
+        if event is None and contact.phase is SCAN:  # in most periods
+            self._slide_on(state)
+            return
+        if event is ContactEvent.TOUCHED:
             self._force.touch(state.time)
         elif event is ContactEvent.BOUNCED:
             self._tracker.reset()
         elif event is ContactEvent.LOST:
             self._lose(state)
-        elif isinstance(self.leg, Hop):  # settled
+        elif event is ContactEvent.SETTLED and isinstance(self.leg, Hop):
             self._conclude(LegEnd.REACHED)
-        else:
+        elif event is ContactEvent.SETTLED:
             self._slide_on(state)
         if contact.loss.is_final:
             self._conclude(LegEnd.MISSED if contact.loss is Loss.MISSING else LegEnd.LOST)
@@ -286,11 +285,10 @@ class ExploreController:
         self._along = ZERO
 
     def _slide_on(self, state: TipState) -> None:
-        leg = self.leg
-        assert leg is not None
-        assert not isinstance(leg, Hop)
         if self._slide is None:
-            acceleration = self._parameters.acceleration
+            leg, acceleration = self.leg, self._parameters.acceleration
+            assert leg is not None
+            assert not isinstance(leg, Hop)
             self._slide = slide(leg, self._begin, self._place(state), self._plane, acceleration, self._period)
         (x, y, z), (p, q, r) = state.normal, self._tracker.predicted
         felt = ContactPeriod(state.tip, add(state.position, state.lever), (-x, -y, -z))
@@ -304,8 +302,8 @@ class ExploreController:
         self._swept = True
         found = self.strategy.feel(felt)
         if isinstance(along, LegEnd):
-            if isinstance(leg, SingleTouch):
-                self._retreat(leg, state)
+            if isinstance(self.leg, SingleTouch):
+                self._retreat(self.leg, state)
             else:
                 self._conclude(along)
             return

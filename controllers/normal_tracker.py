@@ -8,8 +8,9 @@ import numpy as np
 
 from palpate.compiling import machine_code, njit
 from palpate.controllers.small_vectors import add_scaled, dot, unit
-from palpate.errors import FloatArray, positive
-from palpate.spatial import IDENTITY, ZERO, Matrix, Vector
+from palpate.errors import positive
+from palpate.sensing.contact import Contact
+from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, as_vector
 
 
 class NormalTracker:
@@ -44,19 +45,18 @@ class NormalTracker:
         """Take a measured unit normal."""
         self._normal, self._predicted = _kernels()[0](self._state, self._filter, measured)
 
-    def feel(self, rotation: Matrix, normal: FloatArray, centroid: FloatArray) -> tuple[Vector, Vector]:
+    def feel(self, rotation: Matrix, contact: Contact) -> tuple[Vector, Vector]:
         """Take a measured contact.
 
         Args:
             rotation: Maps the coordinates that it is given in to those of the tracked normal.
-            normal: Its unit normal, shape (3,).
-            centroid: Its centroid, shape (3,) [m].
+            contact: It.
 
         Returns:
-            Normal and centroid, rotated.
+            Its unit normal and its centroid [m], rotated.
         """
         turned, place, self._normal, self._predicted = _kernels()[1](
-            self._state, self._filter, rotation, normal, centroid
+            self._state, self._filter, rotation, as_vector(contact.normal), as_vector(contact.centroid)
         )
         return turned, place
 
@@ -96,7 +96,7 @@ def _update(state: Any, settings: Any, measured: Vector) -> tuple[Vector, Vector
 
 @njit(cache=True)
 def _feel(
-    state: Any, settings: Any, rotation: Matrix, normal: Any, centroid: Any
+    state: Any, settings: Any, rotation: Matrix, normal: Vector, centroid: Vector
 ) -> tuple[Vector, Vector, Vector, Vector]:
     a, b, c = rotation
     turned = (dot(a, normal), dot(b, normal), dot(c, normal))
@@ -107,9 +107,8 @@ def _feel(
 
 @cache
 def _kernels() -> tuple[Any, Any]:
-    state, three = np.zeros(7), np.zeros(3)
-    settings = (0.0, 0.0, 0.0, 0.0)
+    state, settings = np.zeros(7), (0.0, 0.0, 0.0, 0.0)
     return (
         machine_code(_update, state, settings, ZERO),
-        machine_code(_feel, state, settings, IDENTITY, three, three),
+        machine_code(_feel, state, settings, IDENTITY, ZERO, ZERO),
     )

@@ -130,8 +130,7 @@ class RegulateController:
         """Return the velocity for the next period; a final phase only once that is zero."""
         finger = now.fingers[0]
         if finger.touching:
-            contact = finger.contact
-            self._tracker.feel(now.arm.rotation_base_tip, contact.normal, contact.centroid)
+            self._tracker.feel(now.arm.rotation_base_tip, finger.contact)
         self.contact.sense(now.time, now.arm.position_base_tip, finger.touching)
         self._change_phase(now.time)
         velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)

@@ -4,13 +4,11 @@ import math
 from functools import cache
 from typing import Any
 
-import numpy as np
-
 from palpate.compiling import machine_code, njit
 from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.controllers.small_vectors import add_scaled, dot
 from palpate.runtime.data import FingerObservation
-from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, Wrench, add, norm, scale, subtract
+from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, Wrench, add, as_vector, norm, scale, subtract
 
 LEFT_OUT = 0.1
 """Time left out beyond the ramps of each motion [s]: transients of servo and sensor."""
@@ -45,8 +43,8 @@ class RubMeter:
         """
         first, last = self._steady
         if first <= since <= last:
-            contact = finger.contact
-            felt = _kernel()(rotation_base_tip, contact.force, contact.centroid, finger.wrench, normal)
+            force, centroid = as_vector(finger.contact.force), as_vector(finger.contact.centroid)
+            felt = _kernel()(rotation_base_tip, force, centroid, finger.wrench, normal)
             self._add(back, since > 0.5 * (first + last), *felt)
 
     def _add(self, back: bool, late: bool, tangential: Vector, normal_force: float, spin_torque: float) -> None:
@@ -98,7 +96,7 @@ class _Half:
 
 @njit(cache=True)
 def _rubbed(
-    rotation: Matrix, force: Any, centroid: Any, wrench: Wrench, normal: Vector
+    rotation: Matrix, force: Vector, centroid: Vector, wrench: Wrench, normal: Vector
 ) -> tuple[Vector, float, float]:
     """Tangential force in base coordinates [N], normal force [N] and spin torque [N m] of a contact."""
     a, b, c = rotation
@@ -114,5 +112,4 @@ def _rubbed(
 
 @cache
 def _kernel() -> Any:
-    three = np.zeros(3)
-    return machine_code(_rubbed, IDENTITY, three, three, (0.0,) * 6, ZERO)
+    return machine_code(_rubbed, IDENTITY, ZERO, ZERO, (0.0,) * 6, ZERO)

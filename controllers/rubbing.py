@@ -116,11 +116,10 @@ class RubbingController:
         finger, arm = now.fingers[0], now.arm
         self.contact.sense(now.time, arm.position_base_tip, finger.touching)
         if finger.touching and self.contact.phase is not HOLD:
-            contact = finger.contact
-            self._tracker.feel(arm.rotation_base_tip, contact.normal, contact.centroid)
+            self._tracker.feel(arm.rotation_base_tip, finger.contact)
             share = 1.0 if self._lever is None else self._lever_share
             before = self._lever or ZERO
-            self._lever = add_scaled(before, share, subtract(as_vector(contact.centroid), before))
+            self._lever = add_scaled(before, share, subtract(as_vector(finger.contact.centroid), before))
         self._change_phase(now.time)
         velocity, turn = self._motion(now)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)

@@ -1,12 +1,15 @@
 """Vectors of three in compiled code: as `palpate.spatial` has them, and with the same bits."""
 
 import math
+from collections.abc import Callable
+from typing import cast
 
 from palpate import spatial
 from palpate.compiling import njit
 from palpate.spatial import Vector
 
-dot, add_scaled = njit(spatial.dot), njit(spatial.add_scaled)
+dot = cast("Callable[[Vector, Vector], float]", njit(spatial.dot))
+add_scaled = cast("Callable[[Vector, float, Vector], Vector]", njit(spatial.add_scaled))
 
 SPLITTER = 2.0**27 + 1.0
 """Cuts a double into halves of 26 bits, whose products are exact (Veltkamp 1968)."""

@@ -1,4 +1,4 @@
-"""Follows a polygon: rests briefly at its corners, but not at those of a curve given as many short chords."""
+"""Motion along a polygon: rests briefly at its corners, but not at those of a curve given as many short chords."""
 
 import math
 from functools import cache

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from palpate.compiling import machine_code, njit
+from palpate.controllers.paths import steering
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.legs import Circuit, LegEnd, SingleTouch, Stroke
 from palpate.controllers.paths.path_follower import ARRIVED, HEADING, TARGET, PathFollower, path_velocity
@@ -196,6 +197,7 @@ def prepare() -> None:
     progress.step(ZERO)
     progress.command(ZERO)
     _stroke()
+    steering.prepare()
 
 
 def slide(
