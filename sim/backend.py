@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.closing import Closing
-from palpate.runtime.data import ArmSample, Command, Sample
+from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, truth_of_numbers
@@ -23,7 +23,7 @@ from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import IDENTITY, ZERO, rotate
+from palpate.spatial import IDENTITY, ZERO
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -211,17 +211,8 @@ class MujocoBackend(Closing):
     def _sample(self, time: float) -> Sample:
         self._readings_now = s = self._readings.tolist()
         fx, fy, fz, mx, my, mz, ax, ay, az = s[6:15]
-        arm, mass = self._drive.sample(time, s), self._mass
+        mass = self._mass
         # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
-        measured = rotate(arm.rotation_base_tip, (mass * ax - fx, mass * ay - fy, mass * az - fz))
-        arm = ArmSample(
-            arm.time,
-            arm.position_base_tip,
-            arm.rotation_base_tip,
-            arm.velocity_base_tip,
-            arm.joint_position,
-            arm.angular_velocity_base_tip,
-            measured,
-        )
+        arm = self._drive.sample(time, s, (mass * ax - fx, mass * ay - fy, mass * az - fz))
         reading = self._sensor.step(time, (-fx, -fy, -fz, -mx, -my, -mz), (ax, ay, az))
         return Sample(time, arm, (reading,))
