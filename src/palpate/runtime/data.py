@@ -164,7 +164,10 @@ class Phase(StrEnum):
     @property
     def is_final(self) -> bool:
         """Whether the run ends here."""
-        return self in (Phase.DONE, Phase.LOST)
+        return self in _FINAL
+
+
+_FINAL = (Phase.DONE, Phase.LOST)  # to look up a member of an enumeration takes 0.1 us
 
 
 @quick_init
