@@ -7,6 +7,7 @@ what they are made of, not by which object they are.
 import io
 import pickle
 import types
+from typing import Any
 
 import mujoco
 
@@ -26,7 +27,7 @@ class SceneContent:
 
     __slots__ = ("_packed", "_themselves", "parts")
 
-    def __init__(self, *parts: object) -> None:
+    def __init__(self, *parts: Any) -> None:
         """Take the parts.
 
         Raises:
