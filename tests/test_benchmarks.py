@@ -194,17 +194,11 @@ def test_every_benchmark_says_what_it_measures(script):
 @pytest.mark.parametrize(
     ("script", "shown"),
     [
-    [
         ("loop.py", "asked"),
         ("recording.py", "asked"),
         ("batch.py", "asked"),
         ("sensors.py", "force RMS error"),
         ("open_loop.py", "threads do"),
-    ],
-        ("recording.py", "asked"),
-        ("batch.py", "asked"),
-        ("sensors.py", "force RMS error"),
-        ("open_loop.py", "equal bits"),
     ],
 )
 def test_what_the_loop_costs_is_measured_to_the_end(script, shown):
