@@ -6,15 +6,12 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.mapping.primitives.kernel import NEAREST
 from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveShape
 
 FLATTEST = 200.0
 """Largest radius over the root mean square distance of the points from their middle. They then rise by less than
 1/200 of their extent: with noise as of touch, a plane."""
-
-NEAREST = 1e-9
-"""Points are taken to be no nearer to a center or axis, over the same length: there the bend, 1 / distance, has no
-bounds, and its square must stay finite."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
