@@ -6,6 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from palpate.commands.sweep.attempt import attempt
+from palpate.commands.sweep.record import RunStatus
+from palpate.experiments.explore import exploration
 from palpate.runtime.batch import Workers, quiet, results_of, run_batch
 from palpate.sim import ContactLaw, SphereObject, Tip, Torus, build_scene
 from palpate.surfaces import Sphere
@@ -28,6 +31,18 @@ def test_a_run_after_others_in_one_worker_is_the_run_alone_bit_for_bit(vary, tmp
     for i, case in enumerate(cases):
         (alone,) = results_of(run_batch(logged, [into(case, tmp_path / f"alone-{i}")], 1, quiet))
         assert all(found == alone for found, of in zip(warm, order, strict=True) if of == i)
+
+
+def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
+    def unasked(*given, **options):
+        raise AssertionError("no figure of merit needs it")
+
+    for name in ("map_growth", "fit_sphere", "HeightMap"):
+        monkeypatch.setattr(exploration, name, unasked)
+    (run,) = planned(fixed=SMALL, experiment="explore").runs
+    found = attempt(run.case)
+    assert (found.status, found.message) == (RunStatus.DONE, "")
+    assert None not in {found.figures[name] for name in ("map_rms_m", "force_rms_n", "shape", "tip_broken")}
 
 
 def scene(target=None, stiffness=20e3):
