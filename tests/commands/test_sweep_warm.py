@@ -42,7 +42,7 @@ def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
     (run,) = planned(fixed=SMALL, experiment="explore").runs
     found = attempt(run.case)
     assert (found.status, found.message) == (RunStatus.DONE, "")
-    assert None not in {found.figures[name] for name in ("map_rms_m", "force_rms_n", "shape", "tip_broken")}
+    assert None not in {found.figures[name] for name in ("map_rms_m", "force_rms_n", "contacts")}
 
 
 def scene(target=None, stiffness=20e3):
