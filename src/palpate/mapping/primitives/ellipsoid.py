@@ -59,8 +59,8 @@ class EllipsoidShape(PrimitiveShape):
 
     def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
         """Return the ellipsoid elsewhere, the logarithms of its semi-axes changed."""
-        axes = np.clip(self.semi_axes * np.exp(np.clip(step, -1.0, 1.0)), SMALLEST, LARGEST)
-        return type(self)(center, rotation, axes, self.hollow)
+        axes = self.semi_axes * np.exp(np.minimum(np.maximum(step, -1.0), 1.0))
+        return type(self)(center, rotation, np.minimum(np.maximum(axes, SMALLEST), LARGEST), self.hollow)
 
     def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:
         """Return the ellipsoid in the frame of the points."""

@@ -62,7 +62,7 @@ class RoundShape(PrimitiveShape):
 
     def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
         """Return the shape elsewhere, of another radius."""
-        radius = float(np.clip(self.radius + step[0], 0.1 * self.radius, 10.0 * self.radius))
+        radius = min(max(self.radius + float(step[0]), 0.1 * self.radius), 10.0 * self.radius)
         return type(self)(center, rotation, min(radius, FLATTEST), self.hollow)
 
     def sizes_by_free(self) -> FloatArray:

@@ -161,7 +161,9 @@ def _descend(
         A, b = normal_equations(at.distance, at.normal, at.distance_slope, at.normal_slope, weights)
         scale = np.maximum(A.diagonal(), 1e-12 * max(float(A.diagonal().max()), 1e-300))
         while True:
-            step = np.asarray(-np.linalg.solve(A + damping * np.diag(scale), b), dtype=np.float64)
+            damped = A.copy()
+            np.einsum("ii->i", damped)[:] += damping * scale
+            step = -np.linalg.solve(damped, b)
             trial = moved(shape, step)
             there = linearised(trial, points, normals)
             reduced = _cost(there, weights)

@@ -55,8 +55,8 @@ class TorusShape(PrimitiveShape):
 
     def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
         """Return the torus elsewhere, of other radii."""
-        ring = float(np.clip(self.ring_radius + step[0], max(0.1 * self.ring_radius, NARROWEST), FLATTEST))
-        tube = float(np.clip(self.tube_radius + step[1], 0.1 * self.tube_radius, 10.0 * self.tube_radius))
+        ring = min(max(self.ring_radius + float(step[0]), max(0.1 * self.ring_radius, NARROWEST)), FLATTEST)
+        tube = min(max(self.tube_radius + float(step[1]), 0.1 * self.tube_radius), 10.0 * self.tube_radius)
         return type(self)(center, rotation, ring, min(tube, FLATTEST), self.hollow)
 
     def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:
