@@ -90,6 +90,7 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/recording.py
 	$(BIN)/python benchmarks/sensors.py
 	$(BIN)/python benchmarks/batch.py
+	$(BIN)/python benchmarks/open_loop.py
 	$(BIN)/python benchmarks/fits.py
 	$(BIN)/python benchmarks/simulation
 	$(BIN)/python benchmarks/grasp.py

@@ -1,10 +1,12 @@
-"""What a sweep costs: two jobs against one, against the number of runs, and what ray adds.
+"""What a sweep costs: against a process per run, two jobs against one, against the number of runs, what ray adds.
 
     python benchmarks/sweep.py [--runs 200] [--rounds 3] [--ray] [--quick]
 
 Everything is the command as people type it, from its start to its end: imports, checks, worker processes, tables,
 picture and report included. A run is a small exploration of about half a second.
 
+- Warm workers: the runs per minute of a sweep over those of as many commands of one run each, two at a time: each
+  imports, loads kernels, compiles its scene and writes a page for itself.
 - Speed-up: the same sweep with one job and with two, in turns, so that what else the machine does falls on both;
   next to it what two processes that only count gain on the same machine, and how busy it was (load average at the
   end). Where counting gains nothing, other work has the cores, and the speed-up says nothing of sweeps.
@@ -21,6 +23,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,6 +34,12 @@ from rich.table import Table
 
 ASKED = 1.8
 """Speed-up of 200 short runs with two jobs on two quiet cores."""
+
+ASKED_WARM = 3.0
+"""Runs per minute over those of a process per run."""
+
+FRESH = 12
+"""Runs that are commands of their own: their rate does not depend on how many they are."""
 
 COUNTS = (1, 10, 50, 200)
 """Runs of the sweeps whose cost is compared."""
@@ -104,6 +113,25 @@ def speed_up(console: Console, runs: int, rounds: int) -> list[tuple[str, ...]]:
     return rows
 
 
+def warm(console: Console, runs: int, rows: list[tuple[str, ...]]) -> None:
+    """Measure a sweep of two jobs against commands of one run each, two at a time."""
+    fresh = min(runs, FRESH)
+    began = time.perf_counter()
+    with ThreadPoolExecutor(2) as pool:
+        alone = list(pool.map(lambda seed: sweep(1, "--jobs", "1", "--set", f"seed={seed}"), range(fresh)))
+    rate_alone = 60.0 * fresh / (time.perf_counter() - began)
+    together = sweep(runs, "--jobs", "2")
+    rate = 60.0 * runs / together.wall
+    if [each.rows[0][1:] for each in alone] != [row[1:] for row in rows[:fresh]] or together.rows != rows:
+        raise SystemExit("the numbers depend on what else a process has computed")
+    computed = together.computed / runs
+    kept = "yes" if rate >= ASKED_WARM * rate_alone else "[red]NO[/red]"
+    console.print(
+        f"{rate:.0f} runs a minute in a sweep of {runs}, {computed:.2f} s each; {rate_alone:.0f} as commands of "
+        f"their own: {rate / rate_alone:.1f} times as many, asked {ASKED_WARM}: {kept}"
+    )
+
+
 def cost(console: Console, counts: tuple[int, ...], rows: list[tuple[str, ...]], *words: str) -> None:
     """Measure the cost against the number of runs."""
     title = f"Cost against the number of runs, 2 jobs{' on ray' if words else ''}"
@@ -141,6 +169,7 @@ def main() -> None:
     counts = (1, 4) if given.quick else tuple(count for count in COUNTS if count <= runs)
     console = Console()
     rows = speed_up(console, runs, rounds)
+    warm(console, runs, rows)
     cost(console, counts, rows)
     if given.ray:
         cost(console, counts, rows, "--ray", "local")

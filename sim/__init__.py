@@ -34,6 +34,7 @@ from palpate.sim.objects.sprung import SprungTarget
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.target import StaticObject, Target
 from palpate.sim.objects.torus import Torus
+from palpate.sim.open_loop import OpenLoopCarrier, Presses, rollout_presses
 from palpate.sim.scene import Scene, build_scene
 from palpate.sim.sensor.model import SeededSensor, SensorModel, white_noise
 from palpate.sim.sensor.presets import PresetSensor, sensor_preset
@@ -64,8 +65,10 @@ __all__ = [
     "MovingTarget",
     "MujocoBackend",
     "ObjectBody",
+    "OpenLoopCarrier",
     "PairParameters",
     "PresetSensor",
+    "Presses",
     "Ramp",
     "Scene",
     "SceneFile",
@@ -91,6 +94,7 @@ __all__ = [
     "bumps",
     "height_field",
     "read_triangles",
+    "rollout_presses",
     "sensor_preset",
     "ur5e",
     "white_noise",

@@ -1,7 +1,10 @@
 """A scene: what carries the tip, the tip, an object, a table if wanted, and nothing else."""
 
+import copy
 import math
+import pickle
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -25,6 +28,7 @@ from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.target import Mount, Target, as_target
 from palpate.sim.objects.traced import TracedObject
+from palpate.sim.scene_content import SceneContent
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
 from palpate.spatial import Vector, add, subtract
 
@@ -32,6 +36,9 @@ OBJECT_GEOM = "object"
 """Of the object's body, too, but in a scene from a file."""
 
 TABLE_GEOM = "table"
+
+MOST_KEPT = 8
+"""Scenes that are kept compiled: a plan asks for one, then its run, and the next runs of a sweep."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +79,7 @@ def build_scene(
     texture: Texture | None = None,
     table: Table | None = None,
 ) -> Scene:
-    """Compile a scene of one tip and one object.
+    """Compile a scene of one tip and one object; one that was compiled before is copied.
 
     Args:
         tip: The fingertip on its sensor.
@@ -92,14 +99,39 @@ def build_scene(
         InvalidValueError: The contact law cannot be kept with these masses and this time step, neither tip nor
             object can move, or one thing would start inside another.
     """
-    carrier, target = carrier or Stage(), as_target(target)
+    carrier, target, fidelity = carrier or Stage(), as_target(target), fidelity or Fidelity()
+    parts = tip, target, law, start, carrier, fidelity, friction, texture, table
+    try:
+        content = SceneContent(*parts)
+    except (TypeError, AttributeError, pickle.PicklingError):  # something in it cannot be pickled
+        return _compiled(*parts)
+    kept = _kept(content)
+    # a copy: who has it may change it, and a rolling tip does
+    return replace(kept, model=copy.copy(kept.model), tip=tip, target=target, carrier=carrier)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _kept(content: SceneContent) -> Scene:
+    return _compiled(*content.parts)
+
+
+def _compiled(
+    tip: Tip,
+    target: Target,
+    law: ContactLaw,
+    start: Vector,
+    carrier: Carrier,
+    fidelity: Fidelity,
+    friction: FrictionLaw | None,
+    texture: Texture | None,
+    table: Table | None,
+) -> Scene:
     if texture is not None and isinstance(target.shape, TracedObject):
         raise InvalidValueError(
             f"texture on a {type(target.shape).__name__}: its simulated surface moves with the tip; take a "
             "primitive"
         )
     _check_clear(tip, target, start)
-    fidelity = fidelity or Fidelity()
     spec, time_step = fidelity.new_spec(), fidelity.time_step
 
     tip.add_assets(spec)

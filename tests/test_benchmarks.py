@@ -169,6 +169,7 @@ def test_it_starts_from_the_folder():
         "loop.py",
         "recording.py",
         "batch.py",
+        "open_loop.py",
         "sensors.py",
         "simulation",
         "hostile.py",
@@ -192,7 +193,13 @@ def test_every_benchmark_says_what_it_measures(script):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("script", "shown"),
-    [("loop.py", "asked"), ("recording.py", "asked"), ("batch.py", "asked"), ("sensors.py", "force RMS error")],
+    [
+        ("loop.py", "asked"),
+        ("recording.py", "asked"),
+        ("batch.py", "asked"),
+        ("sensors.py", "force RMS error"),
+        ("open_loop.py", "threads do"),
+    ],
 )
 def test_what_the_loop_costs_is_measured_to_the_end(script, shown):
     """Whether the figures are kept depends on what else the machine does: they are shown, not judged."""

@@ -24,7 +24,7 @@ PREFIX = "arm/"
 """Of all names that come from the arm's own model."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class ServoedArm:
     """An arm with a tip on its flange, driven by position servos.
 

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
+import numpy.typing as npt
 
-from palpate.errors import positive
+from palpate.errors import FloatArray, positive
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
 from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.stage_drive import StageDrive
@@ -55,6 +57,14 @@ class Stage:
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> StageDrive:
         """See `palpate.sim.carriers.carrier.Carrier`."""
         return StageDrive(self.following_error_limit, model, data)
+
+    def references(self, velocity: FloatArray, steps: int, time_step: float) -> FloatArray:
+        """See `palpate.sim.open_loop.OpenLoopCarrier`; added up one after the other, as `StageDrive` does."""
+        return np.cumsum(np.repeat(time_step * velocity, steps, axis=0), axis=0)
+
+    def keeps_up(self, reference: FloatArray, position: FloatArray) -> npt.NDArray[np.bool_]:
+        """See `palpate.sim.open_loop.OpenLoopCarrier`."""
+        return np.asarray(np.linalg.norm(reference - position, axis=-1) < self.following_error_limit)
 
     def add_to(self, spec: mujoco.MjSpec, start: Vector, tip_mass: float) -> mujoco.MjsBody:
         """Add slides and servos to a scene; returns the moving body, at `start` [m] when all slides are at 0."""

@@ -6,11 +6,13 @@ the sum of the delays and time constants of any servo, 2 / w of a critically dam
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim.carriers.arm_carrier import ArmCarrier
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.carrier import CarriedMass
@@ -54,7 +56,7 @@ class ServoResponse:
 def step_test(
     carrier: ArmCarrier, load: CarriedMass, start: Vector, fidelity: Fidelity, period: float
 ) -> ServoResponse:
-    """Return how a carried load follows and gives way.
+    """Return how a carried load follows and gives way; tested once, however many runs of a sweep ask.
 
     Args:
         carrier: With the arm.
@@ -66,6 +68,13 @@ def step_test(
     Raises:
         InvalidValueError: It cannot be held there, or its tip does not come to rest.
     """
+    return _tested(carrier, SensorPayload(load.mass, load.center_of_mass), start, fidelity, period)
+
+
+@lru_cache(maxsize=8)
+def _tested(
+    carrier: ArmCarrier, load: SensorPayload, start: Vector, fidelity: Fidelity, period: float
+) -> ServoResponse:
     arm, joints = carrier.arm, carrier.joint_start(start)
     tested = _Tested(carrier, load, start, fidelity, period)
     columns = []

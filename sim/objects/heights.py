@@ -9,7 +9,13 @@ import numpy as np
 from scipy.ndimage import spline_filter
 
 from palpate.errors import FloatArray, InvalidValueError, numbers, positive
-from palpate.sim.objects.nearest import HEADER, distances_to_heights, nearest_on_heights, spline_height
+from palpate.sim.objects.nearest import (
+    HEADER,
+    distances_to_heights,
+    nearest_on_heights,
+    spline_height,
+    tightest_hollow,
+)
 from palpate.sim.objects.primitives import STEEPEST
 from palpate.sim.objects.traced import PICTURE_COLOUR, Nearest, TracedObject, picture_name
 
@@ -93,7 +99,9 @@ class HeightField(TracedObject):
 
     def check_tip(self, radius: float) -> None:
         """See `TracedObject`."""
-        tightest = max(self._hollowness(x, y) for x, y in self._samples())
+        rows, columns = self.heights.shape
+        x, y = (np.linspace(-0.5 * side, 0.5 * side, n) for side, n in ((self.width, columns), (self.depth, rows)))
+        tightest = tightest_hollow(self._packed, x, y)
         if tightest * radius >= 1.0:
             raise InvalidValueError(
                 f"tip radius = {radius:g} m: must be less than {1.0 / tightest:.3g} m, the radius of curvature of "
@@ -145,20 +153,6 @@ class HeightField(TracedObject):
 
     def _covers(self, x: float, y: float) -> bool:
         return abs(x) <= 0.5 * self.width and abs(y) <= 0.5 * self.depth
-
-    def _samples(self) -> list[tuple[float, float]]:
-        rows, columns = self.heights.shape
-        x = np.linspace(-0.5 * self.width, 0.5 * self.width, columns).tolist()
-        return [(u, v) for v in np.linspace(-0.5 * self.depth, 0.5 * self.depth, rows).tolist() for u in x]
-
-    def _hollowness(self, x: float, y: float) -> float:
-        """Largest curvature there [1/m], positive where the surface bends upwards."""
-        _, zx, zy, zxx, zxy, zyy = spline_height(self._packed, x, y)
-        steep = 1.0 + zx * zx + zy * zy
-        # mean and Gaussian curvature of a graph (do Carmo 1976, 3.3, example 5)
-        mean = ((1.0 + zx * zx) * zyy - 2.0 * zx * zy * zxy + (1.0 + zy * zy) * zxx) / (2.0 * steep**1.5)
-        gaussian = (zxx * zyy - zxy * zxy) / (steep * steep)
-        return float(mean + math.sqrt(max(mean * mean - gaussian, 0.0)))
 
 
 def height_field(

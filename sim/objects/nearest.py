@@ -81,6 +81,21 @@ def spline_height(p: Any, x: Any, y: Any) -> Any:
 
 
 @njit(error_model="numpy", cache=True)
+def tightest_hollow(p: Any, x: Any, y: Any) -> Any:
+    """Largest curvature of a height field over a grid [1/m], positive where the surface bends upwards."""
+    found = -math.inf
+    for v in y:
+        for u in x:
+            _, zx, zy, zxx, zxy, zyy = spline_height(p, u, v)
+            steep = 1.0 + zx * zx + zy * zy
+            # mean and Gaussian curvature of a graph (do Carmo 1976, 3.3, example 5)
+            mean = ((1.0 + zx * zx) * zyy - 2.0 * zx * zy * zxy + (1.0 + zy * zy) * zxx) / (2.0 * steep**1.5)
+            gaussian = (zxx * zyy - zxy * zxy) / (steep * steep)
+            found = max(found, mean + math.sqrt(max(mean * mean - gaussian, 0.0)))
+    return found
+
+
+@njit(error_model="numpy", cache=True)
 def nearest_from(p: Any, x: Any, y: Any, z: Any, u: Any, v: Any) -> Any:
     """Newton's method from above (u, v) on the squared distance to the height field; stays on its rectangle.
 

@@ -69,7 +69,7 @@ def test_grammar(name, title):
 
 
 def test_nothing_mapped_nothing_said():
-    told = exploration_report(replace(exploration("sphere"), map=None, growth=None))
+    told = exploration_report(replace(exploration("sphere"), map=None))
     assert not {"shape", "map to true surface, RMS"} & set(figures(told))
     assert not {"The map", "How the map grew", "Which shape it is"} & {each.heading for each in told.sections}
 
@@ -81,7 +81,7 @@ def select(found, kept):
 
 CUTS = {
     "everything": (lambda found: found, 8),
-    "nothing-felt": (lambda its: select(replace(its, map=None, growth=None), np.zeros(len(its.cloud), bool)), 4),
+    "nothing-felt": (lambda its: select(replace(its, map=None), np.zeros(len(its.cloud), bool)), 4),
     "one-contact": (lambda found: select(found, np.arange(len(found.cloud)) == 0), 7),
     "no-scan": (lambda its: replace(its, record=replace(its.record, phase=np.full(len(its.record), "x"))), 7),
     "no-error": (lambda found: replace(found, point_error=np.zeros(len(found.cloud))), 7),

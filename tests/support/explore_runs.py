@@ -53,7 +53,7 @@ def small() -> Exploration:
 def unfelt(found) -> Exploration:
     """The same with nothing felt."""
     nothing = found.cloud.select(np.zeros(len(found.cloud), bool))
-    return replace(found, cloud=nothing, point_error=np.zeros(0), map=None, growth=None, height_map=None)
+    return replace(found, cloud=nothing, point_error=np.zeros(0), map=None)
 
 
 def untrue(found) -> Exploration:

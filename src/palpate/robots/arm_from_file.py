@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
@@ -88,7 +89,7 @@ class MjcfArmEntry(SimulatedArm, frozen=True, kw_only=True):
         """See `SimulatedArm`."""
         place = robot.texts[f"{ARM_TEXT}.path"]
         given = self.home, self.joint_speed, robot.texts[ARM_TEXT]
-        return ArmFile(place, self.flange, *given, joint_torque=self.joint_torque, root=self.root).read()
+        return _read(ArmFile(place, self.flange, *given, joint_torque=self.joint_torque, root=self.root))
 
     def remarks(self, robot: Robot) -> tuple[str, ...]:
         """See `RobotKind`."""
@@ -104,3 +105,9 @@ class UrdfArmEntry(MjcfArmEntry, frozen=True, kw_only=True):
     """A serial arm of 3 to 9 joints whose file is a URDF; otherwise as `MjcfArmEntry`."""
 
     ENDING = ".urdf"
+
+
+@lru_cache(maxsize=4)
+def _read(file: ArmFile) -> ArmModel:
+    """Once for each text: what lies beside it is only seen."""
+    return file.read()

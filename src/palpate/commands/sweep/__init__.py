@@ -5,18 +5,17 @@ function for each (`attempt`). They are kept one by one as they finish (`store`)
 a report. A script calls `sweep`.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from palpate.commands.sweep.config import SweepConfig
-
-if TYPE_CHECKING:  # --help imports this module
+if TYPE_CHECKING:  # --help imports this module, and every worker, which has nothing to do with what is typed
+    from palpate.commands.sweep.config import SweepConfig
     from palpate.commands.sweep.result import SweepResult
     from palpate.runtime.batch import ShowProgress
 
 __all__ = ["SweepConfig", "sweep"]
 
 
-def sweep(config: SweepConfig, progress: "ShowProgress | None" = None) -> "SweepResult":
+def sweep(config: "SweepConfig", progress: "ShowProgress | None" = None) -> "SweepResult":
     """Do the runs that are not done yet, and write tables, picture and report of all of them.
 
     Args:
@@ -46,3 +45,11 @@ def sweep(config: SweepConfig, progress: "ShowProgress | None" = None) -> "Sweep
             work.carry_out(progress)
         work.write()
     return work.result
+
+
+def __getattr__(name: str) -> Any:
+    if name == "SweepConfig":
+        from palpate.commands.sweep.config import SweepConfig
+
+        return SweepConfig
+    raise AttributeError(f"module 'palpate.commands.sweep' has no attribute {name!r}")

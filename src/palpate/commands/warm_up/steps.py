@@ -28,7 +28,9 @@ from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
+from palpate.mapping import TouchCloud
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.primitives.choose import choose_primitive
 from palpate.runtime import ArmSample, Command, Supervisor
 from palpate.runtime.servo_following import PositionServo
 from palpate.sensing import contact_from_wrench
@@ -80,6 +82,7 @@ def steps() -> Iterator[Step]:
     yield "the simulation", partial(_simulate, SphereObject(0.04))
     yield "controllers", _control
     yield "arm kinematics", _move_arm
+    yield "shapes of a felt surface", _name_shape
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
     for contacts in (2, 3, 4):
         for wanted in Objective:
@@ -138,6 +141,14 @@ def _move_arm() -> None:
         Tip(surfaces.Sphere(0.008)), SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.05), ArmCarrier()
     )
     MujocoBackend(scene).close()
+
+
+def _name_shape() -> None:
+    """A cap of a ball of 40 mm, felt at 25 places."""
+    x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(-0.4, 0.4, 5)] * 2))
+    normal = np.column_stack([x, y, np.sqrt(1.0 - x**2 - y**2)])
+    force, none = np.ones(len(x)), np.zeros((len(x), 3))
+    choose_primitive(TouchCloud(np.arange(float(len(x))), 0.04 * normal, normal, force, none, 0.0 * force))
 
 
 def _grasp(n: int) -> GraspContacts:

@@ -1,6 +1,8 @@
 """What an exploration found, and how it went."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +16,6 @@ from palpate.experiments.explore.explored_map import ExploredMap, explored_map, 
 from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.map_growth import MapGrowth, map_growth
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.explore.scans import Scan
 from palpate.experiments.explore.tip_check import TipCheck, tip_check
 from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
@@ -23,6 +24,7 @@ from palpate.experiments.kit.recorded_run import ProgressCallback, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.mapping import HeightMap, SphereFit, TouchCloud, fit_sphere
 from palpate.runtime import Phase, Record, RunResult
+from palpate.runtime.shown_plan import PlanChange
 from palpate.sim import SceneObject
 
 ERRORS = (
@@ -35,9 +37,11 @@ ERRORS = (
 """Title, caption, quantity and unit of their picture."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Exploration(ShownResult):
     """What an exploration found, and how it went.
+
+    What no figure of merit needs is computed when it is first asked for: a sweep never does.
 
     Attributes:
         plan: That was carried out.
@@ -49,17 +53,13 @@ class Exploration(ShownResult):
         marks: Edges that were met and places that could not be felt, in order.
         map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was
             touched.
-        height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from
-            above.
-        sphere: The sphere through the points alone; None where they do not determine one. See `map.shape` for
-            whether it is a sphere at all.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
             on a robot.
         assumptions: Sensor zero and contact stiffness as the run showed them.
         tip: What the contacts say of the fingertip; None where they say nothing.
-        growth: How the map grew; None if there is none.
         changes: Which of the requested changes of live parameters took effect, and when.
         stop_reason: Why an active exploration ended; None of others, and if it did not get so far.
+        shown_plans: Where the tip was going, as that changed.
     """
 
     experiment = "explore"
@@ -72,14 +72,12 @@ class Exploration(ShownResult):
     cloud: TouchCloud
     marks: tuple[Mark, ...]
     map: ExploredMap | None
-    height_map: HeightMap | None
-    sphere: SphereFit | None
     point_error: FloatArray
     assumptions: AssumptionCheck
     tip: TipCheck | None = None
-    growth: MapGrowth | None = None
     changes: tuple[ChangeOutcome, ...] = ()
     stop_reason: StopReason | None = None
+    shown_plans: Sequence[PlanChange] = ()
 
     @property
     def config(self) -> ExploreConfig:
@@ -90,6 +88,38 @@ class Exploration(ShownResult):
     def claimed_map(self) -> ExploredMap | None:
         """The map, if it claims anything."""
         return self.map if self.map is not None and self.map.claimed.any() else None
+
+    @cached_property
+    def height_map(self) -> HeightMap | None:
+        """The map as heights on a grid, which can be explored again; None if nothing was touched from above."""
+        try:
+            return HeightMap.from_cloud(self.cloud, self.config.map_spacing)
+        except InvalidValueError:  # every contact was on a wall: the other files are written all the same
+            return None
+
+    @cached_property
+    def sphere(self) -> SphereFit | None:
+        """The sphere through the points alone; None where they do not determine one.
+
+        See `map.shape` for whether it is a sphere at all.
+        """
+        spacing = self.config.map_spacing
+        thin = self.cloud.thinned(spacing)
+        try:
+            # the stretches of a row share one error: each row counts as one observation
+            correlated = points_per_row(thin, self.plan.scan.row, spacing)
+            return fit_sphere(thin.position, correlation_points=correlated)
+        except InvalidValueError:  # too few, or in one plane
+            return None
+
+    @cached_property
+    def growth(self) -> MapGrowth | None:
+        """How the map grew; None if there is none."""
+        found = self.map
+        if found is None:
+            return None
+        worst, finest = found.worst, found.mesh.voxel
+        return map_growth(self.cloud, self.record, found.surface, self.shown_plans, worst=worst, finest=finest)
 
     @property
     def coverage(self) -> float:
@@ -165,23 +195,13 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
         cloud,
         strategy.marks,
         mapped,
-        _height_map(cloud, config.map_spacing),
-        _sphere(cloud, plan.scan, config.map_spacing),
         np.full(len(cloud), np.nan) if target is None else target.signed_distance(cloud.position),
         assumptions,
         _tip(plan, record, mapped),
-        _growth(recorded, record, cloud, mapped),
         recorded.change_outcomes(plan.changes(), Phase.SCAN),
         strategy.stop_reason if isinstance(strategy, Active) else None,
+        recorded.observer.changes,
     )
-
-
-def _growth(recorded: Recorded, record: Record, cloud: TouchCloud, found: ExploredMap | None) -> MapGrowth | None:
-    if found is None:
-        return None
-    recorded.progress("how the map grew")
-    plans, finest = recorded.observer.changes, found.mesh.voxel
-    return map_growth(cloud, record, found.surface, plans, worst=found.worst, finest=finest)
 
 
 def _tip(plan: ExplorationPlan, record: Record, found: ExploredMap | None) -> TipCheck | None:
@@ -224,21 +244,3 @@ def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> Flo
     swept = np.flatnonzero(record.phase == Phase.SCAN.value)  # from the first sweep on
     begin = record.time[swept[0]] if len(swept) else np.inf
     return np.array([profile.at(since)[0] for since in np.maximum(record.time - begin, 0.0).tolist()])
-
-
-def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:
-    """The map, or none where every contact was on a wall: the other files are written all the same."""
-    try:
-        return HeightMap.from_cloud(cloud, spacing)
-    except InvalidValueError:
-        return None
-
-
-def _sphere(cloud: TouchCloud, scan: Scan, spacing: float) -> SphereFit | None:
-    """The sphere through the points, or none where they are too few or in one plane."""
-    thin = cloud.thinned(spacing)
-    try:
-        # the stretches of a row share one error: each row counts as one observation
-        return fit_sphere(thin.position, correlation_points=points_per_row(thin, scan.row, spacing))
-    except InvalidValueError:
-        return None

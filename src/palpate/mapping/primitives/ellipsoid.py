@@ -6,18 +6,13 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.mapping.primitives.kernel import around_ellipsoid
 from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape
 from palpate.mapping.primitives.sphere import sphere_starts
 
 SMALLEST, LARGEST = 0.02, 50.0
 """Limits of the semi-axes over the root mean square distance of the points from their middle. A cap says little
 about the axis that points into it, and noise can carry it off to infinity, or to nothing."""
-
-ROUNDS = 60
-"""Newton steps for the nearest point at most; near the surface five do."""
-
-CONVERGED = 1e-14
-"""Relative change of the multiplier at which the nearest point is found: some fifty roundings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,38 +55,12 @@ class EllipsoidShape(PrimitiveShape):
         (Eberly, "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid"). The gradient
         g_i = u_i / (a_i^2 + t) gives the normal; all changes follow from implicit differentiation of G = 1.
         """
-        side = -1.0 if self.hollow else 1.0
-        a2 = self.semi_axes**2
-        u, t = points, _multiplier(points, self.semi_axes)
-        D = a2 + t[:, np.newaxis]
-        g = u / D
-        length = np.maximum(np.linalg.norm(g, axis=1), np.finfo(float).tiny)[:, np.newaxis]
-        m = g / length
-        G_t = -2.0 * (a2 * g**2 / D).sum(axis=1, keepdims=True)
-        G_t = np.minimum(G_t, -np.finfo(float).tiny)
-        t_u = -2.0 * a2 * g / D / G_t
-        t_q = -2.0 * a2 * g**2 * (D - 2.0 * a2) / D / G_t  # q = log a: a dG/da
-        g_u = -(g / D)[:, :, np.newaxis] * t_u[:, np.newaxis, :]
-        g_q = -(g / D)[:, :, np.newaxis] * t_q[:, np.newaxis, :]
-        for i in range(3):
-            g_u[:, i, i] += 1.0 / D[:, i]
-            g_q[:, i, i] -= 2.0 * a2[i] * g[:, i] / D[:, i]
-        g_u /= length[:, :, np.newaxis]
-        g_q /= length[:, :, np.newaxis]
-        for change in (g_u, g_q):
-            change -= m[:, :, np.newaxis] * np.einsum("ni,nij->nj", m, change)[:, np.newaxis, :]
-        return LocalGeometry(
-            distance=side * t * length[:, 0],
-            normal=side * m,
-            bend=side * g_u,
-            distance_by_size=-side * a2 * g**2 / length,
-            normal_by_size=side * g_q,
-        )
+        return LocalGeometry(*around_ellipsoid(points, self.semi_axes, -1.0 if self.hollow else 1.0))
 
     def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
         """Return the ellipsoid elsewhere, the logarithms of its semi-axes changed."""
-        axes = np.clip(self.semi_axes * np.exp(np.clip(step, -1.0, 1.0)), SMALLEST, LARGEST)
-        return type(self)(center, rotation, axes, self.hollow)
+        axes = self.semi_axes * np.exp(np.minimum(np.maximum(step, -1.0), 1.0))
+        return type(self)(center, rotation, np.minimum(np.maximum(axes, SMALLEST), LARGEST), self.hollow)
 
     def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:
         """Return the ellipsoid in the frame of the points."""
@@ -109,30 +78,6 @@ class EllipsoidShape(PrimitiveShape):
     def sizes_by_free(self) -> FloatArray:
         """Return all motions, and semi-axes per logarithm."""
         return np.diag(np.concatenate([np.ones(6), self.semi_axes]))
-
-
-def _multiplier(u: FloatArray, a: FloatArray) -> FloatArray:
-    """Return t (n,) with sum (a_i u_i / (a_i^2 + t))^2 = 1, above -min(a)^2: the nearest of the stationary points.
-
-    On that side G falls and is convex, so Newton's method climbs from any start left of the root without passing
-    it. G >= (a_i u_i / (a_i^2 + t))^2 for each i puts a_i |u_i| - a_i^2 left of it.
-    """
-    smallest = float(a.min()) ** 2
-    t = (a * np.abs(u) - a**2).max(axis=1)
-    t = np.maximum(t, -smallest * (1.0 - 1e-12))
-    au2 = (a * u) ** 2
-    a2 = a**2
-    for _ in range(ROUNDS):
-        D = a2 + t[:, np.newaxis]
-        terms = au2 / D**2
-        G = terms.sum(axis=1)
-        # Newton on 1/sqrt(G) - 1, which is nearly straight
-        slope = np.maximum((terms / D).sum(axis=1), np.finfo(float).tiny)
-        step = G * (np.sqrt(G) - 1.0) / slope
-        t = np.maximum(t + step, -smallest * (1.0 - 1e-12))
-        if np.all(np.abs(step) <= CONVERGED * (smallest + np.abs(t))):
-            break
-    return np.asarray(t, dtype=np.float64)
 
 
 def ellipsoid_starts(points: FloatArray, normals: FloatArray) -> list[EllipsoidShape]:

@@ -6,15 +6,12 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.mapping.primitives.kernel import NEAREST
 from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveShape
 
 FLATTEST = 200.0
 """Largest radius over the root mean square distance of the points from their middle. They then rise by less than
 1/200 of their extent: with noise as of touch, a plane."""
-
-NEAREST = 1e-9
-"""Points are taken to be no nearer to a center or axis, over the same length: there the bend, 1 / distance, has no
-bounds, and its square must stay finite."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +62,7 @@ class RoundShape(PrimitiveShape):
 
     def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
         """Return the shape elsewhere, of another radius."""
-        radius = float(np.clip(self.radius + step[0], 0.1 * self.radius, 10.0 * self.radius))
+        radius = min(max(self.radius + float(step[0]), 0.1 * self.radius), 10.0 * self.radius)
         return type(self)(center, rotation, min(radius, FLATTEST), self.hollow)
 
     def sizes_by_free(self) -> FloatArray:

@@ -1,5 +1,6 @@
 """What the fits ask of a shape: signed distance and outward normal near a point, and how both change."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
@@ -117,9 +118,15 @@ def axes_along(z: FloatArray) -> FloatArray:
 
 def turned(rotation: FloatArray, rotvec: FloatArray) -> FloatArray:
     """Return `rotation`, turned by `rotvec` (3,) [rad] about its own axes (Rodrigues)."""
-    angle = float(np.linalg.norm(rotvec))
+    x, y, z = rotvec.tolist()
+    angle = math.sqrt(x * x + y * y + z * z)
     if angle == 0.0:
         return rotation
-    x, y, z = (rotvec / angle).tolist()
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(rotation @ (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K))
+    x, y, z = x / angle, y / angle, z / angle
+    s, c = math.sin(angle), 1.0 - math.cos(angle)
+    turn = [
+        [1.0 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y],
+        [c * x * y + s * z, 1.0 - c * (x * x + z * z), c * y * z - s * x],
+        [c * x * z - s * y, c * y * z + s * x, 1.0 - c * (x * x + y * y)],
+    ]
+    return np.asarray(rotation @ np.array(turn))

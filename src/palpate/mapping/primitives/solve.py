@@ -6,6 +6,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.mapping.primitives.kernel import normal_equations, slopes, weighed_squares
 from palpate.mapping.primitives.shape import PrimitiveShape, turned
 
 FIRST_RATIO = 0.05
@@ -125,29 +126,12 @@ def solve(starts: list[Shape], points: FloatArray, normals: FloatArray) -> Solut
 
 
 def linearised(shape: PrimitiveShape, points: FloatArray, normals: FloatArray) -> Linearised:
-    """Return residuals of a shape, and how they change with its pose and sizes.
-
-    In the shape's axes u = R'(p - c). A shift by v and a turn by w change u by u x w - v, and the normal, seen
-    from outside, by w x m more.
-    """
+    """Return residuals of a shape, and how they change with its pose and sizes."""
     u, measured = (points - shape.center) @ shape.rotation, normals @ shape.rotation
     local = shape.local_geometry(u, measured)
-    count = len(points)
-    shifts = np.broadcast_to(-np.eye(3), (count, 3, 3))
-    # columns of u x w and w x m by w
-    moved = np.concatenate([shifts, _cross_matrix(u)], axis=2)
-    spun = np.concatenate([np.zeros((count, 3, 3)), -_cross_matrix(local.normal)], axis=2)
-    motions = list(shape.MOTIONS)
-    moved, spun = moved[:, :, motions], spun[:, :, motions]
-    by_motion = (local.normal[:, np.newaxis, :] @ moved)[:, 0, :]
-    turned_by_motion = local.bend @ moved + spun
-    return Linearised(
-        distance=local.distance,
-        normal=measured - local.normal,
-        distance_slope=np.concatenate([by_motion, local.distance_by_size], axis=1),
-        normal_slope=-np.concatenate([turned_by_motion, local.normal_by_size], axis=2),
-        curvature=np.sqrt((local.bend**2).sum(axis=(1, 2))),
-    )
+    by_size = np.ascontiguousarray(local.distance_by_size), np.ascontiguousarray(local.normal_by_size)
+    changes = slopes(u, local.normal, np.ascontiguousarray(local.bend), *by_size, np.array(shape.MOTIONS))
+    return Linearised(local.distance, measured - local.normal, *changes)
 
 
 def log_likelihood(distance_sd: float, normal_sd: float, trust: FloatArray) -> float:
@@ -174,12 +158,12 @@ def _descend(
     """Levenberg-Marquardt with fixed weights; returns sum of squares, shape, residuals, whether it converged."""
     cost, damping = _cost(at, weights), 1e-4
     for _ in range(steps):
-        J = _stacked(at.distance_slope, at.normal_slope, weights)
-        r = _stacked(at.distance[:, np.newaxis], at.normal[:, :, np.newaxis], weights)[:, 0]
-        A, b = J.T @ J, J.T @ r
+        A, b = normal_equations(at.distance, at.normal, at.distance_slope, at.normal_slope, weights)
         scale = np.maximum(A.diagonal(), 1e-12 * max(float(A.diagonal().max()), 1e-300))
         while True:
-            step = np.asarray(-np.linalg.solve(A + damping * np.diag(scale), b), dtype=np.float64)
+            damped = A.copy()
+            np.einsum("ii->i", damped)[:] += damping * scale
+            step = -np.linalg.solve(damped, b)
             trial = moved(shape, step)
             there = linearised(trial, points, normals)
             reduced = _cost(there, weights)
@@ -196,9 +180,7 @@ def _descend(
 
 
 def _cost(at: Linearised, weights: FloatArray) -> float:
-    return float((weights[:, 0] * at.distance) @ (weights[:, 0] * at.distance)) + float(
-        weights[:, 1] ** 2 @ (at.normal**2).sum(axis=1)
-    )
+    return float(weighed_squares(at.distance, at.normal, weights))
 
 
 def _weights(distance_sd: float, normal_sd: float, trust: FloatArray) -> FloatArray:
@@ -227,11 +209,3 @@ def _trust(at: Linearised, ratio: float, normal_sd: float) -> FloatArray:
     """Error of a normal on a plane over that where the surface bends; at worst the normal is off by a radian."""
     turn = np.minimum(at.curvature * ratio, 1.0 / normal_sd)
     return np.asarray(1.0 / np.sqrt(1.0 + turn**2))
-
-
-def _cross_matrix(a: FloatArray) -> FloatArray:
-    """Return matrices (n, 3, 3) that give a x b from b."""
-    x, y, z = a.T
-    zero = np.zeros_like(x)
-    rows = (np.stack([zero, -z, y], axis=1), np.stack([z, zero, -x], axis=1), np.stack([-y, x, zero], axis=1))
-    return np.stack(rows, axis=1)

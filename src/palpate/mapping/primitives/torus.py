@@ -6,7 +6,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.mapping.primitives.round import FLATTEST, NEAREST
+from palpate.mapping.primitives.kernel import NEAREST, around_torus
+from palpate.mapping.primitives.round import FLATTEST
 from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape, axes_along
 
 NARROWEST = 0.02
@@ -50,31 +51,12 @@ class TorusShape(PrimitiveShape):
     def local_geometry(self, points: FloatArray, normals: FloatArray) -> LocalGeometry:
         """Return distance and normal, along the line from the nearest point of the ring."""
         side = -1.0 if self.hollow else 1.0
-        out = np.maximum(np.hypot(points[:, 0], points[:, 1]), NEAREST)[:, np.newaxis]
-        outward = np.column_stack([points[:, :2] / out, np.zeros(len(points))])
-        away = points - self.ring_radius * outward
-        reach = np.maximum(np.linalg.norm(away, axis=1), NEAREST)[:, np.newaxis]
-        normal = away / reach
-        round_axis = np.column_stack([-outward[:, 1], outward[:, 0], outward[:, 2]])
-        round_tube = np.asarray(np.cross(round_axis, normal), dtype=np.float64)
-        leaning = (normal * outward).sum(axis=1, keepdims=True)
-        bend = (
-            _squared(round_tube) / reach[:, :, np.newaxis]
-            + _squared(round_axis) * (leaning / out)[:, :, np.newaxis]
-        )
-        wider = -(outward - leaning * normal) / reach
-        return LocalGeometry(
-            distance=side * (reach[:, 0] - self.tube_radius),
-            normal=side * normal,
-            bend=side * bend,
-            distance_by_size=-side * np.column_stack([leaning[:, 0], np.ones(len(points))]),
-            normal_by_size=side * np.stack([wider, np.zeros_like(wider)], axis=2),
-        )
+        return LocalGeometry(*around_torus(points, self.ring_radius, self.tube_radius, side))
 
     def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
         """Return the torus elsewhere, of other radii."""
-        ring = float(np.clip(self.ring_radius + step[0], max(0.1 * self.ring_radius, NARROWEST), FLATTEST))
-        tube = float(np.clip(self.tube_radius + step[1], 0.1 * self.tube_radius, 10.0 * self.tube_radius))
+        ring = min(max(self.ring_radius + float(step[0]), max(0.1 * self.ring_radius, NARROWEST)), FLATTEST)
+        tube = min(max(self.tube_radius + float(step[1]), 0.1 * self.tube_radius), 10.0 * self.tube_radius)
         return type(self)(center, rotation, ring, min(tube, FLATTEST), self.hollow)
 
     def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:
@@ -121,7 +103,3 @@ def _about(axis: FloatArray, points: FloatArray, normals: FloatArray, moments: F
         1.0 / abs(curvature),
         curvature < 0.0,
     )
-
-
-def _squared(vectors: FloatArray) -> FloatArray:
-    return vectors[:, :, np.newaxis] * vectors[:, np.newaxis, :]

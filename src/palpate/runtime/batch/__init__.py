@@ -12,6 +12,7 @@ from palpate.runtime.batch.outcome import (
     results_of,
 )
 from palpate.runtime.batch.run import run_batch
+from palpate.runtime.batch.workers import Workers
 
 __all__ = [
     "BatchError",
@@ -21,6 +22,7 @@ __all__ = [
     "Outcome",
     "ShowProgress",
     "Success",
+    "Workers",
     "progress_bar",
     "quiet",
     "results_of",

@@ -3,6 +3,7 @@
 import os
 import pickle
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -13,7 +14,7 @@ from joblib.externals.loky.backend import get_context
 from palpate.interruption import SIGNALS
 from palpate.one_thread import ONE_THREAD
 from palpate.parent_death import serve_until_orphaned
-from palpate.runtime.batch.worker import STOP, Message, serve
+from palpate.runtime.batch.worker import CASE, STOP, WORK, Message, serve
 
 JOIN_TIMEOUT = 5.0
 """For a worker to end by itself [s]: an interpreter with MuJoCo and numba takes about 0.1 s."""
@@ -61,7 +62,7 @@ class WorkerProcess:
         self.ready = False
         self.index: int | None = None
         self.heard = self.begun = now
-        self._speaks = False
+        self._speaks, self._surroundings = False, _surroundings()
         # sets of strings are then iterated alike in every worker
         seed = {} if os.environ.get("PYTHONHASHSEED", "").isdecimal() else {"PYTHONHASHSEED": "0"}
         arguments = (os.getpid(), pickle.dumps(serve), self._theirs, work)
@@ -82,6 +83,21 @@ class WorkerProcess:
             # the only copy is now the worker's: when it dies, however it dies, reading ends instead of waiting
             self._theirs.close()
 
+    def renew(self, work: bytes, now: float) -> bool:
+        """Give an idle worker other work, packed, at a time [s]; return whether it goes on as a new one would."""
+        self.heard = self.begun = now
+        try:
+            while self.pipe.poll():  # what it has said since; a full pipe would stop it
+                if self.receive(now) is None:
+                    return False
+            if self._surroundings != _surroundings():
+                return False
+            self.ready = False
+            self.pipe.send_bytes(WORK + work)
+        except OSError:
+            return False
+        return True
+
     @property
     def idle(self) -> bool:
         """Whether it waits for a case."""
@@ -90,7 +106,7 @@ class WorkerProcess:
     def begin(self, index: int, case: bytes, now: float = 0.0) -> bool:
         """Send a case to an idle worker at a time [s]; return whether it still lived."""
         try:
-            self.pipe.send_bytes(case)
+            self.pipe.send_bytes(CASE + case)
         except OSError:
             return False
         self.index, self.begun = index, now
@@ -143,6 +159,11 @@ class WorkerProcess:
         if code is not None and code < 0:
             return f"ended by {signal.Signals(-code).name}"
         return f"ended with exit code {code}"
+
+
+def _surroundings() -> tuple[str, tuple[str, ...], dict[str, str]]:
+    """Return what a process inherits: the folder it works in, where it imports from, its environment."""
+    return os.getcwd(), tuple(sys.path), dict(os.environ)
 
 
 @contextmanager

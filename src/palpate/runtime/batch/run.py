@@ -10,8 +10,6 @@ from contextlib import nullcontext
 from multiprocessing.connection import wait
 from typing import Any, Generic
 
-import joblib
-
 from palpate.errors import InvalidValueError
 from palpate.runtime.batch.bar import progress_bar
 from palpate.runtime.batch.outcome import (
@@ -28,6 +26,7 @@ from palpate.runtime.batch.outcome import (
 from palpate.runtime.batch.pickling import packed
 from palpate.runtime.batch.process import ParentTime, WorkerProcess
 from palpate.runtime.batch.worker import Done, Raised, Ready, Refused
+from palpate.runtime.batch.workers import Workers
 
 TICK = 0.25
 """Longest time between two calls of `progress` [s]."""
@@ -42,7 +41,7 @@ FALSE_STARTS_PER_PROCESS = 2
 def run_batch(
     work: Callable[[Case], Result],
     cases: Sequence[Case],
-    processes: int | None = None,
+    processes: int | Workers | None = None,
     progress: ShowProgress | None = None,
     prepare: Callable[[], object] | None = None,
     longest: float = math.inf,
@@ -66,14 +65,16 @@ def run_batch(
     may be used, lambdas too. All results are held here at the end: let the work reduce them ("return the RMS, not
     the record"), or write them to a file and return its name.
 
-    A worker starts in about the time of importing what the work needs: take cases of a second or more. What numba
-    compiles is kept on disk and compiled once, unless several workers meet a kernel for the first time together:
-    let `prepare` do a short case, and it is there before they start.
+    A worker starts in about the time of importing what the work needs: take cases of a second or more, and the
+    same `Workers` for several batches. What numba compiles is kept on disk and compiled once, unless several
+    workers meet a kernel for the first time together: let `prepare` do a short case, and it is there before they
+    start.
 
     Args:
         work: What to do with a case.
         cases: What to do it with.
-        processes: How many; as many as this process may use cores, if not given. Never more than cases.
+        processes: How many; as many as this process may use cores, if not given. Never more than cases. Or those
+            of other batches, which are left running for the next one.
         progress: Told how far it is; a bar on the terminal after two seconds, if not given; `quiet` for nothing.
         prepare: Done once here, before any worker starts.
         longest: That a case may take, wall time [s].
@@ -85,24 +86,33 @@ def run_batch(
         KeyboardInterrupt: Ctrl-C; no worker is left.
     """
     cases = tuple(cases)
-    count = joblib.cpu_count() if processes is None else processes
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-        raise InvalidValueError(f"processes = {processes!r}: must be a whole number, 1 or above")
-    batch = _Batch(
-        packed("work", work), cases, [packed(f"cases[{i}]", case) for i, case in enumerate(cases)], longest
-    )
-    if prepare is not None:
-        prepare()
-    with progress_bar() if progress is None else nullcontext(progress) as show:
-        batch.run(min(count, len(cases)), show)
+    with nullcontext(processes) if isinstance(processes, Workers) else Workers(processes) as workers:
+        batch = _Batch(
+            packed("work", work),
+            cases,
+            [packed(f"cases[{i}]", case) for i, case in enumerate(cases)],
+            longest,
+            workers,
+        )
+        if prepare is not None:
+            prepare()
+        with progress_bar() if progress is None else nullcontext(progress) as show:
+            batch.run(show)
     return batch.outcomes()
 
 
 class _Batch(Generic[Case]):
     """One batch while it runs."""
 
-    def __init__(self, work: bytes, cases: tuple[Case, ...], packed_cases: list[bytes], longest: float) -> None:
-        """Take what to do, and how long a case may take [s]."""
+    def __init__(
+        self,
+        work: bytes,
+        cases: tuple[Case, ...],
+        packed_cases: list[bytes],
+        longest: float,
+        workers: Workers,
+    ) -> None:
+        """Take what to do, how long a case may take [s], and who does it."""
         self._work = work
         self._cases = cases
         self._packed = packed_cases
@@ -111,7 +121,7 @@ class _Batch(Generic[Case]):
         self._outcomes: dict[int, Outcome[Case, Any]] = {}
         self._failed = 0
         self._false_starts = 0
-        self._workers: list[WorkerProcess] = []
+        self._all, self._workers = workers, workers.running
         self._began = time.perf_counter()
         self._longest, self._time = longest, ParentTime(4.0 * TICK)
 
@@ -119,11 +129,13 @@ class _Batch(Generic[Case]):
         """Return all, in the order of the cases."""
         return [self._outcomes[index] for index in range(len(self._cases))]
 
-    def run(self, processes: int, show: ShowProgress) -> None:
-        """Do all cases; no worker is left afterwards, whatever happens."""
+    def run(self, show: ShowProgress) -> None:
+        """Do all cases; if that comes to nothing, no worker is left."""
         try:
+            if self._cases:
+                self._all.renew(self._work, self._time.now)
             while len(self._outcomes) < len(self._cases):
-                self._staff(processes)
+                self._staff()
                 speaking = set(wait([worker.pipe for worker in self._workers], TICK))
                 for worker in [worker for worker in self._workers if worker.pipe in speaking]:
                     self._hear(worker, show)
@@ -132,24 +144,18 @@ class _Batch(Generic[Case]):
                     if late := worker.overdue(self._time.now, self._longest):
                         self._mourn(worker, show, late)
                 show(self._progress())
-            for worker in self._workers:
-                worker.dismiss()
         except BaseException:
-            for worker in self._workers:
-                worker.kill()
+            self._all.kill()
             raise
-        finally:
-            for worker in self._workers:
-                worker.bury()
 
-    def _staff(self, processes: int) -> None:
+    def _staff(self) -> None:
         """Have as many workers as are of use, and all of them busy."""
         for worker in self._workers:
             if self._waiting and worker.idle:
                 index = self._waiting[0]
                 if worker.begin(index, self._packed[index], self._time.now):
                     self._waiting.popleft()
-        while len(self._workers) < min(processes, len(self._cases) - len(self._outcomes)):
+        while len(self._workers) < min(self._all.count, len(self._cases) - len(self._outcomes)):
             worker = WorkerProcess(self._work, self._time.now)
             self._workers.append(worker)  # first: an interrupt while it starts must find it
             worker.start()

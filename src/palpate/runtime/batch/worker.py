@@ -1,9 +1,11 @@
 """What runs in a worker process: one case after the other, until asked to stop or orphaned."""
 
+import atexit
 import os
 import pickle
 import queue
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -15,8 +17,8 @@ from typing import Any, TypeAlias
 from palpate.interruption import SIGNALS
 from palpate.runtime.batch.pickling import packed
 
-STOP = b""
-"""Instead of a case: end. No pickle is empty."""
+CASE, WORK, STOP = b"c", b"w", b""
+"""Before a case, before other work, and instead of both: end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,23 +89,54 @@ def serve(pipe: Connection, work: bytes) -> None:
     """Carry out cases as they come.
 
     Args:
-        pipe: To the parent: cases in, messages out.
+        pipe: To the parent: cases and other work in, messages out.
         work: What to do with a case, packed.
     """
+    born = time.time()
     # Ctrl-C in a terminal, and its closing, reach every process: the parent decides
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     parent = _Parent(pipe)
     threading.Thread(target=_listen, args=(pipe, inbox, parent), daemon=True).start()
+    call = _loaded(work, parent)
+    while call is not None and (sent := inbox.get()) != STOP:
+        if sent[:1] == CASE:
+            parent.send(_attempt(call, sent[1:]))
+        else:  # a new process imports what there is now
+            call = None if _outdated(born) else _loaded(sent[1:], parent)
+    _end()
+
+
+def _loaded(work: bytes, parent: _Parent) -> Callable[[Any], object] | None:
+    """Return what to do with a case, and tell the parent; None if it cannot be loaded."""
     try:
-        call = pickle.loads(work)
+        call: Callable[[Any], object] = pickle.loads(work)
     except Exception:
         parent.send(Refused(traceback.format_exc()))
-        return
+        return None
     parent.send(Ready())
-    while (case := inbox.get()) != STOP:
-        parent.send(_attempt(call, case))
+    return call
+
+
+def _outdated(born: float) -> bool:
+    """Whether a file of an imported module has changed since this process began [s since the epoch]."""
+    for module in [*sys.modules.values()]:
+        try:
+            found = os.stat(getattr(module, "__file__", None) or "")
+        except (OSError, TypeError, ValueError):
+            continue  # built in, or gone
+        if max(found.st_mtime, found.st_ctime) > born:
+            return True
+    return False
+
+
+def _end() -> None:
+    """End this process as Python does, but without taking MuJoCo and numba apart, which takes half a second."""
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(0)
 
 
 def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]", parent: _Parent) -> None:
