@@ -132,19 +132,20 @@ def _fitted(
     )
     scale = np.array([1.0, 1.0, reach, reach, reach])  # unknowns of one size
     rows /= scale
-    A = np.einsum("nk,ntki,ntkj->nij", weight, rows, rows)
+    weighted = (weight[:, None, :, None] * rows).reshape(len(points), -1, 5).transpose(0, 2, 1)
+    A = weighted @ rows.reshape(len(points), -1, 5)
     determined = (used.sum(axis=1) >= MIN_STRETCHES) & _is_spread(weight, xy)
     A[~determined] = np.eye(5)
-    gain = np.linalg.solve(A, np.einsum("nk,ntki->nitk", weight, rows).reshape(len(points), 5, -1))
+    gain = np.linalg.solve(A, weighted)
     solved = np.einsum("nij,nj->ni", gain, slope.transpose(0, 2, 1).reshape(len(points), -1))
     found = solved / scale
     half = 0.5 * (gain[:, 2] / scale[2] + gain[:, 4] / scale[4]).reshape(len(points), 2, -1)
     tilt = model.tilt * stretches.tilt[index]
     noise = half * tilt[:, None]
-    correlation = _correlations(stretches.path[index], stretches.extent[index], model.tilt_length)
-    variance = np.einsum("ntk,nkl,ntl->n", noise, correlation, noise)
+    own = _own_variance(stretches.extent[index], model.tilt_length)
+    variance = own * _kept_square(noise, stretches.path[index], model.tilt_length)
     misfit = slope - np.einsum("ntki,ni->nkt", rows, solved)
-    expected = 2.0 * np.einsum("nk,nkk,nk->n", weight, correlation, tilt**2)
+    expected = 2.0 * own * (weight * tilt**2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.maximum(1.0, np.einsum("nk,nkt->n", weight, misfit**2) / expected)
     return np.where(determined[:, None], found[:, 2:], np.nan), np.where(determined, variance * excess, np.nan)
@@ -158,12 +159,26 @@ def _is_spread(weight: FloatArray, xy: FloatArray) -> npt.NDArray[np.bool_]:
     return np.asarray(spread[:, 0] > MIN_SPREAD_RATIO**2 * spread[:, 1])
 
 
-def _correlations(path: FloatArray, extent: FloatArray, length: float) -> FloatArray:
-    """Return `path_correlation` of each row of (n, k) places along the path, shape (n, k, k).
-
-    To first order in the stretches' lengths: the exact integrals would be taken point by point.
-    """
+def _own_variance(extent: FloatArray, length: float) -> float:
+    """Return `path_correlation` of a typical stretch, of those that cover `extent` [m], with itself."""
     typical = float(np.median(extent))
-    own = float(path_correlation(np.zeros(1), np.array([typical]), length)[0, 0])
-    C = np.exp(-np.abs(path[:, :, None] - path[:, None, :]) / length) * own
-    return np.asarray(C)
+    return float(path_correlation(np.zeros(1), np.array([typical]), length)[0, 0])
+
+
+def _kept_square(values: FloatArray, path: FloatArray, length: float) -> FloatArray:
+    """Return the variance of sums of a unit noise that keeps along the path as exp(-s / length), shape (n,).
+
+    To first order in the stretches' lengths: the exact integrals would be taken point by point. What is kept of
+    all before a stretch is what was kept of them at the last one, less what is lost since: no matrix is needed.
+
+    Args:
+        values: Weights in each sum, shape (n, t, k); variances of the t sums are added.
+        path: Where they lie, not decreasing, shape (n, k) [m].
+        length: How far the noise keeps [m].
+    """
+    kept = np.exp(-np.diff(path, axis=1) / length)[:, None]
+    total, before = (values**2).sum(axis=(1, 2)), np.zeros(values.shape[:2])
+    for k in range(1, values.shape[2]):
+        before = (before + values[:, :, k - 1]) * kept[:, :, k - 1]
+        total += 2.0 * (values[:, :, k] * before).sum(axis=1)
+    return np.asarray(total)

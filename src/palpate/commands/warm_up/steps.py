@@ -20,7 +20,9 @@ from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
+from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.curvature_layers import curvature_layers
 from palpate.runtime import Command
 from palpate.sensing import contact_from_wrench
 from palpate.sensing.ft import FTPipeline
@@ -63,6 +65,7 @@ def steps() -> Iterator[Step]:
     yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
     yield "the simulation", partial(_simulate, SphereObject(0.04))
     yield "arm kinematics", _move_arm
+    yield "a surface map", _map
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
     for contacts in (2, 3, 4):
         for wanted in Objective:
@@ -102,6 +105,20 @@ def _move_arm() -> None:
     kinematics.pose((0.0,) * 6)
     kinematics.jacobian((0.0,) * 6)
     InverseVelocity(kinematics)
+
+
+def _map() -> None:
+    """What a finger feels of a ball of 40 mm along two rows."""
+    row = np.linspace(-0.3, 0.3, 400)
+    angle = np.column_stack([np.concatenate([row, row[::-1]]), np.repeat((0.0, 0.03), len(row))])
+    normal = np.column_stack([np.sin(angle), np.cos(angle[:, 0])])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    n = len(normal)
+    time, load = np.linspace(0.0, 1.0, n), np.ones(n)
+    cloud = TouchCloud(time, 0.04 * normal, normal, load, np.zeros((n, 3)), np.zeros(n))
+    surface = SurfaceMap.learned(cloud)
+    curvature_layers(surface, surface_mesh(surface))
+    HeightMap.from_cloud(cloud, 5e-4)
 
 
 def _grasp(n: int) -> GraspContacts:

@@ -12,8 +12,10 @@ Onto it comes a plane of vague height and slope, so that a patch is bent by the 
 import math
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from palpate.errors import FloatArray
+from palpate.mapping.surface_map.kernel import fill_surface, sum_surface
 from palpate.mapping.surface_map.model import SurfaceModel
 
 PLANE_SLOPE = 0.3
@@ -37,53 +39,10 @@ def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel
     n, m = len(xy), len(xy_other)
     a = math.sqrt(5.0) / model.length
     s2 = model.height**2
-    dx = np.subtract.outer(xy[:, 0], xy_other[:, 0])
-    dy = np.subtract.outer(xy[:, 1], xy_other[:, 1])
-    ar = a * np.sqrt(dx * dx + dy * dy)
-    decay = np.exp(-ar)
-    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
-    A2 = (s2 * a**4 / 3.0) * decay
+    ar = a * cdist(xy, xy_other)
     K = np.empty((3 * n, 3 * m))
-    h2, p2 = model.plane**2, PLANE_SLOPE**2
-    K[:n, :m] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_other.T)
-    K[:n, m : 2 * m] = A1 * dx + p2 * xy[:, :1]
-    K[:n, 2 * m :] = A1 * dy + p2 * xy[:, 1:]
-    K[n : 2 * n, :m] = p2 * xy_other[:, 0] - A1 * dx
-    K[2 * n :, :m] = p2 * xy_other[:, 1] - A1 * dy
-    K[n : 2 * n, m : 2 * m] = A1 - A2 * dx * dx + p2
-    K[2 * n :, 2 * m :] = A1 - A2 * dy * dy + p2
-    K[n : 2 * n, 2 * m :] = K[2 * n :, m : 2 * m] = -A2 * dx * dy
+    fill_surface(K, xy, xy_other, ar, np.exp(-ar), (a * a, s2, model.plane**2, PLANE_SLOPE**2))
     return K
-
-
-def surface_slopes(xy: FloatArray, model: SurfaceModel, weights: FloatArray) -> tuple[float, float]:
-    """Return how `surface_covariance` of n points with themselves, summed with `weights`, grows.
-
-    Args:
-        xy: Shape (n, 2) [m].
-        model: Length scale and curvature.
-        weights: Symmetric, shape (3 n, 3 n).
-
-    Returns:
-        Derivatives by the logarithms of the length scale, at the same curvature, and of the curvature.
-    """
-    n = len(xy)
-    W = weights.reshape(3, n, 3, n).transpose(0, 2, 1, 3)
-    a = math.sqrt(5.0) / model.length
-    s2 = model.height**2
-    dx = np.subtract.outer(xy[:, 0], xy[:, 0])
-    dy = np.subtract.outer(xy[:, 1], xy[:, 1])
-    ar = a * np.sqrt(dx * dx + dy * dy)
-    decay = s2 * np.exp(-ar)
-    heights = W[0, 0]
-    straight = (a * a / 3.0) * (2.0 * (W[0, 1] * dx + W[0, 2] * dy) + W[1, 1] + W[2, 2])
-    bent = (a**4 / 3.0) * (W[1, 1] * dx * dx + W[2, 2] * dy * dy + 2.0 * W[1, 2] * dx * dy)
-    # heights grow with length^4, A1 with its square, A2 not: s^2 does with length^4
-    square = ar * ar
-    k, A1 = 1.0 + ar + square / 3.0, 1.0 + ar
-    by_length = heights * (4.0 * k + square / 3.0 * A1) + straight * (2.0 * A1 + square) - bent * ar
-    by_curvature = 2.0 * (heights * k + straight * A1 - bent)
-    return float((by_length * decay).sum()), float((by_curvature * decay).sum())
 
 
 def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
@@ -109,8 +68,7 @@ def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) ->
 def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return `surface_covariance(xy_at, xy, model) @ weights` as rows h, h_x, h_y, without the matrix.
 
-    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d:
-    each sum over d = x - x' is one product of matrices.
+    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d.
 
     Args:
         xy_at: Where, shape (m, 2) [m].
@@ -121,31 +79,16 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
     Returns:
         Shape (3, m).
     """
-    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1).T
+    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1)
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
-    ar = np.subtract.outer(xy_at[:, 0], xy[:, 0]) ** 2
-    ar += np.subtract.outer(xy_at[:, 1], xy[:, 1]) ** 2
-    np.sqrt(ar, out=ar)
-    ar *= a
-    decay = np.exp(-ar)
-    decay *= s2 * a * a / 3.0
-    along = xy_at @ u.T
-    along -= (xy * u).sum(axis=1)
-    bend = decay * along  # a^-2 A2 d.u
-    A1 = ar * decay
-    A1 += decay
-    ar *= ar
-    ar *= decay
-    k = A1 * (3.0 / (a * a))
-    ar /= a * a
-    k += ar  # s^2 (1 + a r + a^2 r^2 / 3) exp(-a r)
-    plane = p2 * (xy.T @ w + u.sum(axis=0))
-    h = k @ w + np.einsum("mn,mn->m", A1, along) + h2 * w.sum() + xy_at @ plane
-    bend *= a * a
-    bend += A1 * w
-    slopes = A1 @ u - xy_at * bend.sum(axis=1)[:, None] + bend @ xy + plane
-    return np.concatenate([h[None], slopes.T])
+    h2, p2 = model.plane**2, PLANE_SLOPE**2
+    ar = a * cdist(xy_at, xy)
+    sums = np.empty((3, len(xy_at)))
+    sum_surface(sums, xy_at, xy, weights, ar, np.exp(-ar), (a * a, model.height**2))
+    plane = p2 * (w @ xy + u.sum(axis=1))
+    sums[0] += h2 * w.sum() + xy_at @ plane
+    sums[1:] += plane[:, None]
+    return sums
 
 
 def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
@@ -210,18 +153,17 @@ def path_correlation(path: FloatArray, extent: FloatArray, length: float) -> Flo
     return C
 
 
-def path_correlation_slope(path: FloatArray, extent: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
-    """Return `path_correlation` and its derivative by the logarithm of `length`, shapes (n, n)."""
-    C = path_correlation(path, extent, length)
+def own_growth(extent: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
+    """Return how `path_correlation` grows with the logarithm of `length`, of each stretch.
+
+    Returns:
+        What its ends add to the relative growth of a covariance with another stretch, beside the distance between
+        them over `length`; and the growth of its own variance; shapes (n,).
+    """
     t = extent / length
-    half = 0.5 * t
-    gone = np.exp(-t)
     # with g = (1 - exp(-t)) / t: the logarithm of g grows by 1 - exp(-t) / g, t / 2 of it where t is small
     long = np.where(t > 1e-6, t, 1.0)
-    ends = np.where(t > 1e-6, 1.0 - gone * long / -np.expm1(-long), half)
-    apart = np.abs(np.subtract.outer(path, path)) / length - np.add.outer(half, half)
-    slope = C * (np.add.outer(ends, ends) + np.maximum(apart, 0.0))
+    ends = np.where(t > 1e-6, 1.0 - np.exp(-t) * long / -np.expm1(-long), 0.5 * t)
     long = np.where(t < 1e-3, 1.0, t)
     own = (2.0 + 2.0 * np.exp(-long)) / long + 4.0 * np.expm1(-long) / (long * long)
-    slope[np.diag_indices(len(path))] = np.where(t < 1e-3, t / 3.0, own)
-    return C, slope
+    return ends, np.where(t < 1e-3, t / 3.0, own)

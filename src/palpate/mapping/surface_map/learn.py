@@ -215,15 +215,21 @@ def _search(
         if not math.isfinite(evidence):
             return IMPOSSIBLE, np.zeros(len(free))
         slope = np.sum([part[1] for part in parts], axis=0)[free] * spread
-        return 0.5 * float(trial @ trial) - evidence - offset, trial - slope
+        return 0.5 * float(trial @ trial) - evidence, trial - slope
 
     bounds = [(-each, each) for each in REACH[free] / spread]
     first = (start.logarithms[free] - middle) / spread
     # a start far from what was felt has a loss of any size, and in other units any offset: only differences count
-    offset = 0.0
-    offset = loss(first)[0]
+    offset, slope = loss(first)
+
+    def above_first(trial: FloatArray) -> tuple[float, FloatArray]:
+        if np.array_equal(trial, first):  # where the search begins
+            return 0.0, slope
+        value, by_trial = loss(trial)
+        return value - offset, by_trial
+
     found = minimize(
-        loss,
+        above_first,
         first,
         jac=True,
         method="L-BFGS-B",

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf, dpotrs, dtpttr, dtrtrs, dtrttp
 
 from palpate.errors import FloatArray
@@ -16,6 +17,7 @@ from palpate.mapping.surface_map.covariance import (
     surface_covariance,
     weighted_sums,
 )
+from palpate.mapping.surface_map.kernel import fill_noise, squares
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
@@ -90,7 +92,7 @@ class PatchData:
         secant = 1.0 / normal[:, 2]
         along = p[:, :, None] * p[:, None, :] / (1.0 + secant)[:, None, None]
         return cls(
-            xy=local[:, :2],
+            xy=np.ascontiguousarray(local[:, :2]),
             values=np.concatenate([local[:, 2], p[:, 0], p[:, 1]]),
             path=stretches.path,
             extent=stretches.extent,
@@ -98,20 +100,16 @@ class PatchData:
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
 
-    def noise(self, model: SurfaceModel) -> FloatArray:
-        """Return the covariance of what errs in `values`, shape (3 n, 3 n)."""
-        n = len(self.xy)
-        N = np.zeros((3 * n, 3 * n), order="F")
-        C = path_correlation(self.path, self.extent, model.noise_length)
-        N[:n, :n] = model.noise**2 * np.outer(self.noise_root, self.noise_root) * C
-        C = model.tilt**2 * path_correlation(self.path, self.extent, model.tilt_length)
-        r = self.tilt_root
-        for i in range(2):
-            for j in range(i, 2):
-                block = (np.outer(r[:, i, 0], r[:, j, 0]) + np.outer(r[:, i, 1], r[:, j, 1])) * C
-                rows, columns = slice((1 + i) * n, (2 + i) * n), slice((1 + j) * n, (2 + j) * n)
-                N[rows, columns] = block
-                N[columns, rows] = block.T
+    def correlations(self, model: SurfaceModel) -> tuple[FloatArray, FloatArray]:
+        """Return how errors of heights and of slopes keep along the path, shapes (n, n)."""
+        noise = path_correlation(self.path, self.extent, model.noise_length)
+        return noise, path_correlation(self.path, self.extent, model.tilt_length)
+
+    def noise(self, model: SurfaceModel, correlations: tuple[FloatArray, FloatArray] | None = None) -> FloatArray:
+        """Return the covariance of what errs in `values`, shape (3 n, 3 n), with `correlations` if known."""
+        N = np.empty((len(self.values), len(self.values)))
+        of_heights, of_slopes = correlations or self.correlations(model)
+        fill_noise(N, model.noise * self.noise_root, model.tilt * self.tilt_root, of_heights, of_slopes)
         return N
 
 
@@ -216,7 +214,7 @@ class SurfacePatch:
         """
         cross = height_covariance(self.xy, xy, self.model)
         lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
-        white, _ = dtrtrs(lower, cross, lower=1, overwrite_b=1)
+        white = dtrsm(1.0, lower, cross.T, side=1, lower=1, trans_a=1, overwrite_b=1).T  # by rows, without a copy
         left = height_variance(xy, self.model) - (white**2).sum(axis=0)
         return np.asarray(np.sqrt(np.maximum(left, 0.0) * max(1.0, self.surprise)))
 
@@ -231,7 +229,6 @@ class SurfacePatch:
         cross = bend_covariance(self.xy, xy, self.model)
         mean = (self.weights @ cross).reshape(3, -1).T
         lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
-        white, _ = dtrtrs(lower, cross, lower=1)
-        white = white.reshape(len(lower), 3, -1)
-        known = np.einsum("kim,kjm->mij", white, white)
+        white = dtrsm(1.0, lower, cross.T, side=1, lower=1, trans_a=1, overwrite_b=1).T
+        known = squares(white.reshape(len(lower), 3, -1))
         return mean, np.asarray((bend_variance(self.model) - known) * max(1.0, self.surprise))
