@@ -10,45 +10,80 @@ Onto it comes a plane of vague height and slope, so that a patch is bent by the 
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.kernel import fill_surface, sum_surface
+from palpate.mapping.surface_map.kernel import correlate, fill_covariance, sum_surface
 from palpate.mapping.surface_map.model import SurfaceModel
 
 PLANE_SLOPE = 0.3
 """Standard deviation of the slope of a patch's plane: its axis is the normal of a contact, the rest is bend."""
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PathNoise:
+    """What errs in heights and slopes along a path.
+
+    Attributes:
+        heights: Standard deviations of heights, shape (n,) [m].
+        slopes: Square roots of the covariances of slopes, shape (n, 2, 2).
+        of_heights: How errors of heights keep along the path: what `kernel.correlate` returns.
+        of_slopes: Likewise.
+    """
+
+    heights: FloatArray
+    slopes: FloatArray
+    of_heights: tuple[FloatArray, FloatArray, FloatArray]
+    of_slopes: tuple[FloatArray, FloatArray, FloatArray]
+
+    @property
+    def height_covariance(self) -> FloatArray:
+        """Of errors of heights, shape (n, n) [m^2]."""
+        return np.asarray(np.outer(self.heights, self.heights) * self.of_heights[0])
+
+    def slope_covariance(self, weights: FloatArray) -> FloatArray:
+        """Return the covariance of errors of slopes along x, then along y, times weights, all of shape (2 n,)."""
+        along = np.einsum("nij,in->nj", self.slopes, weights.reshape(2, -1))
+        return np.einsum("nij,nj->in", self.slopes, self.of_slopes[0] @ along).ravel()
+
+
 BENDINGS = ((0, 0), (0, 1), (1, 1))
 """Second derivatives in their order: h_xx, h_xy, h_yy."""
 
 
-def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel) -> FloatArray:
-    """Return the covariance of (h, h_x, h_y) at n points with those at m points.
+def patch_covariance(
+    xy: FloatArray, model: SurfaceModel, noise: PathNoise, jitter: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the covariance of what is felt of (h, h_x, h_y) at n points, errors included.
 
     Args:
         xy: Shape (n, 2) [m].
-        xy_other: Shape (m, 2) [m].
         model: Length scale and curvature.
+        noise: What errs.
+        jitter: By which part of itself the diagonal grows.
 
     Returns:
-        Shape (3 n, 3 m): all heights first [m], then all slopes along x, then along y.
+        The covariance, all heights first [m], then all slopes along x, then along y, shape (3 n, 3 n); distances
+        times a, and exponentials of minus these, shape (n, n). Of all, only upper triangles are given.
     """
-    n, m = len(xy), len(xy_other)
-    a = math.sqrt(5.0) / model.length
-    s2 = model.height**2
-    ar = a * cdist(xy, xy_other)
-    K = np.empty((3 * n, 3 * m))
-    fill_surface(K, xy, xy_other, ar, np.exp(-ar), (a * a, s2, model.plane**2, PLANE_SLOPE**2))
-    return K
+    n = len(xy)
+    K, ar, decay = np.empty((3 * n, 3 * n)), np.empty((n, n)), np.empty((n, n))
+    errors = noise.heights, noise.slopes, noise.of_heights[0], noise.of_slopes[0]
+    fill_covariance(K, ar, decay, xy, process_scales(model, jitter), *errors)
+    return K, ar, decay
+
+
+def process_scales(model: SurfaceModel, jitter: float) -> tuple[float, float, float, float, float]:
+    """Return what `kernel.fill_covariance` wants to know of a process."""
+    return math.sqrt(5.0) / model.length, model.height**2, model.plane**2, PLANE_SLOPE**2, jitter
 
 
 def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return the covariance of (h, h_x, h_y) at n points with heights at m points, shape (3 n, m).
 
-    The first m columns of `surface_covariance`, for a third of the work.
+    The first m columns of what is before anything errs.
     """
     n = len(xy)
     a = math.sqrt(5.0) / model.length
@@ -66,7 +101,7 @@ def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) ->
 
 
 def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model: SurfaceModel) -> FloatArray:
-    """Return `surface_covariance(xy_at, xy, model) @ weights` as rows h, h_x, h_y, without the matrix.
+    """Return the covariance of (h, h_x, h_y) at some points with those at others, times weights, without itself.
 
     With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d.
 
@@ -77,7 +112,7 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
         model: Length scale and curvature.
 
     Returns:
-        Shape (3, m).
+        Rows h, h_x, h_y, shape (3, m).
     """
     w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1)
     a = math.sqrt(5.0) / model.length
@@ -141,29 +176,4 @@ def path_correlation(path: FloatArray, extent: FloatArray, length: float) -> Flo
     Returns:
         Shape (n, n).
     """
-    t = extent / length
-    half = 0.5 * t
-    # sinh(t/2) exp(-d/L) with the exponentials taken together: one alone leaves float64 for long stretches
-    g = np.where(t > 1e-6, -np.expm1(-t) / np.where(t > 1e-6, t, 1.0), 1.0)
-    apart = np.abs(np.subtract.outer(path, path)) / length - np.add.outer(half, half)
-    C = np.outer(g, g) * np.exp(-np.maximum(apart, 0.0))
-    small = t < 1e-3  # the series of what follows, whose difference cancels there
-    long = np.where(small, 1.0, t)
-    C[np.diag_indices(len(path))] = np.where(small, 1.0 - t / 3.0, 2.0 / long * (1.0 + np.expm1(-long) / long))
-    return C
-
-
-def own_growth(extent: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
-    """Return how `path_correlation` grows with the logarithm of `length`, of each stretch.
-
-    Returns:
-        What its ends add to the relative growth of a covariance with another stretch, beside the distance between
-        them over `length`; and the growth of its own variance; shapes (n,).
-    """
-    t = extent / length
-    # with g = (1 - exp(-t)) / t: the logarithm of g grows by 1 - exp(-t) / g, t / 2 of it where t is small
-    long = np.where(t > 1e-6, t, 1.0)
-    ends = np.where(t > 1e-6, 1.0 - np.exp(-t) * long / -np.expm1(-long), 0.5 * t)
-    long = np.where(t < 1e-3, 1.0, t)
-    own = (2.0 + 2.0 * np.exp(-long)) / long + 4.0 * np.expm1(-long) / (long * long)
-    return ends, np.where(t < 1e-3, t / 3.0, own)
+    return np.asarray(correlate(path, extent, length)[0])

@@ -8,11 +8,10 @@ costs some two evaluations, where differences cost six.
 import math
 
 import numpy as np
-from scipy.linalg.lapack import dpotri, dpotrs
-from scipy.spatial.distance import cdist
+from scipy.linalg.lapack import dpotri
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.covariance import own_growth
+from palpate.mapping.surface_map.covariance import process_scales
 from palpate.mapping.surface_map.kernel import evidence_slopes
 from palpate.mapping.surface_map.model import PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.patch import JITTER, Factored, PatchData
@@ -23,27 +22,24 @@ def evidence_gradient(data: PatchData, model: SurfaceModel, bend: PatchCurvature
 
     Minus infinity and zeros where the covariance is singular to rounding.
     """
-    correlations = data.correlations(model)
+    noise = data.noise(model)
     bent = model.bent(bend)
-    factored = Factored.of(data, bent, data.noise(model, correlations))
+    factored = Factored.of(data, bent, noise)
     if not math.isfinite(factored.log_evidence):
         return -math.inf, np.zeros(6)
-    weights, _ = dpotrs(factored.lower, data.values, lower=1)
-    inverse, _ = dpotri(factored.lower, lower=1)
-    a, half = math.sqrt(5.0) / bent.length, 0.5 * data.extent
-    ar = a * cdist(data.xy, data.xy)
+    weights = factored.weights
+    inverse, _ = dpotri(factored.lower, lower=1, overwrite_c=1)
+    half = 0.5 * data.extent
     slopes = evidence_slopes(
         inverse,
         weights,
-        JITTER,
         data.xy,
-        ar,
-        np.exp(-ar),
-        (a * a, bent.height**2, 0.0, 0.0),
-        model.noise * data.noise_root,
-        model.tilt * data.tilt_root,
+        *factored.apart,
+        process_scales(bent, JITTER),
+        noise.heights,
+        noise.slopes,
         data.path,
-        (correlations[0], *own_growth(data.extent, model.noise_length), half, model.noise_length),
-        (correlations[1], *own_growth(data.extent, model.tilt_length), half, model.tilt_length),
+        (*noise.of_heights, half, model.noise_length),
+        (*noise.of_slopes, half, model.tilt_length),
     )
     return factored.log_evidence, 0.5 * slopes

@@ -1,6 +1,6 @@
 """Inner loops of patches, compiled: numba, no Python objects.
 
-Exponentials come in from outside: numpy takes eight at a time.
+Where there are many exponentials they come in from outside: numpy takes eight at a time.
 """
 
 import math
@@ -11,35 +11,77 @@ from palpate.compiling import njit
 
 
 @njit(cache=True, error_model="numpy")
-def fill_surface(K, xy, xy_other, ar, decay, scales):
-    """Write `covariance.surface_covariance` into K.
+def fill_covariance(K, ar, decay, xy, scales, heights, slopes, height_correlation, slope_correlation):
+    """Write the covariance of a patch's heights and slopes, and of what errs in them, into a triangle of K.
 
     Args:
-        K: Shape (3 n, 3 m).
+        K: Shape (3 n, 3 n); its upper triangle is written, which is the lower one of its transpose.
+        ar: Distances times a go into its upper triangle, shape (n, n).
+        decay: exp(-ar) likewise.
         xy: Shape (n, 2) [m].
-        xy_other: Shape (m, 2) [m].
-        ar: Distances times a, shape (n, m).
-        decay: exp(-ar), shape (n, m).
-        scales: a^2 and the variances of the process, of the plane's height and of its slope.
+        scales: a, the variances of the process, of the plane's height and of its slope, and by which part of
+            itself the diagonal grows.
+        heights: Standard deviations of errors of heights, shape (n,) [m].
+        slopes: Square roots of the covariances of those of slopes, shape (n, 2, 2).
+        height_correlation: Of errors of heights, its upper triangle, shape (n, n).
+        slope_correlation: Likewise.
     """
-    a2, s2, h2, p2 = scales
-    n, m = ar.shape
+    a, s2, h2, p2, jitter = scales
+    n = len(xy)
     for i in range(n):
         x, y = xy[i]
-        for j in range(m):
-            u, v = xy_other[j]
-            dx, dy, r = x - u, y - v, ar[i, j]
-            A2 = a2 / 3.0 * s2 * decay[i, j]
+        S = slopes[i]
+        for j in range(i, n):
+            u, v = xy[j]
+            dx, dy = x - u, y - v
+            r = a * math.sqrt(dx * dx + dy * dy)
+            e = math.exp(-r)
+            ar[i, j], decay[i, j] = r, e
+            A2 = a * a / 3.0 * s2 * e
             A1 = A2 * (1.0 + r)
-            A2 *= a2
-            K[i, j] = s2 * (1.0 + r + r * r / 3.0) * decay[i, j] + h2 + p2 * (x * u + y * v)
-            K[i, m + j] = A1 * dx + p2 * x
-            K[i, 2 * m + j] = A1 * dy + p2 * y
-            K[n + i, j] = p2 * u - A1 * dx
-            K[2 * n + i, j] = p2 * v - A1 * dy
-            K[n + i, m + j] = A1 - A2 * dx * dx + p2
-            K[2 * n + i, 2 * m + j] = A1 - A2 * dy * dy + p2
-            K[n + i, 2 * m + j] = K[2 * n + i, m + j] = -A2 * dx * dy
+            A2 *= a * a
+            T, c = slopes[j], slope_correlation[i, j]
+            k = s2 * (1.0 + r + r * r / 3.0) * e + h2 + p2 * (x * u + y * v)
+            K[i, j] = k + heights[i] * heights[j] * height_correlation[i, j]
+            K[i, n + j], K[i, 2 * n + j] = A1 * dx + p2 * x, A1 * dy + p2 * y
+            K[j, n + i], K[j, 2 * n + i] = p2 * u - A1 * dx, p2 * v - A1 * dy
+            K[n + i, n + j] = A1 - A2 * dx * dx + p2 + (S[0, 0] * T[0, 0] + S[0, 1] * T[0, 1]) * c
+            K[2 * n + i, 2 * n + j] = A1 - A2 * dy * dy + p2 + (S[1, 0] * T[1, 0] + S[1, 1] * T[1, 1]) * c
+            K[n + i, 2 * n + j] = -A2 * dx * dy + (S[0, 0] * T[1, 0] + S[0, 1] * T[1, 1]) * c
+            K[n + j, 2 * n + i] = -A2 * dx * dy + (S[1, 0] * T[0, 0] + S[1, 1] * T[0, 1]) * c
+    for i in range(3 * n):
+        K[i, i] *= 1.0 + jitter
+
+
+@njit(cache=True, error_model="numpy")
+def correlate(path, extent, length):
+    """Return `covariance.path_correlation` and how it grows with the logarithm of `length`.
+
+    Returns:
+        The correlation, shape (n, n); what ends of stretches add to the relative growth of a covariance with
+        another stretch, beside the distance between them over `length`, shape (n,); and the growth of a stretch's
+        own variance, shape (n,).
+    """
+    n = len(path)
+    C, ends, own = np.empty((n, n)), np.empty(n), np.empty(n)
+    half, g = np.empty(n), np.empty(n)
+    for i in range(n):
+        t = extent[i] / length
+        half[i] = 0.5 * t
+        # sinh(t/2) exp(-d/L) with the exponentials taken together: one alone leaves float64 for long stretches
+        gone = math.expm1(-t)
+        g[i] = -gone / t if t > 1e-6 else 1.0
+        # the logarithm of g grows by 1 - exp(-t) / g, t / 2 of it where t is small
+        ends[i] = 1.0 - math.exp(-t) * t / -gone if t > 1e-6 else half[i]
+        if t < 1e-3:  # the series of what follows, whose difference cancels there
+            C[i, i], own[i] = 1.0 - t / 3.0, t / 3.0
+        else:
+            C[i, i] = 2.0 / t * (1.0 + gone / t)
+            own[i] = (2.0 + 2.0 * math.exp(-t)) / t + 4.0 * gone / (t * t)
+        for j in range(i):
+            apart = abs(path[i] - path[j]) / length - half[i] - half[j]
+            C[i, j] = C[j, i] = g[i] * g[j] * math.exp(-max(apart, 0.0))
+    return C, ends, own
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
@@ -121,29 +163,7 @@ def squares(white):
 
 
 @njit(cache=True, error_model="numpy")
-def fill_noise(N, heights, slopes, height_correlation, slope_correlation):
-    """Write the covariance of what errs in a patch's data into N.
-
-    Args:
-        N: Shape (3 n, 3 n).
-        heights: Standard deviations of heights, shape (n,) [m].
-        slopes: Square roots of the covariances of slopes, shape (n, 2, 2).
-        height_correlation: Along the path, shape (n, n).
-        slope_correlation: Likewise.
-    """
-    n = len(heights)
-    for i in range(n):
-        for j in range(n):
-            N[i, j] = heights[i] * heights[j] * height_correlation[i, j]
-            for k in range(1, 3):
-                N[i, k * n + j] = N[k * n + i, j] = 0.0
-                for q in range(1, 3):
-                    both = slopes[i, k - 1, 0] * slopes[j, q - 1, 0] + slopes[i, k - 1, 1] * slopes[j, q - 1, 1]
-                    N[k * n + i, q * n + j] = both * slope_correlation[i, j]
-
-
-@njit(cache=True, error_model="numpy")
-def evidence_slopes(inverse, weights, jitter, xy, ar, decay, scales, heights, slopes, path, noise, tilt):
+def evidence_slopes(inverse, weights, xy, ar, decay, scales, heights, slopes, path, noise, tilt):
     """Return tr((w w' - K^-1) dK/dt) for the logarithms of the six numbers of a model, in their order.
 
     Heights of the process grow with length^4, A1 with its square, A2 not: s^2 does with length^4. A covariance of
@@ -152,25 +172,24 @@ def evidence_slopes(inverse, weights, jitter, xy, ar, decay, scales, heights, sl
     Args:
         inverse: Of the covariance K of the data; its lower triangle is read, shape (3 n, 3 n).
         weights: Inverse times the data, shape (3 n,).
-        jitter: That the diagonal of K is longer by, relative to itself.
         xy: Shape (n, 2) [m].
-        ar: As in `fill_surface`.
+        ar: As `fill_covariance` leaves it.
         decay: Likewise.
-        scales: Likewise.
-        heights: As in `fill_noise`.
+        scales: As in `fill_covariance`.
+        heights: Likewise.
         slopes: Likewise.
         path: Where stretches are along the path, shape (n,) [m].
-        noise: Of heights: their correlation (n, n), what ends add and growth of the own (n,) each (see
-            `covariance.own_growth`), half extents (n,) [m] and length [m].
+        noise: Of heights: what `correlate` returns, half extents (n,) [m] and length [m].
         tilt: Likewise of slopes.
     """
-    a2, s2, _, _ = scales
+    a, s2, _, _, jitter = scales
+    a2 = a * a
     n = len(path)
     w = weights
     found = np.zeros(6)
     for j in range(n):
         for i in range(j, n):
-            dx, dy, r = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1], ar[i, j]
+            dx, dy, r = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1], ar[j, i]
             W00 = w[i] * w[j] - inverse[i, j]
             W11 = w[n + i] * w[n + j] - inverse[n + i, n + j]
             W22 = w[2 * n + i] * w[2 * n + j] - inverse[2 * n + i, 2 * n + j]
@@ -186,7 +205,7 @@ def evidence_slopes(inverse, weights, jitter, xy, ar, decay, scales, heights, sl
             A1 = 1.0 + r
             k = A1 + r * r / 3.0
             twice = 1.0 if i == j else 2.0
-            size = twice * s2 * decay[i, j]
+            size = twice * s2 * decay[j, i]
             found[0] += size * (W00 * (4.0 * k + r * r / 3.0 * A1) + straight * (2.0 * A1 + r * r) - bent * r)
             found[1] += size * 2.0 * (W00 * k + straight * A1 - bent)
             by_heights = twice * W00 * heights[i] * heights[j]

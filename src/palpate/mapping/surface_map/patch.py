@@ -4,20 +4,20 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpotrf, dpotrs, dtpttr, dtrtrs, dtrttp
+from scipy.linalg.lapack import dpotrf, dtpttr, dtrtrs, dtrttp
 
 from palpate.errors import FloatArray
 from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.covariance import (
+    PathNoise,
     bend_covariance,
     bend_variance,
     height_covariance,
     height_variance,
-    path_correlation,
-    surface_covariance,
+    patch_covariance,
     weighted_sums,
 )
-from palpate.mapping.surface_map.kernel import fill_noise, squares
+from palpate.mapping.surface_map.kernel import correlate, squares
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
@@ -100,17 +100,14 @@ class PatchData:
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
 
-    def correlations(self, model: SurfaceModel) -> tuple[FloatArray, FloatArray]:
-        """Return how errors of heights and of slopes keep along the path, shapes (n, n)."""
-        noise = path_correlation(self.path, self.extent, model.noise_length)
-        return noise, path_correlation(self.path, self.extent, model.tilt_length)
-
-    def noise(self, model: SurfaceModel, correlations: tuple[FloatArray, FloatArray] | None = None) -> FloatArray:
-        """Return the covariance of what errs in `values`, shape (3 n, 3 n), with `correlations` if known."""
-        N = np.empty((len(self.values), len(self.values)))
-        of_heights, of_slopes = correlations or self.correlations(model)
-        fill_noise(N, model.noise * self.noise_root, model.tilt * self.tilt_root, of_heights, of_slopes)
-        return N
+    def noise(self, model: SurfaceModel) -> PathNoise:
+        """Return what errs in `values`."""
+        return PathNoise(
+            model.noise * self.noise_root,
+            model.tilt * self.tilt_root,
+            correlate(self.path, self.extent, model.noise_length),
+            correlate(self.path, self.extent, model.tilt_length),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,29 +119,37 @@ class Factored:
         log_evidence: Logarithm of the probability of what was felt, up to a constant (Rasmussen & Williams eq.
             5.8); minus infinity where the covariance is singular to rounding.
         mean_square: Of what was felt, in units of what the model expects.
+        white: What was felt, each value less what the ones before say of it, in units of what that is off by.
+        apart: Distances and exponentials as from `patch_covariance`.
     """
 
     lower: FloatArray
     log_evidence: float
     mean_square: float
+    white: FloatArray
+    apart: tuple[FloatArray, FloatArray]
+
+    @property
+    def weights(self) -> FloatArray:
+        """Inverse of the covariance times what was felt, shape (3 n,)."""
+        return np.asarray(dtrtrs(self.lower, self.white, lower=1, trans=1)[0])
 
     @classmethod
-    def of(cls, data: PatchData, model: SurfaceModel, noise: FloatArray, jitter: float = JITTER) -> "Factored":
+    def of(cls, data: PatchData, model: SurfaceModel, noise: PathNoise, jitter: float = JITTER) -> "Factored":
         """Factor surface and noise together; with `COARSE_JITTER` where they are singular with less."""
-        K = surface_covariance(data.xy, data.xy, model)
-        K += noise
-        K[np.diag_indices(len(K))] *= 1.0 + jitter
+        K, *apart = patch_covariance(data.xy, model, noise, jitter)
         lower, failed = dpotrf(K.T, lower=1, clean=0, overwrite_a=1)
         if failed:
-            singular = cls(lower, -np.inf, np.inf)
+            singular = cls(lower, -np.inf, np.inf, data.values, (apart[0], apart[1]))
             return singular if jitter >= COARSE_JITTER else cls.of(data, model, noise, COARSE_JITTER)
         white, _ = dtrtrs(lower, data.values, lower=1)
         square = float(white @ white)
-        return cls(lower, -0.5 * square - float(np.log(np.diagonal(lower)).sum()), square / len(white))
+        evidence = -0.5 * square - float(np.log(np.diagonal(lower)).sum())
+        return cls(lower, evidence, square / len(white), white, (apart[0], apart[1]))
 
 
-def likeliest_bend(data: PatchData, model: SurfaceModel, noise: FloatArray) -> tuple[PatchCurvature, Factored]:
-    """Return which of `BENDS` makes what was felt, with the covariance of its `noise`, most probable."""
+def likeliest_bend(data: PatchData, model: SurfaceModel, noise: PathNoise) -> tuple[PatchCurvature, Factored]:
+    """Return which of `BENDS` makes what was felt, with its `noise`, most probable."""
     tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in BENDS]
     return max(tried, key=lambda each: each[0].odds + each[1].log_evidence)
 
@@ -193,13 +198,12 @@ class SurfacePatch:
         bend, factored = likeliest_bend(data, model, noise)
         if factored.log_evidence == -np.inf:
             raise FloatingPointError(f"covariance of {len(data.xy)} stretches with {model} is singular")
-        weights, _ = dpotrs(factored.lower, data.values, lower=1)
+        weights = factored.weights
         packed, _ = dtrttp(factored.lower, uplo="L")
         passing = (data.xy**2).sum(axis=1) <= middle * middle
-        n = len(data.xy)
         claimed = max(1.0, factored.mean_square)
-        agreement = Agreement.of(data.path, passing, noise[:n, :n], factored.lower, weights, claimed)
-        off = noise[n:, n:] @ weights[n:]
+        agreement = Agreement.of(data.path, passing, noise.height_covariance, factored.lower, weights, claimed)
+        off = noise.slope_covariance(weights[len(data.xy) :])
         misfit = float(off @ off) / len(off)
         return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square, agreement, misfit)
 
