@@ -42,7 +42,7 @@ positions keeps is known to a factor of two (a property of finger and path), the
 at every sample."""
 
 REACH = np.log([1e3, 1e4, 1e5, 1e3, 1e5, 1e6])
-"""Limits of the search about the start, logarithms: so wide that the evidence is flat there, and the prior leads
+"""Limits of numbers about those of the start, logarithms: so wide that the evidence is flat there, and the prior leads
 back, even without any noise (rounding then counts as 3 nm of it)."""
 
 AT_LIMIT = math.log(1.1)
@@ -69,6 +69,11 @@ FLAT = 0.5
 
 GAIN = 3e-5
 """It ends, too, where a step gains less than this fraction of what was gained since the start, some hundreds."""
+
+CREASE = math.radians(25.0)
+"""Turn between stretches that follow one another from which on a patch has a crease [rad]: 1 mm of a radius of 3 mm,
+the smallest that a map is made for, turns by 19 degrees, and a stretch ends at 30. No length and no curvature fit a
+crease, so both would go to their limits."""
 
 IMPOSSIBLE = 1e12
 """Stands for a loss that is not finite: the search turns back."""
@@ -132,7 +137,7 @@ def _from(
     found = _most_probable(_evenly(_calmest(data)), centre, calm, [*surface, *noise])
     # what stays now is the noise: the surface starts anew, since calm places bend less than the rest
     anew = [replace(found, length=centre.length * each, curvature=centre.curvature) for each in LENGTHS]
-    return _most_probable(among, anew[0], anew, surface)
+    return _most_probable(_evenly(_smooth(data)), anew[0], anew, surface)
 
 
 def _faceted(model: SurfaceModel) -> SurfaceModel:
@@ -171,6 +176,11 @@ def _calmest(data: Sequence[PatchData]) -> list[PatchData]:
     return [filled[i] for i in np.sort(order)]
 
 
+def _smooth(data: Sequence[PatchData]) -> Sequence[PatchData]:
+    """Return patches without a crease, or all where each has one."""
+    return [each for each in data if each.sharpest_turn < CREASE] or data
+
+
 def _evenly(data: Sequence[PatchData], most: int = PATCHES) -> list[PatchData]:
     return [data[i] for i in np.unique(np.linspace(0, len(data) - 1, most).round().astype(int))]
 
@@ -203,9 +213,10 @@ def _search(
         return 0.0, start
     free = np.array(parameters, dtype=np.intp)
     middle, spread = centre.logarithms[free], PRIOR_SPREAD[free]
+    farthest = REACH[free] / spread
 
     def model_at(trial: FloatArray) -> SurfaceModel:
-        moved = np.exp(middle + spread * trial).tolist()
+        moved = np.exp(middle + spread * np.clip(trial, -farthest, farthest)).tolist()
         return replace(start, **{each.name.lower(): value for each, value in zip(parameters, moved, strict=True)})
 
     def loss(trial: FloatArray) -> tuple[float, FloatArray]:
@@ -215,9 +226,8 @@ def _search(
         if not math.isfinite(evidence):
             return IMPOSSIBLE, np.zeros(len(free))
         slope = np.sum([part[1] for part in parts], axis=0)[free] * spread
-        return 0.5 * float(trial @ trial) - evidence, trial - slope
+        return 0.5 * float(trial @ trial) - evidence, trial - np.where(np.abs(trial) < farthest, slope, 0.0)
 
-    bounds = [(-each, each) for each in REACH[free] / spread]
     first = (start.logarithms[free] - middle) / spread
     # a start far from what was felt has a loss of any size, and in other units any offset: only differences count
     offset, slope = loss(first)
@@ -228,12 +238,12 @@ def _search(
         value, by_trial = loss(trial)
         return value - offset, by_trial
 
+    # limits are no bounds of the search: its first step would go all the way to them
     found = minimize(
         above_first,
         first,
         jac=True,
         method="L-BFGS-B",
-        bounds=bounds,
         options={"maxiter": steps, "ftol": GAIN, "gtol": FLAT},
     )
     return float(found.fun) + offset, model_at(found.x)

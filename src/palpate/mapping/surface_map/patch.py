@@ -1,5 +1,6 @@
 """One patch of a surface: a Gaussian process of heights over the plane of one contact."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf, dtpttr, dtrtrs, dtrttp
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.agreement import Agreement
+from palpate.mapping.surface_map.agreement import Agreement, row_starts
 from palpate.mapping.surface_map.covariance import (
     PathNoise,
     bend_covariance,
@@ -99,6 +100,16 @@ class PatchData:
             noise_root=stretches.noise * secant,
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
+
+    @property
+    def sharpest_turn(self) -> float:
+        """Largest angle between normals of stretches that follow one another [rad]; 0 without such."""
+        slope = self.values[len(self.xy) :].reshape(2, -1)
+        normal = np.vstack([slope, np.ones(slope.shape[1])])
+        normal /= np.linalg.norm(normal, axis=0)
+        turn = (normal[:, 1:] * normal[:, :-1]).sum(axis=0)
+        turn = np.delete(turn, [start - 1 for start in row_starts(self.path)])
+        return math.acos(min(max(float(turn.min()), -1.0), 1.0)) if len(turn) else 0.0
 
     def noise(self, model: SurfaceModel) -> PathNoise:
         """Return what errs in `values`."""
