@@ -12,7 +12,7 @@ from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption
 from palpate.mapping.surface_map.evidence import evidence_gradient
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
-from palpate.mapping.surface_map.patch import PatchData, likeliest_bend
+from palpate.mapping.surface_map.patch import CREASE, PatchData, likeliest_bend
 
 PATCHES = 10
 """Patches that are asked, evenly over all; their evidence is pooled. Some 200 values each: 20 or 40 move the
@@ -69,11 +69,6 @@ FLAT = 0.5
 
 GAIN = 3e-5
 """It ends, too, where a step gains less than this fraction of what was gained since the start, some hundreds."""
-
-CREASE = math.radians(25.0)
-"""Turn between stretches that follow one another from which on a patch has a crease [rad]: 1 mm of a radius of 3 mm,
-the smallest that a map is made for, turns by 19 degrees, and a stretch ends at 30. No length and no curvature fit a
-crease, so both would go to their limits."""
 
 IMPOSSIBLE = 1e12
 """Stands for a loss that is not finite: the search turns back."""

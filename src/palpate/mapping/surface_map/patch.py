@@ -1,6 +1,7 @@
 """One patch of a surface: a Gaussian process of heights over the plane of one contact."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,11 @@ STEEPEST_COS = 0.5
 JITTER = 1e-12
 """Added to the diagonal relative to itself, against rounding: 1e-6 of a standard deviation. A search takes it for
 white noise; with less, rounding shows: 1e-13 left maps the same in other units to 1e-4 only, this to 1e-6."""
+
+CREASE = math.radians(25.0)
+"""Turn between stretches that follow one another from which on a patch has a crease [rad]: 1 mm of a radius of 3 mm,
+the smallest that a map is made for, turns by 19 degrees, and a stretch ends at 30. No length and no curvature fit a
+crease, so a search that saw it would end at its limits."""
 
 COARSE_JITTER = 1e-9
 """Instead, where a covariance is singular to rounding all the same."""
@@ -159,9 +165,11 @@ class Factored:
         return cls(lower, evidence, square / len(white), white, (apart[0], apart[1]))
 
 
-def likeliest_bend(data: PatchData, model: SurfaceModel, noise: PathNoise) -> tuple[PatchCurvature, Factored]:
-    """Return which of `BENDS` makes what was felt, with its `noise`, most probable."""
-    tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in BENDS]
+def likeliest_bend(
+    data: PatchData, model: SurfaceModel, noise: PathNoise, bends: Sequence[PatchCurvature] = BENDS
+) -> tuple[PatchCurvature, Factored]:
+    """Return which of `bends` makes what was felt, with its `noise`, most probable."""
+    tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in bends]
     return max(tried, key=lambda each: each[0].odds + each[1].log_evidence)
 
 
@@ -191,13 +199,14 @@ class SurfacePatch:
     slope_misfit: float
 
     @classmethod
-    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, middle: float) -> "SurfacePatch":
+    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, believed: SurfaceModel, middle: float) -> "SurfacePatch":
         """Return the posterior of the heights over `frame` given `stretches`.
 
         Args:
             frame: Its plane.
             stretches: What was felt there.
             model: What to believe of surface and noise.
+            believed: What was believed before it was learned: how the surface may bend, too, where it has a crease.
             middle: Up to this distance from its centre rows tell whether they agree [m].
 
         Raises:
@@ -206,7 +215,9 @@ class SurfacePatch:
         """
         data = PatchData.over(frame, stretches)
         noise = data.noise(model)
-        bend, factored = likeliest_bend(data, model, noise)
+        # a crease says nothing of the rest, nor the rest of a crease
+        beyond = [] if data.sharpest_turn < CREASE else [model.bend_of(believed.bent(each)) for each in BENDS]
+        bend, factored = likeliest_bend(data, model, noise, (*BENDS, *beyond))
         if factored.log_evidence == -np.inf:
             raise FloatingPointError(f"covariance of {len(data.xy)} stretches with {model} is singular")
         weights = factored.weights

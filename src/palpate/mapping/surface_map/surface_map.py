@@ -330,7 +330,8 @@ class SurfaceMap:
         return changed
 
     def _fitted(self, frame: PatchFrame, stretches: Stretches) -> SurfacePatch:
-        return SurfacePatch.fitted(frame, stretches, self._model, 0.5 * self._settings.patch_spacing)
+        believed, middle = self._settings.model, 0.5 * self._settings.patch_spacing
+        return SurfacePatch.fitted(frame, stretches, self._model, believed, middle)
 
     def _chosen(self, patch: int) -> np.ndarray:
         members = self._members[patch]
