@@ -105,7 +105,10 @@ def learn(data: Sequence[PatchData], start: SurfaceModel, held: Collection[Param
 
 
 def at_bounds(model: SurfaceModel, start: SurfaceModel) -> tuple[BrokenAssumption, ...]:
-    """Return which numbers of a model that was learned from `start` lie at the limit of the search."""
+    """Return which numbers of a model that was learned from `start` lie at their limits.
+
+    A surface may be as flat as it likes.
+    """
     off = model.logarithms - start.logarithms
     return tuple(
         BrokenAssumption(
@@ -115,7 +118,7 @@ def at_bounds(model: SurfaceModel, start: SurfaceModel) -> tuple[BrokenAssumptio
             "give MapSettings a model nearer to surface and sensor, or explore more of the surface",
         )
         for each in Parameter
-        if abs(off[each]) > REACH[each] - AT_LIMIT
+        if abs(off[each]) > REACH[each] - AT_LIMIT and not (each is Parameter.CURVATURE and off[each] < 0.0)
     )
 
 
