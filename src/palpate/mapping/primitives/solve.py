@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 from palpate.mapping.primitives.shape import PrimitiveShape, turned
 
@@ -132,15 +134,7 @@ def linearised(shape: PrimitiveShape, points: FloatArray, normals: FloatArray) -
     """
     u, measured = (points - shape.center) @ shape.rotation, normals @ shape.rotation
     local = shape.local_geometry(u, measured)
-    count = len(points)
-    shifts = np.broadcast_to(-np.eye(3), (count, 3, 3))
-    # columns of u x w and w x m by w
-    moved = np.concatenate([shifts, _cross_matrix(u)], axis=2)
-    spun = np.concatenate([np.zeros((count, 3, 3)), -_cross_matrix(local.normal)], axis=2)
-    motions = list(shape.MOTIONS)
-    moved, spun = moved[:, :, motions], spun[:, :, motions]
-    by_motion = (local.normal[:, np.newaxis, :] @ moved)[:, 0, :]
-    turned_by_motion = local.bend @ moved + spun
+    by_motion, turned_by_motion = _by_motion(u, local.normal, local.bend, np.array(shape.MOTIONS))
     return Linearised(
         distance=local.distance,
         normal=measured - local.normal,
@@ -229,9 +223,25 @@ def _trust(at: Linearised, ratio: float, normal_sd: float) -> FloatArray:
     return np.asarray(1.0 / np.sqrt(1.0 + turn**2))
 
 
-def _cross_matrix(a: FloatArray) -> FloatArray:
-    """Return matrices (n, 3, 3) that give a x b from b."""
-    x, y, z = a.T
-    zero = np.zeros_like(x)
-    rows = (np.stack([zero, -z, y], axis=1), np.stack([z, zero, -x], axis=1), np.stack([-y, x, zero], axis=1))
-    return np.stack(rows, axis=1)
+@njit(cache=True)
+def _by_motion(
+    points: FloatArray, normals: FloatArray, bends: FloatArray, motions: npt.NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray]:
+    """Return how distances (n, k) and normals (n, 3, k) change with shifts and turns of a shape."""
+    n, k = len(points), len(motions)
+    distance, normal = np.empty((n, k)), np.empty((n, 3, k))
+    moved, spun = np.zeros((6, 3)), np.zeros((6, 3))
+    for i in range(3):
+        moved[i, i] = -1.0
+    for at in range(n):
+        for i in range(3):  # columns of u x w and w x m by w
+            a, b = (i + 1) % 3, (i + 2) % 3
+            moved[3 + i, a], moved[3 + i, b] = points[at, b], -points[at, a]
+            spun[3 + i, a], spun[3 + i, b] = -normals[at, b], normals[at, a]
+        for j in range(k):
+            by, spin = moved[motions[j]], spun[motions[j]]
+            distance[at, j] = normals[at, 0] * by[0] + normals[at, 1] * by[1] + normals[at, 2] * by[2]
+            for i in range(3):
+                bend = bends[at, i]
+                normal[at, i, j] = bend[0] * by[0] + bend[1] * by[1] + bend[2] * by[2] + spin[i]
+    return distance, normal

@@ -16,7 +16,7 @@ surface cuts is farther from it than the diagonal, sqrt(3)."""
 
 BENT = 0.5
 """A contact's plane misses the surface at distance d by d^2 / (2 R): d / 2 at a radius of d. Corners farther from
-the nearest contact's plane than the shell and that are not asked for."""
+the nearest contact's plane than that and the shell are not asked for."""
 
 MAX_VOXELS = 60_000_000
 """More voxels than this in the box around what was felt are refused: half a gigabyte, a voxel in a wrong unit."""
