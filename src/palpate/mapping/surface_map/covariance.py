@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.kernel import correlate, fill_covariance, sum_surface
+from palpate.mapping.surface_map.kernel import correlate, fill_bends, fill_covariance, sum_surface
 from palpate.mapping.surface_map.model import SurfaceModel
 
 PLANE_SLOPE = 0.3
@@ -47,10 +47,6 @@ class PathNoise:
         """Return the covariance of errors of slopes along x, then along y, times weights, all of shape (2 n,)."""
         along = np.einsum("nij,in->nj", self.slopes, weights.reshape(2, -1))
         return np.einsum("nij,nj->in", self.slopes, self.of_slopes[0] @ along).ravel()
-
-
-BENDINGS = ((0, 0), (0, 1), (1, 1))
-"""Second derivatives in their order: h_xx, h_xy, h_yy."""
 
 
 def patch_covariance(
@@ -134,21 +130,10 @@ def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> F
     not bent: it adds nothing.
     """
     a = math.sqrt(5.0) / model.length
-    s2 = model.height**2
-    d = np.stack([np.subtract.outer(xy_at[:, k], xy[:, k]).T for k in range(2)])
-    ar = a * np.sqrt(d[0] * d[0] + d[1] * d[1])
-    decay = np.exp(-ar)
-    A2 = (s2 * a**4 / 3.0) * decay
-    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
-    steep = a * a * A2 / np.where(ar > 0.0, ar, 1.0)  # times d_i d_j d_k: 0 at d = 0
-    n, m = len(xy), len(xy_at)
-    K = np.empty((3, n, 3, m))
-    for row, (i, j) in enumerate(BENDINGS):
-        K[0, :, row] = A2 * d[i] * d[j] - (A1 if i == j else 0.0)
-        for k in range(2):
-            straight = (i == j) * d[k] + (i == k) * d[j] + (j == k) * d[i]
-            K[1 + k, :, row] = steep * d[i] * d[j] * d[k] - A2 * straight
-    return K.reshape(3 * n, 3 * m)
+    ar = a * cdist(xy, xy_at)
+    K = np.empty((3, len(xy), 3, len(xy_at)))
+    fill_bends(K, xy, xy_at, ar, np.exp(-ar), (a, model.height**2))
+    return K.reshape(3 * len(xy), -1)
 
 
 def bend_variance(model: SurfaceModel) -> FloatArray:

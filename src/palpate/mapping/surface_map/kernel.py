@@ -147,6 +147,51 @@ def judge(heights, offset, sheet, axes, reach, flat_cos, steep_cos, sheet_cos):
 
 
 @njit(cache=True, error_model="numpy")
+def fill_bends(K, xy, xy_at, ar, decay, scales):
+    """Write `covariance.bend_covariance` into K.
+
+    Args:
+        K: Shape (3, n, 3, m).
+        xy: Shape (n, 2) [m].
+        xy_at: Shape (m, 2) [m].
+        ar: Distances times a, shape (n, m).
+        decay: exp(-ar), shape (n, m).
+        scales: a and the variance of the process.
+    """
+    a, s2 = scales
+    n, m = ar.shape
+    for i in range(n):
+        for at in range(m):
+            x, y, r = xy_at[at, 0] - xy[i, 0], xy_at[at, 1] - xy[i, 1], ar[i, at]
+            A2 = s2 * a * a / 3.0 * decay[i, at]
+            A1 = A2 * (1.0 + r)
+            A2 *= a * a
+            steep = a * a * A2 / r if r > 0.0 else 0.0  # times products of x and y: 0 where they are
+            xx, mixed, yy = steep * x * x - A2, steep * x * y, steep * y * y - A2
+            K[0, i, 0, at], K[0, i, 1, at], K[0, i, 2, at] = A2 * x * x - A1, A2 * x * y, A2 * y * y - A1
+            K[1, i, 0, at], K[1, i, 1, at], K[1, i, 2, at] = (xx - 2.0 * A2) * x, xx * y, yy * x
+            K[2, i, 0, at], K[2, i, 1, at], K[2, i, 2, at] = xx * y, yy * x, (yy - 2.0 * A2) * y
+
+
+@njit(cache=True, error_model="numpy")
+def sharpest_turn(values, path, extent):
+    """Return the largest angle between normals of stretches that follow one another [rad]; 0 without such.
+
+    Args:
+        values: Heights, slopes along x and slopes along y, shape (3 n,).
+        path: Where stretches lie along the path, increasing, shape (n,) [m].
+        extent: How long they are, shape (n,) [m].
+    """
+    n, least = len(path), 1.0
+    for i in range(n - 1):
+        if path[i + 1] - path[i] <= extent[i] + extent[i + 1]:
+            u, v, p, q = values[n + i], values[2 * n + i], values[n + i + 1], values[2 * n + i + 1]
+            both = (1.0 + u * u + v * v) * (1.0 + p * p + q * q)
+            least = min(least, (1.0 + u * p + v * q) / math.sqrt(both))
+    return math.acos(least)
+
+
+@njit(cache=True, error_model="numpy")
 def squares(white):
     """Return the products of columns (k, i, m) and (k, j, m), summed over k, shape (m, 3, 3)."""
     n, _, m = white.shape

@@ -9,7 +9,7 @@ from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf, dtpttr, dtrtrs, dtrttp
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.agreement import Agreement, row_starts
+from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.covariance import (
     PathNoise,
     bend_covariance,
@@ -19,7 +19,7 @@ from palpate.mapping.surface_map.covariance import (
     patch_covariance,
     weighted_sums,
 )
-from palpate.mapping.surface_map.kernel import correlate, squares
+from palpate.mapping.surface_map.kernel import correlate, sharpest_turn, squares
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
@@ -110,12 +110,7 @@ class PatchData:
     @property
     def sharpest_turn(self) -> float:
         """Largest angle between normals of stretches that follow one another [rad]; 0 without such."""
-        slope = self.values[len(self.xy) :].reshape(2, -1)
-        normal = np.vstack([slope, np.ones(slope.shape[1])])
-        normal /= np.linalg.norm(normal, axis=0)
-        turn = (normal[:, 1:] * normal[:, :-1]).sum(axis=0)
-        turn = np.delete(turn, [start - 1 for start in row_starts(self.path)])
-        return math.acos(min(max(float(turn.min()), -1.0), 1.0)) if len(turn) else 0.0
+        return float(sharpest_turn(self.values, self.path, self.extent))
 
     def noise(self, model: SurfaceModel) -> PathNoise:
         """Return what errs in `values`."""
