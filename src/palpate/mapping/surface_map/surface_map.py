@@ -222,20 +222,30 @@ class SurfaceMap:
         """Return the height above the plane of the nearest contact, shape (n,) [m]: crude, and everywhere."""
         return self._nearest_plane(points)[0]
 
-    def blend_at(self, points: FloatArray, *, with_sd: bool = False) -> Blend:
-        """Return blended heights above the surface at points near it: quick, and of first order in the height."""
+    def blend_at(self, points: FloatArray, sheet: FloatArray | None = None, *, with_sd: bool = False) -> Blend:
+        """Return blended heights above the surface at points near it: quick, and of first order in the height.
+
+        Args:
+            points: Shape (n, 3) [m].
+            sheet: As for `patch_estimates`.
+            with_sd: Whether standard deviations are wanted.
+        """
         if self._tree is None:
             n = len(points)
             return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
-        found = blended(self.patch_estimates(points), len(points), with_sd=with_sd)
+        found = blended(self.patch_estimates(points, sheet), len(points), with_sd=with_sd)
         return dataclasses.replace(found, sd=np.hypot(self._factor * found.sd, self.facet_height))
 
-    def patch_estimates(self, points: FloatArray) -> Iterator[PatchEstimate]:
-        """Iterate over the estimates of all patches at points near the surface."""
+    def patch_estimates(self, points: FloatArray, sheet: FloatArray | None = None) -> Iterator[PatchEstimate]:
+        """Iterate over the estimates of all patches at points near the surface.
+
+        Args:
+            points: Shape (n, 3) [m].
+            sheet: Normal of the nearest stretch of each, shape (n, 3), if known.
+        """
         if self._tree is None:
             return iter(())
-        _, nearest = self._tree.query(points)
-        sheet = self._stretches.normal[nearest]
+        sheet = self._stretches.normal[self._tree.query(points)[1]] if sheet is None else sheet
         return patch_estimates(points, sheet, self._patches, self._centers, self._settings.patch_reach)
 
     def knowledge_at(self, points: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
