@@ -13,10 +13,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.kernel import correlate, fill_bends, fill_covariance, sum_surface
+from palpate.mapping.surface_map.kernel import (
+    correlate,
+    distances,
+    fill_bends,
+    fill_covariance,
+    fill_heights,
+    sum_surface,
+)
 from palpate.mapping.surface_map.model import SurfaceModel
 
 PLANE_SLOPE = 0.3
@@ -81,18 +87,10 @@ def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) ->
 
     The first m columns of what is before anything errs.
     """
-    n = len(xy)
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
-    dx = np.subtract.outer(xy[:, 0], xy_at[:, 0])
-    dy = np.subtract.outer(xy[:, 1], xy_at[:, 1])
-    ar = a * np.sqrt(dx * dx + dy * dy)
-    decay = np.exp(-ar)
-    K = np.empty((3 * n, len(xy_at)))
-    K[:n] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_at.T)
-    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
-    K[n : 2 * n] = p2 * xy_at[:, 0] - A1 * dx
-    K[2 * n :] = p2 * xy_at[:, 1] - A1 * dy
+    ar = distances(xy, xy_at, a)
+    K = np.empty((3 * len(xy), len(xy_at)))
+    fill_heights(K, xy, xy_at, ar, np.exp(-ar), (a, model.height**2, model.plane**2, PLANE_SLOPE**2))
     return K
 
 
@@ -113,7 +111,7 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
     w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1)
     a = math.sqrt(5.0) / model.length
     h2, p2 = model.plane**2, PLANE_SLOPE**2
-    ar = a * cdist(xy_at, xy)
+    ar = distances(xy_at, xy, a)
     sums = np.empty((3, len(xy_at)))
     sum_surface(sums, xy_at, xy, weights, ar, np.exp(-ar), (a * a, model.height**2))
     plane = p2 * (w @ xy + u.sum(axis=1))
@@ -130,7 +128,7 @@ def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> F
     not bent: it adds nothing.
     """
     a = math.sqrt(5.0) / model.length
-    ar = a * cdist(xy, xy_at)
+    ar = distances(xy, xy_at, a)
     K = np.empty((3, len(xy), 3, len(xy_at)))
     fill_bends(K, xy, xy_at, ar, np.exp(-ar), (a, model.height**2))
     return K.reshape(3 * len(xy), -1)

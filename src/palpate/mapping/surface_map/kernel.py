@@ -84,6 +84,42 @@ def correlate(path, extent, length):
     return C, ends, own
 
 
+@njit(cache=True, error_model="numpy")
+def distances(xy, other, a):
+    """Return distances between points of a plane, (n, 2) and (m, 2), times a, shape (n, m)."""
+    found = np.empty((len(xy), len(other)))
+    for i in range(len(xy)):
+        for j in range(len(other)):
+            dx, dy = xy[i, 0] - other[j, 0], xy[i, 1] - other[j, 1]
+            found[i, j] = a * math.sqrt(dx * dx + dy * dy)
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def fill_heights(K, xy, xy_at, ar, decay, scales):
+    """Write `covariance.height_covariance` into K.
+
+    Args:
+        K: Shape (3 n, m).
+        xy: Shape (n, 2) [m].
+        xy_at: Shape (m, 2) [m].
+        ar: Distances times a, shape (n, m).
+        decay: exp(-ar), shape (n, m).
+        scales: a and the variances of the process, of the plane's height and of its slope.
+    """
+    a, s2, h2, p2 = scales
+    n, m = ar.shape
+    for i in range(n):
+        x, y = xy[i]
+        for at in range(m):
+            u, v = xy_at[at]
+            r, e = ar[i, at], s2 * decay[i, at]
+            A1 = a * a / 3.0 * e * (1.0 + r)
+            K[i, at] = e * (1.0 + r + r * r / 3.0) + h2 + p2 * (x * u + y * v)
+            K[n + i, at] = p2 * u - A1 * (x - u)
+            K[2 * n + i, at] = p2 * v - A1 * (y - v)
+
+
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def sum_surface(sums, xy_at, xy, weights, ar, decay, scales):
     """Write `covariance.weighted_sums` of the process alone into sums, shape (3, m).
