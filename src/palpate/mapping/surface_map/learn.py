@@ -189,9 +189,12 @@ def _most_probable(
     starts: Sequence[SurfaceModel],
     parameters: Sequence[Parameter],
 ) -> SurfaceModel:
-    """Go a few steps from each start, on from the best, and once more with patches bent as they turned out."""
+    """Go a few steps from each start, on from the best, and once more with patches bent as they turned out.
+
+    Every other patch tells which start is the best: they differ by hundreds.
+    """
     ordinary = [BENDS[0]] * len(data)
-    tried = (_search(data, ordinary, centre, start, parameters, TRIAL_STEPS) for start in starts)
+    tried = (_search(data[::2], ordinary[::2], centre, start, parameters, TRIAL_STEPS) for start in starts)
     _, best = min(tried, key=lambda end: end[0])
     _, found = _search(data, ordinary, centre, best, parameters)
     bends = [likeliest_bend(each, found, each.noise(found))[0] for each in data]
