@@ -80,7 +80,7 @@ def surface_mesh(surface: SurfaceMap, voxel: float = 0.5e-3, worst: Knowledge = 
         return _empty(surface.settings.bias, h)
     nearest, low = _nearest_on_grid(surface.stretches.position, surface.settings.reach + (BAND + 1.0) * h, h)
     index = np.argwhere(nearest >= 0)
-    distance, known = _near_surface(surface, (low + index) * h, nearest[tuple(index.T)], BAND * h)
+    distance, known = _near_surface(surface, (low + index) * h, nearest[tuple(index.T)], h)
     if not known.any():
         return _empty(surface.settings.bias, h)
     index = index[known]
@@ -91,18 +91,23 @@ def surface_mesh(surface: SurfaceMap, voxel: float = 0.5e-3, worst: Knowledge = 
 
 
 def _near_surface(
-    surface: SurfaceMap, points: FloatArray, nearest: IndexArray, half: float
+    surface: SurfaceMap, points: FloatArray, nearest: IndexArray, h: float
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return distances of those points that are within `half` of the surface, and which those are."""
+    """Return distances of those points that are within `BAND` of the surface, and which those are.
+
+    Edges of voxels that the surface cuts have their ends within a voxel of it: distances of the others are those of
+    the nearest contact's plane, for their sign.
+    """
     normal = surface.stretches.normal[nearest]
     offset = points - surface.stretches.position[nearest]
-    height = (offset * normal).sum(axis=1)
-    aside = np.sqrt(np.maximum((offset * offset).sum(axis=1) - height * height, 0.0))
-    known = np.abs(height) <= half + BENT * aside
-    distance = surface.blend_at(points[known], normal[known]).distance
-    near = np.abs(distance) <= half  # False for NaN: no patch reaches there
-    known[known] = near
-    return distance[near], known
+    distance = (offset * normal).sum(axis=1)
+    aside = np.sqrt(np.maximum((offset * offset).sum(axis=1) - distance * distance, 0.0))
+    beyond = np.abs(distance) - BENT * aside
+    asked = np.flatnonzero(beyond <= h)
+    distance[asked] = surface.blend_at(points[asked], normal[asked]).distance
+    beyond[asked] = np.abs(distance[asked])  # NaN where no patch reaches
+    near = np.asarray(beyond <= BAND * h)
+    return distance[near], near
 
 
 def _dressed(
