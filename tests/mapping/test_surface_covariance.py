@@ -45,7 +45,9 @@ def test_slopes_are_the_derivatives_of_heights():
     K = surface_covariance(xy, MODEL).reshape(12, 12)
     with mpmath.workdps(40):
         exact = [
-            [float(exact_covariance(p, q, i, j, MODEL)) for j in range(3) for q in xy] for i in range(3) for p in xy
+            [float(exact_covariance(p, q, i, j, MODEL)) for j in range(3) for q in xy]
+            for i in range(3)
+            for p in xy
         ]
     np.testing.assert_allclose(K, exact, rtol=1e-9, atol=1e-16)
 

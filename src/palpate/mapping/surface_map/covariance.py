@@ -28,6 +28,7 @@ from palpate.mapping.surface_map.model import SurfaceModel
 PLANE_SLOPE = 0.3
 """Standard deviation of the slope of a patch's plane: its axis is the normal of a contact, the rest is bend."""
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PathNoise:
     """What errs in heights and slopes along a path.
@@ -52,7 +53,7 @@ class PathNoise:
     def slope_covariance(self, weights: FloatArray) -> FloatArray:
         """Return the covariance of errors of slopes along x, then along y, times weights, all of shape (2 n,)."""
         along = np.einsum("nij,in->nj", self.slopes, weights.reshape(2, -1))
-        return np.einsum("nij,nj->in", self.slopes, self.of_slopes[0] @ along).ravel()
+        return np.asarray(np.einsum("nij,nj->in", self.slopes, self.of_slopes[0] @ along).ravel())
 
 
 def patch_covariance(

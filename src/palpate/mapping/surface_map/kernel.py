@@ -203,7 +203,7 @@ def fill_bends(K, xy, xy_at, ar, decay, scales):
             A1 = A2 * (1.0 + r)
             A2 *= a * a
             steep = a * a * A2 / r if r > 0.0 else 0.0  # times products of x and y: 0 where they are
-            xx, mixed, yy = steep * x * x - A2, steep * x * y, steep * y * y - A2
+            xx, yy = steep * x * x - A2, steep * y * y - A2
             K[0, i, 0, at], K[0, i, 1, at], K[0, i, 2, at] = A2 * x * x - A1, A2 * x * y, A2 * y * y - A1
             K[1, i, 0, at], K[1, i, 1, at], K[1, i, 2, at] = (xx - 2.0 * A2) * x, xx * y, yy * x
             K[2, i, 0, at], K[2, i, 1, at], K[2, i, 2, at] = xx * y, yy * x, (yy - 2.0 * A2) * y

@@ -42,8 +42,8 @@ positions keeps is known to a factor of two (a property of finger and path), the
 at every sample."""
 
 REACH = np.log([1e3, 1e4, 1e5, 1e3, 1e5, 1e6])
-"""Limits of numbers about those of the start, logarithms: so wide that the evidence is flat there, and the prior leads
-back, even without any noise (rounding then counts as 3 nm of it)."""
+"""Limits of numbers about those of the start, logarithms: so wide that the evidence is flat there, and the prior
+leads back, even without any noise (rounding then counts as 3 nm of it)."""
 
 AT_LIMIT = math.log(1.1)
 """What lies within a tenth of a limit of the search is at it."""

@@ -95,8 +95,8 @@ def _near_surface(
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """Return distances of those points that are within `BAND` of the surface, and which those are.
 
-    Edges of voxels that the surface cuts have their ends within a voxel of it: distances of the others are those of
-    the nearest contact's plane, for their sign.
+    Edges of voxels that the surface cuts have their ends within a voxel of it: distances of other points are those
+    from the nearest contact's plane, for their sign.
     """
     normal = surface.stretches.normal[nearest]
     offset = points - surface.stretches.position[nearest]
@@ -138,7 +138,7 @@ def _empty(bias: float, h: float) -> SurfaceMesh:
 
 
 def _nearest_on_grid(contacts: FloatArray, reach: float, h: float) -> tuple[IndexArray, FloatArray]:
-    """Return the contact (m, 3) nearest to each point of a grid, -1 where none is within `reach`, and its lowest."""
+    """Return which contact (m, 3) is nearest to each point of a grid, -1: none within `reach`; and its lowest."""
     cells = np.floor(contacts / h).astype(np.int64)
     pad = int(np.ceil(reach / h)) + 1
     low = cells.min(axis=0) - pad
@@ -168,6 +168,8 @@ def _mark_nearest(nearest: IndexArray, contacts: FloatArray, reach: float) -> No
                     other = nearest[i, j, k]
                     if other >= 0:
                         u, v, w = contacts[other]
-                        if (i - u) ** 2 + (j - v) ** 2 + (k - w) ** 2 <= (i - x) ** 2 + (j - y) ** 2 + (k - z) ** 2:
+                        if (i - u) ** 2 + (j - v) ** 2 + (k - w) ** 2 <= (i - x) ** 2 + (j - y) ** 2 + (
+                            k - z
+                        ) ** 2:
                             continue
                     nearest[i, j, k] = each

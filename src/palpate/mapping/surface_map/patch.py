@@ -31,9 +31,9 @@ JITTER = 1e-12
 white noise; with less, rounding shows: 1e-13 left maps the same in other units to 1e-4 only, this to 1e-6."""
 
 CREASE = math.radians(25.0)
-"""Turn between stretches that follow one another from which on a patch has a crease [rad]: 1 mm of a radius of 3 mm,
-the smallest that a map is made for, turns by 19 degrees, and a stretch ends at 30. No length and no curvature fit a
-crease, so a search that saw it would end at its limits."""
+"""Turn between stretches that follow one another from which on a patch has a crease [rad]: 1 mm of a radius of
+3 mm, the smallest that a map is made for, turns by 19 degrees, and a stretch ends at 30. No length and no
+curvature fit a crease, so a search that saw it would end at its limits."""
 
 COARSE_JITTER = 1e-9
 """Instead, where a covariance is singular to rounding all the same."""
@@ -194,14 +194,16 @@ class SurfacePatch:
     slope_misfit: float
 
     @classmethod
-    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, believed: SurfaceModel, middle: float) -> "SurfacePatch":
+    def fitted(
+        cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, believed: SurfaceModel, middle: float
+    ) -> "SurfacePatch":
         """Return the posterior of the heights over `frame` given `stretches`.
 
         Args:
             frame: Its plane.
             stretches: What was felt there.
             model: What to believe of surface and noise.
-            believed: What was believed before it was learned: how the surface may bend, too, where it has a crease.
+            believed: What was believed before: how the surface may bend, too, where it has a crease.
             middle: Up to this distance from its centre rows tell whether they agree [m].
 
         Raises:
