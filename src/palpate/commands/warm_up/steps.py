@@ -20,7 +20,7 @@ from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
-from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, surface_mesh
+from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, fit_ball, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.mapping.curvature_layers import curvature_layers
 from palpate.runtime import Command
@@ -119,6 +119,7 @@ def _map() -> None:
     surface = SurfaceMap.learned(cloud)
     curvature_layers(surface, surface_mesh(surface))
     HeightMap.from_cloud(cloud, 5e-4)
+    fit_ball(cloud.thinned(1e-3))
 
 
 def _grasp(n: int) -> GraspContacts:

@@ -218,10 +218,6 @@ class SurfaceMap:
             nearest = nearest + _or_zero(aside)
         return nearest
 
-    def plane_distance(self, points: FloatArray) -> FloatArray:
-        """Return the height above the plane of the nearest contact, shape (n,) [m]: crude, and everywhere."""
-        return self._nearest_plane(points)[0]
-
     def blend_at(self, points: FloatArray, sheet: FloatArray | None = None, *, with_sd: bool = False) -> Blend:
         """Return blended heights above the surface at points near it: quick, and of first order in the height.
 
@@ -245,8 +241,8 @@ class SurfaceMap:
         """
         if self._tree is None:
             return iter(())
-        sheet = self._stretches.normal[self._tree.query(points)[1]] if sheet is None else sheet
-        return patch_estimates(points, sheet, self._patches, self._centers, self._settings.patch_reach)
+        sheets = self._stretches.normal[self._tree.query(points)[1]] if sheet is None else sheet
+        return patch_estimates(points, sheets, self._patches, self._centers, self._settings.patch_reach)
 
     def knowledge_at(self, points: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Return `Knowledge` and the distance to the nearest stretch at points of the surface, shapes (n,)."""
