@@ -12,7 +12,7 @@ PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms faults bench pictures clean
+.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms faults bench figures pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -101,6 +101,9 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/sweep.py
 	$(BIN)/python benchmarks/learning.py
 
+figures: $(VENV)/.test $(VENV)/.kernels  ## Measure the figures of README and docs anew, five minutes, and write them there
+	$(BIN)/python benchmarks/figures
+
 pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python benchmarks/contact --picture docs/contact_speed_error.png
@@ -115,7 +118,7 @@ $(BIN)/python:
 	python3 tests/install/choose_python.py $(VENV) $(PYTHON)
 
 # numba looks only at the file of a cached function, not at what it inlines from others: forget all when one changes
-$(VENV)/.kernels: $(BIN)/python $(shell grep -rlE 'import njit' src controllers hw sim)
+$(VENV)/.kernels: $(BIN)/python $(shell grep -rlE 'njit' src controllers hw sim)
 	find -L src -name "*.$$($(BIN)/python -c 'import sys; print("py%d%d" % sys.version_info[:2])').nbi" -delete
 	@touch $@
 

@@ -35,6 +35,7 @@ from palpate.controllers.paths import Follow
 from palpate.runtime import (
     ArmSample,
     Command,
+    Phase,
     RunResult,
     Sample,
     SensorFinger,
@@ -43,7 +44,6 @@ from palpate.runtime import (
     WrenchSample,
     run,
 )
-from palpate.runtime.following import CommandedMotion
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import LogWriter, MemoryLog, Recorder
@@ -52,7 +52,7 @@ from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
 from palpate.sensing.ft.filter_specs import Butterworth
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
-from palpate.spatial import IDENTITY, Vector
+from palpate.spatial import IDENTITY, ZERO, add_scaled
 from palpate.surfaces import Ellipsoid
 
 PERIOD = 1e-3
@@ -99,7 +99,7 @@ SENSOR = SensorFile(
 TIP = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))
 
 
-def readings() -> tuple[tuple[float, ...], ...]:
+def readings(*, loaded: bool) -> tuple[tuple[float, ...], ...]:
     """What the sensor says, in volts: about 2 N on a surface that turns to and fro by 0.1 rad, with noise."""
     rng = np.random.default_rng(0)
     turn = 0.1 * np.sin(2.0 * np.pi * np.arange(CANNED) / CANNED)
@@ -108,30 +108,35 @@ def readings() -> tuple[tuple[float, ...], ...]:
     force = 2.0 * up
     weight = 9.81 * np.array([0.0, 0.0, -0.030])
     moment = np.cross(point, force) + 2e-3 * up
+    if not loaded:
+        force, moment = np.zeros_like(force), np.zeros_like(moment)
     load = np.concatenate([force + weight, moment], axis=1) + np.array((*SENSOR.bias_force, *SENSOR.bias_moment))
     load += rng.normal(size=(CANNED, 6)) * np.repeat([0.01, 1e-4], 3)
     return tuple(map(tuple, (load / np.repeat([10.0, 0.2], 3)).tolist()))
 
 
-READINGS = readings()
+READINGS, UNLOADED = readings(loaded=True), readings(loaded=False)
+
+SIDE = 0.8
+"""[m] of the strokes: longer than any run."""
 
 
 class NoDevice:
-    """A back end that takes a period to answer, and then says what was prepared."""
+    """A back end that takes a period to answer, and then says what was prepared; its tip goes where it is sent."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.period = PERIOD
         self.pacer = pacer
         self.read_time = array("d")
         self._index = 0
-        self._travel = 0.0
-        self._rests = False
+        self._at, self._velocity = (-0.5 * SIDE, -0.5 * SIDE, 0.05), ZERO  # where the strokes begin
+        self._loaded = False
 
     def start(self) -> Sample:
         return self._read()
 
     def step(self, command: Command) -> Sample:
-        self._rests = command.velocity_base_tip == (0.0, 0.0, 0.0)
+        self._velocity, self._loaded = command.velocity_base_tip, command.phase not in (Phase.TRAVEL, Phase.LIFT)
         self.pacer.wait()
         before = clock()
         sample = self._read()
@@ -139,12 +144,13 @@ class NoDevice:
         return sample
 
     def _read(self) -> Sample:
+        """The tip has gone on as commanded, and at once."""
         self._index += 1
         now = self._index * self.period
-        speed = 0.0 if self._rests else 1e-3
-        self._travel += speed * self.period
-        arm = ArmSample(now, (self._travel, 0.0, 0.05), IDENTITY, (speed, 0.0, 0.0))
-        return Sample(now, arm, (WrenchSample(now, READINGS[self._index % CANNED], (0.0, 0.0, 9.81)),))
+        self._at = add_scaled(self._at, self.period, self._velocity)
+        arm = ArmSample(now, self._at, IDENTITY, self._velocity)
+        reading = READINGS[self._index % CANNED] if self._loaded else UNLOADED[self._index % CANNED]
+        return Sample(now, arm, (WrenchSample(now, reading, (0.0, 0.0, 9.81)),))
 
     def close(self) -> None:
         pass
@@ -154,13 +160,6 @@ class NoDevice:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class Unjudged(CommandedMotion):
-    """Costs as much as it does on a robot, and says nothing: this arm does not follow."""
-
-    def _judge(self, before: Vector, now: Vector) -> None:
-        pass
 
 
 class Stopwatch:
@@ -186,10 +185,22 @@ class Stopwatch:
         return getattr(self._timed, name)
 
 
+class TimedFinger(Stopwatch):
+    """A finger whose pipeline is timed.
+
+    Attributes:
+        watch: Of the pipeline.
+    """
+
+    def pipeline(self) -> Stopwatch:
+        self.watch = Stopwatch(self._timed.pipeline(), "step")
+        return self.watch
+
+
 def controller() -> ExploreController:
     gain = force_gain(20e3, 0.01)
     parameters = ExploreParameters(force=2.0, speed=0.01, gain=gain, lead=0.01)
-    return ExploreController(parameters, Follow(Raster(0.8, 0.8, 0.1)), PERIOD)
+    return ExploreController(parameters, Follow(Raster(SIDE, SIDE, 0.1)), PERIOD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,9 +234,9 @@ def measure(
     )
     live = live_parameters_of(control)
     if watch is not None:
-        watch["pipeline"] = Stopwatch(*touch._pipelines, "step")
-        touch._pipelines = (watch["pipeline"],)
-        touch = watch["sense"] = Stopwatch(touch, "sense")
+        finger = TimedFinger(SensorFinger(TIP, SENSOR))
+        touch = watch["sense"] = Stopwatch(Touch(finger), "sense")
+        watch["pipeline"] = finger.watch
         control = watch["control"] = Stopwatch(control, "step")
         supervisor = watch["supervise"] = Stopwatch(supervisor, "admits", "check")
         recorder = watch["record"] = Stopwatch(recorder, "record")
@@ -238,7 +249,6 @@ def measure(
         duration=seconds,
         recorder=recorder,
         live=live,
-        following=Unjudged,
     )
     if result.trip is not None or result.ending.value != "time is up":
         raise SystemExit(f"the benchmark itself went wrong: {result.ending.value}; {result.trip}")

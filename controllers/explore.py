@@ -23,12 +23,16 @@ from palpate.controllers.orientation import Orientation, carried_along
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, SingleTouch, Stroke
 from palpate.controllers.paths.plane import Point
-from palpate.controllers.paths.slides import Slide, slide
+from palpate.controllers.paths.slides import Slide, prepare, slide
 from palpate.controllers.paths.strategy import Strategy
 from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add, add_scaled, as_vector, dot, norm, rotate, scale, subtract, toward
+from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, scale, subtract, toward
+
+SCAN = Phase.SCAN
+PRESSING, IN_FLIGHT = (Phase.SETTLE, SCAN), (Phase.LIFT, Phase.TRAVEL)
+"""Looked up once: in every period it would take as long as the control of the force."""
 
 MIN_TOUCH_IN_FLIGHT = 0.1
 """Lower bound, as a share of the set force, on what counts as a touch in flight. A sensor's zero drifts, and a tip
@@ -84,8 +88,10 @@ class ExploreController:
         self.contact = GuardedApproach(
             parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.SCAN, math.inf
         )
+        self._delay, self._room = parameters.gain.delay, parameters.room
         self._most_change = parameters.slew * period
         self._braking = parameters.acceleration * period
+        prepare()
         self._forget()
 
     def _forget(self) -> None:
@@ -107,12 +113,12 @@ class ExploreController:
         self._forget()
         self.contact.start(first.time, first.arm.position_base_tip)
         self.live.restart()
-        self._tracker.reset()
         self._force.start()
         if self._orientation is not None:
             self._orientation.reset()
         # what is felt before the tip has moved is no contact yet
         self._state = state = replace(self._sensed(first), touching=False)
+        self._tracker.reset()
         u, v, top = self._plane.flat(state.tip)
         self._space = replace(self._space, top=top)
         self._low, self._begin = top, (u, v)
@@ -123,8 +129,6 @@ class ExploreController:
         """Return the velocity for the next period; a final phase only once that is zero."""
         self._state = state = self._sensed(now)
         self.contact.sense(state.time, state.position, state.touching)
-        if state.touching:
-            self._tracker.update(state.normal)
         if self._ending is None:
             self._go_on(state)
         if self._ending is not None and self._rests(state):
@@ -133,21 +137,22 @@ class ExploreController:
         if self._orientation is not None:
             turn, along = self._turn(now, state, self._orientation)
             velocity = add(velocity, along)
-        velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
+        before, phase = self._command, self.contact.phase
+        velocity = toward(before.velocity_base_tip, velocity, self._most_change)
         # the run ends with the final phase: first come to rest as gently as ever
-        braking = self.contact.phase.is_final and (velocity != ZERO or turn != ZERO)
-        self._command = Command(velocity, self._command.phase if braking else self.contact.phase, None, turn)
-        return self._command
+        if self._outcome is not None and phase.is_final and (velocity != ZERO or turn != ZERO):
+            phase = before.phase
+        self._command = command = Command(velocity, phase, None, turn)
+        return command
 
     def _sensed(self, now: Observation) -> TipState:
         arm, finger, before = now.arm, now.fingers[0], self._state
         normal, lever, tip = before.normal, before.lever, arm.position_base_tip
         touching = finger.touching
-        if touching and self.contact.phase in (Phase.LIFT, Phase.TRAVEL):
+        if touching and self.contact.phase in IN_FLIGHT:
             touching = norm(finger.force) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
-            normal = rotate(arm.rotation_base_tip, as_vector(finger.contact.normal))
-            lever = rotate(arm.rotation_base_tip, as_vector(finger.contact.centroid))
+            normal, lever = self._tracker.feel(arm.rotation_base_tip, finger.contact)
         if self._orientation is not None:
             pivot = self._orientation.pivot
             tip = add(tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))
@@ -155,7 +160,7 @@ class ExploreController:
 
     def _pressing(self, state: TipState) -> bool:
         """Whether force control acts."""
-        return state.touching and self.contact.phase in (Phase.SETTLE, Phase.SCAN)
+        return state.touching and self.contact.phase in PRESSING
 
     def _turn(self, now: Observation, state: TipState, orientation: Orientation) -> tuple[Vector, Vector]:
         """Angular velocity that keeps the tip normal, and velocity that keeps the contact in place meanwhile."""
@@ -166,11 +171,14 @@ class ExploreController:
 
     def _go_on(self, state: TipState) -> None:
         contact = self.contact
-        if contact.phase in (Phase.LIFT, Phase.TRAVEL) and self._flight is not None:
+        if contact.phase in IN_FLIGHT and self._flight is not None:
             self._flight.step(state)
             self._fly(self._flight, state)
             return
-        event = contact.step(self._travel(state))
+        event = contact.step(self._travel(state) if contact.searching else 0.0)
+        if event is None and contact.phase is SCAN:  # in most periods
+            self._slide_on(state)
+            return
         if event is ContactEvent.TOUCHED:
             self._force.touch(state.time)
         elif event is ContactEvent.BOUNCED:
@@ -179,7 +187,7 @@ class ExploreController:
             self._lose(state)
         elif event is ContactEvent.SETTLED and isinstance(self.leg, Hop):
             self._conclude(LegEnd.REACHED)
-        elif event is ContactEvent.SETTLED or contact.phase is Phase.SCAN:
+        elif event is ContactEvent.SETTLED:
             self._slide_on(state)
         if contact.loss.is_final:
             self._conclude(LegEnd.MISSED if contact.loss is Loss.MISSING else LegEnd.LOST)
@@ -277,26 +285,25 @@ class ExploreController:
         self._along = ZERO
 
     def _slide_on(self, state: TipState) -> None:
-        leg = self.leg
-        assert leg is not None
-        assert not isinstance(leg, Hop)
         if self._slide is None:
-            acceleration = self._parameters.acceleration
+            leg, acceleration = self.leg, self._parameters.acceleration
+            assert leg is not None
+            assert not isinstance(leg, Hop)
             self._slide = slide(leg, self._begin, self._place(state), self._plane, acceleration, self._period)
-        contact = add(state.position, state.lever)
-        ahead = ContactPeriod(state.tip, contact, scale(-1.0, self._tracker.predicted))
-        along = self._slide.step(ahead, self.live.value("speed"))
-        if along is LegEnd.STEEP:
+        (x, y, z), (p, q, r) = state.normal, self._tracker.predicted
+        felt = ContactPeriod(state.tip, add(state.position, state.lever), (-x, -y, -z))
+        along = self._slide.step(felt, (-p, -q, -r), self.live.value("speed"))
+        if isinstance(along, LegEnd) and along is LegEnd.STEEP:
             self._conclude(along)
             return
-        if self.contact.phase is not Phase.SCAN:
+        if self.contact.phase is not SCAN:
             self._force.sweep(state.time)
-            self.contact.enter(Phase.SCAN)
+            self.contact.enter(SCAN)
         self._swept = True
-        found = self.strategy.feel(ContactPeriod(state.tip, contact, scale(-1.0, state.normal)))
+        found = self.strategy.feel(felt)
         if isinstance(along, LegEnd):
-            if isinstance(leg, SingleTouch):
-                self._retreat(leg, state)
+            if isinstance(self.leg, SingleTouch):
+                self._retreat(self.leg, state)
             else:
                 self._conclude(along)
             return
@@ -312,9 +319,9 @@ class ExploreController:
 
     def _in_room(self, state: TipState) -> bool:
         """Whether the tip can still come to rest within its room."""
-        velocity = self._command.velocity_base_tip
-        time = self._parameters.gain.delay + 0.5 * norm(velocity) / self._parameters.acceleration
-        return self._parameters.room.holds(add_scaled(state.position, time, velocity))
+        (x, y, z), (u, v, w) = state.position, self._command.velocity_base_tip
+        time = self._delay + 0.5 * math.hypot(u, v, w) / self._parameters.acceleration
+        return self._room.holds((x + time * u, y + time * v, z + time * w))
 
     # velocities
 
@@ -335,7 +342,7 @@ class ExploreController:
 
     def _on_surface(self, now: Observation, state: TipState) -> Vector:
         normal, force = self._tracker.predicted, self._force
-        control = force.settling if self.contact.phase is Phase.SETTLE else force.sweeping
+        control = force.sweeping if self.contact.phase is SCAN else force.settling
         push = control(now, self._tracker.normal, state.lever, self.live)
         if self._ending is not None:  # come to rest along the surface
             self._along = toward(self._along, ZERO, self._braking)

@@ -86,7 +86,8 @@ class HeldForce:
         wanted, rate = self._wanted(now.time, live)
         if self._follows:
             self._watch(felt, normal, now.arm, lever)
-        fastest = max(self._parameters.landing_speed, live.value("speed"))
+        landing_speed, speed = self._parameters.landing_speed, live.value("speed")
+        fastest = speed if speed > landing_speed else landing_speed
         return self._force.step(wanted, felt, live.value("force_gain"), fastest, rate)
 
     def _wanted(self, time: float, live: LiveParameters) -> tuple[float, float]:

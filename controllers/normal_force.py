@@ -136,9 +136,11 @@ class NormalForce:
             gain *= share * self._lower(gain)
             forward += share * self.surface.predicted
         asked = self.law.step(error, gain)
-        push = min(max(asked, -max(fastest, retreat_speed)), fastest)
-        if push != asked:
-            self.law.start(push)  # a law that remembers must not go on beyond what is done
+        slowest = -fastest if fastest >= retreat_speed else -retreat_speed
+        if slowest <= asked <= fastest:
+            return asked + forward
+        push = min(max(asked, slowest), fastest)
+        self.law.start(push)  # a law that remembers must not go on beyond what is done
         return push + forward
 
     def _lower(self, gain: float) -> float:

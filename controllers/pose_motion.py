@@ -18,7 +18,7 @@ from palpate.runtime.data import ArmSample
 from palpate.spatial import ZERO, Matrix, Vector, limit_norm, norm, scale, subtract, toward
 
 GREATEST_GAIN = 5.0
-"""[1/s] As `PathFollower.STEERING`: a tenth of what a servo of 100 rad/s allows; 20 mm/s brake with 0.1 m/s^2."""
+"""[1/s] As `STEERING`: a tenth of what a servo of 100 rad/s allows; 20 mm/s brake with 0.1 m/s^2."""
 
 ALIGNED = 2e-3
 """An orientation as near as this counts as reached [rad]."""

@@ -27,6 +27,10 @@ from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Vector, add_scaled, as_vector, dot, limit_norm, rotate, scale, subtract, toward
 
+HOLD = Phase.HOLD
+PRESSING, FINAL = (Phase.SETTLE, HOLD), (Phase.DONE, Phase.LOST)
+"""Looked up once, see `palpate.controllers.guarded_approach`."""
+
 GUARD_RATE_ALLOWANCE = 5.0
 """Raises the guard's threshold, a fifth of the force, as if the force were larger by this multiple of its change
 in one delay. The tracking error of a changing force then stays within half of the threshold."""
@@ -126,17 +130,28 @@ class RegulateController:
         """Return the velocity for the next period; a final phase only once that is zero."""
         finger = now.fingers[0]
         if finger.touching:
-            self._tracker.update(rotate(now.arm.rotation_base_tip, as_vector(finger.contact.normal)))
+            self._tracker.feel(now.arm.rotation_base_tip, finger.contact)
         self.contact.sense(now.time, now.arm.position_base_tip, finger.touching)
         self._change_phase(now.time)
         velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)
-        braking = self.contact.phase.is_final and velocity != ZERO
+        braking = velocity != ZERO and self.contact.phase in FINAL
         self._command = Command(velocity, self._command.phase if braking else self.contact.phase)
         return self._command
 
     def _change_phase(self, time: float) -> None:
         wanted, contact = self._parameters, self.contact
         event = contact.step()
+        if event is not None:
+            self._take(event, time)
+        elif contact.phase is HOLD:
+            if self.held_since is not None and time - self.held_since > wanted.duration:
+                contact.enter(Phase.LIFT)
+        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
+            contact.enter(Phase.DONE)
+        if contact.loss.is_final:
+            contact.enter(Phase.LOST)
+
+    def _take(self, event: ContactEvent, time: float) -> None:
         if event is ContactEvent.TOUCHED:
             self._touch()
         elif event is ContactEvent.BOUNCED:
@@ -144,17 +159,10 @@ class RegulateController:
         elif event is ContactEvent.SETTLED:
             if self.held_since is None:
                 self.held_since = time
-            contact.enter(Phase.HOLD)
+            self.contact.enter(HOLD)
         elif event is ContactEvent.LOST:
             self._along = ZERO
             self.guard.lower()  # surface following may be the cause
-        elif contact.phase is Phase.HOLD:
-            if self.held_since is not None and time - self.held_since > wanted.duration:
-                contact.enter(Phase.LIFT)
-        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
-            contact.enter(Phase.DONE)
-        if contact.loss.is_final:
-            contact.enter(Phase.LOST)
 
     def _felt(self, now: Observation) -> float:
         """The force along the direction in which it is regulated [N]."""
@@ -165,6 +173,9 @@ class RegulateController:
 
     def _velocity(self, now: Observation) -> Vector:
         wanted, phase = self._parameters, self.contact.phase
+        if phase in PRESSING:
+            direction = wanted.axis or self._tracker.predicted
+            return add_scaled(self._tangential(now, direction), self._push(now), direction)
         if phase is Phase.APPROACH:
             return scale(wanted.landing_speed, wanted.axis or DOWN)
         if phase is Phase.SEEK:
@@ -173,15 +184,12 @@ class RegulateController:
             # away from a surface that comes after it, too
             back = wanted.lift_speed - min(self._surface_velocity, 0.0)
             return scale(-min(back, wanted.fastest_push), wanted.axis or self._tracker.normal)
-        if phase in (Phase.DONE, Phase.LOST):
-            return ZERO
-        direction = wanted.axis or self._tracker.predicted
-        return add_scaled(self._tangential(now, direction), self._push(now), direction)
+        return ZERO
 
     def _tangential(self, now: Observation, direction: Vector) -> Vector:
         """Velocity along the surface, with bounded acceleration and no component in the force's direction."""
         moved = ZERO
-        if self.contact.phase is Phase.HOLD and self.held_since is not None:
+        if self.contact.phase is HOLD and self.held_since is not None:
             moved = self._motion.velocity(now.time - self.held_since)
         change = limit_norm(subtract(moved, self._along), self._most_along)
         self._along = add_scaled(self._along, 1.0, change)
@@ -198,7 +206,7 @@ class RegulateController:
     def _push(self, now: Observation) -> float:
         """Velocity into the object [m/s]."""
         wanted, set_force, felt = self._parameters, self._wanted, self._felt(now)
-        delay, settling = wanted.gain.delay, self.contact.phase is Phase.SETTLE
+        delay, settling = wanted.gain.delay, self.contact.phase is not HOLD
         force, rate = self._profiled(0.0 if self.held_since is None else now.time - self.held_since)
         if settling:
             set_force.hold(force)

@@ -38,6 +38,10 @@ from palpate.spatial import (
     unit,
 )
 
+HOLD, SCAN = Phase.HOLD, Phase.SCAN
+PRESSING, FINAL = (Phase.SETTLE, SCAN), (Phase.DONE, Phase.LOST)
+"""Looked up once, see `palpate.controllers.guarded_approach`."""
+
 MIN_TANGENTIAL_SHARE = 0.05
 """Lower bound on the share of `along` that is tangential to the surface: 3 degrees, several times the error of the
 measured normal. Strokes steeper than that take another tangential direction, the same there and back."""
@@ -111,8 +115,8 @@ class RubbingController:
         """Return velocities for the next period; a final phase only once they are zero."""
         finger, arm = now.fingers[0], now.arm
         self.contact.sense(now.time, arm.position_base_tip, finger.touching)
-        if finger.touching and self.contact.phase is not Phase.HOLD:
-            self._tracker.update(rotate(arm.rotation_base_tip, as_vector(finger.contact.normal)))
+        if finger.touching and self.contact.phase is not HOLD:
+            self._tracker.feel(arm.rotation_base_tip, finger.contact)
             share = 1.0 if self._lever is None else self._lever_share
             before = self._lever or ZERO
             self._lever = add_scaled(before, share, subtract(as_vector(finger.contact.centroid), before))
@@ -120,7 +124,7 @@ class RubbingController:
         velocity, turn = self._motion(now)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
         turn = toward(self._command.angular_velocity_base_tip, turn, self._most_turn)
-        braking = self.contact.phase.is_final and (velocity != ZERO or turn != ZERO)
+        braking = (velocity != ZERO or turn != ZERO) and self.contact.phase in FINAL
         self._command = Command(velocity, self._command.phase if braking else self.contact.phase, None, turn)
         return self._command
 
@@ -129,6 +133,20 @@ class RubbingController:
     def _change_phase(self, time: float) -> None:
         wanted, contact = self._parameters, self.contact
         event = contact.step()
+        if event is not None:
+            self._take(event, time)
+        elif contact.settled and contact.phase in PRESSING:
+            self._go_on(time)
+        elif contact.phase is Phase.HOLD:
+            if contact.elapsed > wanted.tare_time:
+                self.air.append(AirSpan(contact.since, time))
+                contact.enter(Phase.APPROACH if contact.loss is Loss.UNMADE else Phase.DONE)
+        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
+            contact.enter(Phase.HOLD)
+        if contact.loss.is_final:
+            contact.enter(Phase.LOST)
+
+    def _take(self, event: ContactEvent, time: float) -> None:
         if event is ContactEvent.TOUCHED:
             self._touch_down()
         elif event is ContactEvent.BOUNCED:
@@ -142,16 +160,6 @@ class RubbingController:
                 self.spans.pop()
             if self._rub is not None:
                 self._meter.begin(self._rub)
-        elif contact.settled and contact.phase in (Phase.SETTLE, Phase.SCAN):
-            self._go_on(time)
-        elif contact.phase is Phase.HOLD:
-            if contact.elapsed > wanted.tare_time:
-                self.air.append(AirSpan(contact.since, time))
-                contact.enter(Phase.APPROACH if contact.loss is Loss.UNMADE else Phase.DONE)
-        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
-            contact.enter(Phase.HOLD)
-        if contact.loss.is_final:
-            contact.enter(Phase.LOST)
 
     def _touch_down(self) -> None:
         """Start force control; the first rub is asked for at the first touch."""
@@ -175,7 +183,7 @@ class RubbingController:
     def _go_on(self, time: float) -> None:
         wanted, rub, contact = self._parameters, self._rub, self.contact
         assert rub is not None
-        if contact.phase is Phase.SCAN:
+        if contact.phase is SCAN:
             if contact.elapsed >= rub.duration:
                 self.spans.append(RubSpan(rub, self._back, contact.since - wanted.pause, time))
                 self._wait, self._began = wanted.pause, time
@@ -195,19 +203,19 @@ class RubbingController:
 
     def _motion(self, now: Observation) -> tuple[Vector, Vector]:
         wanted, phase = self._parameters, self.contact.phase
-        if phase is Phase.APPROACH:
-            return scale(wanted.landing_speed, DOWN), ZERO
-        if phase is Phase.SEEK:
-            return scale(wanted.landing_speed, self._tracker.normal), ZERO
-        if phase is Phase.LIFT:
-            return scale(-wanted.lift_speed, self._tracker.normal), ZERO
-        if phase not in (Phase.SETTLE, Phase.SCAN):
+        if phase not in PRESSING:
+            if phase is Phase.APPROACH:
+                return scale(wanted.landing_speed, DOWN), ZERO
+            if phase is Phase.SEEK:
+                return scale(wanted.landing_speed, self._tracker.normal), ZERO
+            if phase is Phase.LIFT:
+                return scale(-wanted.lift_speed, self._tracker.normal), ZERO
             return ZERO, ZERO
         normal = self._tracker.predicted
         push = self._push(now)
         along, turn = ZERO, ZERO
         rub = self._rub
-        if phase is Phase.SCAN and rub is not None:
+        if phase is SCAN and rub is not None:
             since = self.contact.elapsed
             share = -rub.share(since) if self._back else rub.share(since)
             along = scale(share * rub.speed, _along(self._along, normal, rub.heading))
@@ -243,14 +251,7 @@ class RubbingController:
         return self._force.step(force, felt, self.live.value("force_gain"), fastest, rate)
 
     def _measure(self, now: Observation, since: float) -> None:
-        finger = now.fingers[0]
-        rotation, contact = now.arm.rotation_base_tip, finger.contact
-        force, normal = rotate(rotation, as_vector(contact.force)), self._tracker.normal
-        pushing = -dot(force, normal)
-        lever = rotate(rotation, as_vector(contact.centroid))
-        moment = rotate(rotation, finger.wrench[3:])
-        torque = dot(subtract(moment, cross(lever, force)), normal)
-        self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)
+        self._meter.feel(self._back, since, now.fingers[0], now.arm.rotation_base_tip, self._tracker.normal)
 
 
 def _projected(direction: Vector, normal: Vector) -> Vector:

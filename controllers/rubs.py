@@ -63,7 +63,8 @@ class Rub:
 
     def share(self, since: float) -> float:
         """Return which share of its speed it has after so long [s]; sliding and turning keep their ratio."""
-        return max(0.0, min(1.0, since / self.ramp, (self.duration - since) / self.ramp))
+        ramp = self.ramp
+        return max(0.0, min(1.0, since / ramp, (self.duration - since) / ramp))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,28 +1,29 @@
 """A MuJoCo scene as a back end."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
 
 import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.kinematics.pose import Pose
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
-from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth
+from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, truth_of_numbers
 from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.resultant import resultant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
-from palpate.sim.objects.target import Mount
+from palpate.sim.objects.target import Mount, Nowhere
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import ZERO, add, rotate, scale
+from palpate.spatial import IDENTITY, ZERO
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,12 +87,15 @@ class MujocoBackend(Closing):
         tip = scene.tip.placer(scene.model, self._data, TIP_GEOM, scene.target.shape)
         target = scene.target.placer(scene.model, self._data, OBJECT_GEOM, TIP_GEOM)
         # a tangent plane lies under the tip's geom; what moves by itself is moved before the tip's geom
-        self._placers = (tip, target) if isinstance(scene.target.shape, TracedObject) else (target, tip)
+        placers = (tip, target) if isinstance(scene.target.shape, TracedObject) else (target, tip)
+        self._placers = tuple(placer for placer in placers if not isinstance(placer, Nowhere))
         # of an object that moves, sensors tell
-        self._still = Pose(scene.target.position) if scene.target.mount is Mount.FIXED else None
+        still = scene.target.mount is Mount.FIXED
+        self._still = (*scene.target.position, *chain.from_iterable(IDENTITY)) if still else None
         self._matrix = np.zeros(9)
         self._friction: FrictionStep = self._plant or MujocoFriction(scene.model, self._data)
         self._readings_now: list[float] = []
+        self._mass, self._time_step = scene.tip.mass, scene.fidelity.time_step
 
     @property
     def period(self) -> float:
@@ -127,9 +131,10 @@ class MujocoBackend(Closing):
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
-            self._place()
+            for placer in self._placers:
+                placer.place()
             friction.advance()
-        sample = self._sample(data.time - self.scene.fidelity.time_step)
+        sample = self._sample(data.time - self._time_step)
         check_converged(self._readings_now, data.time)
         self._pacer.wait()
         return sample
@@ -174,13 +179,7 @@ class MujocoBackend(Closing):
 
     def truth(self) -> Truth:
         """Return what really happened at the time of the last sample."""
-        pose = self._pose_base_object()
-        if self._plant is not None:
-            contacts = self._plant.contacts
-            return Truth(True, *resultant(contacts), pose) if contacts else Truth(False, ZERO, ZERO, ZERO, pose)
-        found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
-        # the contact sensor gives what its first geom, the tip, exerts on the object
-        return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), pose)
+        return truth_of_numbers(self.truth_row())
 
     @property
     def truth_columns(self) -> tuple[str, ...]:
@@ -189,26 +188,31 @@ class MujocoBackend(Closing):
 
     def truth_row(self) -> tuple[float, ...]:
         """See `palpate.runtime.truth.TruthSource`."""
-        return numbers_of_truth(self.truth())
+        if self._plant is not None:
+            contacts = self._plant.contacts
+            position, force, torque = resultant(contacts) if contacts else (ZERO, ZERO, ZERO)
+            return (float(bool(contacts)), *position, *force, *torque, *self._object_pose())
+        found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
+        # the contact sensor gives what its first geom, the tip, exerts on the object
+        return (float(found > 0.0), x, y, z, -fx, -fy, -fz, -tx, -ty, -tz, *self._object_pose())
+
+    def _object_pose(self) -> Sequence[float]:
+        if self._still is not None:
+            return self._still
+        pose = self._readings_now[25:28]
+        mujoco.mju_quat2Mat(self._matrix, self._readings_now[28:32])
+        return pose + self._matrix.tolist()
 
     def _place(self) -> None:
         """Put what follows from time and poses alone where it belongs."""
         for placer in self._placers:
             placer.place()
 
-    def _pose_base_object(self) -> Pose:
-        if self._still is not None:
-            return self._still
-        x, y, z, *quat_wxyz = self._readings_now[25:32]
-        mujoco.mju_quat2Mat(self._matrix, quat_wxyz)
-        a, b, c, d, e, f, g, h, i = self._matrix.tolist()
-        return Pose((x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
-
     def _sample(self, time: float) -> Sample:
         self._readings_now = s = self._readings.tolist()
+        fx, fy, fz, mx, my, mz, ax, ay, az = s[6:15]
+        mass = self._mass
         # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
-        load, acceleration = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11]), (s[12], s[13], s[14])
-        arm = self._drive.sample(time, s)
-        x, y, z = add(load[:3], scale(self.scene.tip.mass, acceleration))
-        arm = replace(arm, tip_force_base=rotate(arm.rotation_base_tip, (x, y, z)))
-        return Sample(time, arm, (self._sensor.step(time, load, acceleration),))
+        arm = self._drive.sample(time, s, (mass * ax - fx, mass * ay - fy, mass * az - fz))
+        reading = self._sensor.step(time, (-fx, -fy, -fz, -mx, -my, -mz), (ax, ay, az))
+        return Sample(time, arm, (reading,))

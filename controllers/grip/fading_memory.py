@@ -1,11 +1,19 @@
-"""Filters noisy samples and their rate, and extrapolates them."""
+"""A filter of noisy samples of a force and a torque, which knows their rates and extrapolates them."""
 
 import math
-from collections.abc import Callable
+from functools import cache
+from typing import Any
 
-from palpate.errors import positive
+import numpy as np
 
-Values = tuple[float, ...]
+from palpate.compiling import machine_code, njit
+from palpate.errors import FloatArray, positive
+
+FORCE = 3
+"""So many of the values, the first ones, are a force [N]; the others are torques [N m]."""
+
+KNOWN, ODD = 0, 1
+"""Where in the last row of its state it says whether there was a sample, and whether the last was odd."""
 
 
 class FadingMemory:
@@ -15,53 +23,71 @@ class FadingMemory:
     sd sqrt(dt / 4 T^3) in the rate, T the smoothing time. A sample that is much farther from its prediction than
     usual is taken if the next one is, too: one period late, but a single glitch, with the rate that it seems to
     tell, would raise a grip many times over.
+
+    Attributes:
+        state: Values, their rates, and what is known of them: shape (3, size).
     """
 
-    __slots__ = ("_far", "_odd", "_period", "_rate", "_to_rate", "_to_value", "_value")
-
-    def __init__(self, smoothing: float, period: float, far: Callable[[Values], bool]) -> None:
+    def __init__(self, smoothing: float, period: float, odd_force: float, odd_torque: float, size: int) -> None:
         """Take how it forgets, and what is odd.
 
         Args:
             smoothing: Time constant of the memory [s].
             period: Of the samples [s].
-            far: Whether a sample is oddly far off, by how much it is off.
+            odd_force: A force that is farther off than this [N],
+            odd_torque: or torques that are farther off than this [N m], are odd.
+            size: How many values there are.
         """
-        self._period = positive("period", period, "s")
-        keep = math.exp(-period / positive("smoothing", smoothing, "s"))
-        self._to_value, self._to_rate = 1.0 - keep * keep, (1.0 - keep) ** 2 / period
-        self._far = far
-        self.restart()
+        keep = math.exp(-positive("period", period, "s") / positive("smoothing", smoothing, "s"))
+        self._constants = (
+            *(period, 1.0 - keep * keep, (1.0 - keep) ** 2 / period),
+            *(odd_force * odd_force, odd_torque * odd_torque),
+        )
+        self.state = np.zeros((3, size))
+        _kernel(size)  # compiled before the first period
 
     def restart(self) -> None:
         """Forget all samples: the next one initialises the filter at rest."""
-        self._value: Values | None = None
-        self._rate: Values = ()
-        self._odd = False
+        self.state[:] = 0.0
 
-    @property
-    def empty(self) -> bool:
-        """Whether there has been no sample."""
-        return self._value is None
-
-    def step(self, values: Values) -> None:
+    def step(self, values: tuple[float, ...]) -> None:
         """Take a sample of this period."""
-        if self._value is None:
-            self._value, self._rate = values, (0.0,) * len(values)
-            return
-        dt, to_value, to_rate = self._period, self._to_value, self._to_rate
-        predicted = tuple([v + dt * r for v, r in zip(self._value, self._rate, strict=True)])
-        off = tuple([a - b for a, b in zip(values, predicted, strict=True)])
-        far = self._far(off)
-        if far and not self._odd:
-            self._value, self._odd = predicted, True
-            return
-        self._odd = far
-        self._value = tuple([v + to_value * e for v, e in zip(predicted, off, strict=True)])
-        self._rate = tuple([r + to_rate * e for r, e in zip(self._rate, off, strict=True)])
+        _kernel(self.state.shape[1])(self.state, self._constants, values)
 
-    def ahead(self, time: float) -> Values:
-        """Return the values so long after the last sample [s]; none before the first."""
-        if self._value is None:
-            return ()
-        return tuple([v + time * r for v, r in zip(self._value, self._rate, strict=True)])
+    def ahead(self, time: float) -> FloatArray:
+        """Return the values so long after the last sample [s]; zeros before the first."""
+        values: FloatArray = self.state[0] + time * self.state[1]
+        return values
+
+
+@njit(cache=True)
+def _take(state: Any, constants: Any, values: Any) -> None:
+    dt, to_value, to_rate, odd_force, odd_torque = constants
+    value, rate, flags = state[0], state[1], state[2]
+    if flags[KNOWN] == 0.0:
+        flags[KNOWN] = 1.0
+        for i in range(len(value)):
+            value[i] = values[i]
+        return
+    force = torque = 0.0
+    for i in range(len(value)):
+        off = values[i] - (value[i] + dt * rate[i])
+        if i < FORCE:
+            force += off * off
+        else:
+            torque += off * off
+    far = force > odd_force or torque > odd_torque
+    odd = far and flags[ODD] == 0.0
+    flags[ODD] = 1.0 if far else 0.0
+    for i in range(len(value)):
+        predicted = value[i] + dt * rate[i]
+        off = values[i] - predicted
+        value[i] = predicted
+        if not odd:
+            value[i] += to_value * off
+            rate[i] += to_rate * off
+
+
+@cache
+def _kernel(size: int) -> Any:
+    return machine_code(_take, np.zeros((3, size)), (0.0,) * 5, (0.0,) * size)

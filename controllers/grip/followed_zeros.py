@@ -21,8 +21,9 @@ while another's zero wanders against it by as much. Slip is heard then (`palpate
 """
 
 import math
+from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime.data import FingerObservation, Observation
 from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.touch_detector import ContactDetector
-from palpate.sensing.solver import Surface, contact_from_wrench
+from palpate.sensing.solver import Solver, Surface
 from palpate.spatial import Wrench, norm
 
 SHORTEST, LONGEST = 0.1, 0.2
@@ -63,6 +64,9 @@ AT_REST = 1e-3
 """[m/s] A hand that is slower stands."""
 
 NOTHING: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+OK = ContactStatus.OK
+"""Looked up once."""
 
 FELT = 0.05
 """[N] A tangential load below that has no direction."""
@@ -105,7 +109,9 @@ class FollowedZeros:
             touch_force: A force above this [N] is a touch,
             release_force: and it ends below this [N].
         """
-        self._surfaces, self._tip, self._wander = tuple(surfaces), tip, wander
+        self._tip, self._wander = tip, wander
+        self._solvers = tuple(Solver(surface) for surface in surfaces)
+        self._unpressed = (0.0,) * len(self._solvers)
         self._count = max(round(_block(wander, noise, positive("period", period, "s")) / period), 1)
         self._span = self._count * period
         self._step = np.array(wander.within(self._span))
@@ -121,12 +127,13 @@ class FollowedZeros:
 
     def start(self) -> None:
         """See `Zeros`."""
-        n = len(self._surfaces)
+        n = len(self._solvers)
         self.unseen = 0.0
         """[s] For which zeros have wandered since the tare and were not followed."""
         self.resting, self.hidden = False, 0.0
         self._zero = np.zeros((n, 6))
         self._given: list[Wrench] = [NOTHING] * n
+        self._reserved: tuple[LimitSurface | None, float, float] = (None, 0.0, 0.0)
         self._tared = self._zero
         self._kept: _Held | None = None
         self._before: _Held | None = None
@@ -137,37 +144,46 @@ class FollowedZeros:
 
     def reserve(self, surface: LimitSurface) -> float:
         """See `Zeros`."""
-        return self._wander.reserve(surface, self._tip, STAIR * math.ceil(self.unseen / STAIR - ROUNDING))
+        steps = math.ceil(self.unseen / STAIR - ROUNDING)
+        known, at, reserve = self._reserved
+        if surface is not known or steps != at:  # asked for several times a period, and the same for long
+            reserve = self._wander.reserve(surface, self._tip, STAIR * steps)
+            self._reserved = (surface, steps, reserve)
+        return reserve
 
     def step(self, now: Observation, forces: tuple[float, ...]) -> Observation:
         """See `Zeros`."""
-        pressed = forces or (0.0,) * len(self._surfaces)
-        seen = replace(now, fingers=tuple(self._beyond(i, finger) for i, finger in enumerate(now.fingers)))
-        touching = [finger.touching for finger in seen.fingers]
-        self._free, self._held = self._free and not any(touching), self._held and all(touching)
+        seen = tuple([self._beyond(i, finger) for i, finger in enumerate(now.fingers)])
+        for finger in seen:
+            self._free, self._held = self._free and not finger.touching, self._held and finger.touching
+            self._healthy = self._healthy and finger.health.ok
         self._still = self._still and norm(now.arm.velocity_base_tip) < AT_REST
-        self._healthy = self._healthy and all(finger.health.ok for finger in now.fingers)
-        self._felt += [finger.wrench for finger in now.fingers]
-        self._pressed += pressed
+        for finger in now.fingers:
+            self._felt.extend(finger.wrench)
+        self._pressed.extend(forces or self._unpressed)
         self._taken += 1
         if self._taken == self._count:
-            self._follow(self._felt / self._count, self._pressed / self._count)
+            n, k = self._count, len(self._solvers)
+            felt, pressed = np.array(self._felt).reshape(n, k, 6), np.array(self._pressed).reshape(n, k)
+            self._follow(felt.sum(axis=0) / n, pressed.sum(axis=0) / n)
             self._begin()
-        return seen
+        return Observation(now.time, now.arm, seen, now.hand)
 
     def _begin(self) -> None:
         """The next block."""
-        self._felt, self._pressed = np.zeros((len(self._surfaces), 6)), np.zeros(len(self._surfaces))
+        self._felt, self._pressed = array("d"), array("d")
         self._taken, self._free, self._held, self._still, self._healthy = 0, True, True, True, True
 
     def _beyond(self, i: int, finger: FingerObservation) -> FingerObservation:
         """What a finger feels beyond its zero."""
-        a, b, c, d, e, f = (x - zero for x, zero in zip(finger.wrench, self._given[i], strict=True))
-        contact = finger.contact
-        if any(self._given[i]):
-            contact = contact_from_wrench(self._surfaces[i], np.array((a, b, c, d, e, f)))
-        touching = self._detectors[i].step(norm((a, b, c))) and contact.status is ContactStatus.OK
-        return replace(finger, wrench=(a, b, c, d, e, f), contact=contact, touching=touching)
+        wrench, contact, zero = finger.wrench, finger.contact, self._given[i]
+        if zero != NOTHING:
+            a, b, c, d, e, f = wrench
+            p, q, r, s, t, u = zero
+            wrench = (a - p, b - q, c - r, d - s, e - t, f - u)
+            contact = self._solvers[i](np.array(wrench))
+        touching = self._detectors[i].step(norm(wrench[:3])) and contact.status is OK
+        return FingerObservation(finger.time, wrench, contact, touching, finger.health)
 
     def _follow(self, felt: FloatArray, pressed: FloatArray) -> None:
         """Take the means of a block."""
@@ -224,7 +240,7 @@ class FollowedZeros:
         return np.array(rows)
 
     def _contacts(self, wrenches: FloatArray) -> list[Contact]:
-        return [contact_from_wrench(tip, each) for tip, each in zip(self._surfaces, wrenches, strict=True)]
+        return [solve(each) for solve, each in zip(self._solvers, wrenches, strict=True)]
 
     def _grown(self, wrenches: FloatArray) -> float:
         """Share by which the load has grown where it grew least, if all that was followed was load."""

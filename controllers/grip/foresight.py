@@ -29,6 +29,11 @@ class Foresight:
         self._coming: tuple[ExpectedLoad, ...] = ()
         self._raised: dict[ExpectedLoad, Forces] = {}
 
+    @property
+    def expects(self) -> bool:
+        """Whether anything is expected."""
+        return bool(self._coming)
+
     def expect(self, loads: Iterable[ExpectedLoad]) -> None:
         """Take what is expected; what is known already counts once."""
         for load in loads:

@@ -91,10 +91,10 @@ class CommonGrip:
                 continue
             ahead.step(load)
             surface = self._belief.surface(i)
-            need, later = (
-                self._need.least(surface, missing * force, missing * torque)
-                for force, torque in (ahead.ahead(0.0), ahead.ahead(self._lead))
-            )
+            force, torque = ahead.ahead(0.0)
+            need = self._need.least(surface, missing * force, missing * torque)
+            force, torque = ahead.ahead(self._lead)
+            later = self._need.least(surface, missing * force, missing * torque)
             now_most = max(now_most, need)
             most = max(most, need, later)
         if None not in loads:

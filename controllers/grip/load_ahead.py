@@ -1,8 +1,13 @@
 """A contact's load now and a little later, from noisy samples."""
 
-import math
+from functools import cache
+from typing import Any
 
-from palpate.controllers.grip.fading_memory import FadingMemory, Values
+import numpy as np
+
+from palpate.compiling import machine_code, njit
+from palpate.controllers.grip.fading_memory import FadingMemory
+from palpate.controllers.small_vectors import length
 from palpate.friction.contact_load import ContactLoad
 
 ODD_FORCE, ODD_TORQUE = 0.3, 2e-3
@@ -21,7 +26,8 @@ class LoadAhead:
 
     def __init__(self, smoothing: float, period: float) -> None:
         """Take the time constant of the memory [s] and the period of the samples [s]."""
-        self._memory = FadingMemory(smoothing, period, _far)
+        self._memory = FadingMemory(smoothing, period, ODD_FORCE, ODD_TORQUE, 4)
+        _kernel()  # compiled before the first period
 
     def restart(self) -> None:
         """Forget all samples: the next one initialises the filter at rest."""
@@ -33,12 +39,17 @@ class LoadAhead:
 
     def ahead(self, time: float) -> tuple[float, float]:
         """Return length of the tangential force [N] and spin torque [N m], so long after the last sample [s]."""
-        if self._memory.empty:
-            return 0.0, 0.0
-        x, y, z, spin = self._memory.ahead(time)
-        return math.hypot(x, y, z), spin
+        found: tuple[float, float] = _kernel()(self._memory.state, time)
+        return found
 
 
-def _far(off: Values) -> bool:
-    x, y, z, spin = off
-    return x * x + y * y + z * z > ODD_FORCE * ODD_FORCE or abs(spin) > ODD_TORQUE
+@njit(cache=True)
+def _ahead(state: Any, time: float) -> tuple[float, float]:
+    value, rate = state[0], state[1]
+    x, y, z = value[0] + time * rate[0], value[1] + time * rate[1], value[2] + time * rate[2]
+    return length(x, y, z), value[3] + time * rate[3]
+
+
+@cache
+def _kernel() -> Any:
+    return machine_code(_ahead, np.zeros((3, 4)), 0.0)

@@ -36,14 +36,23 @@ class SlipBoundedSurface:
         """A new grip begins."""
         self.believed.start()
         self._bounds: dict[int, float] = {}
+        self._bounded: dict[int, tuple[LimitSurface, LimitSurface]] = {}  # what was believed, and that, bounded
         self._before: dict[int, float] = {}
         self._borne: dict[int, float] = {}
         self._regains, self._time = REGAINS, math.inf
 
     def surface(self, finger: int) -> LimitSurface:
         """See `SurfaceBelief`."""
-        surface, bound = self.believed.surface(finger), self._bounds.get(finger, math.inf)
-        return surface if surface.friction <= bound else replace(surface, friction=bound)
+        surface = self.believed.surface(finger)
+        if not self._bounds:
+            return surface
+        bound = self._bounds.get(finger, math.inf)
+        if surface.friction <= bound:
+            return surface
+        known = self._bounded.get(finger)
+        if known is None or known[0] is not surface or known[1].friction != bound:
+            known = self._bounded[finger] = (surface, replace(surface, friction=bound))
+        return known[1]
 
     def watch(self, time: float, loads: Sequence[ContactLoad | None], onsets: Sequence[bool]) -> None:
         """See `SurfaceBelief`."""

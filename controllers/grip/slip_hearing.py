@@ -103,6 +103,7 @@ class SlipHearing:
         self._past = deque[tuple[float, float]](maxlen=max(round(COMPARED / period), 1))
         self._speeds = deque[tuple[float, float]](maxlen=max(round(MEAN / period), 2))
         self._follow = -math.expm1(-period / SHARES)
+        self._nowhere = (False,) * fingers
         self.start()
 
     @property
@@ -118,6 +119,7 @@ class SlipHearing:
         self._parts: tuple[float, ...] = ()
         self._speeds.clear()
         self._ended = math.inf
+        self._hangs = False
         self._end()
 
     def step(
@@ -132,21 +134,24 @@ class SlipHearing:
         """
         felt = [load for load in loads if load is not None]
         if len(felt) < self._fingers or not hanging:
-            self._restart()
-            self._end()
-            return (False,) * self._fingers
+            if self._hangs:
+                self._hangs = False
+                self._restart()
+                self._end()
+            return self._nowhere
+        self._hangs = True
         by = 1.0 / self._lifted_by(now)
-        hangs = tuple(load.scaled(by) for load in self._load.measured(now, felt))
-        sizes = tuple(self._size(load) for load in felt)
-        grips = tuple(load.normal_force for load in felt)
-        self._mean.append((tuple(load.size for load in hangs), sizes, grips))
+        hangs = tuple([load.scaled(by) for load in self._load.measured(now, felt)])
+        sizes = tuple([self._size(load) for load in felt])
+        grips = tuple([load.normal_force for load in felt])
+        self._mean.append((tuple([load.size for load in hangs]), sizes, grips))
         if self.slipping:
             for fall, load in zip(self._signals.falls, hangs, strict=True):
                 fall.watch(load.size)
             onsets = self._heard()
             self._judge(now.time)
             return onsets
-        ratios = tuple(size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True))
+        ratios = tuple([size / grip if grip > 0.0 else 0.0 for size, grip in zip(sizes, grips, strict=True)])
         believed = [self._belief.believed.surface(i).friction for i in range(self._fingers)]
         shared = self._load.shared(now, felt)
         signal = self._signals.step(now.time, hangs, shared, ratios, grips, believed)
@@ -161,8 +166,9 @@ class SlipHearing:
             self._begin(now.time, hangs)
             return self._heard()
         before = self._parts or sizes
-        self._parts = tuple(a + self._follow * (b - a) for a, b in zip(before, sizes, strict=True))
-        return (False,) * self._fingers
+        follow = self._follow
+        self._parts = tuple([a + follow * (b - a) for a, b in zip(before, sizes, strict=True)])
+        return self._nowhere
 
     def _swings(self, time: float) -> bool:
         """Whether what fell and was held goes on to fall and rise, and so was no slip."""

@@ -104,6 +104,7 @@ class SlipSafeGrip:
         self._foresight = Foresight(parameters.lead, parameters.grip_rate)
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
+        self._nothing = (0.0,) * fingers
         self.start(parameters.least_grip)
 
     @property
@@ -177,14 +178,14 @@ class SlipSafeGrip:
                 f"the observation has {len(now.fingers)} fingers: the grip has {self._fingers}"
             )
         p, margin = self.parameters, self.live.value("margin")
-        loads = tuple(_load_of(finger) for finger in now.fingers)
+        loads = tuple([_load_of(finger) for finger in now.fingers])
         missing, stopping, heard = self._hear(now, loads, hanging=hanging)
         onset, ongoing = self._listen(now.time, loads, heard)
         planned = self._plan.wanted(now, loads, margin, missing * (1.0 + self._zeros.hidden))
         most = self._smoothed = self._smoothed + self._smooth * (_mean(planned) - self._smoothed)
         self._falls.step(most)
         self._rises.step(-most)
-        wanted = tuple(force * stopping + self._reserve(i, margin) for i, force in enumerate(planned))
+        wanted = tuple([force * stopping + self._reserve(i, margin) for i, force in enumerate(planned)])
         wanted = _larger(wanted, self._foreseen(now.time, margin))
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
@@ -204,7 +205,7 @@ class SlipSafeGrip:
             held = _larger(self.targets, self._plan.needed)
             self._hold(now.time, now.time + p.regrip_time, tuple(force * (1.0 + p.regrip) for force in held))
         least = max(at_least, self.live.value("least_grip"))
-        wanted = tuple(max(force, least) for force in wanted)
+        wanted = tuple([max(force, least) for force in wanted])
         if not self.faulty:
             self._safe = self._towards(wanted, self._safe)
         kept = _larger(wanted, self._floor) if now.time <= self._floor_until else wanted
@@ -221,7 +222,7 @@ class SlipSafeGrip:
         more = None if self.hearing is None else self.hearing.squeeze
         if more is None:
             self._moved, self._unsqueezed = self._unsqueezed or self._moved, None
-            self._before_squeeze = tuple(a - b for a, b in zip(self._commanded, self._correction, strict=True))
+            self._before_squeeze = tuple([a - b for a, b in zip(self._commanded, self._correction, strict=True)])
             return
         self._unsqueezed = self._unsqueezed or self._moved
         self._hold(time, time, tuple(a + b for a, b in zip(self._before_squeeze, more, strict=True)))
@@ -230,9 +231,10 @@ class SlipSafeGrip:
     def _listen(self, time: float, loads: Loads, heard: Sequence[bool]) -> tuple[bool, bool]:
         """Update the watch and limit surfaces; return whether it tells of a slip that begins, or goes on."""
         onsets = self.watch.step(time, loads)
-        self._record(time, loads, onsets, Signal.RIPPLE)
+        if any(onsets):
+            self._record(time, loads, onsets, Signal.RIPPLE)
         ongoing = self.watch.slipping
-        either = tuple(a or b for a, b in zip(onsets, heard, strict=True))
+        either = tuple([a or b for a, b in zip(onsets, heard, strict=True)])
         # a load under which something goes on slipping was not held
         slips = ongoing or (self.hearing is not None and self.hearing.slipping)
         self.belief.watch(time, (None,) * len(loads) if slips and not any(either) else loads, either)
@@ -247,6 +249,8 @@ class SlipSafeGrip:
     def _foreseen(self, time: float, margin: float) -> Forces:
         """Least grip for what is expected [N]."""
         self._foresight.expect(self._announcer.announced(time))
+        if not self._foresight.expects:
+            return self._nothing
         surfaces = [self.belief.surface(i) for i in range(self._fingers)]
         return self._foresight.least(time, self._plan.needed, surfaces, margin, self._moved)
 
@@ -270,13 +274,14 @@ class SlipSafeGrip:
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""
         p, dt = self.parameters, self._period
+        largest, rise, release, time = p.largest_grip, p.grip_rate * dt, self._release, self._release_time
         moved = []
         for most, at in zip(wanted, before, strict=True):
-            aim = min(most, p.largest_grip)
+            aim = most if most < largest else largest
             if aim >= at:
-                moved.append(min(aim, at + p.grip_rate * dt))
+                moved.append(min(aim, at + rise))
             else:
-                moved.append(at - min(self._release, (at - aim) / self._release_time) * dt)
+                moved.append(at - min(release, (at - aim) / time) * dt)
         return tuple(moved)
 
     def _command(self) -> Forces:
@@ -295,15 +300,15 @@ class SlipSafeGrip:
 
     def _correct(self, loads: Loads, *, squeezed: bool) -> None:
         """Move the command by what the fingers feel too little or too much; a squeeze is no error."""
-        p, felt = self.parameters, tuple(load.normal_force for load in loads if load is not None)
+        p, felt = self.parameters, tuple([load.normal_force for load in loads if load is not None])
         if len(felt) < len(loads):
             return
         share = self._period / p.correction_time
         missing = self._plan.missing(self._before_squeeze if squeezed else self.targets, felt)
         if self._zeros.resting:  # what changes are the zeros, as far as they may have wandered
-            missing = tuple(lack - self._zeros.reserve(self.belief.surface(i)) for i, lack in enumerate(missing))
+            missing = tuple([lack - self._zeros.reserve(self.belief.surface(i)) for i, lack in enumerate(missing)])
         if squeezed or self._zeros.resting:
-            missing = tuple(max(lack, 0.0) for lack in missing)
+            missing = tuple([max(lack, 0.0) for lack in missing])
         moved = []
         for correction, lack, target in zip(self._correction, missing, self.targets, strict=True):
             least, most = -p.correction_down * target, p.correction_share * target
@@ -317,7 +322,7 @@ def _load_of(finger: FingerObservation) -> ContactLoad | None:
 
 
 def _larger(first: Forces, second: Forces) -> Forces:
-    return tuple(max(a, b) for a, b in zip(first, second, strict=True))
+    return tuple([max(a, b) for a, b in zip(first, second, strict=True)])
 
 
 def _mean(values: Forces) -> float:

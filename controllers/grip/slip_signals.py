@@ -114,19 +114,15 @@ class SlipSignals:
             grips: Normal forces [N].
             believed: Friction of each contact.
         """
-        before = self._ratios or ratios
-        self._ratios = tuple(a + self._settle * (b - a) for a, b in zip(before, ratios, strict=True))
+        before, settle = self._ratios or ratios, self._settle
+        self._ratios = tuple([a + settle * (b - a) for a, b in zip(before, ratios, strict=True)])
         self._pressed.append(grips)
         answer = self._squeeze.step(time, loads, sum(grips))
         shaken = SHAKEN if self._squeeze.active and self._fingers > OPPOSED else 1.0
         slightly = _fell(self._slight, loads, shaken)
         if _fell(self.falls, loads, shaken):
             return Signal.FALL
-        calm = all(
-            fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
-            for fall, load in zip(self.falls, loads, strict=True)
-        )
-        if shared is not None and self._share.step(shared.size, shared.deviation) and calm:
+        if shared is not None and self._share.step(shared.size, shared.deviation) and self._calm(loads):
             return Signal.SHARE
         if answer is Answer.SLIDES:
             return Signal.SQUEEZE
@@ -137,7 +133,7 @@ class SlipSignals:
         if (
             time >= self._tested + AGAIN
             and (slightly or self._higher(believed))
-            and calm
+            and self._calm(loads)
             and self._unmoved()
             and self._squeeze.steady
         ):
@@ -145,6 +141,13 @@ class SlipSignals:
             self._wanted = tuple(max(SQUEEZE * grip, LEAST) for grip in grips)
             self._squeeze.begin(time)
         return None
+
+    def _calm(self, loads: Sequence[MeasuredLoad]) -> bool:
+        """Whether no load has swung lately."""
+        return all(
+            fall.swing.size <= SWUNG * fall.hung + NOISY * load.deviation
+            for fall, load in zip(self.falls, loads, strict=True)
+        )
 
     def _higher(self, believed: Sequence[float]) -> bool:
         """Whether a load ratio is higher than was shown to hold."""
@@ -162,8 +165,7 @@ class SlipSignals:
 
 def _fell(falls: Sequence[LoadFall], loads: Sequence[MeasuredLoad], shaken: float) -> bool:
     """Whether one of them falls; all of them listen."""
-    fell = tuple(
-        fall.step(load.size, load.deviation, wanders=load.wanders, shaken=shaken)
-        for fall, load in zip(falls, loads, strict=True)
-    )
-    return any(fell)
+    fell = False
+    for fall, load in zip(falls, loads, strict=True):
+        fell |= fall.step(load.size, load.deviation, wanders=load.wanders, shaken=shaken)
+    return fell

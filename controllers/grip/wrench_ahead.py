@@ -1,8 +1,6 @@
 """The load of a held object now and a little later, from noisy samples."""
 
-import numpy as np
-
-from palpate.controllers.grip.fading_memory import FadingMemory, Values
+from palpate.controllers.grip.fading_memory import FadingMemory
 from palpate.errors import FloatArray
 from palpate.spatial import Wrench
 
@@ -18,7 +16,7 @@ class WrenchAhead:
 
     def __init__(self, smoothing: float, period: float) -> None:
         """Take the time constant of the memory [s] and the period of the samples [s]."""
-        self._memory = FadingMemory(smoothing, period, _far)
+        self._memory = FadingMemory(smoothing, period, ODD_FORCE, ODD_TORQUE, 6)
 
     def restart(self) -> None:
         """Forget all samples: the next one initialises the filter at rest."""
@@ -26,13 +24,8 @@ class WrenchAhead:
 
     def step(self, wrench: Wrench) -> None:
         """Take a sample of this period [N, N m]."""
-        self._memory.step(wrench)
+        self._memory.step(tuple(wrench))
 
     def ahead(self, time: float) -> FloatArray:
-        """Return it so long after the last sample [s], shape (6,) [N, N m]; nothing before the first."""
-        return np.zeros(6) if self._memory.empty else np.array(self._memory.ahead(time))
-
-
-def _far(off: Values) -> bool:
-    a, b, c, d, e, f = off
-    return a * a + b * b + c * c > ODD_FORCE * ODD_FORCE or d * d + e * e + f * f > ODD_TORQUE * ODD_TORQUE
+        """Return it so long after the last sample [s], shape (6,) [N, N m]; zeros before the first."""
+        return self._memory.ahead(time)

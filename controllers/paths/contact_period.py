@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 
+from palpate.quick_init import quick_init
 from palpate.spatial import Vector
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class ContactPeriod:
     """One period in contact.

@@ -14,10 +14,12 @@ from dataclasses import dataclass, replace
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.errors import not_negative, positive
-from palpate.spatial import Vector, add, dot, norm, scale, subtract
+from palpate.spatial import Vector, add, dot, scale, subtract
 
 STILL = math.radians(1.5)
 """A turn begins where the normal was last within so much of the anchor's: three standard deviations of one."""
+
+STILL_COS = math.cos(STILL)
 
 QUIET = 1e-3
 """Path length of the tip without a turn after which a feature has ended [m]."""
@@ -102,6 +104,7 @@ class FeatureWatch:
     def __init__(self, limits: FeatureLimits | None = None) -> None:
         self._limits = limits or FeatureLimits()
         self._least_cos = math.cos(self._limits.turn)
+        self._quiet = max(self._limits.together, QUIET)
         self._anchor: ContactPeriod | None = None  # since when contact and tip do not move alike
         self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
         self._still: ContactPeriod | None = None  # the last with the anchor's normal
@@ -118,7 +121,7 @@ class FeatureWatch:
             self._anchor = self._still = felt
             return None
         cosine, contrast = dot(felt.normal, anchor.normal), self._limits.contrast
-        moved, went = norm(subtract(felt.contact, anchor.contact)), norm(subtract(felt.tip, anchor.tip))
+        moved, went = math.dist(felt.contact, anchor.contact), math.dist(felt.tip, anchor.tip)
         if cosine < self._least_cos:
             jumped = dot(felt.normal, last.normal) < self._least_cos
             self._turned(self._calm or anchor, last if jumped else still, felt)
@@ -127,11 +130,11 @@ class FeatureWatch:
             self._since += went
             self._calm = anchor
             self._anchor = self._still = felt
-        elif cosine >= math.cos(STILL):
+        elif cosine >= STILL_COS:
             self._still = felt
-        if self._since > max(self._limits.together, QUIET):
+        if self._since > self._quiet:
             self._finish()
-        return self._emit() if self._since >= self._limits.together else None
+        return self._emit() if self._found and self._since >= self._limits.together else None
 
     def close(self) -> Mark | None:
         """Return what is still open, at the end of a leg; then start afresh."""

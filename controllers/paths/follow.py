@@ -9,7 +9,7 @@ from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, Stroke
 from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
-from palpate.controllers.paths.path_follower import PathFollower
+from palpate.controllers.paths.path_follower import ARRIVED
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.errors import positive
 
@@ -76,7 +76,7 @@ class Follow:
             return Stroke(self._corners[bisect_right(self._arc_lengths, self._arc_length) :])
         arc_length = (self._arc_length if self._landing else self._reached(ended)) + self._leave_out
         self._leave_out *= 2.0
-        return self._land(arc_length) if arc_length < self._arc_lengths[-1] - PathFollower.ARRIVED else None
+        return self._land(arc_length) if arc_length < self._arc_lengths[-1] - ARRIVED else None
 
     def _land(self, arc_length: float) -> Leg:
         self._arc_length, self._landing = arc_length, True

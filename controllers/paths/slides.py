@@ -1,19 +1,26 @@
 """The motion along a surface that a leg requests, period by period, while force control keeps the tip on it."""
 
 import math
-from typing import Protocol
+from functools import cache
+from typing import Any, Protocol
 
+import numpy as np
+
+from palpate.compiling import machine_code, njit
+from palpate.controllers.paths import steering
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.legs import Circuit, LegEnd, SingleTouch, Stroke
-from palpate.controllers.paths.path_follower import PathFollower
+from palpate.controllers.paths.path_follower import ARRIVED, HEADING, TARGET, PathFollower, path_velocity
 from palpate.controllers.paths.plane import PathPlane, Point
-from palpate.controllers.paths.progress import Progress
+from palpate.controllers.paths.progress import STALLED, Progress, advance, command
 from palpate.errors import positive
-from palpate.spatial import ZERO, Vector, add_scaled, dot, rotate, rotate_back, scale
+from palpate.spatial import ZERO, Vector, add_scaled, dot, scale
 
 MAX_SLOPE = math.radians(70.0)
 """Steepest slope on which a stroke is followed [rad]: beyond it a path given along the axis makes no progress, and
 a tip that came over an edge would slide down the side for ever."""
+
+LEAST_COS = math.cos(MAX_SLOPE)
 
 DWELL = 0.1
 """How long a touch rests on the surface after it has settled [s]: what is felt meanwhile goes into the map."""
@@ -26,11 +33,12 @@ one that is nearer steers back to the stroke's own first line."""
 class Slide(Protocol):
     """One leg's motion along the surface."""
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
 
         Args:
-            felt: What is felt, with the normal that is expected when the velocity acts.
+            felt: What is felt.
+            ahead: The object's outward normal that is expected when the velocity acts.
             speed: Wanted along the surface [m/s].
         """
         ...
@@ -48,12 +56,12 @@ class StrokeSlide:
         positive("acceleration", acceleration, "m/s^2")
         corners = [begin]
         for corner in stroke.corners:
-            if math.dist(corner, corners[-1]) > PathFollower.ARRIVED:
+            if math.dist(corner, corners[-1]) > ARRIVED:
                 corners.append(corner)
         self._follower = PathFollower(tuple(corners), acceleration) if len(corners) > 1 else None
         self._plane, self._period = plane, period
+        self._frame = np.array([*plane.rotation_base_plane, plane.origin])
         self._progress = Progress(period)
-        self._least_cos = math.cos(MAX_SLOPE)
 
     def stop(self) -> None:
         """See `Slide`."""
@@ -61,27 +69,77 @@ class StrokeSlide:
         if self._follower is not None:
             self._follower.stop()
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """See `Slide`: the path's velocity, raised or lowered so that it lies in the tangent plane."""
-        rotation, follower, progress = self._plane.rotation_base_plane, self._follower, self._progress
-        nu, nv, nh = rotate_back(rotation, felt.normal)
-        if nh < self._least_cos:  # beside the object, or over its edge
-            return LegEnd.STEEP
+        follower = self._follower
         if follower is None:
-            return LegEnd.REACHED
-        progress.step(felt.tip)
-        if progress.stalled:
-            return LegEnd.BLOCKED
-        u, v, _ = self._plane.flat(felt.tip)
-        hu, hv = follower.heading
-        climb = -(nu * hu + nv * hv) / nh
-        slope = 1.0 / math.sqrt(1.0 + climb * climb)
-        vu, vv = follower.velocity((u, v), slope, speed, self._period)
-        if follower.finished:
-            return LegEnd.REACHED
-        along = rotate(rotation, (vu, vv, -(nu * vu + nv * vv) / nh))
-        progress.command(along)
-        return along
+            return LegEnd.STEEP if dot(ahead, self._plane.axis) < LEAST_COS else LegEnd.REACHED
+        end, along = _stroke()(
+            self._frame,
+            follower.path,
+            follower.state,
+            follower.acceleration,
+            self._progress.state,
+            self._period,
+            felt.tip,
+            ahead,
+            speed,
+        )
+        if end:
+            return ENDS[end - 1]
+        velocity: Vector = along
+        return velocity
+
+
+ENDS = (LegEnd.STEEP, LegEnd.BLOCKED, LegEnd.REACHED)
+
+
+@njit(cache=True)
+def _stroke_velocity(
+    frame: Any,
+    path: Any,
+    following: Any,
+    acceleration: float,
+    progress: Any,
+    period: float,
+    tip: Vector,
+    normal: Vector,
+    speed: float,
+) -> tuple[int, Vector]:
+    """Return which of `ENDS` it came to, 1 the first of them, 0: none; and the velocity."""
+    x, y, z = frame[0], frame[1], frame[2]
+    nu = x[0] * normal[0] + y[0] * normal[1] + z[0] * normal[2]
+    nv = x[1] * normal[0] + y[1] * normal[1] + z[1] * normal[2]
+    nh = x[2] * normal[0] + y[2] * normal[1] + z[2] * normal[2]
+    if nh < LEAST_COS:  # beside the object, or over its edge
+        return 1, ZERO
+    advance(progress, period, tip)
+    if progress[STALLED]:
+        return 2, ZERO
+    p, q, r = tip[0] - frame[3, 0], tip[1] - frame[3, 1], tip[2] - frame[3, 2]
+    place = (x[0] * p + y[0] * q + z[0] * r, x[1] * p + y[1] * q + z[1] * r)
+    k = int(following[TARGET])
+    climb = -(nu * path[k, HEADING] + nv * path[k, HEADING + 1]) / nh
+    slope = 1.0 / math.sqrt(1.0 + climb * climb)
+    vu, vv = path_velocity(path, following, acceleration, place, slope, speed, period)
+    if following[TARGET] >= len(path):
+        return 3, ZERO
+    vh = -(nu * vu + nv * vv) / nh
+    along = (
+        x[0] * vu + x[1] * vv + x[2] * vh,
+        y[0] * vu + y[1] * vv + y[2] * vh,
+        z[0] * vu + z[1] * vv + z[2] * vh,
+    )
+    command(progress, along)
+    return 0, along
+
+
+@cache
+def _stroke() -> Any:
+    path, state = np.zeros((2, 7)), np.zeros(2)
+    return machine_code(
+        _stroke_velocity, np.zeros((4, 3)), path, state, 0.0, Progress(1.0).state, 0.0, ZERO, ZERO, 0.0
+    )
 
 
 class CircuitSlide:
@@ -99,17 +157,17 @@ class CircuitSlide:
         self._progress.rest()
         self._current = 0.0
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """See `Slide`."""
         progress = self._progress
         progress.step(felt.tip)
         if progress.distance > self._circuit.longest:
             return LegEnd.OVERLONG
-        direction = self._circuit.steering.direction(felt)
+        direction = self._circuit.steering.direction(ContactPeriod(felt.tip, felt.contact, ahead))
         if direction is None or progress.stalled:
             return LegEnd.BLOCKED
         self._current = min(self._current + self._most_change, speed)
-        direction = add_scaled(direction, -dot(direction, felt.normal), felt.normal)
+        direction = add_scaled(direction, -dot(direction, ahead), ahead)
         along = scale(self._current, direction)
         progress.command(along)
         return along
@@ -125,10 +183,21 @@ class Dwell:
     def stop(self) -> None:
         """See `Slide`."""
 
-    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, ahead: Vector, speed: float) -> Vector | LegEnd:
         """See `Slide`."""
         self._left -= 1
         return ZERO if self._left >= 0 else LegEnd.REACHED
+
+
+def prepare() -> None:
+    """Compile what slides and flights would otherwise wait for in their first period."""
+    a_line = PathFollower(((0.0, 0.0), (1.0, 0.0)), 1.0)
+    a_line.velocity((0.0, 0.0), 1.0, 1.0, 1.0)
+    progress = Progress(1.0)
+    progress.step(ZERO)
+    progress.command(ZERO)
+    _stroke()
+    steering.prepare()
 
 
 def slide(

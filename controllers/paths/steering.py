@@ -3,12 +3,15 @@
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
+from functools import cache
+from typing import Any, Protocol
 
+from palpate.compiling import machine_code, njit
+from palpate.controllers import small_vectors as vectors
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.plane import PathPlane
 from palpate.errors import InvalidValueError, positive
-from palpate.spatial import Vector, add_scaled, cross, dot, norm, scale, subtract, unit
+from palpate.spatial import ZERO, Vector, add_scaled, cross, dot, norm, unit
 
 LEVEL_COS = math.cos(math.radians(1.0))
 """A surface closer to level than this has no direction of its own around it: noise of normals is half a degree."""
@@ -122,11 +125,32 @@ class EdgeSteering:
 
 def _around(normal: Vector, axis: Vector, turn: Turn, above: float, lookahead: float) -> Vector | None:
     """Return the direction along the section, leaning back to it from `above` [m]."""
-    sideways = cross(axis, normal)
-    size = norm(sideways)
+    found, direction = _kernel()(normal, axis, turn, above, lookahead)
+    return direction if found else None
+
+
+@njit(cache=True)
+def _section(normal: Vector, axis: Vector, turn: float, above: float, lookahead: float) -> tuple[bool, Vector]:
+    """Whether there is a direction, and it."""
+    x, y, z = (
+        axis[1] * normal[2] - axis[2] * normal[1],
+        axis[2] * normal[0] - axis[0] * normal[2],
+        axis[0] * normal[1] - axis[1] * normal[0],
+    )
+    size = vectors.length(x, y, z)
     if size * size < 1.0 - LEVEL_COS * LEVEL_COS:
-        return None
-    forward = scale(turn / size, sideways)
+        return False, normal
+    along = turn / size
     # of the two tangents across the path, the one that points along the axis
-    upward = unit(subtract(axis, scale(dot(axis, normal), normal)))
-    return unit(add_scaled(forward, -above / lookahead, upward))
+    upward = vectors.unit(vectors.add_scaled(axis, -vectors.dot(axis, normal), normal))
+    return True, vectors.unit(vectors.add_scaled((along * x, along * y, along * z), -above / lookahead, upward))
+
+
+@cache
+def _kernel() -> Any:
+    return machine_code(_section, ZERO, ZERO, 0.0, 0.0, 0.0)
+
+
+def prepare() -> None:
+    """Compile what steering would otherwise wait for in its first period."""
+    _kernel()

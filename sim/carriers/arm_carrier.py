@@ -13,7 +13,7 @@ from palpate.sim.carriers.carriage import TURNING_SENSORS, add_turning_sensors, 
 from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.servoed_arm import FLANGE, ServoedArm
 from palpate.sim.carriers.ur5e import ur5e
-from palpate.spatial import ZERO, Vector
+from palpate.spatial import ZERO, Vector, rotate
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""
@@ -102,13 +102,14 @@ class ArmCarrierDrive:
         """See `Drive`."""
         self._drive.advance()
 
-    def sample(self, time: float, readings: list[float]) -> ArmSample:
+    def sample(self, time: float, readings: list[float], force: Vector | None = None) -> ArmSample:
         """See `Drive`."""
         s = readings
         n = len(self._drive.reference.joint_reference)
         rotation, angular_velocity = read_turning(s[-TURNING_SENSORS - n : -n])
         joints = tuple(s[-n:])
-        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), joints, angular_velocity)
+        force = None if force is None else rotate(rotation, force)
+        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), joints, angular_velocity, force)
 
     def snapshot(self) -> tuple[float, ...]:
         """See `Drive`."""

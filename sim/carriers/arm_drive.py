@@ -3,8 +3,10 @@
 import mujoco
 import numpy as np
 
-from palpate.kinematics import InverseVelocity, JointMotion, Pose, TipReference
+from palpate.compiling import machine_code
+from palpate.kinematics import InverseVelocity, TipReference
 from palpate.sim.carriers.carrier import refuse_to_turn
+from palpate.sim.carriers.servo_ramp import ramp_servos
 from palpate.sim.carriers.servoed_arm import ServoedArm
 from palpate.sim.physics import whole_steps
 from palpate.spatial import Vector
@@ -43,14 +45,26 @@ class ArmDrive:
         # joints that the tip leaves free stay near where they start
         inverse = InverseVelocity(arm.kinematics, home=tuple(model.qpos0[first : first + n].tolist()))
         self.reference = TipReference(inverse, period, arm.following_error_limit)
-        self._lead, self._turns = arm.lead, inverse.turns
+        self._turns = inverse.turns
         # the servo k (u - q) - k lead q' drives a joint to the speed (u - q) / lead, with a first-order lag
-        self._reach = tuple(SERVO_SPEED * arm.lead * limits.speed for limits in arm.model.arm.limits)
+        reach = np.array([SERVO_SPEED * arm.lead * limits.speed for limits in arm.model.arm.limits])
         # views that live as long as the data
         self._position = data.qpos[first : first + n]
         first = int(model.actuator(arm.joints[0]).id)
         self._control = data.ctrl[first : first + n]
-        self._ramp = np.zeros(n)
+        self._ramp, self._before = np.zeros(n), np.zeros(n)
+        self._references = self.reference.state[:n]
+        self._ramped = (
+            self._position,
+            self._before,
+            self.reference.state,
+            float(arm.lead),
+            reach,
+            self._steps,
+            self._control,
+            self._ramp,
+        )
+        self._ramps = machine_code(ramp_servos, *self._ramped)
 
     @property
     def steps(self) -> int:
@@ -63,8 +77,8 @@ class ArmDrive:
         self._ramp[:] = 0.0
         self._control[:] = self._position
 
-    def begin(self, velocity: Vector, angular_velocity: Vector) -> JointMotion:
-        """Begin a control period, and return how the joints are to move in it.
+    def begin(self, velocity: Vector, angular_velocity: Vector) -> None:
+        """Begin a control period.
 
         Args:
             velocity: Wanted, of the tip frame's origin in base coordinates [m/s].
@@ -75,22 +89,9 @@ class ArmDrive:
         """
         if not self._turns:
             refuse_to_turn(angular_velocity, f"arm of {len(self._ramp)} joints")
-        reference, lead, steps = self.reference, self._lead, self._steps
-        actual, before = self._position.tolist(), reference.joint_reference
-        motion = reference.step(actual, velocity, angular_velocity)
-        first: list[float] = []
-        ramp: list[float] = []
-        for q, a, b, rate, reach in zip(
-            actual, before, reference.joint_reference, reference.joint_feed_forward, self._reach, strict=True
-        ):
-            # what lies farther would make the joint faster than it may be
-            start = min(max(a + lead * rate, q - reach), q + reach)
-            end = min(max(b + lead * rate, q - reach), q + reach)
-            first.append(start)
-            # a ramp, not stairs, whose ripple would break friction
-            ramp.append((end - start) / steps)
-        self._control[:], self._ramp[:] = first, ramp
-        return motion
+        self._before[:] = self._references
+        self.reference.step(self._position, velocity, angular_velocity)
+        self._ramps(*self._ramped)
 
     def advance(self) -> None:
         """Move the servos' references by one time step; `mj_step` comes next."""
@@ -98,25 +99,11 @@ class ArmDrive:
 
     def snapshot(self) -> tuple[float, ...]:
         """Return all that it remembers from period to period, in plain numbers."""
-        reference = self.reference
-        rows = reference.pose_base_tip.rotation
-        return (
-            *reference.joint_reference,
-            *reference.joint_feed_forward,
-            *reference.pose_base_tip.position,
-            *rows[0],
-            *rows[1],
-            *rows[2],
-            *self._ramp.tolist(),
-            *self._control.tolist(),
-        )
+        return (*self.reference.state.tolist(), *self._ramp.tolist(), *self._control.tolist())
 
     def restore(self, state: tuple[float, ...]) -> None:
         """Go on from what `snapshot` returned."""
-        n, reference = len(self._ramp), self.reference
-        reference.joint_reference, reference.joint_feed_forward = state[:n], state[n : 2 * n]
-        x, y, z, *entries = state[2 * n : 2 * n + 12]
-        a, b, c, d, e, f, g, h, i = entries
-        reference.pose_base_tip = Pose((x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
+        n = len(self._ramp)
+        self.reference.state[:] = state[: -2 * n]
         self._ramp[:] = state[-2 * n : -n]
         self._control[:] = state[-n:]

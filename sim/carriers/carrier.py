@@ -46,13 +46,14 @@ class Drive(Protocol):
         """Move the servos' references by one time step; the simulation's step comes next."""
         ...
 
-    def sample(self, time: float, readings: list[float]) -> ArmSample:
+    def sample(self, time: float, readings: list[float], force: Vector | None = None) -> ArmSample:
         """Return where the carrier was when the sensors were read.
 
         Args:
             time: Of the readings [s].
             readings: All sensors of the scene; those of the carried frame come first: position, velocity; its own
                 come last, as many as `Carrier.add_sensors` has added.
+            force: That the machine measures on the frame, in its coordinates [N]; None: it measures none.
         """
         ...
 

@@ -44,10 +44,10 @@ class FixedDrive:
     def advance(self) -> None:
         """See `Drive`."""
 
-    def sample(self, time: float, readings: list[float]) -> ArmSample:
+    def sample(self, time: float, readings: list[float], force: Vector | None = None) -> ArmSample:
         """See `Drive`."""
         s = readings
-        return ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
+        return ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]), (), ZERO, force)
 
     def snapshot(self) -> tuple[float, ...]:
         """See `Drive`."""

@@ -8,7 +8,7 @@ from palpate.errors import InvalidValueError, positive
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
 from palpate.sim.carriers.carrier import CarriedMass, refuse_to_turn
-from palpate.spatial import IDENTITY, Vector
+from palpate.spatial import IDENTITY, ZERO, Vector
 
 LIFT = "lift"
 """Name of body, joint and servo."""
@@ -87,10 +87,10 @@ class LiftDrive:
         self._height = height = self._height + self._rise
         self._control[0] = height
 
-    def sample(self, time: float, readings: list[float]) -> ArmSample:
+    def sample(self, time: float, readings: list[float], force: Vector | None = None) -> ArmSample:
         """See `Drive`."""
         s = readings
-        return ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
+        return ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]), (), ZERO, force)
 
     def snapshot(self) -> tuple[float, ...]:
         """See `Drive`."""

@@ -9,7 +9,7 @@ from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.carriage import TURNING_SENSORS, read_turning
 from palpate.sim.carriers.quaternion import UNTURNED, Quaternion, normalised, product, turn_between, turn_by
 from palpate.sim.carriers.stage_drive import StageDrive
-from palpate.spatial import ZERO, Vector, norm, scale
+from palpate.spatial import ZERO, Vector, norm, rotate, scale
 
 HEAD = "head"
 """Name of the body that turns, of its joint, and of its site."""
@@ -64,11 +64,12 @@ class TurningStageDrive:
         if self._turn is not UNTURNED:
             self._wanted[:] = self._reference = product(self._turn, self._reference)
 
-    def sample(self, time: float, readings: list[float]) -> ArmSample:
+    def sample(self, time: float, readings: list[float], force: Vector | None = None) -> ArmSample:
         """See `Drive`."""
         s = readings
         rotation, angular_velocity = read_turning(s[-TURNING_SENSORS:])
-        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), (), angular_velocity)
+        force = None if force is None else rotate(rotation, force)
+        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), (), angular_velocity, force)
 
     def snapshot(self) -> tuple[float, ...]:
         """See `Drive`."""

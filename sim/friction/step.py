@@ -22,7 +22,7 @@ class MujocoFriction:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a scene."""
-        self._model, self._data = model, data
+        self._model, self._data, self._step = model, data, mujoco.mj_step
 
     def reset(self) -> None:
         """See `FrictionStep`."""
@@ -30,4 +30,4 @@ class MujocoFriction:
 
     def advance(self) -> None:
         """See `FrictionStep`."""
-        mujoco.mj_step(self._model, self._data)
+        self._step(self._model, self._data)

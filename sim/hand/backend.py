@@ -22,7 +22,7 @@ from palpate.sim.hand.scene import FIXTURE, OBJECT, SENSORS_AT_ALL, SENSORS_PER_
 from palpate.sim.hand.touched import TOUCHED, TOUCHED_READINGS
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
-from palpate.sim.objects.target import Placer
+from palpate.sim.objects.target import Nowhere, Placer
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.sensor.model import SeededSensor
@@ -90,17 +90,19 @@ class HandBackend(Closing):
         self._sensors = tuple(simulated_sensor(each.model, period, each.seed) for each in given)
         self._grip = scene.hand.drive(model, data) if grip is None else grip(scene.hand, model, data)
         self._drive = scene.carrier.drive(model, data, period)
-        self._tips: tuple[Placer, ...] = tuple(
+        tips = [
             tip.placer(model, data, f"{finger_name(i)}_{TIP_GEOM}", scene.target.shape)
             for i, tip in enumerate(scene.hand.tips)
-        )
+        ]
         if scene.touched is not None:
-            self._tips = (scene.touched.placer(model, data, OBJECT_GEOM), *self._tips)
+            tips = [scene.touched.placer(model, data, OBJECT_GEOM), *tips]
+        self._tips: tuple[Placer, ...] = tuple(tip for tip in tips if not isinstance(tip, Nowhere))
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
         self._load = None if load is None else LoadDrive(load, model, data, OBJECT)
         self._readings = data.sensordata  # a view that lives as long as the data
         self._values: list[float] = []
+        self._row: tuple[float, ...] = ()
         self._time = 0.0
         self._arm = ArmSample(0.0, ZERO, IDENTITY, ZERO, ())
 
@@ -219,7 +221,9 @@ class HandBackend(Closing):
 
     def truth_row(self) -> tuple[float, ...]:
         """See `palpate.runtime.truth.TruthSource`."""
-        return numbers_of_hand(self.truth(), self.pull, self._arm, self.rubbing, self.scene)
+        if not self._row:  # which two ask for in every period
+            self._row = numbers_of_hand(self.truth(), self.pull, self._arm, self.rubbing, self.scene)
+        return self._row
 
     def snapshot(self) -> HandState:
         """Return a copy of all that decides about what comes."""
@@ -251,7 +255,7 @@ class HandBackend(Closing):
         set_state(self.scene.model, self._data, state.physics)
         np.copyto(self._readings, state.readings)
         self._values = self._readings.tolist()
-        self._time = state.last_time
+        self._time, self._row = state.last_time, ()
         self._drive.restore(state.drive)
         self._grip.set_state(state.grip)
         if self._plant is not None and state.friction is not None:
@@ -275,7 +279,7 @@ class HandBackend(Closing):
             tip.place()
 
     def _sample(self, time: float) -> Sample:
-        self._time = time
+        self._time, self._row = time, ()
         self._values = s = self._readings.tolist()
         wrenches = []
         at = SENSORS_AT_ALL

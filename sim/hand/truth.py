@@ -41,7 +41,6 @@ class HandTruth:
         quat_wxyz: Its orientation, object to base.
         velocity: Of its frame [m/s].
         angular_velocity: Of the object [rad/s].
-        pose_base_hand: Where the hand is; None: where the sample says, which is of the same time.
     """
 
     time: float
@@ -51,7 +50,6 @@ class HandTruth:
     quat_wxyz: tuple[float, float, float, float]
     velocity: Vector
     angular_velocity: Vector
-    pose_base_hand: Pose | None = None
 
     @property
     def pose_base_object(self) -> Pose:

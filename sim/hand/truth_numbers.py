@@ -1,16 +1,14 @@
-"""The truth of a grasp as plain numbers, and back. Base frame; forces on the tips."""
+"""The truth of a grasp as plain numbers. Base frame; forces on the tips."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import chain, islice
+from collections.abc import Sequence
+from itertools import chain
 
-from palpate.kinematics.pose import Pose
 from palpate.runtime.data import ArmSample
 from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.hand_model import HandModel
 from palpate.sim.hand.scene import GraspScene
-from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.spatial import Vector, Wrench, norm
+from palpate.sim.hand.truth import HandTruth
+from palpate.spatial import Wrench, norm
 
 OBJECT_POSITION = ("object_x_m", "object_y_m", "object_z_m")
 OBJECT_QUATERNION = ("object_qw", "object_qx", "object_qy", "object_qz")
@@ -47,22 +45,6 @@ def hand_columns(hand: HandModel) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class GraspMoment:
-    """What really happens in a grasp at one sample.
-
-    Attributes:
-        hand: Object and fingers.
-        pull: On the object besides fingers and weight, about its origin [N, N m].
-        slip: How fast each contact of the friction plant slips, and how fast it spins [m/s, rad/s]; zeros where
-            MuJoCo rubs.
-    """
-
-    hand: HandTruth
-    pull: Wrench
-    slip: tuple[tuple[float, float], ...]
-
-
 def numbers_of_hand(
     truth: HandTruth, pull: Wrench, hand: ArmSample, rubbing: Sequence[FrictionContact], scene: GraspScene
 ) -> tuple[float, ...]:
@@ -75,18 +57,14 @@ def numbers_of_hand(
         rubbing: Contacts of the friction plant, if it rubs.
         scene: Whose pairs of tip and object they are.
     """
-    fingers = (
-        (
-            float(f.touching),
-            *f.position,
-            *f.force,
-            *f.torque,
-            f.current,
-            sum(norm(its.slip_velocity) for its in rubbing if its.pair is scene.rubbing[i]),
-            sum(abs(its.slip_spin) for its in rubbing if its.pair is scene.rubbing[i]),
+    fingers: list[float] = []
+    for i, f in enumerate(truth.fingers):
+        fingers += (float(f.touching), *f.position, *f.force, *f.torque, f.current)
+        its = [each for each in rubbing if each.pair is scene.rubbing[i]]
+        fingers += (
+            sum([norm(each.slip_velocity) for each in its], 0.0),
+            sum([abs(each.slip_spin) for each in its], 0.0),
         )
-        for i, f in enumerate(truth.fingers)
-    )
     return (
         truth.time,
         *truth.position,
@@ -97,29 +75,5 @@ def numbers_of_hand(
         *hand.position_base_tip,
         *chain.from_iterable(hand.rotation_base_tip),
         *truth.joint_position,
-        *chain.from_iterable(fingers),
+        *fingers,
     )
-
-
-def moment_of_numbers(numbers: Sequence[float], fingers: int) -> GraspMoment:
-    """Return what `numbers_of_hand` was given, of a hand with so many fingers."""
-    each = iter(numbers)
-    time, position = next(each), _vector(each)
-    w, x, y, z = islice(each, 4)
-    velocity, angular_velocity = _vector(each), _vector(each)
-    a, b, c, d, e, f = islice(each, 6)
-    hand = Pose(_vector(each), (_vector(each), _vector(each), _vector(each)))
-    joints = tuple(islice(each, len(numbers) - len(_HAND_COLUMNS) - fingers * len(_FINGER_COLUMNS)))
-    found, slip = [], []
-    for _ in range(fingers):
-        touching = next(each) > 0.0
-        at, force, torque = (_vector(each) for _ in range(3))
-        found.append(FingerTruth(touching, at, force, torque, next(each)))
-        slip.append((next(each), next(each)))
-    truth = HandTruth(time, tuple(found), joints, position, (w, x, y, z), velocity, angular_velocity, hand)
-    return GraspMoment(truth, (a, b, c, d, e, f), tuple(slip))
-
-
-def _vector(each: Iterator[float]) -> Vector:
-    x, y, z = islice(each, 3)
-    return x, y, z

@@ -11,10 +11,9 @@ p = (1 - E)/x, from y to E y + (p - E) u + (1 - p) v. One of second order follow
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 import numpy as np
-from numba import float64
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray
@@ -297,12 +296,3 @@ def advance(
     _follow_to(stamp, fixed, memory, end)
     _read(stamp, fixed, memory, draw)
     return FRESH
-
-
-def compile_once() -> None:
-    """Compile `advance` if it is not: for floats, and never again, so that nothing else can start a compiler."""
-    dispatcher: Any = advance
-    if not dispatcher.signatures:
-        row = float64[::1]
-        dispatcher.compile((*(float64,) * (1 + CHANNELS), row, row, float64[:, ::1], row))
-        dispatcher.disable_compile()

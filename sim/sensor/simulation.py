@@ -6,6 +6,7 @@ from typing import NoReturn, Protocol
 
 import numpy as np
 
+from palpate.compiling import machine_code
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.runtime.data import WrenchSample
 from palpate.sim.sensor import kernel
@@ -117,7 +118,14 @@ class ImperfectSensor:
         # a view that lives as long as the memory
         self._reading = self._memory[kernel.READING : kernel.READING + kernel.READING_WIDTH]
         self._end = np.empty(kernel.CHANNELS)
-        kernel.compile_once()  # never in the loop
+        self._advance = machine_code(
+            kernel.advance,
+            *(0.0,) * (1 + kernel.CHANNELS),
+            self._fixed,
+            self._memory,
+            self._draws.block,
+            self._end,
+        )
         self.restart(seed)
 
     def restart(self, seed: int) -> None:
@@ -139,7 +147,7 @@ class ImperfectSensor:
             InvalidValueError: The time is not later than before, or steps come so much closer together than the
                 period that the load of the latency cannot be kept.
         """
-        found = kernel.advance(
+        found = self._advance(
             time, *wrench, *acceleration, self._fixed, self._memory, self._draws.block, self._end
         )
         if found == kernel.FRESH:

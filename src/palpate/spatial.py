@@ -1,7 +1,8 @@
 """Small vectors and frames for code that runs once per control period.
 
 Plain tuples of floats: immutable, comparable bit for bit, and several times faster at this size than arrays
-(`np.cross` of two 3-vectors costs about 20 us, `cross` below about 0.3 us). Batches use numpy instead.
+(`np.cross` of two 3-vectors costs about 20 us, `cross` below about 0.3 us). Batches use numpy instead. Kernels
+compile some of them, too, by `njit`.
 """
 
 import math
@@ -64,9 +65,8 @@ def norm(a: Vector) -> float:
 
 def toward(a: Vector, b: Vector, most: float) -> Vector:
     """Return b, or the point at distance `most` from a towards b, if b lies farther."""
-    difference = subtract(b, a)
-    distance = norm(difference)
-    return b if distance <= most else add_scaled(a, most / distance, difference)
+    distance = math.dist(a, b)
+    return b if distance <= most else add_scaled(a, most / distance, subtract(b, a))
 
 
 def unit(a: Vector) -> Vector:

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import PathFollower, Raster
+from palpate.controllers.paths.path_follower import SLOWEST, STEERING
 from palpate.errors import InvalidValueError
 
 PERIOD, SPEED, ACCELERATION = 1e-3, 0.05, 0.5
@@ -79,7 +80,6 @@ def test_every_corner_is_reached_in_order(corners, lag):
         assert near.size, corner
         last += near[0]
     assert follower.finished
-    assert follower.heading == (0.0, 0.0)
     assert follower.velocity((0.0, 0.0), 1.0, SPEED, PERIOD) == (0.0, 0.0)
 
 
@@ -100,7 +100,7 @@ def test_speed_and_acceleration_are_bounded_but_for_the_last_millimetre_per_seco
     assert speeds.max() <= SPEED * (1 + 1e-3)
     jumps = np.linalg.norm(np.diff(commands, axis=0), axis=1)
     stops = speeds[1:] == 0.0
-    assert np.all(jumps[stops] <= 1.1 * PathFollower.SLOWEST)
+    assert np.all(jumps[stops] <= 1.1 * SLOWEST)
     steady = ~stops & (speeds[:-1] > 0.0)
     assert jumps[steady].max() / PERIOD <= 1.1 * ACCELERATION
 
@@ -113,7 +113,7 @@ def test_an_offset_from_the_line_is_taken_back_within_the_speed():
 
 def test_a_drift_across_the_line_is_held_to_what_the_steering_allows():
     positions, _, _ = follow(((0.0, 0.0), (0.1, 0.0)), drift=(0.0, 0.002))
-    assert np.abs(positions[:, 1]).max() <= 0.002 / PathFollower.STEERING * 1.01
+    assert np.abs(positions[:, 1]).max() <= 0.002 / STEERING * 1.01
 
 
 @pytest.mark.parametrize("slope", [0.3, 0.7, 1.0])
@@ -125,7 +125,7 @@ def test_on_a_slope_the_speed_along_the_surface_is_kept(slope):
 
 @pytest.mark.slow
 @settings(max_examples=50, deadline=None, derandomize=True)
-@given(st.lists(st.floats(PathFollower.SLOWEST, 0.1), min_size=1, max_size=8), st.integers(50, 300))
+@given(st.lists(st.floats(SLOWEST, 0.1), min_size=1, max_size=8), st.integers(50, 300))
 def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targets, hold):
     """While cruising as while braking for a corner; at a corner the tip rests from and to the slowest speed."""
     follower, speed, position, before = PathFollower(L_SHAPE, ACCELERATION), SPEED, np.zeros(2), np.zeros(2)
@@ -137,7 +137,7 @@ def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targ
         if follower.finished:
             break
         change = np.linalg.norm(now - before)
-        assert change <= 1.1 * (most if now.any() and before.any() else PathFollower.SLOWEST)
+        assert change <= 1.1 * (most if now.any() and before.any() else SLOWEST)
         assert np.linalg.norm(now) <= speed * (1 + 1e-9)
         position, before = position + PERIOD * now, now
 

@@ -23,6 +23,7 @@ from palpate.controllers.paths import (
     Waypoints,
     tap_grid,
 )
+from palpate.controllers.paths.path_follower import ARRIVED, STEERING
 from palpate.errors import InvalidValueError
 from support.paths_world import HeightWorld, explore
 
@@ -127,7 +128,7 @@ def test_whatever_the_path_speed_and_acceleration_are_kept_and_every_corner_reac
     for corner in corners:
         assert np.hypot(*(path - corner).T).min() < 3e-4
     # faster by no more than a, and by what takes back the tenth of a millimetre that a corner leaves
-    assert np.diff(np.hypot(*v.T)).max() <= 0.5 * 1e-3 + PathFollower.STEERING * PathFollower.ARRIVED + 1e-9
+    assert np.diff(np.hypot(*v.T)).max() <= 0.5 * 1e-3 + STEERING * ARRIVED + 1e-9
 
 
 @settings(max_examples=30, deadline=None, derandomize=True)

@@ -49,19 +49,19 @@ def figure(grasp, name):
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.1))
 def test_the_lowest_point_of_a_turned_box_is_its_edge(angle, height):
     config, half = GraspConfig(), 0.5 * angle
-    about_x = clearance(config, height, (math.cos(half), math.sin(half), 0.0, 0.0))
+    about_x = clearance(config, height, np.array([math.cos(half), math.sin(half), 0.0, 0.0]))
     below = 0.025 * abs(math.sin(angle)) + 0.03 * abs(math.cos(angle))
     assert about_x == pytest.approx(height + 0.03 - below, abs=1e-12)
 
 
 @given(st.floats(-math.pi, math.pi))
 def test_a_sphere_stands_where_it_stood_however_it_turns(angle):
-    turn = (math.cos(angle), 0.0, math.sin(angle), 0.0)
+    turn = np.array([math.cos(angle), 0.0, math.sin(angle), 0.0])
     assert clearance(GraspConfig(object="sphere"), 0.0, turn) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_an_upright_cylinder_stands_on_its_base():
-    upright = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)
+    upright = np.array([math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0])
     assert clearance(GraspConfig(object="cylinder"), 0.01, upright) == pytest.approx(0.01, abs=1e-12)
 
 

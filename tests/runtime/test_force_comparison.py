@@ -13,8 +13,11 @@ from palpate.runtime.supervision.force_comparison import (
     FIRST,
     GAIN_ERROR,
     LARGEST_IMPULSE,
-    ForceComparison,
+    MEMORY_SIZE,
+    force_fault,
+    force_finding,
 )
+from palpate.runtime.supervision.observed_row import row_of
 from runtime.puppets import sample, touch
 
 PERIOD, LIMIT = 2e-3, 20.0
@@ -23,9 +26,22 @@ CALM = round(FIRST / PERIOD) + 1
 UPRIGHT = np.eye(3)
 
 
+class Comparison:
+    """Takes observations one by one."""
+
+    def __init__(self):
+        self.memory = np.zeros(MEMORY_SIZE)
+
+    def broken(self, now, before):
+        row = row_of(now, before)
+        fault = force_fault(row.values, before is not None, row.layout.finger(0), LIMIT, self.memory)
+        reported = now.arm.tip_force_base is not None
+        return force_finding(fault, reported, self.memory, LIMIT) if fault else None
+
+
 def found(own, felt, rotation=UPRIGHT):
     """Return the first finding over rows of both forces [N], tip frame, and its index; None if there is none."""
-    check, before = ForceComparison(LIMIT), None
+    check, before = Comparison(), None
     matrix = tuple(map(tuple, rotation.tolist()))
     for i, (ours, feels) in enumerate(zip(own, felt, strict=True)):
         given_ = sample(i * PERIOD, (*feels, 0.0, 0.0, 0.0), rotation=matrix)
@@ -77,7 +93,7 @@ def test_the_arm_alone_is_enough_for_the_limit():
 
 
 def test_what_the_arm_reports_may_not_come_or_go():
-    check, now = ForceComparison(LIMIT), SENSE(sample())
+    check, now = Comparison(), SENSE(sample())
     feeling = replace(now, arm=replace(now.arm, tip_force_base=(0.0, 0.0, 0.0)))
     assert check.broken(now, now) is None
     assert check.broken(feeling, now).value == "new"

@@ -10,7 +10,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption
 from palpate.runtime.data import ArmSample, Sample
-from palpate.runtime.supervision.conditions import FreshSamples
+from palpate.runtime.supervision.fresh_samples import FreshSamples
 from palpate.runtime.touch import SensorFinger, Touch
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import (

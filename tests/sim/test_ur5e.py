@@ -8,7 +8,7 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics import UR5E, ArmKinematics, FollowingErrorLimit, Pose, nearest_joint_position
-from palpate.kinematics.reference import MAX_LEAD
+from palpate.kinematics.reference_kernel import MAX_LEAD
 from palpate.sim import Box, ContactLaw, Tip
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.servoed_arm import FLANGE
@@ -57,7 +57,8 @@ class Run:
         self.joint_speed = 0.0
 
     def period(self, velocity=STILL, angular_velocity=STILL):
-        motion = self.drive.begin(tuple(velocity), tuple(angular_velocity))
+        self.drive.begin(tuple(velocity), tuple(angular_velocity))
+        motion = self.drive.reference.motion
         for _ in range(self.drive.steps):
             self.drive.advance()
             mujoco.mj_step(self.model, self.data)

@@ -29,7 +29,7 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import Hand
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.sim.hand.truth_numbers import GraspMoment, hand_columns, moment_of_numbers, numbers_of_hand
+from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
 from palpate.spatial import ZERO
 from support.explore_runs import plan_of
 from support.grasp_runs import plan_of as plan_grasp
@@ -131,15 +131,22 @@ def test_the_truth_of_a_contact_survives_the_way(truth):
     st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 10.0)), min_size=3, max_size=3),
 )
 def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand, slips):
-    truth = HandTruth(time, tuple(touched), (0.001, -0.002, 0.003)[: len(touched)], *rest, hand)
+    truth = HandTruth(time, tuple(touched), (0.001, -0.002, 0.003)[: len(touched)], *rest)
     rubbing = [
         FrictionContact(object(), ZERO, ZERO, 1.0, ZERO, 0.0, (speed, 0.0, 0.0), spin, False)
         for speed, spin in slips[: len(touched)]
     ]
     rubbed = SimpleNamespace(rubbing=[contact.pair for contact in rubbing])
     row = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), rubbing, rubbed)
-    assert len(row) == len(hand_columns(Hand(len(touched)))) <= WIDEST
-    assert moment_of_numbers(row, len(touched)) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
+    columns = hand_columns(Hand(len(touched)))
+    assert len(row) == len(columns) <= WIDEST
+    told = dict(zip(columns, row, strict=True))
+    assert tuple(told[f"pull_{axis}_n"] for axis in "xyz") == pull[:3]
+    assert tuple(told[f"hand_{axis}_m"] for axis in "xyz") == hand.position
+    for i, (finger, (speed, spin)) in enumerate(zip(touched, slips, strict=False)):
+        assert told[f"finger_{i}_touching"] == finger.touching
+        assert tuple(told[f"finger_{i}_torque_{axis}_nm"] for axis in "xyz") == finger.torque
+        assert (told[f"finger_{i}_slip_speed_m_per_s"], told[f"finger_{i}_slip_spin_rad_per_s"]) == (speed, spin)
 
 
 # The scene behind the devices

@@ -11,12 +11,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from palpate.quick_init import quick_init
 from palpate.spatial import Vector
 
 if TYPE_CHECKING:
     from palpate.sensing.contact import Contact
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class ContactLoad:
     """The load of a contact, or a change of it, in any frame.

@@ -108,7 +108,8 @@ def follow_path(arm: StandingArm, points: Sequence[Vector], speed: float) -> Fol
         joints, time = reference.joint_reference, i * period
         here = reference.pose_base_tip.position
         velocity = limit_norm(scale(1.0 / period, subtract(wanted, here)), speed)
-        motion = reference.step(joints, velocity, ZERO)
+        reference.step(joints, velocity, ZERO)
+        motion = reference.motion
         slower = speed / max(norm(motion.velocity), SLOWEST * speed)
         for joint, (q, rate, limit) in enumerate(zip(joints, motion.joint_velocity, limits, strict=True), 1):
             left = min(q - limit.lower, limit.upper - q)

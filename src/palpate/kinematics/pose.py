@@ -1,4 +1,8 @@
-"""Poses and turns in plain floats, for code that runs once per control period."""
+"""Poses and turns in plain floats, for code that runs once per control period.
+
+The functions of rotations are compiled, too, by `njit` in `palpate.kinematics.reference_kernel`: they keep to what
+numba understands.
+"""
 
 import math
 from dataclasses import dataclass
@@ -96,8 +100,12 @@ def rotvec_from_rotation(rotation: Matrix) -> Vector:
         (0.5 * (r01 + r10), r11 - cosine, 0.5 * (r12 + r21)),
         (0.5 * (r02 + r20), 0.5 * (r12 + r21), r22 - cosine),
     )
-    a, b, c = max(columns, key=lambda column: column[0] ** 2 + column[1] ** 2 + column[2] ** 2)
-    factor = angle / math.sqrt(a * a + b * b + c * c)
+    largest, (a, b, c) = 0.0, columns[0]
+    for u, v, w in columns:
+        square = u * u + v * v + w * w
+        if square > largest:
+            largest, a, b, c = square, u, v, w
+    factor = angle / math.sqrt(largest)
     if a * x + b * y + c * z < 0.0:
         factor = -factor
     return (factor * a, factor * b, factor * c)
@@ -108,10 +116,14 @@ def orthonormal(rotation: Matrix) -> Matrix:
 
     One Newton step R (3 I - R'R) / 2 towards the nearest rotation (Higham 1986): squares the defect.
     """
-    (a, b, c), (d, e, f), (g, h, i) = times(transposed(rotation), rotation)
-    correction = (
+    return times(rotation, newton_factor(times(transposed(rotation), rotation)))
+
+
+def newton_factor(square: Matrix) -> Matrix:
+    """Return (3 I - R'R) / 2 of R'R."""
+    (a, b, c), (d, e, f), (g, h, i) = square
+    return (
         (1.5 - 0.5 * a, -0.5 * b, -0.5 * c),
         (-0.5 * d, 1.5 - 0.5 * e, -0.5 * f),
         (-0.5 * g, -0.5 * h, 1.5 - 0.5 * i),
     )
-    return times(rotation, correction)

@@ -13,31 +13,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, positive
-from palpate.kinematics.pose import (
-    Pose,
-    orthonormal,
-    rotation_from_rotvec,
-    rotvec_from_rotation,
-    times,
-    transposed,
-)
-from palpate.kinematics.velocity import InverseVelocity, JointMotion, Limit
-from palpate.spatial import ZERO, Matrix, Vector, add, add_scaled, dot, limit_norm, norm, scale, subtract
+import numpy as np
+import numpy.typing as npt
 
-RECOVERY = 20.0
-"""[1/s] at which joint references come back to the tip's reference after damping kept them from it: 50 ms, in
-which a whole following-error limit of 1 mm asks for 20 mm/s."""
-
-
-ASIDE = 2.0
-"""Times the following-error limit: how far a reference may be from the tip at right angles to the wanted
-direction. An arm yields askew: pushing straight at a wall without friction, a UR5e with its tip down is off to the
-side by half to twice as much as ahead (by its compliance, over its workspace)."""
-
-MAX_LEAD = math.hypot(1.0, ASIDE)
-"""Times the following-error limit: how far a reference may be from the tip at all; the bound for one that shall
-not move."""
+from palpate.compiling import machine_code
+from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.kinematics.forward import pose_of
+from palpate.kinematics.kernel import POSE, tip_frame
+from palpate.kinematics.pose import Pose
+from palpate.kinematics.reference_kernel import RECOVERY, move_reference
+from palpate.kinematics.velocity import InverseVelocity, JointMotion, motion_of
+from palpate.spatial import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,11 +58,8 @@ class TipReference:
     Attributes:
         inverse: From twists to joint velocities.
         following_error_limit: How far it may run ahead.
-        joint_reference: Where the servos shall hold the joints now [rad].
-        joint_feed_forward: At which velocity the servos shall take them to move [rad/s]: that of the reference, as
-            far as it moves as wanted. What the following-error limit draws back is left out, and the servos damp
-            it: fed forward as well, it would carry an arm that was pushed away on and on.
-        pose_base_tip: Where the tip shall be now.
+        state: Joint references (n), their feed-forward (n), pose of the tip's reference (12), as one array that
+            lives as long as this; for code that runs once per control period.
     """
 
     def __init__(
@@ -99,115 +82,56 @@ class TipReference:
             )
         self.inverse = inverse
         self.following_error_limit = following_error_limit or FollowingErrorLimit()
-        self._period = period
-        self.joint_reference: tuple[float, ...] = ()
-        self.joint_feed_forward: tuple[float, ...] = ()
-        self.pose_base_tip = Pose()
+        self._count = n = len(inverse.kinematics.arm.joints)
+        self.state: FloatArray = np.zeros(2 * n + POSE)
+        self._actual, self._twist = np.zeros(n), np.zeros(6)
+        limit = self.following_error_limit
+        self._constants = (*inverse.constants, np.array((limit.distance, limit.angle)), float(period))
+        self._move = machine_code(move_reference, *self._constants, self._actual, self._twist, self.state)
+        self._moved = self._move(*self._constants, self._actual, self._twist, self.state)
+
+    @property
+    def joint_reference(self) -> tuple[float, ...]:
+        """Where the servos shall hold the joints now [rad or m]."""
+        return tuple(self.state[: self._count].tolist())
+
+    @property
+    def joint_feed_forward(self) -> tuple[float, ...]:
+        """At which velocity the servos shall take the joints to move [rad/s or m/s].
+
+        That of the reference, as far as it moves as wanted. What the following-error limit draws back is left out,
+        and the servos damp it: fed forward as well, it would carry an arm that was pushed away on and on.
+        """
+        return tuple(self.state[self._count : 2 * self._count].tolist())
+
+    @property
+    def pose_base_tip(self) -> Pose:
+        """Where the tip shall be now."""
+        return pose_of(self.state[2 * self._count :].tolist())
+
+    @property
+    def motion(self) -> JointMotion:
+        """How the last step moved the joints: in its period, from the old `joint_reference` to the new one."""
+        return motion_of(self._moved)
 
     def start(self, joint_position: Sequence[float]) -> None:
-        """Put the reference where the arm is [rad].
+        """Put the reference where the arm is [rad or m].
 
         Raises:
-            InvalidValueError: Not one angle per joint, or out of a joint's range.
+            InvalidValueError: Not one number per joint, or out of a joint's range.
         """
-        self.joint_reference = self.inverse.kinematics.arm.joint_position("joint_position", tuple(joint_position))
-        self.joint_feed_forward = (0.0,) * len(self.joint_reference)
-        self.pose_base_tip = self.inverse.kinematics.pose(self.joint_reference)
+        kinematics, n = self.inverse.kinematics, self._count
+        joints = kinematics.arm.joint_position("joint_position", tuple(joint_position))
+        self.state[:n], self.state[n : 2 * n] = joints, 0.0
+        self.state[2 * n :] = tip_frame(kinematics.chain, self.state[:n])
 
-    def step(self, joint_position: Sequence[float], velocity: Vector, angular_velocity: Vector) -> JointMotion:
-        """Move the references by one period, and return how.
-
-        During the period the servos' references go from the old `joint_reference` to the new one at the
-        returned joint velocities.
+    def step(self, joint_position: npt.ArrayLike, velocity: Vector, angular_velocity: Vector) -> None:
+        """Move the references by one period; see `motion`.
 
         Args:
-            joint_position: Where the joints really are [rad].
+            joint_position: Where the joints really are [rad or m], shape (joints,).
             velocity: Wanted, of the tip frame's origin in base coordinates [m/s].
             angular_velocity: Likewise, of the tip frame [rad/s].
         """
-        dt, here, kinematics = self._period, self.pose_base_tip, self.inverse.kinematics
-        if not math.isfinite(sum(velocity) + sum(angular_velocity)):
-            return self._stand_still(velocity, angular_velocity)
-        wanted_shift, wanted_turn = scale(dt, velocity), scale(dt, angular_velocity)
-        actual = kinematics.pose(joint_position)
-        shift, turn = self._limited_shift(actual, wanted_shift), self._limited_turn(actual, wanted_turn)
-        behind, turned_behind = _difference(here, kinematics.pose(self.joint_reference))
-        motion = self.inverse.solve(
-            self.joint_reference,
-            add_scaled(scale(1.0 / dt, shift), RECOVERY, behind),
-            add_scaled(scale(1.0 / dt, turn), RECOVERY, turned_behind),
-        )
-        if motion.limit is Limit.INVALID:
-            return self._stand_still(velocity, angular_velocity)
-        self.joint_feed_forward = motion.joint_velocity
-        if shift is not wanted_shift or turn is not wanted_turn:
-            self.joint_feed_forward = self.inverse.solve(
-                self.joint_reference,
-                scale(_share(shift, wanted_shift), velocity),
-                scale(_share(turn, wanted_turn), angular_velocity),
-            ).joint_velocity
-        self.joint_reference = tuple(
-            [q + dt * speed for q, speed in zip(self.joint_reference, motion.joint_velocity, strict=True)]
-        )
-        part = motion.scale
-        if motion.limit is Limit.JOINT_POSITION:
-            # what a range forbids is forgotten, or it would hold the joint at its end when all else wants back
-            shift = subtract(scale(part, add(shift, behind)), behind)
-            turn = subtract(scale(part, add(turn, turned_behind)), turned_behind)
-        else:
-            shift, turn = scale(part, shift), scale(part, turn)
-        self.pose_base_tip = Pose(add(here.position, shift), _turned(here.rotation, turn))
-        return motion
-
-    def _stand_still(self, velocity: Vector, angular_velocity: Vector) -> JointMotion:
-        """The motion for what is not finite: none."""
-        self.joint_feed_forward = (0.0,) * len(self.joint_reference)
-        return self.inverse.solve(self.joint_reference, (math.nan, *velocity[1:]), angular_velocity)
-
-    def _limited_shift(self, actual: Pose, wanted: Vector) -> Vector:
-        """The reference's shift in this period: as wanted (the same object), unless that is too far ahead."""
-        here, following_error_limit = self.pose_base_tip.position, self.following_error_limit.distance
-        ahead = subtract(add(here, wanted), actual.position)
-        if norm(ahead) <= following_error_limit:
-            return wanted
-        square = dot(wanted, wanted)
-        if square == 0.0:
-            return subtract(add(actual.position, limit_norm(ahead, MAX_LEAD * following_error_limit)), here)
-        along = scale(dot(ahead, wanted) / square, wanted)
-        aside = subtract(ahead, along)
-        if norm(along) <= following_error_limit and norm(aside) <= ASIDE * following_error_limit:
-            return wanted
-        return subtract(
-            add(
-                actual.position,
-                add(limit_norm(along, following_error_limit), limit_norm(aside, ASIDE * following_error_limit)),
-            ),
-            here,
-        )
-
-    def _limited_turn(self, actual: Pose, wanted: Vector) -> Vector:
-        """The reference's turn in this period: as wanted (the same object), unless that is too far ahead."""
-        here = self.pose_base_tip.rotation
-        ahead = rotvec_from_rotation(times(_turned(here, wanted), transposed(actual.rotation)))
-        if norm(ahead) <= self.following_error_limit.angle:
-            return wanted
-        kept = times(rotation_from_rotvec(limit_norm(ahead, self.following_error_limit.angle)), actual.rotation)
-        return rotvec_from_rotation(times(kept, transposed(here)))
-
-
-def _share(moved: Vector, wanted: Vector) -> float:
-    """Share of a wanted displacement that was made, 0 to 1; 1 if none was wanted."""
-    square = dot(wanted, wanted)
-    return min(max(dot(moved, wanted) / square, 0.0), 1.0) if square > 0.0 else 1.0
-
-
-def _difference(wanted: Pose, actual: Pose) -> tuple[Vector, Vector]:
-    """Shift [m] and turn [rad], in base coordinates, that take the actual pose to the wanted one."""
-    turn = rotvec_from_rotation(times(wanted.rotation, transposed(actual.rotation)))
-    return subtract(wanted.position, actual.position), turn
-
-
-def _turned(rotation: Matrix, turn: Vector) -> Matrix:
-    if turn == ZERO:
-        return rotation
-    return orthonormal(times(rotation_from_rotvec(turn), rotation))
+        self._actual[:], self._twist[:] = joint_position, velocity + angular_velocity
+        self._moved = self._move(*self._constants, self._actual, self._twist, self.state)

@@ -127,6 +127,7 @@ class InverseVelocity:
         braking_rate: Largest speed towards the end of a joint's range per angle left [1/s]. Who integrates the
             velocities in steps of at most 1 / braking_rate never passes it.
         home: Joint positions that joints which the tip leaves free go to [rad or m]; without: mid-range.
+        constants: Chain, bounds, home and settings, as `palpate.kinematics.kernel` takes them.
     """
 
     kinematics: ArmKinematics
@@ -134,9 +135,7 @@ class InverseVelocity:
     threshold: float = THRESHOLD
     braking_rate: float = BRAKING_RATE
     home: tuple[float, ...] = ()
-    _bounds: FloatArray = field(init=False, repr=False)
-    _home: FloatArray = field(init=False, repr=False)
-    _settings: FloatArray = field(init=False, repr=False)
+    constants: tuple[FloatArray, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         positive("length", self.length, "m")
@@ -150,9 +149,8 @@ class InverseVelocity:
         bounds = np.array([(each.lower, each.upper, each.speed) for each in limits]).T.copy()
         home = arm.joint_position("home", self.home) if self.home else bounds[:2].mean(axis=0)
         settings = [self.length, self.threshold, _FLOOR, _BEND, self.braking_rate, POSTURE_RATE, POSTURE_SHARE]
-        object.__setattr__(self, "_bounds", bounds)
-        object.__setattr__(self, "_home", np.array(home))
-        object.__setattr__(self, "_settings", np.array(settings))
+        constants = (self.kinematics.chain, bounds, np.array(home), np.array(settings))
+        object.__setattr__(self, "constants", constants)
         self.solve((0.0,) * len(limits), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
     @property
@@ -168,23 +166,22 @@ class InverseVelocity:
             velocity: Wanted, of the tip frame's origin in base coordinates [m/s].
             angular_velocity: Likewise, of the tip frame [rad/s].
         """
-        n = len(self.kinematics.arm.joints)
-        found = kernel.joint_motion(
-            self.kinematics.chain,
-            self._bounds,
-            self._home,
-            self._settings,
-            np.array(joint_position),
-            np.array(velocity + angular_velocity),
-        ).tolist()
-        vx, vy, vz, wx, wy, wz, scale, smallest, limit, joint = found[12 + n :]
-        return JointMotion(
-            tuple(found[12 : 12 + n]),
-            pose_of(found[:12]),
-            (vx, vy, vz),
-            (wx, wy, wz),
-            scale,
-            _LIMITS[int(limit)],
-            int(joint) if joint >= 0.0 else None,
-            smallest,
-        )
+        q, twist = np.array(joint_position, float), np.array(velocity + angular_velocity, float)
+        chain, bounds, home, settings = self.constants
+        return motion_of(kernel.joint_motion(chain, bounds, home, settings, q, twist))
+
+
+def motion_of(found: FloatArray) -> JointMotion:
+    """Return a joint motion of the numbers that `kernel.joint_motion` gives."""
+    numbers = found.tolist()
+    vx, vy, vz, wx, wy, wz, scale, smallest, limit, joint = numbers[-10:]
+    return JointMotion(
+        tuple(numbers[12:-10]),
+        pose_of(numbers[:12]),
+        (vx, vy, vz),
+        (wx, wy, wz),
+        scale,
+        _LIMITS[int(limit)],
+        int(joint) if joint >= 0.0 else None,
+        smallest,
+    )

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from palpate.quick_init import quick_init
 from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.health import HEALTHY, SampleHealth
 from palpate.spatial import ZERO, Matrix, Vector, Wrench
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class ArmSample:
     """Where the arm holds the fingertip.
@@ -40,6 +42,7 @@ class ArmSample:
     tip_force_base: Vector | None = None
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class HandSample:
     """State that a hand reported.
@@ -55,6 +58,7 @@ class HandSample:
     joint_position: tuple[float, ...]
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class WrenchSample:
     """Reading of a force/torque sensor behind a fingertip.
@@ -72,6 +76,7 @@ class WrenchSample:
     acceleration: Vector
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class Sample:
     """What the devices reported in one period.
@@ -89,6 +94,7 @@ class Sample:
     hand: HandSample | None = None
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class FingerObservation:
     """What touch makes of one finger's wrench. Its sensor frame is the tip frame of `ArmSample`.
@@ -119,6 +125,7 @@ class FingerObservation:
         return self.touching and self.health.ok and self.contact.status is ContactStatus.OK
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class Observation:
     """What is known at one period: all that a controller sees.
@@ -160,6 +167,7 @@ class Phase(StrEnum):
         return self in (Phase.DONE, Phase.LOST)
 
 
+@quick_init
 @dataclass(frozen=True, slots=True)
 class Command:
     """What arm and hand are to do during the next period.

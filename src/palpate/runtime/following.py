@@ -3,13 +3,16 @@
 This is for runs of a robot. Samples that are replayed under other options do not follow what is commanded here.
 """
 
-from collections import deque
 from collections.abc import Callable
+from functools import partial
+from math import sqrt
 from typing import Protocol
 
-from palpate.errors import PalpateError
+import numpy as np
+
+from palpate.compiling import machine_code, njit
+from palpate.errors import FloatArray, PalpateError
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
-from palpate.spatial import ZERO, Vector, dot, norm
 
 MEMORY = 2.0
 """Time constant [s] with which commands and motion are forgotten: what is slower than `SMALLEST` in this time,
@@ -56,6 +59,60 @@ class AnyMotion:
         """See `Following`."""
 
 
+POSITION, MOVED, NEWEST, WANTED, ALONG = 0, 3, 6, 7, 8
+"""Where numbers of the memory stand: last position (three), motion (three), which of the commanded distances is
+the newest, and what was compared last."""
+
+
+@njit(error_model="numpy", cache=True)
+def is_left_behind(
+    commanded: FloatArray,
+    memory: FloatArray,
+    keep: float,
+    period: float,
+    u: float,
+    v: float,
+    w: float,
+    x: float,
+    y: float,
+    z: float,
+) -> bool:
+    """Take a period; return whether the tip does not follow.
+
+    Args:
+        commanded: Distances commanded until each of the last periods, slowly forgotten, written, shape (n, 3).
+        memory: Laid out as the constants above say, written.
+        keep: Share that is not forgotten within a period.
+        period: Of control [s].
+        u: Commanded velocity [m/s], base frame,
+        v: likewise,
+        w: likewise.
+        x: Position of the tip after it [m],
+        y: likewise,
+        z: likewise.
+    """
+    last = int(memory[NEWEST])
+    newest = (last + 1) % len(commanded)
+    oldest = (newest + 1) % len(commanded)
+    memory[NEWEST] = newest
+    size = along = wanted = distance = 0.0
+    for i, (speed, place) in enumerate(((u, x), (v, y), (w, z))):
+        commanded[newest, i] = keep * commanded[last, i] + period * speed
+        memory[MOVED + i] = keep * memory[MOVED + i] + place - memory[POSITION + i]
+        memory[POSITION + i] = place
+        size += commanded[newest, i] * commanded[newest, i]
+        distance += commanded[oldest, i] * commanded[oldest, i]
+        wanted += commanded[oldest, i] * commanded[newest, i]
+        along += commanded[oldest, i] * memory[MOVED + i]
+    if not distance > SMALLEST * SMALLEST:
+        return False
+    distance = sqrt(distance)
+    memory[WANTED], memory[ALONG] = wanted / distance, along / distance
+    if memory[WANTED] < STEADY * sqrt(size):
+        return False
+    return bool(memory[ALONG] < LEAST_SHARE * (min(memory[WANTED], distance) - SMALLEST))
+
+
 class CommandedMotion:
     """The tip must follow: a `Following`.
 
@@ -70,34 +127,20 @@ class CommandedMotion:
             period: Of control [s].
             first: State of the arm before any command.
         """
-        self._period, self._keep = period, 1.0 - period / MEMORY
-        self._position = first.position_base_tip
-        self._commanded: deque[Vector] = deque([ZERO], maxlen=max(1, round(LONGEST_DELAY / period)) + 1)
-        self._moved: Vector = ZERO
+        commanded = np.zeros((max(1, round(LONGEST_DELAY / period)) + 1, 3))
+        self._memory: FloatArray = np.zeros(ALONG + 1)
+        self._memory[POSITION : POSITION + 3] = first.position_base_tip
+        given = (commanded, self._memory, 1.0 - period / MEMORY, period)
+        self._is_left_behind = partial(machine_code(is_left_behind, *given, *(0.0,) * 6), *given)
 
     def take(self, command: Command, before: Observation, after: Sample) -> None:
         """See `Following`."""
-        keep, period, recent = self._keep, self._period, self._commanded
         u, v, w = command.velocity_base_tip
-        a, b, c = recent[-1]
-        recent.append((keep * a + period * u, keep * b + period * v, keep * c + period * w))
-        x, y, z = self._position
-        self._position = p, q, r = after.arm.position_base_tip
-        d, e, f = self._moved
-        self._moved = (keep * d + p - x, keep * e + q - y, keep * f + r - z)
-        a, b, c = recent[0]
-        if a * a + b * b + c * c > SMALLEST * SMALLEST:
-            self._judge(recent[0], recent[-1])
-
-    def _judge(self, before: Vector, now: Vector) -> None:
-        distance = norm(before)
-        wanted = dot(before, now) / distance
-        if wanted < STEADY * norm(now):
-            return
-        along = dot(before, self._moved) / distance
-        if along < LEAST_SHARE * (min(wanted, distance) - SMALLEST):
+        x, y, z = after.arm.position_base_tip
+        if self._is_left_behind(u, v, w, x, y, z):
+            wanted, along = 1e3 * self._memory[WANTED], 1e3 * self._memory[ALONG]
             raise FollowingError(
-                f"the tip went {1e3 * along:.3g} mm where {1e3 * wanted:.3g} mm were commanded; the limit is "
+                f"the tip went {along:.3g} mm where {wanted:.3g} mm were commanded; the limit is "
                 f"{LEAST_SHARE:.0%} of what is beyond {1e3 * SMALLEST:g} mm, after {LONGEST_DELAY:g} s; see "
                 "whether the arm is stopped, held up, or described in another frame than it is commanded in"
             )

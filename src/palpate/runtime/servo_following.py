@@ -7,11 +7,16 @@ runs of a robot: samples that are replayed under other options do not follow wha
 
 import math
 from dataclasses import dataclass
+from functools import partial
+from math import exp, hypot
 
-from palpate.errors import not_negative, positive
+import numpy as np
+
+from palpate.compiling import machine_code, njit
+from palpate.errors import FloatArray, not_negative, positive
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.following import CommandedMotion, Following, FollowingError, FollowingMaker
-from palpate.spatial import ZERO, Vector, dot, norm
+from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, Wrench, as_vector, dot, norm, rotate
 
 SHARE = 0.35
 """Of the force limit, that may push an arm and is not felt. The true force may be twice as large: a tip that
@@ -67,6 +72,63 @@ class PositionServo:
         return made
 
 
+REFERENCE, PLACE, SPEED, FELT, OFF, FASTEST, PATH, ALLOWED = 0, 3, 6, 9, 12, 15, 16, 17
+"""Where numbers of the memory stand. By axis: the servo's reference, where its model is [m], how fast [m/s], the
+force that drew it aside [N], and how far the tip is from it [m]. Then the speed and the path for which the tip may
+be late or elsewhere, and how far it may be [m]."""
+
+RATE, COMPLIANCE, LEAD, PUSHED, LATE = 0, 1, 2, 3, 4
+"""Where numbers of the model stand: 2 / response, 1 / stiffness, how far the reference leads [s], and how far the
+tip may be pushed [m] and be late [s]."""
+
+
+@njit(error_model="numpy", cache=True)
+def is_aside(
+    model: FloatArray,
+    memory: FloatArray,
+    time: float,
+    rotation: Matrix,
+    wrench: Wrench,
+    commanded: Vector,
+    position: Vector,
+) -> bool:
+    """Move the model on by a period; return whether the tip is farther from it than it may be in any direction.
+
+    Args:
+        model: Laid out as the constants above say,
+        memory: likewise, written.
+        time: Since the last period [s].
+        rotation: Of the tip, base frame.
+        wrench: That its finger feels, tip frame.
+        commanded: Velocity [m/s], base frame.
+        position: Of the tip after it [m].
+    """
+    turned, forget = model[RATE] * time, min(1.0, time / MEMORY)
+    decay = exp(-turned)
+    size = kept = speed = off = 0.0
+    for i in range(3):
+        felt = rotation[i][0] * wrench[0] + rotation[i][1] * wrench[1] + rotation[i][2] * wrench[2]
+        reference, v = memory[REFERENCE + i], memory[SPEED + i]
+        # the period's mean
+        goal = reference + (0.5 * time + model[LEAD]) * commanded[i] + model[COMPLIANCE] * felt
+        y = memory[PLACE + i] - goal
+        memory[SPEED + i] = decay * (v - turned * (v + model[RATE] * y))
+        modelled = goal + decay * (y + turned * y + time * v)
+        memory[OFF + i] = position[i] - modelled
+        memory[PLACE + i] = modelled + forget * memory[OFF + i]
+        memory[REFERENCE + i] = reference + (time * commanded[i] + forget * memory[OFF + i])
+        memory[FELT + i] -= forget * memory[FELT + i]  # by it the model was drawn aside, too
+        size, kept = hypot(size, felt), hypot(kept, memory[FELT + i])
+        speed, off = hypot(speed, commanded[i]), hypot(off, memory[OFF + i])
+    if size >= kept:
+        for i in range(3):
+            memory[FELT + i] = rotation[i][0] * wrench[0] + rotation[i][1] * wrench[1] + rotation[i][2] * wrench[2]
+    memory[FASTEST] = max(speed, memory[FASTEST] * (1.0 - min(1.0, time / SETTLED)))
+    memory[PATH] += speed * time - forget * memory[PATH]
+    memory[ALLOWED] = model[PUSHED] + model[LATE] * memory[FASTEST] + SPEED_ERROR * memory[PATH]
+    return bool(off > memory[ALLOWED])
+
+
 class ServoFollowing:
     """Compares where a finger's tip is with where commands and felt force should have led it: a `Following`."""
 
@@ -74,78 +136,37 @@ class ServoFollowing:
         self, servo: PositionServo, limit: float, period: float, plain: Following, first: ArmSample
     ) -> None:
         """Begin at rest, with the force limit [N], the control period [s], and what judges motion alone."""
-        self._servo, self._allowed, self._plain = servo, SHARE * limit / servo.stiffness, plain
-        self._axes = tuple(_Axis(servo, x) for x in first.position_base_tip)
-        self._felt: Vector = ZERO
-        self._late = max(TIMING * servo.response, CYCLES * period)
-        self._speed = self._path = 0.0
+        self._servo, self._plain = servo, plain
+        late, lead = max(TIMING * servo.response, CYCLES * period), max(0.0, servo.response - servo.lag)
+        pushed = SHARE * limit / servo.stiffness
+        model = np.array([2.0 / servo.response, 1.0 / servo.stiffness, lead, pushed, late])
+        self._memory: FloatArray = np.zeros(ALLOWED + 1)
+        self._memory[REFERENCE : REFERENCE + 3] = self._memory[PLACE : PLACE + 3] = first.position_base_tip
+        given = (model, self._memory)
+        seen = (0.0, IDENTITY, (0.0,) * 6, ZERO, ZERO)
+        self._is_aside = partial(machine_code(is_aside, *given, *seen), *given)
 
     def take(self, command: Command, before: Observation, after: Sample) -> None:
         """See `Following`."""
         self._plain.take(command, before, after)
         if len(before.fingers) != 1 or before.hand is not None:
             return
-        (a, b, c), (d, e, f), (g, h, i) = before.arm.rotation_base_tip
-        x, y, z, _, _, _ = before.fingers[0].wrench
-        felt = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
-        u, v, w = command.velocity_base_tip
-        p, q, r = after.arm.position_base_tip
-        time, (first, second, third) = after.time - before.time, self._axes
-        forget, decay = min(1.0, time / MEMORY), first.decay(time)
-        off = (
-            first.off(time, decay, forget, u, felt[0], p),
-            second.off(time, decay, forget, v, felt[1], q),
-            third.off(time, decay, forget, w, felt[2], r),
-        )
-        k, m, n = self._felt  # by it the model was drawn aside, too
-        k, m, n = k - forget * k, m - forget * m, n - forget * n
-        self._felt = felt if math.hypot(*felt) >= math.hypot(k, m, n) else (k, m, n)
-        speed, kept = math.hypot(u, v, w), self._speed * (1.0 - min(1.0, time / SETTLED))
-        self._speed = kept if kept > speed else speed
-        self._path += speed * time - forget * self._path
-        allowed = self._allowed + self._late * self._speed + SPEED_ERROR * self._path
-        if math.hypot(*off) > allowed:
-            self._judge(off, felt, allowed)
+        time, arm, wrench = after.time - before.time, before.arm, before.fingers[0].wrench
+        position = after.arm.position_base_tip
+        if self._is_aside(time, arm.rotation_base_tip, wrench, command.velocity_base_tip, position):
+            x, y, z, _, _, _ = wrench
+            self._judge(rotate(arm.rotation_base_tip, (x, y, z)))
 
-    def _judge(self, off: Vector, felt: Vector, allowed: float) -> None:
-        stiffness = self._servo.stiffness
-        if _unexplained(stiffness, off, self._felt) > stiffness * allowed:
+    def _judge(self, felt: Vector) -> None:
+        stiffness, allowed = self._servo.stiffness, float(self._memory[ALLOWED])
+        off, drawn = as_vector(self._memory[OFF : OFF + 3]), as_vector(self._memory[FELT : FELT + 3])
+        if _unexplained(stiffness, off, drawn) > stiffness * allowed:
             raise FollowingError(
                 f"the tip stands {1e3 * norm(off):.2g} mm beside where commands and felt force lead it, as if "
                 f"pushed with {stiffness * norm(off):.3g} N that its sensor does not feel (it shows "
                 f"{norm(felt):.3g} N); the limit is {stiffness * allowed:.3g} N; check the fingertip's sensor, "
                 "and stiffness_N_per_m, response_s and lag_s of the arm in the robot file"
             )
-
-
-class _Axis:
-    """A servo's model along one axis of the base frame."""
-
-    def __init__(self, servo: PositionServo, position: float) -> None:
-        self._rate, self._compliance = 2.0 / servo.response, 1.0 / servo.stiffness
-        self._lead = max(0.0, servo.response - servo.lag)
-        self._reference = self._position = position
-        self._velocity = 0.0
-
-    def decay(self, time: float) -> float:
-        """Return by how much a deviation shrinks in a time [s]."""
-        return math.exp(-self._rate * time)
-
-    def off(
-        self, time: float, decay: float, forget: float, commanded: float, felt: float, position: float
-    ) -> float:
-        """Move the model on by a time [s]; return where the tip is from it [m]."""
-        v, turned = self._velocity, self._rate * time
-        goal = (
-            self._reference + (0.5 * time + self._lead) * commanded + self._compliance * felt
-        )  # the period's mean
-        y = self._position - goal
-        self._velocity = decay * (v - turned * (v + self._rate * y))
-        modelled = goal + decay * (y + turned * y + time * v)
-        off = position - modelled
-        self._position = modelled + forget * off
-        self._reference += time * commanded + forget * off
-        return off
 
 
 def _unexplained(stiffness: float, off: Vector, felt: Vector) -> float:

@@ -21,7 +21,12 @@ class Stopping:
 
     def equivalent_time(self, speed: float) -> float:
         """Return for how long the tip would go on with its whole speed [m/s] to get as far [s]."""
-        return self.delay + 0.5 * speed / self.deceleration
+        return stopping_time(speed, self.delay, self.deceleration)
+
+
+def stopping_time(speed: float, delay: float, deceleration: float) -> float:
+    """Return the same of the two attributes, compiled too (`palpate.runtime.supervision.command_watch`)."""
+    return delay + 0.5 * speed / deceleration
 
 
 @runtime_checkable

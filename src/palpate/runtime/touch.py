@@ -1,7 +1,8 @@
 """From samples to observations: touch's estimate from what the devices reported."""
 
 import math
-from collections.abc import Sequence
+import struct
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -17,6 +18,8 @@ from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.touch_detector import ContactDetector
 from palpate.sensing.solver import Solver, Surface
 from palpate.spatial import Vector, Wrench, norm
+
+_SIX = struct.Struct("6d")
 
 NOISELESS: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Of an ideal sensor [N, N m]."""
@@ -163,6 +166,32 @@ class _Stamped:
         return self._health
 
 
+def _feeling(
+    surface: Surface, pipeline: WrenchPipeline, watch: _Stamped | None
+) -> Callable[[WrenchSample], FingerObservation]:
+    """Return what makes an observation of a finger's sample; compiled by now, never in the loop.
+
+    It is a closure whose variables are its own: a loop that sleeps most of the time finds nothing in the caches,
+    and every object that is looked at costs.
+    """
+    buffer = bytearray(_SIX.size)
+    at = np.frombuffer(buffer)
+    contact_there, step, pack = Solver(surface).reading(at), pipeline.step, _SIX.pack_into
+    explained, healthy, observed = ContactStatus.OK, HEALTHY, FingerObservation
+    at[2] = -1.0
+    contact_there()
+
+    def feel(given: WrenchSample) -> FingerObservation:
+        wrench, touching, health = step(given.wrench, given.acceleration)
+        if watch is not None and health is healthy:
+            health = watch.step(given)
+        pack(buffer, 0, *wrench)
+        contact = contact_there()
+        return observed(given.time, wrench, contact, touching and contact.status is explained, health)
+
+    return feel
+
+
 class Touch:
     """Senses with one or more fingers; all that it remembers is in their pipelines."""
 
@@ -178,9 +207,8 @@ class Touch:
         self._pipelines = tuple(finger.pipeline() for finger in fingers)
         watches = [finger.stillness() for finger in fingers]
         self._watches = tuple(None if watch is None else _Stamped(watch) for watch in watches)
-        self._solvers = tuple(Solver(finger.surface) for finger in fingers)
-        for solver in self._solvers:  # compile what is not yet compiled: never in the loop
-            solver(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+        surfaces = [finger.surface for finger in fingers]
+        self._feels = tuple(map(_feeling, surfaces, self._pipelines, self._watches))
 
     @property
     def delay(self) -> float:
@@ -201,18 +229,8 @@ class Touch:
         Raises:
             InvalidValueError: The sample has another number of wrenches than there are fingers.
         """
-        if len(sample.wrenches) != len(self.fingers):
-            raise InvalidValueError(
-                f"the sample has {len(sample.wrenches)} wrenches: there are {len(self.fingers)} fingers"
-            )
-        observed = []
-        for solver, pipeline, watch, given in zip(
-            self._solvers, self._pipelines, self._watches, sample.wrenches, strict=True
-        ):
-            wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
-            if watch is not None and health is HEALTHY:
-                health = watch.step(given)
-            contact = solver(np.array(wrench))
-            touching = touching and contact.status is ContactStatus.OK
-            observed.append(FingerObservation(given.time, wrench, contact, touching, health))
-        return Observation(sample.time, sample.arm, tuple(observed), sample.hand)
+        feels, wrenches = self._feels, sample.wrenches
+        if len(wrenches) != len(feels):
+            raise InvalidValueError(f"the sample has {len(wrenches)} wrenches: there are {len(feels)} fingers")
+        observed = tuple([feel(given) for feel, given in zip(feels, wrenches, strict=True)])
+        return Observation(sample.time, sample.arm, observed, sample.hand)

@@ -12,6 +12,7 @@ wrench; beyond, squares may leave float64, and the status then is INVALID. Grazi
 of about 1e15.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Self
 
@@ -30,7 +31,8 @@ from palpate.surfaces.quadric import CenteredQuadric
 _IS_HARD = {"soft": False, "hard": True}
 _FLOAT64 = np.dtype(np.float64)
 _empty, _contiguous = np.empty, np.ascontiguousarray  # to look them up takes as long as they do
-_ONE = (6,)
+_ONE, _NEXT = (6,), (8,)
+"""Shape and strides of a wrench."""
 _KEPT = 64
 """Surfaces whose solvers are kept for `contact_from_wrench`; a new one takes some 10 us."""
 
@@ -72,9 +74,34 @@ class Solver:
         """
         if type(wrench) is not np.ndarray or wrench.dtype is not _FLOAT64 or wrench.shape != _ONE:
             wrench = _six(wrench)
+        if wrench.strides != _NEXT:
+            wrench = _contiguous(wrench)
         result = _empty(15)
-        found = self._solve(_contiguous(wrench), self._hard, result, self._status)
+        found = self._solve(wrench, self._hard, result, self._status)
         return contact_of(result, *found)
+
+    def reading(self, wrench: FloatArray) -> Callable[[], Contact]:
+        """Return what solves whatever stands in an array at each call: for loops that write it anew every period.
+
+        Args:
+            wrench: See `contact_from_wrench`; contiguous, float64, shape (6,).
+
+        Raises:
+            InvalidValueError: It is not.
+        """
+        if type(wrench) is not np.ndarray or (wrench.dtype, wrench.shape, wrench.strides) != (
+            _FLOAT64,
+            _ONE,
+            _NEXT,
+        ):
+            raise InvalidValueError("wrench must be a contiguous array of float64, shape (6,)")
+        solve, hard, status = self._solve, self._hard, self._status
+
+        def contact() -> Contact:
+            result = _empty(15)
+            return contact_of(result, *solve(wrench, hard, result, status))
+
+        return contact
 
     def batch(self, wrenches: npt.ArrayLike) -> Contacts:
         """Return the contacts that explain many wrenches, see `contacts_from_wrenches`.

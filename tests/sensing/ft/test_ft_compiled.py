@@ -6,7 +6,7 @@ import pytest
 
 from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft import FTPipeline
-from palpate.sensing.ft.compiled import filtered, sample_wrench
+from palpate.sensing.ft.compiled import filtered, sample
 from sensing.ft.sensor_examples import fingertip
 
 
@@ -40,10 +40,10 @@ def test_bit_for_bit(channels):
 
 def test_it_compiles_nothing_after_it_was_built():
     pipeline = FTPipeline(fingertip())
-    before = [list(kernel.signatures) for kernel in (filtered, sample_wrench)]
+    before = [list(kernel.signatures) for kernel in (filtered, sample)]
     for reading in ((0.1,) * 6, [0.1] * 6, np.full(6, 0.1), (0, 0, 0, 0, 0, 1), (np.nan,) * 6, (1e200,) * 6):
         pipeline.step(reading, (0, 0, 9.81))
-    assert [list(kernel.signatures) for kernel in (filtered, sample_wrench)] == before
+    assert [list(kernel.signatures) for kernel in (filtered, sample)] == before
 
 
 @pytest.mark.parametrize("channel", range(6))

@@ -15,6 +15,14 @@ import numpy as np
 
 from palpate import compiling, surfaces
 from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.controllers.grip.hanging_load import ForceErrors, OpposedLoad
+from palpate.controllers.grip.load_ahead import LoadAhead
+from palpate.controllers.grip.wrench_ahead import WrenchAhead
+from palpate.controllers.normal_tracker import NormalTracker
+from palpate.controllers.paths.slides import prepare
+from palpate.controllers.rub_meter import RubMeter
+from palpate.friction.slip.load_fall import LoadFall
+from palpate.friction.slip.load_noise import LoadNoise
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
 from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
@@ -23,10 +31,12 @@ from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, fit_ball, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.mapping.curvature_layers import curvature_layers
-from palpate.runtime import Command
+from palpate.runtime import ArmSample, Command, Supervisor
+from palpate.runtime.servo_following import PositionServo
 from palpate.sensing import contact_from_wrench
 from palpate.sensing.ft import FTPipeline
 from palpate.sim import (
+    ArmCarrier,
     ContactLaw,
     MujocoBackend,
     PresetSensor,
@@ -42,6 +52,11 @@ from palpate.sim import (
     sensor_preset,
 )
 from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.hand.hand import two_finger_hand
+from palpate.spatial import IDENTITY, ZERO
+
+PERIOD = 1e-3
+"""[s] Of control."""
 
 WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
 CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
@@ -63,7 +78,9 @@ def steps() -> Iterator[Step]:
     )
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
     yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
+    yield "the supervisor", _supervise
     yield "the simulation", partial(_simulate, SphereObject(0.04))
+    yield "controllers", _control
     yield "arm kinematics", _move_arm
     yield "a surface map", _map
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
@@ -100,11 +117,30 @@ def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
     target.reachable(0.0, 0.0, 0.008)
 
 
+def _control() -> None:
+    prepare()
+    NormalTracker(PERIOD, 0.01, 0.02)
+    RubMeter()
+    LoadAhead(0.01, PERIOD)
+    WrenchAhead(0.01, PERIOD)
+    OpposedLoad(two_finger_hand(), ForceErrors(0.01), LoadNoise(), 0.004, PERIOD)
+    LoadFall(PERIOD)
+
+
+def _supervise() -> None:
+    Supervisor().start(1e-3)
+    PositionServo(1e4, 0.02, 0.02).following(20.0)(1e-3, ArmSample(0.0, ZERO, IDENTITY, ZERO))
+
+
 def _move_arm() -> None:
     kinematics = ArmKinematics(UR5E)
     kinematics.pose((0.0,) * 6)
     kinematics.jacobian((0.0,) * 6)
     InverseVelocity(kinematics)
+    scene = build_scene(
+        Tip(surfaces.Sphere(0.008)), SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.05), ArmCarrier()
+    )
+    MujocoBackend(scene).close()
 
 
 def _map() -> None:

@@ -2,10 +2,8 @@
 
 import math
 from array import array
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 import numpy.typing as npt
 
@@ -13,23 +11,16 @@ from palpate.controllers.grip.grasp import GraspController, GraspStage
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.kinematics.pose import Pose
+from palpate.experiments.grasp.hand_motion import HandMotion, OverTips
 from palpate.robots.hand_description import HandDescription
 from palpate.runtime import Command, Observation, Sample
-from palpate.runtime.truth import TruthSource
-from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.sim.hand.truth_numbers import moment_of_numbers
-from palpate.spatial import Vector, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
+from palpate.runtime.truth import TruthSource, TruthTable
 
 STAGES = tuple(GraspStage)
+NUMBERS = {stage: number for number, stage in enumerate(STAGES)}
 
-ALL = 16
-"""Columns of all fingers together: time, stage, target, height; pull; clearance, regrips; orientation."""
-
-PER_FINGER = 21
-"""Columns: touching; contact and normal, base frame, from the object's origin; normal force, length of the
-tangential force, spin torque; slip and spin since the pull began, and since the lift did; commanded grip; middle
-of the fingertip, as the contact, and the force on it."""
+OWN = 4
+"""Columns that are kept of controller and command before the grip of each finger: time, stage, target, regrips."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +90,7 @@ class GraspTruth:
 
 
 class GraspTruthRecorder:
-    """An observer that asks for the truth at every sample: of a back end, or of a log."""
+    """An observer that keeps the truth at every sample, of a back end or of a log; `truth` evaluates it."""
 
     def __init__(
         self,
@@ -122,160 +113,47 @@ class GraspTruthRecorder:
             rubbed: Whether the friction plant rubs: then slip and spin are those that it reports.
         """
         self._source, self._controller, self._config, self._from = source, controller, config, watched
-        self._hand = hand.geometry
-        self._rows = array("d")
-        self._pulled, self._lifted = (_SlipMeter(hand, rubbed=rubbed) for _ in range(2))
+        self._hand, self._period, self._rubbed = hand.geometry, hand.period, rubbed
+        self._no_grip = (math.nan,) * hand.geometry.fingers
+        self._own, self._numbers = array("d"), array("d")
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
-        controller, hand = self._controller, self._hand
-        moment = moment_of_numbers(self._source.truth_row(), hand.fingers)
-        truth = moment.hand
-        assert truth.pose_base_hand is not None  # of numbers it is
-        sensors = [truth.pose_base_hand @ pose for pose in hand.sensor_poses(truth.joint_position)]
-        tips = [(its @ Pose(tip.center_of_mass)).position for tip, its in zip(hand.tips, sensors, strict=True)]
-        normals = [_normal(tip, f, its) for tip, f, its in zip(tips, truth.fingers, sensors, strict=True)]
-        if now.time >= self._from:
-            self._pulled.update(truth, sensors, normals, moment.slip)
-        if controller.stage is GraspStage.LIFT or self._lifted.begun:
-            self._lifted.update(truth, sensors, normals, moment.slip)
-        row = [
-            now.time,
-            STAGES.index(controller.stage),
-            self._wanted(command),
-            truth.position[2],
-            *moment.pull,
-            clearance(self._config, truth.position[2], truth.quat_wxyz),
-            controller.grip.regrips,
-            *truth.quat_wxyz,
-        ]
-        for i, (finger, normal, tip) in enumerate(zip(truth.fingers, normals, tips, strict=True)):
-            pressed = -dot(finger.force, normal)
-            aside = norm(add_scaled(finger.force, pressed, normal))
-            wanted = math.nan if command.grip_force is None else command.grip_force[i]
-            at = subtract(finger.position, truth.position)
-            spun = dot(finger.torque, normal)
-            motion = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
-            row += [finger.touching, *at, *normal, pressed, aside, spun, *motion, wanted]
-            row += [*subtract(tip, truth.position), *finger.force]
-        self._rows.extend(row)
-
-    def _wanted(self, command: Command) -> float:
-        if self._controller.stage is GraspStage.LET_GO and command.grip_force is not None:
-            return max(command.grip_force)
-        return self._controller.grip.target
+        stage, grip, force = self._controller.stage, self._controller.grip, command.grip_force
+        letting_go = stage is GraspStage.LET_GO and force is not None
+        target = max(force) if letting_go and force is not None else grip.target
+        self._own.extend((now.time, NUMBERS[stage], target, grip.regrips, *(force or self._no_grip)))
+        self._numbers.extend(self._source.truth_row())
 
     def truth(self) -> GraspTruth:
         """Return all that was appended so far."""
-        k = self._hand.fingers
-        rows = np.array(self._rows).reshape(-1, ALL + k * PER_FINGER)
-        each = rows[:, ALL:].reshape(-1, k, PER_FINGER)
+        columns, fingers = self._source.truth_columns, self._hand.fingers
+        own = np.array(self._own).reshape(-1, OWN + fingers)
+        table = TruthTable(columns, np.array(self._numbers).reshape(len(own), len(columns)))
+        time, stage, motion = own[:, 0], own[:, 1].astype(np.intp), HandMotion.of(table, self._hand)
+        over = OverTips(motion, self._period if self._rubbed else None)
+        slip, spin = over.since(time >= self._from)
+        slid, turned = over.since(stage == NUMBERS[GraspStage.LIFT])
+        pressed = -np.sum(motion.force * motion.normal, axis=2)
+        aside = np.linalg.norm(motion.force + pressed[:, :, None] * motion.normal, axis=2)
         return GraspTruth(
-            rows[:, 0],
-            rows[:, 1].astype(np.intp),
-            each[:, :, 0].astype(bool),
-            each[:, :, 1:4],
-            each[:, :, 4:7],
-            each[:, :, 7:10],
-            each[:, :, 10],
-            each[:, :, 11],
-            each[:, :, 14],
-            rows[:, 2],
-            rows[:, 4:10],
-            rows[:, 3],
-            rows[:, 10],
-            each[:, :, 12],
-            each[:, :, 13],
-            rows[:, 11].astype(np.intp),
-            rows[:, 12:16],
-            each[:, :, 15:18],
-            each[:, :, 18:21],
+            time=time,
+            stage=stage,
+            touching=motion.touching,
+            contact=motion.contact - motion.position[:, None],
+            normal=motion.normal,
+            loads=np.stack([pressed, aside, np.sum(motion.torque * motion.normal, axis=2)], axis=2),
+            slip=slip,
+            spin=spin,
+            command=own[:, OWN:],
+            target=own[:, 2],
+            pull=motion.pull,
+            height=motion.position[:, 2],
+            clearance=clearance(self._config, motion.position[:, 2], motion.quat_wxyz),
+            slid=slid,
+            turned=turned,
+            regrips=own[:, 3].astype(np.intp),
+            quat_wxyz=motion.quat_wxyz,
+            tip=motion.tip - motion.position[:, None],
+            force=motion.force,
         )
-
-
-class _SlipMeter:
-    """How far the object has slipped and spun over the fingertips since the first update."""
-
-    def __init__(self, hand: HandDescription, *, rubbed: bool) -> None:
-        self._period = hand.period
-        self._moved: _RelativeMotion | None = None
-        self._rubbed = [(0.0, 0.0)] * hand.geometry.fingers if rubbed else None
-
-    @property
-    def begun(self) -> bool:
-        """Whether it counts already."""
-        return self._moved is not None
-
-    def update(
-        self,
-        truth: HandTruth,
-        sensors: list[Pose],
-        normals: list[Vector],
-        speeds: Sequence[tuple[float, float]],
-    ) -> None:
-        """Take a period; the first one is where it counts from.
-
-        Args:
-            truth: Where the object is.
-            sensors: Of the fingers, base frame.
-            normals: Of their contacts, base frame.
-            speeds: With which these slip and spin, where the friction plant rubs [m/s, rad/s].
-        """
-        if self._moved is None:
-            self._moved = _RelativeMotion(truth, sensors, normals)
-        if self._rubbed is not None:
-            dt = self._period
-            self._rubbed = [
-                (slip + speed * dt, spin + rate * dt)
-                for (slip, spin), (speed, rate) in zip(self._rubbed, speeds, strict=True)
-            ]
-
-    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
-        """Return slip [m] and spin [rad] over a finger."""
-        if self._moved is None:
-            return 0.0, 0.0
-        if self._rubbed is not None:
-            return self._rubbed[i]
-        return self._moved.of(i, truth, sensor)
-
-
-class _RelativeMotion:
-    """How far the object has moved over the fingertips, each in its sensor's frame, since construction."""
-
-    def __init__(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
-        self._normals = [
-            np.array(rotate_back(its.rotation, normal)) for its, normal in zip(sensors, normals, strict=True)
-        ]
-        self._under, self._points, self._rotations = [], [], []
-        for its, finger in zip(sensors, truth.fingers, strict=True):
-            position, rotation = _seen_from(its, truth)
-            under = np.array(rotate_back(its.rotation, subtract(finger.position, its.position)))
-            self._under.append(under)
-            self._points.append(rotation.T @ (under - position))
-            self._rotations.append(rotation)
-
-    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
-        """Return slip [m] and spin [rad] over a finger."""
-        position, rotation = _seen_from(sensor, truth)
-        over, normal = rotation @ self._points[i] + position - self._under[i], self._normals[i]
-        aside = over - (over @ normal) * normal
-        # of the turn's quaternion, the share about the normal (swing and twist)
-        quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, (rotation @ self._rotations[i].T).ravel())
-        twist = 2.0 * math.atan2(float(quaternion[1:] @ normal), float(quaternion[0]))
-        return float(np.linalg.norm(aside)), abs(math.remainder(twist, 2.0 * math.pi))
-
-
-def _seen_from(sensor: Pose, truth: HandTruth) -> tuple[FloatArray, FloatArray]:
-    """Position [m] and rotation of the object in a frame that is given in base coordinates."""
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, truth.quat_wxyz)
-    turn = np.array(sensor.rotation).T
-    return turn @ (np.array(truth.position) - np.array(sensor.position)), turn @ flat.reshape(3, 3)
-
-
-def _normal(middle: Vector, finger: FingerTruth, sensor: Pose) -> Vector:
-    """Out of a spherical fingertip where it is touched, base frame; along its closing where it is not."""
-    if not finger.touching:
-        return rotate(sensor.rotation, (1.0, 0.0, 0.0))
-    return unit(subtract(finger.position, middle))

@@ -11,10 +11,15 @@ load swings by more than what it has swung lately.
 
 import math
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
+import numpy as np
+
+from palpate.compiling import machine_code, njit
 from palpate.errors import positive
-from palpate.friction.slip.page_test import PageTest
-from palpate.friction.slip.recent_swing import RecentSwing
+from palpate.friction.slip.page_test import PageTest, add_evidence
+from palpate.friction.slip.recent_swing import SIZE, RecentSwing, take_value
 
 LEFT_OUT = 0.2
 """Of the share that makes a fall, what is none."""
@@ -75,44 +80,59 @@ SLIGHT_FALL = FallParameters(share=0.01, swings=2.0, threshold=6.0, lost=2e-5, f
 slides on at that speed."""
 
 
+DOUBT, LATE, HUNG, SAMPLES, RMS = range(5)
+"""Where in its state what is kept: times what a load must fall, the latest load [N], what hung there before [N],
+samples since it hangs, and the mean square of what was off [N^2]."""
+
+_Constants = tuple[float, float, float, float, float, float, float, float, float]
+
+
 class LoadFall:
     """Tells when a load falls. One call of `step` per period.
 
     Attributes:
-        hung: What hung there before [N].
         swing: By how much it has fallen lately.
     """
 
     def __init__(self, period: float, parameters: FallParameters = FALL) -> None:
         """Take the period [s], and what is a fall."""
-        self._period, self._own = positive("period", period, "s"), parameters
-        self._rise, self._fall = -math.expm1(-period / RISES), -math.expm1(-period / FALLS)
+        own, rise = parameters, -math.expm1(-positive("period", period, "s") / RISES)
+        fall, latest = -math.expm1(-period / FALLS), -math.expm1(-period / LATEST)
+        forget = math.exp(-period / own.fades)
+        self._constants: _Constants = (
+            *(period, rise, fall, latest, forget),
+            *(own.share, own.swings, own.threshold, own.lost),
+        )
         self.swing = RecentSwing(period)
-        self._latest = -math.expm1(-period / LATEST)
-        self._forget = math.exp(-period / parameters.fades)
         self._test = PageTest(parameters.threshold, MOST)
+        self._state = np.zeros(5)
+        _kernels()  # compiled before the first period
         self.start()
+
+    @property
+    def hung(self) -> float:
+        """What hung there before [N]."""
+        return float(self._state[HUNG])
 
     def start(self) -> None:
         """Nothing hangs yet."""
-        self._doubt, self._late = 1.0, 0.0
+        self._state[DOUBT], self._state[LATE] = 1.0, 0.0
         self.swing.start()
         self.restart()
 
     def restart(self) -> None:
         """Something else hangs now; it may swing as what hung before."""
         self._test.restart()
-        self.hung, self._seen, self._rms = 0.0, 0, 0.0
+        self._state[HUNG:] = 0.0
 
     def refuted(self) -> None:
         """The last fall was none of friction: the next is to be twice as deep."""
-        self._doubt = min(2.0 * self._doubt, MOST_DOUBT)
+        self._state[DOUBT] = min(2.0 * self._state[DOUBT], MOST_DOUBT)
         self.restart()
 
     def watch(self, load: float) -> None:
         """Take one sample of what slips: only how it swings."""
-        self._late += self._latest * (load - self._late)
-        self.swing.step(self._late)
+        _kernels()[0](self._constants, self._state, self.swing.state, load)
 
     def step(self, load: float, deviation: float, *, wanders: float = 0.0, shaken: float = 1.0) -> bool:
         """Take one sample and its standard deviation [N]; return whether the load falls.
@@ -123,26 +143,55 @@ class LoadFall:
             wanders: As what the load is measured with may [N/s]: so fast it falls by itself.
             shaken: Times what is a fall otherwise, while something else shakes the load.
         """
-        self._seen += 1
-        self._doubt = 1.0 + self._forget * (self._doubt - 1.0)
-        # a plain mean at first: one sample says little
-        first = 1.0 / self._seen
-        self.watch(load)
-        noise = NOISY * deviation * math.sqrt(0.5 * self._latest)
-        share = self._rise if self._late > self.hung + noise else self._fall
-        self.hung += max(share, first) * (load - self.hung)
-        if self._seen * self._period < SEEN:
-            return False
-        off = self.hung - load - wanders * FALLS
-        self._rms += self._fall * (off * off - deviation**2 - self._rms)
-        own = self._own
-        swung = max(
-            own.swings * math.sqrt(max(self._rms, 0.0)), FALLS_AGAIN * (self.swing.size - NOISY * deviation)
+        falls: bool = _kernels()[1](
+            self._constants, self._state, self.swing.state, self._test.state, load, deviation, wanders, shaken
         )
-        fell = shaken * max(own.share * self._doubt * self.hung, swung)
-        left_out = LEFT_OUT * fell
-        by_noise, by_speed = (
-            (fell - left_out) / deviation**2,
-            own.threshold * self._period / (own.lost * self.hung),
-        )
-        return self._test.add(min(by_noise, by_speed) * (off - 0.5 * (fell + left_out)))
+        return falls
+
+
+@njit(cache=True)
+def _watch(constants: _Constants, state: Any, swing: Any, load: float) -> None:
+    state[LATE] += constants[3] * (load - state[LATE])
+    take_value(swing, state[LATE])
+
+
+@njit(cache=True)
+def _falls(
+    constants: _Constants,
+    state: Any,
+    swing: Any,
+    test: Any,
+    load: float,
+    deviation: float,
+    wanders: float,
+    shaken: float,
+) -> bool:
+    period, rise, fall, latest, forget, own_share, swings, threshold, lost = constants
+    state[SAMPLES] += 1.0
+    state[DOUBT] = 1.0 + forget * (state[DOUBT] - 1.0)
+    # a plain mean at first: one sample says little
+    first = 1.0 / state[SAMPLES]
+    _watch(constants, state, swing, load)
+    noise = NOISY * deviation * math.sqrt(0.5 * latest)
+    share = rise if state[LATE] > state[HUNG] + noise else fall
+    state[HUNG] += max(share, first) * (load - state[HUNG])
+    hung = state[HUNG]
+    if state[SAMPLES] * period < SEEN:
+        return False
+    off = hung - load - wanders * FALLS
+    state[RMS] += fall * (off * off - deviation * deviation - state[RMS])
+    swung = max(swings * math.sqrt(max(state[RMS], 0.0)), FALLS_AGAIN * (swing[SIZE] - NOISY * deviation))
+    fell = shaken * max(own_share * state[DOUBT] * hung, swung)
+    left_out = LEFT_OUT * fell
+    by_noise, by_speed = (fell - left_out) / (deviation * deviation), threshold * period / (lost * hung)
+    return add_evidence(test, min(by_noise, by_speed) * (off - 0.5 * (fell + left_out)))
+
+
+@cache
+def _kernels() -> tuple[Any, Any]:
+    constants = (1.0,) * 9
+    state, swing, test = np.zeros(5), RecentSwing(1.0).state, PageTest(1.0, 1.0).state
+    return (
+        machine_code(_watch, constants, state, swing, 0.0),
+        machine_code(_falls, constants, state, swing, test, 0.0, 0.0, 0.0, 0.0),
+    )

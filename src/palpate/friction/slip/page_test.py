@@ -1,8 +1,16 @@
 """Quickest detection of a change: Page's cumulative sum (Page 1954; optimal: Moustakides 1986)."""
 
 import math
+from functools import cache
+from typing import Any
 
+import numpy as np
+
+from palpate.compiling import machine_code, njit
 from palpate.errors import positive
+
+THRESHOLD, MOST, SUM, ALARM = range(4)
+"""Where in its state what is kept."""
 
 
 class PageTest:
@@ -11,9 +19,12 @@ class PageTest:
     With independent samples the time between two false alarms is at least exp(threshold) samples (Lorden 1971). It
     is over again when the sum is back at 0; as the sum never exceeds the threshold, that takes as little evidence
     as the alarm took.
+
+    Attributes:
+        state: Of `add_evidence`.
     """
 
-    __slots__ = ("_alarm", "_most", "_sum", "_threshold")
+    __slots__ = ("state",)
 
     def __init__(self, threshold: float, most: float) -> None:
         """Set it up.
@@ -25,32 +36,44 @@ class PageTest:
         Raises:
             InvalidValueError: One of them is not above 0.
         """
-        self._threshold = positive("threshold", threshold, "")
-        self._most = positive("most", most, "", infinite_allowed=True)
-        self._sum, self._alarm = 0.0, False
+        positive("threshold", threshold, "")
+        positive("most", most, "", infinite_allowed=True)
+        self.state = np.array([threshold, most, 0.0, 0.0])
+        _kernel()  # compiled before the first period
 
     @property
     def sum(self) -> float:
         """The evidence so far, from 0 to the threshold."""
-        return self._sum
+        return float(self.state[SUM])
 
     @property
     def alarm(self) -> bool:
         """Whether the threshold was reached, and the sum not back at 0 since."""
-        return self._alarm
+        return bool(self.state[ALARM])
 
     def restart(self) -> None:
         """Forget everything."""
-        self._sum, self._alarm = 0.0, False
+        self.state[SUM:] = 0.0
 
     def add(self, log_ratio: float) -> bool:
         """Take one sample's log of likelihood "changed" over "as before"; return `alarm`. NaN says nothing."""
-        if math.isnan(log_ratio):
-            return self._alarm
-        step = max(-self._most, min(self._most, log_ratio))
-        self._sum = max(0.0, min(self._threshold, self._sum + step))
-        if self._sum >= self._threshold:
-            self._alarm = True
-        elif self._sum == 0.0:
-            self._alarm = False
-        return self._alarm
+        found: bool = _kernel()(self.state, log_ratio)
+        return found
+
+
+@njit(cache=True)
+def add_evidence(state: Any, log_ratio: float) -> bool:
+    """See `PageTest.add`."""
+    if not math.isnan(log_ratio):
+        step = max(-state[MOST], min(state[MOST], log_ratio))
+        state[SUM] = max(0.0, min(state[THRESHOLD], state[SUM] + step))
+        if state[SUM] >= state[THRESHOLD]:
+            state[ALARM] = 1.0
+        elif state[SUM] == 0.0:
+            state[ALARM] = 0.0
+    return bool(state[ALARM] != 0.0)
+
+
+@cache
+def _kernel() -> Any:
+    return machine_code(add_evidence, np.zeros(4), 0.0)

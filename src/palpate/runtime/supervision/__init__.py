@@ -1,19 +1,22 @@
 """What keeps a robot and what it touches whole: limits, guards, reactions, and the supervisor over them."""
 
+from palpate.runtime.supervision.bounds import Bound, Measure
 from palpate.runtime.supervision.conditions import (
-    AtMost,
+    Bounded,
     Condition,
-    FreshSamples,
     HealthySensors,
     InsideJointRange,
     InsideWorkspace,
-    MonitoredQuantity,
     PossibleState,
     SensorsInRange,
+    broken_by_bounds,
 )
 from palpate.runtime.supervision.finding import Cause, Trip, Violation
+from palpate.runtime.supervision.fresh_samples import FreshSamples
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
+from palpate.runtime.supervision.observed_row import RowLayout
+from palpate.runtime.supervision.quantities import AtMost, Largest, MonitoredQuantity
 from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
 from palpate.runtime.supervision.run_guards import (
     CONTACT_FORCE,
@@ -34,6 +37,8 @@ __all__ = [
     "TIP_SPEED",
     "TIP_TURN",
     "AtMost",
+    "Bound",
+    "Bounded",
     "Cause",
     "Condition",
     "FreshSamples",
@@ -42,15 +47,19 @@ __all__ = [
     "Hold",
     "InsideJointRange",
     "InsideWorkspace",
+    "Largest",
     "Limits",
+    "Measure",
     "MonitoredQuantity",
     "PossibleState",
     "Reaction",
     "Retract",
+    "RowLayout",
     "SensorsInRange",
     "Stop",
     "Supervisor",
     "Trip",
     "Violation",
+    "broken_by_bounds",
     "guards_of",
 ]

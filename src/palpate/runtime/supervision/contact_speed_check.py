@@ -24,28 +24,29 @@ class ContactSpeedCheck:
     def __init__(self, limits: Limits) -> None:
         """Take the limits; nothing was touched yet."""
         self._limit = limits.commanded_speed
-        self._square = (self._limit * ROUNDING) ** 2
         self._touched: Observation | None = None
 
-    def broken(self, now: Observation, command: Command) -> Violation | None:
-        """Take a period; return what is wrong, if anything.
+    @property
+    def most(self) -> float:
+        """Commanded speed up to which all is well, whatever is touched [m/s]."""
+        return self._limit * ROUNDING
 
-        Args:
-            now: What is sensed.
-            command: Of the controller, well formed.
-        """
+    def see(self, now: Observation) -> None:
+        """Take a period."""
         for finger in now.fingers:
             if finger.touching:
                 self._touched = now
                 break
-        x, y, z = velocity = command.velocity_base_tip
-        if x * x + y * y + z * z <= self._square:
+
+    def broken(self, now: Observation, command: Command) -> Violation | None:
+        """Return what is wrong with a controller's command, well formed, if anything."""
+        velocity, touched = command.velocity_base_tip, self._touched
+        if norm(velocity) <= self.most:
             return None
-        touched = self._touched
         if touched is not None and now.time - touched.time <= BACKING_OFF:
             velocity = _not_away(velocity, touched)
         speed = norm(velocity)
-        if speed <= self._limit * ROUNDING:
+        if speed <= self.most:
             return None
         return Violation(
             "commanded speed where something may be touched",

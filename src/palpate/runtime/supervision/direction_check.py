@@ -6,11 +6,16 @@ or described the wrong way round, the force points elsewhere, and backing off al
 
 import math
 from collections import deque
+from math import hypot
 
-from palpate.runtime.data import Command, Observation, Phase
+from palpate.compiling import njit
+from palpate.errors import FloatArray
+from palpate.runtime.data import Command, Observation
 from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.finding import Cause, Violation
+from palpate.runtime.supervision.observed_row import FINGER, FINGERS, FORCE, HAND_JOINTS, ROTATION, TOUCHING
 from palpate.runtime.supervision.run_guards import CONTACT_FORCE
+from palpate.runtime.supervision.turned import turned_by
 from palpate.spatial import ZERO, Vector, add, dot, norm, rotate, scale, subtract
 
 LARGEST_COSINE = -0.35
@@ -48,54 +53,85 @@ WEIGHT = "weight must turn with the arm; check the payload, and how the sensor i
 REMEDY = "check how sensor, tip and arm are mounted, and tcp, tip frame and sensor rotation in the robot file"
 
 
-class DirectionCheck:
-    """Watches the approach, the first contact and every retreat of a run.
+AGREED, COSINE = 0, 1
+"""Numbers that are remembered of the approach: whether a contact has been made in it whose force opposed the
+motion, and the cosine of the last one."""
 
-    Attributes:
-        agreed: Whether a contact has been made in an approach, and its force opposed the motion. From then on a
-            retreat may follow the force, also ahead of an object that presses harder and harder.
+MEMORY_SIZE = 2
+
+
+@njit(error_model="numpy", cache=True)
+def first_contact_fault(
+    row: FloatArray, finger: int, approach: bool, command: FloatArray, memory: FloatArray
+) -> int:
+    """Return which finger's first contact in an approach, counted from 1, is wrong; 0: none.
+
+    A tip that only turns touches nothing: what it feels then is weight that does not turn with the arm.
+
+    Args:
+        row: See `palpate.runtime.supervision.observed_row`.
+        finger: Where the first finger stands.
+        approach: Whether the last command was one of an approach.
+        command: The velocities that led here: of the tip and of its turning, six numbers.
+        memory: Written, zeros at first, shape (`MEMORY_SIZE`,).
     """
+    if memory[AGREED] != 0.0 or not approach or row[HAND_JOINTS] >= 0.0:
+        return 0
+    v0, v1, v2 = command[0], command[1], command[2]
+    speed = hypot(hypot(v0, v1), v2)
+    if speed == 0.0 and command[3] == 0.0 and command[4] == 0.0 and command[5] == 0.0:
+        return 0
+    for i in range(int(row[FINGERS])):
+        at = finger + FINGER * i
+        if row[at + TOUCHING] == 0.0:
+            continue
+        if speed == 0.0:
+            return i + 1
+        f0, f1, f2 = row[at + FORCE], row[at + FORCE + 1], row[at + FORCE + 2]
+        force = hypot(hypot(f0, f1), f2)
+        f0, f1, f2 = turned_by(row[ROTATION : ROTATION + 9], f0, f1, f2)
+        memory[COSINE] = (f0 * v0 + f1 * v1 + f2 * v2) / (force * speed)
+        if not memory[COSINE] <= LARGEST_COSINE:
+            return i + 1
+        if memory[COSINE] <= CLEAR_COSINE:
+            memory[AGREED] = 1.0
+    return 0
 
-    def __init__(self, period: float) -> None:
-        """Take the control period [s]."""
-        self.agreed = False
+
+def first_contact_finding(fault: int, now: Observation, last: Command, memory: FloatArray) -> Violation:
+    """Return the finding that goes with what `first_contact_fault` returned.
+
+    Args:
+        fault: That.
+        now: What is sensed.
+        last: The command that led here.
+        memory: What is remembered.
+    """
+    if norm(last.velocity_base_tip) > 0.0:
+        return disagreement(f"angle between approach and first contact force of finger {fault}", memory[COSINE])
+    felt, wanted = f"{norm(now.fingers[fault - 1].force):.3g} N", f"that of a touch: {WEIGHT}"
+    return Violation(f"force of finger {fault} while the tip turned in the air", felt, wanted, Cause.DEVICE)
+
+
+class DirectionCheck:
+    """Watches every retreat of a run: it must not lead on into what was touched."""
+
+    def __init__(self, period: float, memory: FloatArray) -> None:
+        """Begin.
+
+        Args:
+            period: Of control [s].
+            memory: Of `first_contact_fault`. From when a contact has agreed a retreat may follow the force, also
+                ahead of an object that presses harder and harder.
+        """
+        self._memory = memory
         self._period = period
         self._recent: deque[tuple[Observation, Vector]] = deque(maxlen=max(2, math.ceil(HISTORY / period) + 1))
+        self.add = self._recent.append
+        """Take what was observed in a period, and the velocity that was commanded in the last [m/s]."""
         self._moved: Vector = ZERO
         self._felt: Vector | None = None
         self._force, self._rate = 0.0, math.inf
-
-    def first_contact(self, now: Observation, last: Command) -> Violation | None:
-        """Take a period; return what is wrong if a finger touches in an approach and no contact has agreed yet.
-
-        A tip that only turns touches nothing: what it feels then is weight that does not turn with the arm.
-
-        Args:
-            now: What is sensed.
-            last: The command that led here.
-        """
-        self._recent.append((now, last.velocity_base_tip))
-        if self.agreed:
-            return None
-        if last.phase is not Phase.APPROACH or now.hand is not None:
-            return None
-        speed = norm(last.velocity_base_tip)
-        if speed == 0.0 and not any(last.angular_velocity_base_tip):
-            return None
-        for i, finger in enumerate(now.fingers):
-            if finger.touching and speed == 0.0:
-                felt, wanted = f"{norm(finger.force):.3g} N", f"that of a touch: {WEIGHT}"
-                turning = f"force of finger {i + 1} while the tip turned in the air"
-                return Violation(turning, felt, wanted, Cause.DEVICE)
-            if finger.touching:
-                force = rotate(now.arm.rotation_base_tip, finger.force)
-                cosine = dot(force, last.velocity_base_tip) / (norm(force) * speed)
-                if not cosine <= LARGEST_COSINE:
-                    return disagreement(
-                        f"angle between approach and first contact force of finger {i + 1}", cosine
-                    )
-                self.agreed = self.agreed or cosine <= CLEAR_COSINE
-        return None
 
     def begin(self, aftermath: Aftermath) -> None:
         """Take the trip: how the tip was commanded to move and how the force rose before it."""
@@ -121,7 +157,7 @@ class DirectionCheck:
             return ""
         if self._felt is not None and dot(command.velocity_base_tip, self._felt) <= 0.0:
             return "did not back off: the contact was felt from another side until then, or from everywhere"
-        if self.agreed:
+        if self._memory[AGREED]:
             return ""
         away, moved = scale(1.0 / speed, command.velocity_base_tip), norm(self._moved)
         if moved >= SMALLEST_MOTION and dot(away, self._moved) > ALONG * moved:

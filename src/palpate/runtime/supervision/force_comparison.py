@@ -6,9 +6,18 @@ An arm that measures the force on what its flange carries shows it: an e-Series 
 
 from math import hypot
 
-from palpate.runtime.data import Observation
+from palpate.compiling import njit
+from palpate.errors import FloatArray
 from palpate.runtime.supervision.finding import Violation
-from palpate.spatial import ZERO, Vector, add, rotate, scale, subtract
+from palpate.runtime.supervision.observed_row import (
+    ARM_FORCE,
+    FINGERS,
+    FORCE,
+    HAND_JOINTS,
+    HAS_ARM_FORCE,
+    ROTATION,
+    TIME,
+)
 
 ACCURACY = 4.0
 """Of an arm's own force [N]: UR5e, data sheet."""
@@ -31,55 +40,80 @@ LONGEST_STEP = 0.02
 REMEDY = "check the fingertip's sensor, and the payload and zero of the arm's own"
 
 
-class ForceComparison:
-    """Compares the force of an arm's one finger with what the arm measures; silent without one of the two."""
+MEMORY_SIZE = 9
+"""Numbers that it remembers: the arm's zero (three), of so many samples, since when, and the impulse; and of the
+last period the arm's own force, the fingertip's and their difference [N]."""
 
-    def __init__(self, limit: float) -> None:
-        """Take the limit of the contact force [N], which holds for the arm's own, within its accuracy, too."""
-        self._limit = limit
-        self._began: float | None = None
-        self._samples = 0
-        self._offset: Vector = ZERO
-        self._impulse = 0.0
+_SAMPLES, _BEGAN, _IMPULSE, _OWN, _FELT, _APART = 3, 4, 5, 6, 7, 8
 
-    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
-        """Take a period; return what is wrong, if anything."""
-        force = now.arm.tip_force_base
-        if before is not None and (force is None) is not (before.arm.tip_force_base is None):
-            return Violation("the arm's own force", "missing" if force is None else "new", "as in every period")
-        if force is None or now.hand is not None or len(now.fingers) != 1:
-            return None
-        if before is None or self._began is None or now.time - self._began <= FIRST:
-            self._tare(now, force)
-            return None
-        # by itself: calls of functions would be most of the time that this takes
-        x, y, z, _, _, _ = now.fingers[0].wrench
-        (a, b, c), (d, e, f), (g, h, i) = now.arm.rotation_base_tip
-        (u, v, w), (k, m, n) = force, self._offset
-        u, v, w = u - k, v - m, w - n
-        apart = hypot(u - a * x - b * y - c * z, v - d * x - e * y - f * z, w - g * x - h * y - i * z)
-        own = hypot(u, v, w)
-        impulse = self._impulse + (apart - ACCURACY - GAIN_ERROR * own) * min(now.time - before.time, LONGEST_STEP)
-        self._impulse = impulse if impulse > 0.0 else 0.0
-        if own > self._limit + ACCURACY:
-            return Violation(
-                "contact force as the arm itself measures it",
-                f"{own:.3g} N, by the fingertip's sensor {hypot(x, y, z):.3g} N,",
-                f"{self._limit:g} N, and {ACCURACY:g} N for its accuracy: {REMEDY}",
-            )
-        if self._impulse <= LARGEST_IMPULSE:
-            return None
+CAME_OR_WENT, TOO_LARGE, DIFFERENT = 1, 2, 3
+"""What is wrong."""
+
+
+@njit(error_model="numpy", cache=True)
+def force_fault(row: FloatArray, known: bool, finger: int, limit: float, memory: FloatArray) -> int:
+    """Compare the force of an arm's one finger with what the arm measures; silent without one of the two.
+
+    Args:
+        row: See `palpate.runtime.supervision.observed_row`, with the one before,
+        known: if there is one.
+        finger: Where the first finger stands.
+        limit: Of the contact force [N], which holds for the arm's own, within its accuracy, too.
+        memory: Written, zeros at first, shape (`MEMORY_SIZE`,).
+
+    Returns:
+        What is wrong; 0: nothing.
+    """
+    size = len(row) // 2
+    if known and row[HAS_ARM_FORCE] != row[size + HAS_ARM_FORCE]:
+        return CAME_OR_WENT
+    if row[HAS_ARM_FORCE] == 0.0 or row[HAND_JOINTS] >= 0.0 or row[FINGERS] != 1.0:
+        return 0
+    r, f = row[ROTATION : ROTATION + 9], row[finger + FORCE : finger + FORCE + 3]
+    u = row[ARM_FORCE] - r[0] * f[0] - r[1] * f[1] - r[2] * f[2]
+    v = row[ARM_FORCE + 1] - r[3] * f[0] - r[4] * f[1] - r[5] * f[2]
+    w = row[ARM_FORCE + 2] - r[6] * f[0] - r[7] * f[1] - r[8] * f[2]
+    if not known or memory[_SAMPLES] == 0.0 or row[TIME] - memory[_BEGAN] <= FIRST:
+        # the mean difference until now is taken for the arm's zero
+        if memory[_SAMPLES] == 0.0:
+            memory[_BEGAN] = row[TIME]
+        memory[_SAMPLES] += 1.0
+        share = 1.0 / memory[_SAMPLES]
+        memory[0] += share * (u - memory[0])
+        memory[1] += share * (v - memory[1])
+        memory[2] += share * (w - memory[2])
+        return 0
+    x, y, z = row[ARM_FORCE] - memory[0], row[ARM_FORCE + 1] - memory[1], row[ARM_FORCE + 2] - memory[2]
+    own = hypot(hypot(x, y), z)
+    apart = hypot(hypot(u - memory[0], v - memory[1]), w - memory[2])
+    time = min(row[TIME] - row[size + TIME], LONGEST_STEP)
+    memory[_IMPULSE] = max(memory[_IMPULSE] + (apart - ACCURACY - GAIN_ERROR * own) * time, 0.0)
+    memory[_OWN], memory[_FELT], memory[_APART] = own, hypot(hypot(f[0], f[1]), f[2]), apart
+    if not own <= limit + ACCURACY:
+        return TOO_LARGE
+    return 0 if memory[_IMPULSE] <= LARGEST_IMPULSE else DIFFERENT
+
+
+def force_finding(fault: int, reported: bool, memory: FloatArray, limit: float) -> Violation:
+    """Return the finding that goes with what is wrong.
+
+    Args:
+        fault: What is.
+        reported: Whether the arm now reports its force.
+        memory: What is remembered.
+        limit: Of the contact force [N].
+    """
+    if fault == CAME_OR_WENT:
+        return Violation("the arm's own force", "new" if reported else "missing", "as in every period")
+    own, felt, apart = memory[_OWN], memory[_FELT], memory[_APART]
+    if fault == TOO_LARGE:
         return Violation(
-            "difference between the contact force that the arm itself measures and that of the fingertip's sensor",
-            f"{apart:.3g} N ({own:.3g} N and {hypot(x, y, z):.3g} N)",
-            f"{ACCURACY:g} N and {GAIN_ERROR:.0%} for longer than a touch lasts: {REMEDY}",
+            "contact force as the arm itself measures it",
+            f"{own:.3g} N, by the fingertip's sensor {felt:.3g} N,",
+            f"{limit:g} N, and {ACCURACY:g} N for its accuracy: {REMEDY}",
         )
-
-    def _tare(self, now: Observation, force: Vector) -> None:
-        """Take the mean difference until now for the arm's zero."""
-        if self._began is None:
-            self._began = now.time
-        x, y, z, _, _, _ = now.fingers[0].wrench
-        difference = subtract(force, rotate(now.arm.rotation_base_tip, (x, y, z)))
-        self._samples += 1
-        self._offset = add(self._offset, scale(1.0 / self._samples, subtract(difference, self._offset)))
+    return Violation(
+        "difference between the contact force that the arm itself measures and that of the fingertip's sensor",
+        f"{apart:.3g} N ({own:.3g} N and {felt:.3g} N)",
+        f"{ACCURACY:g} N and {GAIN_ERROR:.0%} for longer than a touch lasts: {REMEDY}",
+    )

@@ -3,23 +3,33 @@
 A new one takes a limit in `palpate.runtime.supervision.limits`, and a measure and a line of `guards_of` in here.
 """
 
+from collections.abc import Iterable
+
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision.conditions import (
-    AtMost,
-    FreshSamples,
     HealthySensors,
     InsideJointRange,
     InsideWorkspace,
-    MonitoredQuantity,
     PossibleState,
     SensorsInRange,
 )
 from palpate.runtime.supervision.finding import Cause
+from palpate.runtime.supervision.fresh_samples import FreshSamples
 from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
+from palpate.runtime.supervision.observed_row import (
+    EXPLAINED,
+    FORCE,
+    MOMENT,
+    NORMAL_FORCE,
+    SPIN,
+    TURN,
+    VELOCITY,
+    RowLayout,
+)
+from palpate.runtime.supervision.quantities import AtMost, Largest, MonitoredQuantity
 from palpate.runtime.supervision.reactions import Retract, Stop
-from palpate.sensing.contact import ContactStatus
-from palpate.spatial import ZERO, norm
+from palpate.spatial import norm
 
 OVERSHOOT = 1.1
 """By which factor the measured speed may exceed the commanded one's limit: servos overshoot, sensors are noisy."""
@@ -32,26 +42,6 @@ RELIEF = 0.1
 less than what a surface that follows it presses with before the tip responds."""
 
 
-def _contact_force(now: Observation) -> float:
-    largest = 0.0
-    for finger in now.fingers:
-        x, y, z, _, _, _ = finger.wrench
-        size = norm((x, y, z))
-        if not size <= largest:  # NaN comes through
-            largest = size
-    return largest
-
-
-def _contact_moment(now: Observation) -> float:
-    largest = 0.0
-    for finger in now.fingers:
-        _, _, _, x, y, z = finger.wrench
-        size = norm((x, y, z))
-        if not size <= largest:
-            largest = size
-    return largest
-
-
 def _lever_arm(now: Observation) -> str:
     for finger in now.fingers:
         force, moment = norm(finger.wrench[:3]), norm(finger.wrench[3:])
@@ -60,46 +50,40 @@ def _lever_arm(now: Observation) -> str:
     return ""
 
 
-def _spin_torque(now: Observation) -> float:
-    largest = 0.0
-    for finger in now.fingers:
-        if finger.contact.status is ContactStatus.OK:
-            largest = max(largest, abs(finger.contact.spin_torque))
-    return largest
+def _of_hand(row: RowLayout, part: int) -> Iterable[int]:
+    return row.each_finger(part) if row.hand_joints >= 0 else ()
 
 
-def _grip_force(now: Observation) -> float:
-    if now.hand is None:
-        return 0.0
-    pushed = [f.contact.normal_force for f in now.fingers if f.contact.status is ContactStatus.OK]
-    return max(pushed, default=0.0)
-
-
-def _tip_speed(now: Observation) -> float:
-    return norm(now.arm.velocity_base_tip)
-
-
-def _tip_turn(now: Observation) -> float:
-    turn = now.arm.angular_velocity_base_tip
-    return 0.0 if turn is ZERO else norm(turn)  # most robots never turn
-
-
-CONTACT_FORCE = MonitoredQuantity("contact force", "N", _contact_force, Cause.FORCE)
+CONTACT_FORCE = MonitoredQuantity("contact force", "N", Largest(lambda row: row.each_finger(FORCE)), Cause.FORCE)
 """Of the finger that feels most."""
 
-CONTACT_MOMENT = MonitoredQuantity("contact moment", "N m", _contact_moment, Cause.FORCE, _lever_arm)
+CONTACT_MOMENT = MonitoredQuantity(
+    "contact moment", "N m", Largest(lambda row: row.each_finger(MOMENT)), Cause.FORCE, _lever_arm
+)
 """About the origin of the sensor frame, of the finger that feels most; whether a contact explains it or not."""
 
-SPIN_TORQUE = MonitoredQuantity("spin torque", "N m", _spin_torque, Cause.FORCE)
+SPIN_TORQUE = MonitoredQuantity(
+    "spin torque",
+    "N m",
+    Largest(lambda row: row.each_finger(SPIN), vectors=False, where=lambda row: row.each_finger(EXPLAINED)),
+    Cause.FORCE,
+)
 """Of the finger that is twisted most; fingers whose wrench no contact explains do not count."""
 
-GRIP_FORCE = MonitoredQuantity("grip force", "N", _grip_force, Cause.FORCE)
+GRIP_FORCE = MonitoredQuantity(
+    "grip force",
+    "N",
+    Largest(lambda row: _of_hand(row, NORMAL_FORCE), vectors=False, where=lambda row: _of_hand(row, EXPLAINED)),
+    Cause.FORCE,
+)
 """Normal force of the finger of a hand that presses most; 0 without a hand."""
 
-TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", _tip_speed, Cause.MOTION)
+TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", Largest(lambda _: (VELOCITY,)), Cause.MOTION)
 """As the arm reports it."""
 
-TIP_TURN = MonitoredQuantity("measured angular speed of the tip", "rad/s", _tip_turn, Cause.MOTION)
+TIP_TURN = MonitoredQuantity(
+    "measured angular speed of the tip", "rad/s", Largest(lambda _: (TURN,)), Cause.MOTION
+)
 """As the arm reports it."""
 
 

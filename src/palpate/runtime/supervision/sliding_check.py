@@ -4,12 +4,27 @@ A straight push does not show such a turn (see `direction_check`); friction does
 slides and has no part across the motion. Without friction nothing shows it.
 """
 
-import math
+from math import expm1, hypot, nan
 
-from palpate.runtime.data import Observation
-from palpate.runtime.supervision.direction_check import LARGEST_COSINE, disagreement
-from palpate.runtime.supervision.finding import Violation
-from palpate.spatial import ZERO, Vector, add, as_vector, cross, dot, norm, rotate, scale, subtract
+from palpate.compiling import njit
+from palpate.errors import FloatArray
+from palpate.runtime.supervision.direction_check import LARGEST_COSINE
+from palpate.runtime.supervision.observed_row import (
+    ARM_TIME,
+    EXPLAINED,
+    FAULTY,
+    FINGERS,
+    HAND_JOINTS,
+    NORMAL,
+    NORMAL_FORCE,
+    OVERLOADED,
+    ROTATION,
+    TANGENTIAL,
+    TOUCHING,
+    TURN,
+    VELOCITY,
+)
+from palpate.runtime.supervision.turned import turned_by
 
 PATH = 3e-3
 """Over which friction is averaged [m]: six times the 0.5 mm that tip and arm give way before they slide."""
@@ -29,47 +44,60 @@ LEAST_SHARE, LEAST_FORCE = 0.1, 0.3
 from pose to pose of the largest sensor that palpate describes (preset `wrist`)."""
 
 
-class SlidingCheck:
-    """Compares friction with the tip's motion over the first `PATH` of straight sliding; then rests."""
+MEMORY_SIZE = 9
+"""Numbers that it remembers: whether they have agreed, the arm's last time stamp, the path [m], sums over it of
+friction along and across the motion and of the normal force [N m], and the mean direction (three)."""
 
-    def __init__(self) -> None:
-        """Begin with nothing slid."""
-        self._agreed = False
-        self._time = math.nan
-        self._path = self._along = self._across = self._pressing = 0.0
-        self._heading: Vector = ZERO
+_AGREED, _TIME, _PATH, _ALONG, _ACROSS, _PRESSING, _HEADING = 0, 1, 2, 3, 4, 5, 6
 
-    def broken(self, now: Observation) -> Violation | None:
-        """Take a period; return what is wrong, if anything."""
-        if self._agreed or len(now.fingers) != 1 or now.hand is not None:
-            return None
-        finger, arm, before, self._time = now.fingers[0], now.arm, self._time, now.arm.time
-        if not finger.believed or norm(arm.angular_velocity_base_tip) > SLOWEST_TURN:
-            return None
-        contact = finger.contact
-        normal = rotate(arm.rotation_base_tip, as_vector(contact.normal))
-        across = cross(normal, arm.velocity_base_tip)
-        speed = norm(across)
-        step = speed * (self._time - before)
-        if not (speed >= SLOWEST and step > 0.0):
-            return None
-        share = 1.0 if self._heading == ZERO else -math.expm1(-step / PATH)
-        self._heading = add(self._heading, scale(share, subtract(scale(1.0 / speed, across), self._heading)))
-        if norm(self._heading) < STRAIGHT:
-            return None
-        friction = rotate(arm.rotation_base_tip, as_vector(contact.tangential_force))
-        self._path += step
-        self._pressing += step * contact.normal_force
-        self._along += step * dot(friction, arm.velocity_base_tip) / speed
-        self._across += step * dot(friction, across) / speed
-        return self._verdict() if self._path >= PATH else None
 
-    def _verdict(self) -> Violation | None:
-        force = math.hypot(self._along, self._across)
-        shows = force > LEAST_SHARE * self._pressing + LEAST_FORCE * self._path
-        cosine = self._along / force if shows else math.nan
-        self._agreed = cosine <= LARGEST_COSINE
-        self._path = self._along = self._across = self._pressing = 0.0
-        if self._agreed or not shows:
-            return None
-        return disagreement("angle between sliding and friction", cosine)
+@njit(error_model="numpy", cache=True)
+def sliding_cosine(row: FloatArray, finger: int, memory: FloatArray) -> float:
+    """Compare friction with the tip's motion over the first `PATH` of straight sliding; then rest.
+
+    Args:
+        row: See `palpate.runtime.supervision.observed_row`.
+        finger: Where the first finger stands.
+        memory: Written, shape (`MEMORY_SIZE`,); at first zeros, and the time stamp no number.
+
+    Returns:
+        Cosine of the angle between sliding and friction, if that is wrong; else -1.
+    """
+    if memory[_AGREED] != 0.0 or row[FINGERS] != 1.0 or row[HAND_JOINTS] >= 0.0:
+        return -1.0
+    before, memory[_TIME] = memory[_TIME], row[ARM_TIME]
+    believed = row[finger + TOUCHING] != 0.0 and row[finger + EXPLAINED] != 0.0
+    believed = believed and row[finger + FAULTY] == 0.0 and row[finger + OVERLOADED] == 0.0
+    turn = hypot(hypot(row[TURN], row[TURN + 1]), row[TURN + 2])
+    if not believed or turn > SLOWEST_TURN:
+        return -1.0
+    r = row[ROTATION : ROTATION + 9]
+    n0, n1, n2 = turned_by(r, row[finger + NORMAL], row[finger + NORMAL + 1], row[finger + NORMAL + 2])
+    v0, v1, v2 = row[VELOCITY], row[VELOCITY + 1], row[VELOCITY + 2]
+    c0, c1, c2 = n1 * v2 - n2 * v1, n2 * v0 - n0 * v2, n0 * v1 - n1 * v0
+    speed = hypot(hypot(c0, c1), c2)
+    step = speed * (memory[_TIME] - before)
+    if not (speed >= SLOWEST and step > 0.0):
+        return -1.0
+    h = memory[_HEADING : _HEADING + 3]
+    share = 1.0 if h[0] == 0.0 and h[1] == 0.0 and h[2] == 0.0 else -expm1(-step / PATH)
+    h[0] += share * (c0 / speed - h[0])
+    h[1] += share * (c1 / speed - h[1])
+    h[2] += share * (c2 / speed - h[2])
+    if hypot(hypot(h[0], h[1]), h[2]) < STRAIGHT:
+        return -1.0
+    tangential = finger + TANGENTIAL
+    f0, f1, f2 = turned_by(r, row[tangential], row[tangential + 1], row[tangential + 2])
+    memory[_PATH] += step
+    memory[_PRESSING] += step * row[finger + NORMAL_FORCE]
+    memory[_ALONG] += step * (f0 * v0 + f1 * v1 + f2 * v2) / speed
+    memory[_ACROSS] += step * (f0 * c0 + f1 * c1 + f2 * c2) / speed
+    if memory[_PATH] < PATH:
+        return -1.0
+    force = hypot(memory[_ALONG], memory[_ACROSS])
+    shows = force > LEAST_SHARE * memory[_PRESSING] + LEAST_FORCE * memory[_PATH]
+    cosine = memory[_ALONG] / force if shows else nan
+    if cosine <= LARGEST_COSINE:
+        memory[_AGREED] = 1.0
+    memory[_PATH : _PRESSING + 1] = 0.0
+    return cosine if shows and memory[_AGREED] == 0.0 else -1.0

@@ -1,7 +1,7 @@
 """Limits that no controller can pass."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import replace
 
@@ -10,24 +10,22 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.stopping import Stopping
 from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.command_conditions import (
-    CommandCondition,
     CommandedAcceleration,
-    CommandedFingerSpeed,
     CommandedGrip,
     CommandedSpeed,
     CommandedTurn,
-    WellFormed,
+    form_fault,
 )
+from palpate.runtime.supervision.command_watch import CommandWatch
+from palpate.runtime.supervision.comparisons import UNCLEAR
 from palpate.runtime.supervision.contact_speed_check import ContactSpeedCheck
 from palpate.runtime.supervision.direction_check import DirectionCheck
 from palpate.runtime.supervision.finding import NO_EXCEPTION, Attributed, Cause, Trip, Violation
-from palpate.runtime.supervision.force_comparison import ForceComparison
 from palpate.runtime.supervision.guard import Guard
+from palpate.runtime.supervision.guard_watch import GuardWatch
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.motion_check import MotionCheck
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
 from palpate.runtime.supervision.run_guards import guards_of
-from palpate.runtime.supervision.sliding_check import SlidingCheck
 from palpate.runtime.supervision.workspace_check import WorkspaceCheck
 from palpate.spatial import ZERO, Vector, norm, scale, toward
 
@@ -63,7 +61,6 @@ class Supervisor:
         """Take the limits, or the defaults of `Limits`, and further guards of one's own."""
         self.limits = limits or Limits()
         self.guards = (*guards_of(self.limits), *guards)
-        self._command_conditions: tuple[CommandCondition, ...] = (WellFormed(),)
         self._period, self._stopping = math.inf, Stopping()
         self.reset()
 
@@ -87,31 +84,29 @@ class Supervisor:
         """
         if self.trip is not None:
             raise LatchedError(f"the supervisor has tripped ({self.trip}): see to it, then call its reset()")
-        limits, self._period = self.limits, positive("period", period, "s")
-        self._stopping = stopping or Stopping()
-        self._command_conditions = (
-            WellFormed(),
-            CommandedSpeed(limits.speed),
-            CommandedAcceleration(limits.acceleration, period),
-            CommandedTurn(limits.angular_speed, limits.angular_acceleration, period),
-            CommandedGrip(limits.grip_force),
-            CommandedFingerSpeed(limits.speed),
-        )
+        self._period, self._stopping = positive("period", period, "s"), stopping or Stopping()
         self._forget()
 
     def _forget(self) -> None:
         self._before: Observation | None = None
-        self._last = Command()
         self._broken_since: dict[int, float] = {}
         self._broken_at_trip: frozenset[int] = frozenset()
         self._stages: tuple[Reaction, ...] = ()
         self._reaction: tuple[Reaction, ...] = ()
         self._since: Observation | None = None
         self._aftermath: Aftermath | None = None
-        self._directions, self._motion, self._sliding = DirectionCheck(self._period), MotionCheck(), SlidingCheck()
-        self._contact_speed = ContactSpeedCheck(self.limits)
-        self._workspace = WorkspaceCheck(self.limits, self._stopping)
-        self._forces = ForceComparison(self.limits.force)
+        limits, period = self.limits, self._period
+        self._watch = GuardWatch(self.guards, limits.force)
+        self._directions = DirectionCheck(period, self._watch.approach)
+        self._contact_speed = ContactSpeedCheck(limits)
+        self._workspace = WorkspaceCheck(limits, self._stopping)
+        conditions = (
+            CommandedSpeed(limits.speed),
+            CommandedAcceleration(limits.acceleration, period),
+            CommandedTurn(limits.angular_speed, limits.angular_acceleration, period),
+            CommandedGrip(limits.grip_force),
+        )
+        self._commands = CommandWatch(conditions, self._contact_speed.most, limits, self._stopping)
         self._commanded: Vector = ZERO
 
     @property
@@ -123,59 +118,62 @@ class Supervisor:
         """Return whether the controller may see this and go on."""
         if self.trip is not None:
             return False
-        before, self._before = self._before, now
-        for i, guard in enumerate(self.guards):
-            finding = guard.condition.broken(now, before)
+        before, self._before, watch, commands = self._before, now, self._watch, self._commands
+        found = watch.judge(now, commands)
+        if found == UNCLEAR:
+            if self._trips(range(len(self.guards)), now, before):
+                return False
+            found = watch.compare(commands)
+        else:
+            if self._broken_since:
+                self._broken_since = {i: since for i, since in self._broken_since.items() if i in watch.others}
+            if watch.others and self._trips(watch.others, now, before):
+                return False
+        last = commands.last
+        self._directions.add((now, last.velocity_base_tip))
+        if found == 0:
+            return True
+        self._trip(now.time, watch.finding(now, last), (Stop(),))
+        return False
+
+    def _trips(self, guards: Iterable[int], now: Observation, before: Observation | None) -> bool:
+        """Ask guards one by one; return whether one has tripped."""
+        for i in guards:
+            finding, guard = self._watch.broken(i, now, before), self.guards[i]
             if finding is None:
-                if self._broken_since:
-                    self._broken_since.pop(i, None)
+                self._broken_since.pop(i, None)
             elif now.time - self._broken_since.setdefault(i, now.time) >= guard.duration or guard.duration == 0.0:
                 self._trip(now.time, finding, guard.reaction)
-                self._broken_at_trip = self._broken(now, before)
-                return False
-        finding = (
-            self._motion.broken(now, before)
-            or self._directions.first_contact(now, self._last)
-            or self._forces.broken(now, before)
-            or self._sliding.broken(now)
-        )
-        if finding is not None:
-            self._trip(now.time, finding, (Stop(),))
-        return finding is None
+                self._broken_at_trip = frozenset(
+                    j for j in range(len(self.guards)) if self._watch.broken(j, now, before)
+                )
+                self._watch.keep()
+                return True
+        return False
 
     def check(self, now: Observation, command: Command) -> Command:
         """Return the command, or what is done instead."""
-        if self.trip is None:
+        if self.trip is not None:
+            return self.react(now)
+        if now is not self._before:
+            self._watch.look(now)
+        self._contact_speed.see(now)
+        if not self._commands.passes(command, self._watch.seen):
             finding = self._objection(now, command)
             if finding is not None:
                 if finding.cause is Cause.OTHER:
                     finding = finding._replace(cause=Cause.CONTROLLER)
                 self._trip(now.time, finding, (Stop(),))
                 return self.react(now)
-            velocity = command.velocity_base_tip
-            if type(velocity) is not tuple:  # an array that its owner may fill again
-                x, y, z = velocity
-                command = replace(command, velocity_base_tip=(float(x), float(y), float(z)))
-            turn = command.angular_velocity_base_tip
-            if type(turn) is not tuple:
-                x, y, z = turn
-                command = replace(command, angular_velocity_base_tip=(float(x), float(y), float(z)))
-            if command.grip_force is not None:
-                self._grip = command.grip_force
-                self._last = command
-            else:
-                self._last = Command(
-                    command.velocity_base_tip, command.phase, self._grip, command.angular_velocity_base_tip
-                )
-            return command
-        return self.react(now)
+            command = _plain(command)
+            self._commands.take(command)
+        if command.grip_force is not None:
+            self._grip = command.grip_force
+        return command
 
     def _objection(self, now: Observation, command: Command) -> Violation | None:
-        for condition in self._command_conditions:
-            finding = condition.broken(command, self._last)
-            if finding is not None:
-                return finding
-        return self._contact_speed.broken(now, command) or self._workspace.broken(now, command.velocity_base_tip)
+        finding = self._commands.fault(command) or self._contact_speed.broken(now, command)
+        return finding or self._workspace.broken(now, command.velocity_base_tip)
 
     def react(self, now: Observation) -> Command:
         """Return what is done after a trip."""
@@ -187,6 +185,7 @@ class Supervisor:
             if not self.finished:
                 self._end_if_worse(now, self._aftermath)
         self._before = now
+        self._watch.keep()
         while self._stages and not self.finished:
             command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
@@ -210,11 +209,12 @@ class Supervisor:
         elif not aftermath.distance < LARGEST_RETREAT:
             self._finish(aftermath, f"ended after {1e3 * LARGEST_RETREAT:g} mm")
         else:
+            self._watch.look(now)
             for i, guard in enumerate(self.guards):
                 # what calls for the very same, a contact that presses harder for one, is no reason to break it off
                 if i in self._broken_at_trip or guard.reaction == self._reaction:
                     continue
-                finding = guard.condition.broken(now, self._before)
+                finding = self._watch.broken(i, now, self._before)
                 if finding is not None:
                     self._finish(aftermath, _ended_because(finding))
                     return
@@ -230,7 +230,7 @@ class Supervisor:
         A reaction begins with a stop, whatever the controller's last command was: its own commands alone keep to
         the limit on acceleration.
         """
-        if command is None or self._command_conditions[0].broken(command, self._last) is not None:
+        if command is None or form_fault(command, self._commands.grip) is not None:
             return None
         velocity, turn = command.velocity_base_tip, command.angular_velocity_base_tip
         fastest, widest = self.limits.speed, self.limits.angular_speed
@@ -259,8 +259,15 @@ class Supervisor:
         self.trip = Trip(time, *finding)
         self._reaction, self._stages = reaction, tuple(copy(stage) for stage in reaction)
 
-    def _broken(self, now: Observation, before: Observation | None) -> frozenset[int]:
-        return frozenset(i for i, guard in enumerate(self.guards) if guard.condition.broken(now, before))
+
+def _plain(command: Command) -> Command:
+    """Return a command as it is, or with plain numbers for an array that its owner may fill again."""
+    velocity, turn = command.velocity_base_tip, command.angular_velocity_base_tip
+    if type(velocity) is tuple and type(turn) is tuple:
+        return command
+    (x, y, z), (u, v, w) = velocity, turn
+    velocity, turn = (float(x), float(y), float(z)), (float(u), float(v), float(w))
+    return replace(command, velocity_base_tip=velocity, angular_velocity_base_tip=turn)
 
 
 def _ended_because(finding: Violation) -> str:

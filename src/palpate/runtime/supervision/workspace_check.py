@@ -23,12 +23,7 @@ class WorkspaceCheck:
     def broken(self, now: Observation, velocity: Vector) -> Violation | None:
         """Return what is wrong with commanding a velocity of the tip [m/s, base frame], if anything."""
         arm = now.arm
-        x, y, z = position = arm.position_base_tip
-        (a, b, c), (d, e, f), age = self._lower, self._upper, now.time - arm.time
-        fastest = math.hypot(*velocity, *arm.velocity_base_tip)  # or slower is all that is looked at below
-        room = fastest * (age + self._stopping.equivalent_time(fastest))
-        if a + room <= x <= d - room and b + room <= y <= e - room and c + room <= z <= f - room:
-            return None
+        position, age = arm.position_base_tip, now.time - arm.time
         axes = tuple(zip(velocity, arm.velocity_base_tip, strict=True))
         # it has gone on since it was seen there
         time = age + self._stopping.equivalent_time(math.hypot(*(max(abs(v), abs(u)) for v, u in axes)))

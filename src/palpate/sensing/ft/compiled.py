@@ -11,6 +11,7 @@ from numba.extending import register_jitable
 from palpate.compiling import njit
 from palpate.sensing.compensation import take_off
 from palpate.sensing.ft.calibration_map import calibrated
+from palpate.sensing.ft.compiled_state import drifting_axis, longest_rest, touches
 from palpate.spatial import cross, scale
 
 for _shared in (scale, cross, take_off, calibrated):
@@ -41,8 +42,29 @@ def filtered(sections, states, wrench):
     return (now[0], now[1], now[2], now[3], now[4], now[5])
 
 
+SOUND, BROKEN, RESTING, PENDING = 0, 1, 2, 4
+"""What `sample` returns of a reading: within all limits for certain; not; and besides, that channels rest for
+long; that the wrench is as it was measured, as the filter has not begun or it may be impossible."""
+
+
 @njit(error_model="numpy", cache=True)
-def sample_wrench(sensor, products, sections, states, started, reading, acceleration):
+def sample(
+    sensor,
+    products,
+    sections,
+    states,
+    last,
+    unchanged,
+    frozen,
+    load,
+    detector,
+    contact,
+    limits,
+    drift,
+    started,
+    reading,
+    acceleration,
+):
     """Return what a reading says.
 
     Args:
@@ -50,35 +72,65 @@ def sample_wrench(sensor, products, sections, states, started, reading, accelera
         products: Of the calibration, shape (m, 2).
         sections: See `filtered`; so are the states, which are written.
         states: See there.
+        last: See `longest_rest`,
+        unchanged: likewise,
+        frozen: and the count from which there is something to say.
+        load: Written, shape (6,).
+        detector: See `touched`; so is the rest.
+        contact: See there.
+        limits: See there.
+        drift: See there.
         started: Whether the filter has begun; if not, it is left alone.
         reading: Raw channels, or the wrench.
         acceleration: See `palpate.sensing.compensation.contact_wrench`.
 
     Returns:
-        Whether the reading is within all limits for certain, the load, the contact wrench, and whether that is
-        filtered, which it is if it is possible for certain.
+        Bits of `BROKEN`, `RESTING` and `PENDING`, the contact wrench, filtered if it is not pending, and what
+        `touched` returns then.
     """
     k = len(reading)
     if len(sensor) > CALIBRATION:
         matrix = sensor[CALIBRATION + k :].reshape((6, k + len(products)))
-        load = calibrated(matrix, sensor[CALIBRATION : CALIBRATION + k], products, reading)
+        found = calibrated(matrix, sensor[CALIBRATION : CALIBRATION + k], products, reading)
     else:
-        load = (reading[0], reading[1], reading[2], reading[3], reading[4], reading[5])
-    a, b, c, d, e, f = load
-    load = (a - sensor[0], b - sensor[1], c - sensor[2], d - sensor[3], e - sensor[4], f - sensor[5])
+        found = (reading[0], reading[1], reading[2], reading[3], reading[4], reading[5])
+    a, b, c, d, e, f = found
+    found = (a - sensor[0], b - sensor[1], c - sensor[2], d - sensor[3], e - sensor[4], f - sensor[5])
     center = (sensor[PAYLOAD + 1], sensor[PAYLOAD + 2], sensor[PAYLOAD + 3])
-    wrench = take_off(load, acceleration, sensor[PAYLOAD], center)
+    wrench = take_off(found, acceleration, sensor[PAYLOAD], center)
 
-    total, sound = 0.0, True
+    total, finite, sound = 0.0, True, True
     for i in range(k):
         total += reading[i]
+        finite = finite and reading[i] - reading[i] == 0.0
         sound = sound and sensor[RAW] < reading[i] < sensor[RAW + 1]
     loaded = felt = 0.0
     for i in range(6):
-        loaded += (load[i] / sensor[LIMITS + i]) ** 2
+        load[i] = found[i]
+        loaded += (found[i] / sensor[LIMITS + i]) ** 2
         felt += (wrench[i] / sensor[LIMITS + i]) ** 2
     sound = sound and total - total == 0.0 and loaded < sensor[LARGEST]
-    possible = felt < sensor[LARGEST + 1]
-    if started and possible:
-        return sound, load, filtered(sections, states, wrench), True
-    return sound, load, wrench, False
+    what = SOUND if sound else BROKEN
+    if finite and longest_rest(last, unchanged, reading) >= frozen:
+        what |= RESTING
+    if not (started and felt < sensor[LARGEST + 1]):
+        return what | PENDING, wrench, False, -1
+    wrench = filtered(sections, states, wrench)
+    touching, axis = touched(detector, contact, limits, drift, wrench)
+    return what, wrench, touching, axis
+
+
+@njit(error_model="numpy", cache=True)
+def touched(detector, contact, limits, drift, wrench):
+    """Return whether a contact wrench is a touch, and the axis that drifts, or -1.
+
+    Args:
+        detector: See `touches`,
+        contact: likewise.
+        limits: See `drifting_axis`,
+        drift: likewise.
+        wrench: Six numbers [N, N m].
+    """
+    if touches(detector, contact, wrench[0], wrench[1], wrench[2]):
+        return True, -1
+    return False, drifting_axis(limits, drift, wrench)

@@ -4,11 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from operator import ne
+from functools import partial
 from typing import Self
 
+import numpy as np
+
+from palpate.compiling import machine_code
 from palpate.errors import InvalidValueError, positive
 from palpate.sensing.ft.arrays import AXES
+from palpate.sensing.ft.compiled_state import drifting_axis, longest_rest
 from palpate.spatial import Wrench
 
 
@@ -105,17 +109,22 @@ class HealthLimits:
 
 
 class HealthMonitor:
-    """Judges samples one by one."""
+    """Judges samples one by one.
 
-    def __init__(self, limits: HealthLimits) -> None:
-        """Take the limits."""
+    Attributes:
+        limits: What they must keep to.
+        stillness: What counts how long channels rest.
+    """
+
+    def __init__(self, limits: HealthLimits, channels: int = 6) -> None:
+        """Take the limits, and how many channels there are."""
         self.limits = limits
         self._inverse = tuple(1.0 / x for x in limits.axis)
-        self._stillness = StillnessWatch(limits.frozen_samples, limits.stuck_samples)
+        self.stillness = StillnessWatch(limits.frozen_samples, limits.stuck_samples, channels)
 
     def restart(self) -> None:
         """Forget the samples so far."""
-        self._stillness.restart()
+        self.stillness.restart()
 
     def step(self, reading: Sequence[float], load: Wrench) -> SampleHealth:
         """Return the gravest thing wrong with a sample.
@@ -124,17 +133,19 @@ class HealthMonitor:
             reading: What the device gave: raw channels, or the wrench itself.
             load: The same, calibrated [N, N m].
         """
+        verdict = self.judge(reading, load)
+        if verdict.measure is HealthCheck.NON_FINITE:
+            return verdict
+        still = self.stillness.step(reading)
+        return still if verdict is HEALTHY else verdict
+
+    def judge(self, reading: Sequence[float], load: Wrench) -> SampleHealth:
+        """Return what is wrong with a sample by itself, whatever came before; arguments as of `step`."""
         if not math.isfinite(sum(reading)):  # one of them is not, or the sum overflows
             for i, x in enumerate(reading):
                 if not math.isfinite(x):
                     return SampleHealth(HealthCheck.NON_FINITE, f"channel {i + 1}", x)
-        verdict = self._overloaded(reading, load)
-        still = self.still(reading)
-        return still if verdict is HEALTHY else verdict
-
-    def still(self, reading: Sequence[float]) -> SampleHealth:
-        """Return the same of a sample that is known to be within all limits: whether it has changed."""
-        return self._stillness.step(reading)
+        return self._overloaded(reading, load)
 
     def _overloaded(self, reading: Sequence[float], load: Wrench) -> SampleHealth:
         low, high = self.limits.raw
@@ -156,40 +167,43 @@ class HealthMonitor:
 
 
 class StillnessWatch:
-    """Counts since when each channel of a noisy sensor has not changed."""
+    """Counts since when each channel of a noisy sensor has not changed.
 
-    def __init__(self, frozen_samples: int = FROZEN_SAMPLES, stuck_samples: int = STUCK_SAMPLES) -> None:
+    Attributes:
+        last: The last reading, shape (channels,),
+        unchanged: and the counts: see `palpate.sensing.ft.compiled_state.longest_rest`.
+    """
+
+    def __init__(
+        self, frozen_samples: int = FROZEN_SAMPLES, stuck_samples: int = STUCK_SAMPLES, channels: int = 6
+    ) -> None:
         """Take after how many samples it is frozen, or a channel stuck: see `HealthLimits`."""
         self._frozen, self._stuck = frozen_samples, stuck_samples
-        self.restart()
+        self._take(channels)
+
+    def _take(self, channels: int) -> None:
+        self.last, self.unchanged = np.full(channels, np.nan), np.zeros(channels)
+        given = (self.last, self.unchanged)
+        self._longest = partial(machine_code(longest_rest, *given, (0.0,) * channels), *given)
 
     def restart(self) -> None:
         """Forget the samples so far."""
-        self._last: tuple[float, ...] = ()
-        self._unchanged: list[int] = []
-        self._all_moved = False
+        self.last[:] = np.nan
 
     def step(self, reading: Sequence[float]) -> SampleHealth:
-        """Take a sample."""
-        if self._all_moved and len(reading) == len(self._last) and all(map(ne, reading, self._last)):
-            self._last = tuple(reading)  # the usual case: nothing to count
-            return HEALTHY
-        if len(reading) != len(self._last):
-            self._unchanged = [1] * len(reading)
-        else:
-            self._unchanged = [
-                n + 1 if x == y else 1 for n, x, y in zip(self._unchanged, reading, self._last, strict=True)
-            ]
-        self._last = tuple(reading)
-        longest = max(self._unchanged)
-        self._all_moved = longest == 1
-        if longest < self._frozen:
-            return HEALTHY
-        if min(self._unchanged) >= self._frozen:
-            return SampleHealth(HealthCheck.FROZEN, "", float(min(self._unchanged)), float(self._frozen))
+        """Take a sample of finite numbers."""
+        if len(reading) != len(self.last):
+            self._take(len(reading))
+        return HEALTHY if self._longest(tuple(reading)) < self._frozen else self.verdict()
+
+    def verdict(self) -> SampleHealth:
+        """Return what is wrong with the last sample."""
+        least, longest = float(self.unchanged.min()), float(self.unchanged.max())
+        if least >= self._frozen:
+            return SampleHealth(HealthCheck.FROZEN, "", least, float(self._frozen))
         if longest >= self._stuck:
-            channel = self._unchanged.index(longest)
-            return SampleHealth(HealthCheck.STUCK, f"channel {channel + 1}", float(longest), float(self._stuck))
+            channel = int(self.unchanged.argmax())
+            return SampleHealth(HealthCheck.STUCK, f"channel {channel + 1}", longest, float(self._stuck))
         return HEALTHY
 
 
@@ -197,6 +211,11 @@ class DriftWatch:
     """Watches the slow mean of the contact wrench while nothing touches: it should be zero.
 
     A drift faster than its limit within the averaging time can pass for a touch; the mean then stands still.
+
+    Attributes:
+        limit: Per axis [N, N m].
+        limits: See `palpate.sensing.ft.compiled_state.drifting_axis`,
+        memory: likewise.
     """
 
     def __init__(self, limit: Wrench, averaging_time: float, period: float) -> None:
@@ -214,23 +233,25 @@ class DriftWatch:
             raise InvalidValueError(
                 f"averaging_time = {averaging_time:g} s: must be 10 periods of {period:g} s or more"
             )
-        self._samples = averaging_time / period
-        self.restart()
+        self.limits, self.memory = np.array([*limit, averaging_time / period]), np.zeros(7)
+        given = (self.limits, self.memory)
+        self._axis = partial(machine_code(drifting_axis, *given, self.mean), *given)
+
+    @property
+    def mean(self) -> Wrench:
+        """Of the contact wrench [N, N m]."""
+        a, b, c, d, e, f, _ = self.memory.tolist()
+        return (a, b, c, d, e, f)
 
     def restart(self) -> None:
         """Begin anew, as after a tare."""
-        self._seen = 0
-        self.mean: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.memory[:] = 0.0
 
     def step(self, contact_wrench: Wrench) -> SampleHealth:
         """Take the contact wrench of a sample without touch [N, N m]."""
-        self._seen += 1
-        # Plain average at first, then with a constant memory.
-        gain = 1.0 / min(float(self._seen), self._samples)
-        a, b, c, d, e, f = (m + gain * (x - m) for m, x in zip(self.mean, contact_wrench, strict=True))
-        self.mean = (a, b, c, d, e, f)
-        if self._seen >= self._samples:
-            for i, (m, limit) in enumerate(zip(self.mean, self.limit, strict=True)):
-                if abs(m) > limit:
-                    return SampleHealth(HealthCheck.DRIFT, AXES[i], m, limit)
-        return HEALTHY
+        axis = self._axis(tuple(contact_wrench))
+        return HEALTHY if axis < 0 else self.verdict(axis)
+
+    def verdict(self, axis: int) -> SampleHealth:
+        """Return what is wrong where the mean of an axis is beyond its limit."""
+        return SampleHealth(HealthCheck.DRIFT, AXES[axis], float(self.memory[axis]), self.limit[axis])

@@ -14,13 +14,14 @@ takes them for independent, knows better.
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.compiling import machine_code
-from palpate.errors import InvalidValueError
-from palpate.sensing.ft.compiled import NEARLY, sample_wrench
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.ft.compiled import BROKEN, NEARLY, PENDING, RESTING, SOUND, sample, touched
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor, SampleHealth
 from palpate.sensing.ft.sensor_file import SensorFile
@@ -69,8 +70,7 @@ class FTPipeline:
         self._filter = WrenchFilter(sensor.filters, sensor.sample_rate)
         raw = (-math.inf, math.inf) if entry is None else entry.raw_range
         limits = HealthLimits(sensor.axis_limits, raw=raw).of_readings(sensor.repeats)
-        self._monitor = HealthMonitor(limits)
-        self._sample_wrench = _compiled(sensor, limits, self._filter, self.channels)
+        self._monitor = HealthMonitor(limits, self.channels)
         period = 1.0 / sensor.sample_rate
         contact = sensor.contact
         self._detector = ContactDetector(
@@ -85,7 +85,19 @@ class FTPipeline:
         drift = 0.5 * contact.touch_force / max(sensor.noise_force)
         a, b, c, d, e, f = (drift * sd for sd in sensor.noise)
         self._drift = DriftWatch((a, b, c, d, e, f), max(DRIFT_TIME, 10.0 * period), period)
+        self._load = np.zeros(6)
         self._wrench = NO_WRENCH
+        self._bind(_numbers(sensor, limits), limits.frozen_samples)
+
+    def _bind(self, sensor: tuple[FloatArray, npt.NDArray[np.int64]], frozen: int) -> None:
+        """Bind all that stays where it is to what is compiled."""
+        filters, still = self._filter, self._monitor.stillness
+        watched = (self._detector.numbers, self._detector.memory, self._drift.limits, self._drift.memory)
+        resting = (still.last, still.unchanged, float(frozen), self._load)
+        fixed = (*sensor, filters.coefficients, filters.states, *resting, *watched)
+        given = (True, (0.0,) * self.channels, (0.0, 0.0, 0.0))
+        self._sample = partial(machine_code(sample, *fixed, *given), *fixed)
+        self._touched = partial(machine_code(touched, *watched, NO_WRENCH), *watched)
 
     @property
     def delay(self) -> float:
@@ -114,9 +126,9 @@ class FTPipeline:
             raise InvalidValueError(
                 f"the reading has {len(reading)} channels: sensor {self._named} has {self.channels}"
             )
-        sound, load, wrench, done = self._sample_wrench(self._filter.started, tuple(reading), tuple(acceleration))
-        health = self._monitor.still(reading) if sound else self._monitor.step(reading, load)
-        if not done:
+        what, wrench, touching, axis = self._sample(self._filter.started, tuple(reading), tuple(acceleration))
+        health = HEALTHY if what & ~PENDING == SOUND else self._health(what, reading)
+        if what & PENDING:
             ratio = math.hypot(*[x / y for x, y in zip(wrench, self._limits, strict=True)])
             if not ratio < IMPOSSIBLE_RATIO:
                 if health is HEALTHY:
@@ -124,21 +136,25 @@ class FTPipeline:
                     health = SampleHealth(HealthCheck.IMPOSSIBLE, "acceleration", ratio, IMPOSSIBLE_RATIO)
                 return PipelineOutput(self._wrench, self._detector.touching, health)
             wrench = self._filter.step(wrench)
+            touching, axis = self._touched(wrench)
         self._wrench = wrench
-        touching = self._detector.step(math.hypot(wrench[0], wrench[1], wrench[2]))
-        if not touching:
-            drift = self._drift.step(wrench)
-            if health is HEALTHY:
-                health = drift
+        if axis >= 0 and health is HEALTHY:
+            health = self._drift.verdict(axis)
         return PipelineOutput(wrench, touching, health)
+
+    def _health(self, what: int, reading: Sequence[float]) -> SampleHealth:
+        """Say what is wrong with the last reading."""
+        a, b, c, d, e, f = self._load.tolist()
+        verdict = self._monitor.judge(reading, (a, b, c, d, e, f)) if what & BROKEN else HEALTHY
+        return self._monitor.stillness.verdict() if verdict is HEALTHY and what & RESTING else verdict
 
     @property
     def _named(self) -> str:
         return f"{self.sensor.model} {self.sensor.serial_number}"
 
 
-def _compiled(sensor: SensorFile, limits: HealthLimits, filters: WrenchFilter, channels: int) -> Any:
-    """Return `sample_wrench` with all bound that stays as it is."""
+def _numbers(sensor: SensorFile, limits: HealthLimits) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """Return a sensor's numbers, and the products of its calibration, as `sample` takes them."""
     payload = sensor.payload.payload
     numbers: list[float] = [*sensor.bias, payload.mass, *payload.center_of_mass, *limits.axis, *limits.raw]
     numbers += [NEARLY * min(1.0, limits.combined) ** 2, NEARLY * IMPOSSIBLE_RATIO**2]
@@ -149,11 +165,4 @@ def _compiled(sensor: SensorFile, limits: HealthLimits, filters: WrenchFilter, c
         numbers += known.offset
         for row in known.matrix:
             numbers += row
-    fixed = (
-        np.array(numbers),
-        np.array(products, np.int64).reshape(-1, 2),
-        filters.coefficients,
-        filters.states,
-    )
-    given = (True, (0.0,) * channels, (0.0, 0.0, 0.0))
-    return partial(machine_code(sample_wrench, *fixed, *given), *fixed)
+    return np.array(numbers), np.array(products, np.int64).reshape(-1, 2)

@@ -1,8 +1,13 @@
 """Detection of contact from the force, with hysteresis."""
 
 import math
+from functools import partial
 
+import numpy as np
+
+from palpate.compiling import machine_code
 from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.sensing.ft.compiled_state import TOUCH_SAMPLES, TOUCHING, touches
 
 MIN_SIGMAS = 5.0
 """Of the noise of one axis that the touch force must exceed: the length of three-dimensional noise exceeds it
@@ -10,7 +15,13 @@ once in 65 000 samples (chi law), a minute at 1 kHz; times of a few samples make
 
 
 class ContactDetector:
-    """Force threshold with hysteresis and least durations; remembers whether it touches."""
+    """Force threshold with hysteresis and least durations; remembers whether it touches.
+
+    Attributes:
+        touch_force: See the constructor; so are release_force, noise and period.
+        numbers: What it compares with,
+        memory: and what it remembers: see `palpate.sensing.ft.compiled_state.touches`.
+    """
 
     def __init__(
         self,
@@ -40,6 +51,7 @@ class ContactDetector:
         self.release_force = positive("release_force", release_force, "N")
         self.noise = not_negative("noise", noise, "N")
         self.period = positive("period", period, "s")
+        times = {"touch_time": touch_time, "release_time": release_time}
         if release_force > touch_force:
             raise InvalidValueError(
                 f"release_force = {release_force:g} N: must not exceed touch_force = {touch_force:g} N"
@@ -50,31 +62,29 @@ class ContactDetector:
                 f"{MIN_SIGMAS * noise:.3g} N ({MIN_SIGMAS:g} standard deviations), or filter more"
             )
         # So many samples in a row span the time; rounding must not add one.
-        self._touch_samples = 1 + math.ceil(not_negative("touch_time", touch_time, "s") / period - 1e-9)
-        self._release_samples = 1 + math.ceil(not_negative("release_time", release_time, "s") / period - 1e-9)
-        self.restart()
+        samples = (1.0 + math.ceil(not_negative(name, x, "s") / period - 1e-9) for name, x in times.items())
+        self.numbers, self.memory = np.array([touch_force, release_force, *samples]), np.zeros(2)
+        given = (self.numbers, self.memory)
+        self._touches = partial(machine_code(touches, *given, 0.0, 0.0, 0.0), *given)
 
     def restart(self) -> None:
         """Forget: nothing touches."""
-        self.touching = False
-        self._against = 0
+        self.memory[:] = 0.0
+
+    @property
+    def touching(self) -> bool:
+        """Whether it touches."""
+        return bool(self.memory[TOUCHING])
 
     @property
     def delay(self) -> float:
         """From the first sample of a touch to the one that reports it [s]."""
-        return (self._touch_samples - 1) * self.period
+        return (float(self.numbers[TOUCH_SAMPLES]) - 1.0) * self.period
 
     def step(self, force: float) -> bool:
         """Return whether it touches, given the length of this sample's contact force [N].
 
         A force that is not a number changes nothing.
         """
-        if self.touching:
-            contrary, needed = force < self.release_force, self._release_samples
-        else:
-            contrary, needed = force > self.touch_force, self._touch_samples
-        self._against = self._against + 1 if contrary else 0
-        if self._against >= needed:
-            self.touching = not self.touching
-            self._against = 0
-        return self.touching
+        touching: bool = self._touches(force, 0.0, 0.0)
+        return touching

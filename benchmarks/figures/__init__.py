@@ -1,0 +1,1 @@
+"""The figures that README and documents quote: measured, kept, written where they are read."""
