@@ -29,9 +29,13 @@ ASKED_AT, BUILD, UPDATE, MESH, MEMORY = 100_000, 5.0, 50.0, 3.0, 400.0
 """Contacts at which the figures are asked: [s], [ms], [s] of the processor and [MB]."""
 
 
+RING, TUBE = 0.075, 0.008
+"""Radii of `long_torus` [m]."""
+
+
 def long_torus() -> Shape:
     """Return a torus whose rows of 25 mm go round its tube, so that area grows with contacts: 330000 of them."""
-    turned = torus(0.075, 0.008)
+    turned = torus(RING, TUBE)
     half_turn = 0.5 * np.pi
     return Shape("torus", lambda u, v: turned(v, u), (-half_turn, half_turn), (0.0, 2.0 * np.pi))
 

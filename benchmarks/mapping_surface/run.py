@@ -1,6 +1,7 @@
 """How well a surface map fits, how honestly it says so, and what it costs.
 
     python benchmarks/mapping_surface [--quick] [--first-seed N] [--picture FILE]
+    python benchmarks/mapping_surface speed    # time, error and coverage alone, to compare two states of the code
 
 Contacts of surfaces in closed form along a raster at 20 mm/s and 500 Hz, with noise that keeps along the path.
 Asked: RMS below 0.01 mm without noise, 0.012 mm and at most 0.05 mm with it, 90 to 99 % of errors inside the 95 %
@@ -20,6 +21,8 @@ from rich.console import Console
 from mapping_surface.cost import cost
 from mapping_surface.honesty import CASES, honesty, wide_rows
 from mapping_surface.picture import draw
+from mapping_surface.speed import COUNTS as SPEED_COUNTS
+from mapping_surface.speed import speed
 
 QUICK = (1000, 10_000)
 COUNTS = (1000, 10_000, 30_000, 100_000, 300_000)
@@ -28,6 +31,7 @@ COUNTS = (1000, 10_000, 30_000, 100_000, 300_000)
 def main() -> int:
     """Measure and print; 1 if a figure is missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", nargs="?", choices=("all", "speed"), default="all", help="what is measured")
     parser.add_argument("--quick", action="store_true", help="one seed, noise only, up to 10000 contacts")
     parser.add_argument(
         "--picture", type=Path, help="draw error and uncertainty of bumps and a torus to this file"
@@ -45,6 +49,9 @@ def main() -> int:
     def tell(what: str) -> None:
         log.print(f"{time.perf_counter() - began:6.0f} s  {what}", highlight=False)
 
+    if arguments.part == "speed":
+        console.print(speed(SPEED_COUNTS[:1] if arguments.quick else SPEED_COUNTS, tell))
+        return 0
     noise = CASES[1:2]
     seeds = range(arguments.first_seed, arguments.first_seed + 5)
     if arguments.quick:

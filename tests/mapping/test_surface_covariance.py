@@ -7,14 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
+from mapping.covariances import surface_covariance, without_errors
 from palpate.errors import InvalidValueError
 from palpate.mapping.surface_map import SurfaceModel, half_widths
 from palpate.mapping.surface_map.covariance import (
     PLANE_SLOPE,
     height_covariance,
     height_variance,
+    patch_covariance,
     path_correlation,
-    surface_covariance,
     weighted_sums,
 )
 from palpate.mapping.surface_map.model import BENDS
@@ -40,12 +41,11 @@ def exact_covariance(p, q, i, j, model):
 
 
 def test_slopes_are_the_derivatives_of_heights():
-    rng = np.random.default_rng(0)
-    xy, other = rng.uniform(-4e-3, 4e-3, (2, 3, 2))
-    K = surface_covariance(xy, other, MODEL)
+    xy = np.random.default_rng(0).uniform(-4e-3, 4e-3, (4, 2))
+    K = surface_covariance(xy, MODEL).reshape(12, 12)
     with mpmath.workdps(40):
         exact = [
-            [float(exact_covariance(p, q, i, j, MODEL)) for j in range(3) for q in other]
+            [float(exact_covariance(p, q, i, j, MODEL)) for j in range(3) for q in xy]
             for i in range(3)
             for p in xy
         ]
@@ -57,14 +57,13 @@ def test_slopes_are_the_derivatives_of_heights():
 def test_the_shortcuts_give_what_the_whole_matrix_gives(seed):
     rng = np.random.default_rng(seed)
     xy, at, weights = rng.normal(0.0, 3e-3, (6, 2)), rng.normal(0.0, 3e-3, (4, 2)), rng.normal(size=18)
-    whole = surface_covariance(at, xy, MODEL)
+    n, both = len(at), surface_covariance(np.vstack([at, xy]), MODEL)
+    whole = both[:, :n, :, n:].reshape(3 * n, -1)
     terms = np.abs(whole) @ np.abs(weights)
     found = weighted_sums(at, xy, weights, MODEL).ravel()
     assert (np.abs(found - whole @ weights) <= 1e-13 * terms).all()
     np.testing.assert_allclose(height_covariance(xy, at, MODEL), whole[:4].T, rtol=1e-13, atol=1e-20)
-    np.testing.assert_allclose(
-        height_variance(at, MODEL), np.diag(surface_covariance(at, at, MODEL))[:4], rtol=1e-13
-    )
+    np.testing.assert_allclose(height_variance(at, MODEL), np.diag(both[0, :n, 0, :n]), rtol=1e-13)
 
 
 @pytest.mark.parametrize("length", [0.05e-3, 1e-3, 30e-3])
@@ -123,13 +122,15 @@ def few_stretches(seed=3, count=5):
 def test_the_posterior_is_that_of_a_dense_process_in_forty_digits():
     stretches = few_stretches()
     frame = PatchFrame(np.zeros(3), np.eye(3))
-    patch = SurfacePatch.fitted(frame, stretches, MODEL, 1.5e-3)
+    patch = SurfacePatch.fitted(frame, stretches, MODEL, MODEL, 1.5e-3)
     model, n = patch.model, len(stretches)
     data = PatchData.over(frame, stretches)
     at = np.array([[1e-3, -0.5e-3], [4e-3, 3e-3]])
     with mpmath.workdps(40):
         K = mpmath.matrix(3 * n, 3 * n)
-        noise = data.noise(MODEL)
+        noise = np.triu(patch_covariance(data.xy, MODEL, data.noise(MODEL), 0.0)[0])
+        noise -= np.triu(patch_covariance(data.xy, MODEL, without_errors(n), 0.0)[0])
+        noise += np.triu(noise, 1).T
         for a in range(3 * n):
             for b in range(3 * n):
                 K[a, b] = exact_covariance(data.xy[a % n], data.xy[b % n], a // n, b // n, model)
@@ -146,7 +147,7 @@ def test_the_posterior_is_that_of_a_dense_process_in_forty_digits():
 
 
 def test_slopes_of_the_mean_are_its_derivatives():
-    patch = SurfacePatch.fitted(PatchFrame(np.zeros(3), np.eye(3)), few_stretches(), MODEL, 1.5e-3)
+    patch = SurfacePatch.fitted(PatchFrame(np.zeros(3), np.eye(3)), few_stretches(), MODEL, MODEL, 1.5e-3)
     at, h = np.array([[1e-3, 2e-3]]), 1e-6
     _, *slopes = patch.heights(at)[:, 0]
     for axis in range(2):

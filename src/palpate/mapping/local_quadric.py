@@ -1,12 +1,15 @@
 """Heights between contacts, from quadratic surfaces fitted to heights and slopes nearby."""
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial import KDTree
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 from palpate.mapping.cloud import TouchCloud
 
@@ -17,6 +20,9 @@ the data have a say, curvatures come out too small by a fraction of about RIDGE.
 
 PAIRS_AT_ONCE = 200_000
 """Pairs of grid point and contact handled at once: some 100 MB."""
+
+
+EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,36 +84,47 @@ def _heights(nodes: FloatArray, contacts: LocalContacts, tree: KDTree, support: 
     counts = np.array([len(near) for near in neighbours], dtype=np.intp)
     starts = np.cumsum(counts) - counts
     contact = np.fromiter(itertools.chain.from_iterable(neighbours), dtype=np.intp)
-    node = np.repeat(np.arange(len(nodes)), counts)
-    uv = (contacts.xy[contact] - nodes[node]) / support
     # Heights relative to a contact near the node: z far from the origin keeps its digits.
     base = contacts.z[contact[starts]]
-    height = (contacts.z[contact] - base[node]) / support
-    rows, right = _equations(uv, height, contacts.slope[contact], contacts.up[contact])
-    A = np.add.reduceat(np.einsum("kei,kej->kij", rows, rows), starts, axis=0)
-    b = np.add.reduceat(np.einsum("kei,ke->ki", rows, right), starts, axis=0)
+    felt = np.column_stack([contacts.xy, contacts.z, contacts.slope, contacts.up])
+    A, b = _normal_equations(nodes, base, np.append(starts, len(contact)), contact, felt, support)
     curvature = np.arange(3, 6)
     A[:, curvature, curvature] += RIDGE * A[:, :1, 0]
     return np.asarray(base + support * np.linalg.solve(A, b[..., np.newaxis])[:, 0, 0], dtype=np.float64)
 
 
-def _equations(
-    uv: FloatArray, height: FloatArray, slope: FloatArray, up: FloatArray
+@njit(cache=True, error_model="numpy")
+def _normal_equations(
+    nodes: FloatArray,
+    base: FloatArray,
+    starts: npt.NDArray[np.intp],
+    contact: npt.NDArray[np.intp],
+    felt: FloatArray,
+    support: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return each pair's weighted equations for height and slopes: rows (k, 3, 6), right sides (k, 3)."""
-    u, v = uv.T
-    zero, one = np.zeros_like(u), np.ones_like(u)
-    r = np.minimum(np.hypot(u, v), 1.0)
-    # Never exactly zero, so that a node whose only contact lies on the rim still gets its tangent plane.
-    root_weight = np.sqrt((1.0 - r) ** 4 * (4.0 * r + 1.0) + np.finfo(float).eps)
-    rows = np.stack(
-        [
-            np.stack([one, u, v, u * u, u * v, v * v], axis=-1),
-            np.stack([zero, one, zero, 2.0 * u, v, zero], axis=-1),
-            np.stack([zero, zero, one, zero, u, 2.0 * v], axis=-1),
-        ],
-        axis=1,
-    )
-    factor = root_weight[:, np.newaxis] * np.stack([up, up**2, up**2], axis=-1)
-    right = np.column_stack([height, slope])
-    return rows * factor[..., np.newaxis], right * factor
+    """Return each node's weighted normal equations of heights and slopes: (k, 6, 6) and right sides (k, 6).
+
+    Contacts are rows of x, y, z, slopes and up; those of node i are `contact[starts[i] : starts[i + 1]]`.
+    """
+    A, b = np.zeros((len(nodes), 6, 6)), np.zeros((len(nodes), 6))
+    row = np.zeros((3, 6))
+    row[0, 0] = row[1, 1] = row[2, 2] = 1.0
+    for i in range(len(nodes)):
+        for at in range(starts[i], starts[i + 1]):
+            x, y, z, slope_x, slope_y, up = felt[contact[at]]
+            u, v = (x - nodes[i, 0]) / support, (y - nodes[i, 1]) / support
+            r = min(math.sqrt(u * u + v * v), 1.0)
+            # Never exactly zero, so that a node whose only contact lies on the rim still gets its tangent plane.
+            weight = up * up * ((1.0 - r) ** 4 * (4.0 * r + 1.0) + EPSILON)
+            row[0, 1], row[0, 2], row[0, 3], row[0, 4], row[0, 5] = u, v, u * u, u * v, v * v
+            row[1, 3], row[1, 4] = 2.0 * u, v
+            row[2, 4], row[2, 5] = u, 2.0 * v
+            for e, right in enumerate(((z - base[i]) / support, slope_x, slope_y)):
+                scale = weight if e == 0 else weight * up * up
+                for k in range(6):
+                    b[i, k] += scale * row[e, k] * right
+                    for q in range(k + 1):
+                        A[i, k, q] += scale * row[e, k] * row[e, q]
+        for k in range(6):
+            A[i, :k, k] = A[i, k, :k]
+    return A, b

@@ -7,12 +7,14 @@ this is another witness than the map's second derivatives: errors of the heights
 known, leave it alone, and errors of the tip's shape do not.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.surface_map.covariance import path_correlation
 from palpate.mapping.surface_map.curvature import tangent_basis
@@ -29,9 +31,6 @@ MIN_STRETCHES = 5
 MIN_SPREAD_RATIO = 0.05
 """Contacts whose spread across their line is below this share of that along it are one row: how the normal turns
 across it is not known."""
-
-AT_ONCE = 2000
-"""Points worked on together: matrices of 32 x 32 for each are 16 MB."""
 
 SAME_FACE_COS = 0.5
 """Stretches whose normal differs by more than 60 degrees lie on another face."""
@@ -88,82 +87,121 @@ def rolled_curvature(
     form, variance = np.full((n, 3), np.nan), np.full(n, np.nan)
     tangents = tangent_basis(normals)
     if len(stretches) >= MIN_STRETCHES:
-        tree = KDTree(stretches.position)
-        for first in range(0, n, AT_ONCE):
-            part = slice(first, first + AT_ONCE)
-            form[part], variance[part] = _fitted(
-                stretches, tree, points[part], normals[part], tangents[part], model, reach
-            )
+        asked = min(NEAREST, len(stretches))
+        distance, index = KDTree(stretches.position).query(points, asked, distance_upper_bound=reach)
+        index = np.sort(np.where(np.isfinite(distance), index, 0), axis=1)  # along the path
+        typical = np.array([float(np.median(stretches.extent))])
+        form, variance = _fitted(
+            index,
+            stretches.position,
+            stretches.normal,
+            model.tilt * stretches.tilt,
+            stretches.path,
+            points,
+            normals,
+            tangents,
+            reach,
+            model.tilt_length,
+            float(path_correlation(np.zeros(1), typical, model.tilt_length)[0, 0]),
+        )
     return RolledCurvature(form, tangents, 0.5 * (form[:, 0] + form[:, 2]), np.sqrt(variance))
 
 
+@njit(cache=True, error_model="numpy")
 def _fitted(
-    stretches: Stretches,
-    tree: KDTree,
+    index: npt.NDArray[np.intp],
+    position: FloatArray,
+    turned: FloatArray,
+    tilt: FloatArray,
+    path: FloatArray,
     points: FloatArray,
     normals: FloatArray,
     tangents: FloatArray,
-    model: SurfaceModel,
     reach: float,
+    length: float,
+    own: float,
 ) -> tuple[FloatArray, FloatArray]:
-    asked = min(NEAREST, len(stretches))
-    distance, index = tree.query(points, asked, distance_upper_bound=reach)
-    near = np.isfinite(distance)
-    index = np.sort(np.where(near, index, 0), axis=1)  # along the path
-    offset = stretches.position[index] - points[:, None]
-    far = np.linalg.norm(offset, axis=2)
-    turned = stretches.normal[index]
-    up = (turned * normals[:, None]).sum(axis=2)
-    # sorting has moved those that were padded to the front, as repeats of stretch 0
-    repeated = np.concatenate([np.zeros((len(index), 1), np.bool_), index[:, 1:] == index[:, :-1]], axis=1)
-    used = (far < reach) & (up > SAME_FACE_COS) & ~repeated
-    r = np.minimum(far / reach, 1.0)
-    weight = np.where(used, (1.0 - r) ** 4 * (4.0 * r + 1.0), 0.0)
-    xy = np.einsum("nki,nit->nkt", offset, tangents)
-    slope = np.einsum("nki,nit->nkt", turned, tangents) / np.where(used, up, 1.0)[:, :, None]
-    # slopes of n/n_z are W c plus an offset: rows for (o_1, o_2, w_11, w_12, w_22)
-    one, zero = np.ones_like(r), np.zeros_like(r)
-    rows = np.stack(
-        [
-            np.stack([one, zero, xy[:, :, 0], xy[:, :, 1], zero], axis=2),
-            np.stack([zero, one, zero, xy[:, :, 0], xy[:, :, 1]], axis=2),
-        ],
-        axis=1,
-    )
-    scale = np.array([1.0, 1.0, reach, reach, reach])  # unknowns of one size
-    rows /= scale
-    A = np.einsum("nk,ntki,ntkj->nij", weight, rows, rows)
-    determined = (used.sum(axis=1) >= MIN_STRETCHES) & _is_spread(weight, xy)
-    A[~determined] = np.eye(5)
-    gain = np.linalg.solve(A, np.einsum("nk,ntki->nitk", weight, rows).reshape(len(points), 5, -1))
-    solved = np.einsum("nij,nj->ni", gain, slope.transpose(0, 2, 1).reshape(len(points), -1))
-    found = solved / scale
-    half = 0.5 * (gain[:, 2] / scale[2] + gain[:, 4] / scale[4]).reshape(len(points), 2, -1)
-    tilt = model.tilt * stretches.tilt[index]
-    noise = half * tilt[:, None]
-    correlation = _correlations(stretches.path[index], stretches.extent[index], model.tilt_length)
-    variance = np.einsum("ntk,nkl,ntl->n", noise, correlation, noise)
-    misfit = slope - np.einsum("ntki,ni->nkt", rows, solved)
-    expected = 2.0 * np.einsum("nk,nkk,nk->n", weight, correlation, tilt**2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        excess = np.maximum(1.0, np.einsum("nk,nkt->n", weight, misfit**2) / expected)
-    return np.where(determined[:, None], found[:, 2:], np.nan), np.where(determined, variance * excess, np.nan)
+    """Return the form (n, 3) and the variance of its mean (n,) at each point; NaN where contacts do not tell.
 
+    Noise that keeps along the path is taken to first order in the stretches' lengths: the exact integrals would be
+    taken point by point. What is kept of all before a stretch is what was kept of them at the last one, less what
+    is lost since: no matrix is needed.
 
-def _is_spread(weight: FloatArray, xy: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return whether places lie in more than one row, shape (n,)."""
-    total = np.maximum(weight.sum(axis=1), np.finfo(float).tiny)[:, None]
-    away = xy - (np.einsum("nk,nkt->nt", weight, xy) / total)[:, None]
-    spread = np.linalg.eigvalsh(np.einsum("nk,nks,nkt->nst", weight, away, away))
-    return np.asarray(spread[:, 0] > MIN_SPREAD_RATIO**2 * spread[:, 1])
-
-
-def _correlations(path: FloatArray, extent: FloatArray, length: float) -> FloatArray:
-    """Return `path_correlation` of each row of (n, k) places along the path, shape (n, k, k).
-
-    To first order in the stretches' lengths: the exact integrals would be taken point by point.
+    Args:
+        index: Stretches near each point, increasing; one may stand there more than once, shape (n, k).
+        position: Of all stretches, shape (m, 3) [m].
+        turned: Their normals, shape (m, 3).
+        tilt: Standard deviation of these about each tangent, shape (m,) [rad].
+        path: Where they lie along the path, shape (m,) [m].
+        points: Shape (n, 3) [m].
+        normals: Shape (n, 3).
+        tangents: Shape (n, 3, 2).
+        reach: Where weights end [m].
+        length: How far the noise of normals keeps [m].
+        own: Variance of the mean of a unit noise over one stretch.
     """
-    typical = float(np.median(extent))
-    own = float(path_correlation(np.zeros(1), np.array([typical]), length)[0, 0])
-    C = np.exp(-np.abs(path[:, :, None] - path[:, None, :]) / length) * own
-    return np.asarray(C)
+    n, k = index.shape
+    form, variance = np.full((n, 3), np.nan), np.full(n, np.nan)
+    x, y, w, u, v = np.empty(k), np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    used = np.empty(k, np.intp)
+    A, b = np.empty((5, 5)), np.empty((5, 2))
+    for at in range(n):
+        count, last = 0, -1
+        for each in index[at]:
+            square = up = px = py = tx = ty = 0.0
+            for i in range(3):
+                off = position[each, i] - points[at, i]
+                square += off * off
+                up += turned[each, i] * normals[at, i]
+                px += off * tangents[at, i, 0]
+                py += off * tangents[at, i, 1]
+                tx += turned[each, i] * tangents[at, i, 0]
+                ty += turned[each, i] * tangents[at, i, 1]
+            r = math.sqrt(square) / reach
+            if each != last and r < 1.0 and up > SAME_FACE_COS:
+                used[count], w[count] = each, (1.0 - r) ** 4 * (4.0 * r + 1.0)
+                # places in units of the reach: unknowns of one size
+                x[count], y[count], u[count], v[count] = px / reach, py / reach, tx / up, ty / up
+                count += 1
+            last = each
+        if count < MIN_STRETCHES:
+            continue
+        # slopes of n/n_z are W c plus an offset: rows for (o_1, o_2, w_11, w_12, w_22)
+        s0 = sx = sy = sxx = sxy = syy = 0.0
+        b[:] = 0.0
+        for j in range(count):
+            wx, wy = w[j] * x[j], w[j] * y[j]
+            s0, sx, sy = s0 + w[j], sx + wx, sy + wy
+            sxx, sxy, syy = sxx + wx * x[j], sxy + wx * y[j], syy + wy * y[j]
+            b[0, 0] += w[j] * u[j]
+            b[1, 0] += w[j] * v[j]
+            b[2, 0] += wx * u[j]
+            b[3, 0] += wy * u[j] + wx * v[j]
+            b[4, 0] += wy * v[j]
+        # places that lie in more than one row
+        cxx, cyy, cxy = sxx - sx * sx / s0, syy - sy * sy / s0, sxy - sx * sy / s0
+        middle, radius = 0.5 * (cxx + cyy), math.hypot(0.5 * (cxx - cyy), cxy)
+        if not middle - radius > MIN_SPREAD_RATIO**2 * (middle + radius):
+            continue
+        A[0], A[1] = np.array([s0, 0.0, sx, sy, 0.0]), np.array([0.0, s0, 0.0, sx, sy])
+        A[2], A[3] = np.array([sx, 0.0, sxx, sxy, 0.0]), np.array([sy, sx, sxy, sxx + syy, sxy])
+        A[4] = np.array([0.0, sy, 0.0, sxy, syy])
+        b[2, 1] = b[4, 1] = 0.5
+        solved = np.linalg.solve(A, b)
+        c, g = solved[:, 0], solved[:, 1]
+        kept_u = kept_v = total = misfit = expected = 0.0
+        for j in range(count):
+            sd = tilt[used[j]]
+            by_u = w[j] * sd * (g[0] + g[2] * x[j] + g[3] * y[j])
+            by_v = w[j] * sd * (g[1] + g[3] * x[j] + g[4] * y[j])
+            total += by_u * by_u + by_v * by_v + 2.0 * (by_u * kept_u + by_v * kept_v)
+            if j + 1 < count:
+                fades = math.exp((path[used[j]] - path[used[j + 1]]) / length)
+                kept_u, kept_v = fades * (kept_u + by_u), fades * (kept_v + by_v)
+            off_u = u[j] - c[0] - c[2] * x[j] - c[3] * y[j]
+            off_v = v[j] - c[1] - c[3] * x[j] - c[4] * y[j]
+            misfit += w[j] * (off_u * off_u + off_v * off_v)
+            expected += 2.0 * own * w[j] * sd * sd
+        form[at] = c[2:] / reach
+        variance[at] = own * total / (reach * reach) * max(1.0, misfit / expected)
+    return form, variance

@@ -35,6 +35,9 @@ FOLDER = Path(__file__).parent
 STYLE = (FOLDER / "page.css").read_text("utf-8")
 SCRIPT = (FOLDER / "page.js").read_text("utf-8")
 
+PACKED = 4
+"""Level of compression: 6 takes twice as long for 4 % less."""
+
 LIBRARY = "package_data/plotly.min.js"
 """Of the package plotly, which is not imported: its script is all that is needed."""
 
@@ -115,7 +118,7 @@ def _scripts(pictures: Sequence[Picture]) -> tuple[str, ...]:
     )
     return (
         f'<script type="application/gzip" id="library">{_packed_library()}</script>',
-        f'<script type="application/gzip" id="pictures">{_packed(stated, 4)}</script>',
+        f'<script type="application/gzip" id="pictures">{_packed(stated, PACKED)}</script>',
         f"<script>{SCRIPT}</script>",
     )
 
@@ -130,7 +133,7 @@ def _library() -> str:
 
 @cache
 def _packed_library() -> str:
-    return _packed(_library(), 6)
+    return _packed(_library(), PACKED)
 
 
 def _packed(content: str, level: int) -> str:

@@ -28,8 +28,9 @@ from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
-from palpate.mapping import TouchCloud
+from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, fit_ball, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.curvature_layers import curvature_layers
 from palpate.mapping.primitives.choose import choose_primitive
 from palpate.runtime import ArmSample, Command, Supervisor
 from palpate.runtime.servo_following import PositionServo
@@ -83,6 +84,7 @@ def steps() -> Iterator[Step]:
     yield "controllers", _control
     yield "arm kinematics", _move_arm
     yield "shapes of a felt surface", _name_shape
+    yield "a surface map", _map
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
     for contacts in (2, 3, 4):
         for wanted in Objective:
@@ -149,6 +151,21 @@ def _name_shape() -> None:
     normal = np.column_stack([x, y, np.sqrt(1.0 - x**2 - y**2)])
     force, none = np.ones(len(x)), np.zeros((len(x), 3))
     choose_primitive(TouchCloud(np.arange(float(len(x))), 0.04 * normal, normal, force, none, 0.0 * force))
+
+
+def _map() -> None:
+    """What a finger feels of a ball of 40 mm along two rows."""
+    row = np.linspace(-0.3, 0.3, 400)
+    angle = np.column_stack([np.concatenate([row, row[::-1]]), np.repeat((0.0, 0.03), len(row))])
+    normal = np.column_stack([np.sin(angle), np.cos(angle[:, 0])])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    n = len(normal)
+    time, load = np.linspace(0.0, 1.0, n), np.ones(n)
+    cloud = TouchCloud(time, 0.04 * normal, normal, load, np.zeros((n, 3)), np.zeros(n))
+    surface = SurfaceMap.learned(cloud)
+    curvature_layers(surface, surface_mesh(surface))
+    HeightMap.from_cloud(cloud, 5e-4)
+    fit_ball(cloud.thinned(1e-3))
 
 
 def _grasp(n: int) -> GraspContacts:

@@ -229,7 +229,7 @@ def _felt(
 ) -> npt.NDArray[np.bool_]:
     """Return which points of the true surface were felt, shape (n,): of a line, those with a contact nearby."""
     if not isinstance(scan, ContourScan):
-        return surface.query(reachable).observed
+        return surface.observes(reachable)
     near = np.asarray(KDTree(cloud.thinned(gap / THIN).position).query(reachable)[0])
     return np.asarray(near <= gap)
 

@@ -69,6 +69,7 @@ class RecordedPeriods:
     memory: MemoryLog
     log: Path | None
     _shown: Periods | None = field(default=None, init=False)
+    _records: dict[int, Record] = field(default_factory=dict, init=False)
 
     @staticmethod
     def of(memory: MemoryLog, result: RunResult) -> "RecordedPeriods":
@@ -91,6 +92,16 @@ class RecordedPeriods:
         if self._shown is None:
             self._shown = self._from_memory() if self.memory.stride == 1 or self.log is None else self._from_log()
         return self._shown
+
+    def record(self, finger: int) -> Record:
+        """Return `shown` in base coordinates, for one finger; worked out once.
+
+        Raises:
+            InvalidValueError: There is no such finger.
+        """
+        if finger not in self._records:
+            self._records[finger] = self.shown().record(finger)
+        return self._records[finger]
 
     def pieces(self) -> Iterator[Periods]:
         """Yield all periods, in pieces whose memory is bounded; one piece, `shown`, if that has all."""

@@ -50,7 +50,7 @@ class Recorded:
         Of a run of more than 2**18 periods, four minutes at 1 kHz, it is a share of them, evenly over time; for
         figures that need all of them, `periods.pieces` yields them one piece after the other.
         """
-        return self.periods.shown().record(finger)
+        return self.periods.record(finger)
 
     @property
     def truth(self) -> TruthTable:

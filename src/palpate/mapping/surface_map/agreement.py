@@ -96,16 +96,15 @@ class Agreement:
         ends = [0, *row_starts(path), n]
         if len(ends) == 2 or not middle.any():
             return cls()
-        # heights only: slopes of the row itself say nothing about its mean height
-        half, _ = dtrtrs(lower, np.eye(3 * n, n), lower=1)
-        inverse = half.T @ half
         squares: tuple[list[float], list[float]] = [], []
         for i, j in itertools.pairwise(ends):
             passing = middle[i:j].astype(np.float64)
             if j - i < MIN_IN_ROW or n - (j - i) < MIN_OTHERS or not passing.any():
                 continue
+            # heights only: slopes of the row itself say nothing about its mean height
+            half, _ = dtrtrs(lower, np.eye(3 * n, j - i, -i), lower=1)
             # with w = B 1 over what passes: the sum of misses w.a, its variance 1.w
-            w = np.linalg.solve(inverse[i:j, i:j], passing)
+            w = np.linalg.solve(half.T @ half, passing)
             expected = float(w @ passing)
             far = float(passing @ noise[i:j, i:j] @ passing) < MIN_OWN_SHARE * expected
             squares[far].append(float(w @ weights[i:j]) ** 2 / (expected * widened))

@@ -10,107 +10,95 @@ Onto it comes a plane of vague height and slope, so that a patch is bent by the 
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.mapping.surface_map.kernel import (
+    correlate,
+    distances,
+    fill_bends,
+    fill_covariance,
+    fill_heights,
+    sum_surface,
+)
 from palpate.mapping.surface_map.model import SurfaceModel
 
 PLANE_SLOPE = 0.3
 """Standard deviation of the slope of a patch's plane: its axis is the normal of a contact, the rest is bend."""
 
-BENDINGS = ((0, 0), (0, 1), (1, 1))
-"""Second derivatives in their order: h_xx, h_xy, h_yy."""
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PathNoise:
+    """What errs in heights and slopes along a path.
 
-def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel) -> FloatArray:
-    """Return the covariance of (h, h_x, h_y) at n points with those at m points.
-
-    Args:
-        xy: Shape (n, 2) [m].
-        xy_other: Shape (m, 2) [m].
-        model: Length scale and curvature.
-
-    Returns:
-        Shape (3 n, 3 m): all heights first [m], then all slopes along x, then along y.
+    Attributes:
+        heights: Standard deviations of heights, shape (n,) [m].
+        slopes: Square roots of the covariances of slopes, shape (n, 2, 2).
+        of_heights: How errors of heights keep along the path: what `kernel.correlate` returns.
+        of_slopes: Likewise.
     """
-    n, m = len(xy), len(xy_other)
-    a = math.sqrt(5.0) / model.length
-    s2 = model.height**2
-    dx = np.subtract.outer(xy[:, 0], xy_other[:, 0])
-    dy = np.subtract.outer(xy[:, 1], xy_other[:, 1])
-    ar = a * np.sqrt(dx * dx + dy * dy)
-    decay = np.exp(-ar)
-    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
-    A2 = (s2 * a**4 / 3.0) * decay
-    K = np.empty((3 * n, 3 * m))
-    h2, p2 = model.plane**2, PLANE_SLOPE**2
-    K[:n, :m] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_other.T)
-    K[:n, m : 2 * m] = A1 * dx + p2 * xy[:, :1]
-    K[:n, 2 * m :] = A1 * dy + p2 * xy[:, 1:]
-    K[n : 2 * n, :m] = p2 * xy_other[:, 0] - A1 * dx
-    K[2 * n :, :m] = p2 * xy_other[:, 1] - A1 * dy
-    K[n : 2 * n, m : 2 * m] = A1 - A2 * dx * dx + p2
-    K[2 * n :, 2 * m :] = A1 - A2 * dy * dy + p2
-    K[n : 2 * n, 2 * m :] = K[2 * n :, m : 2 * m] = -A2 * dx * dy
-    return K
+
+    heights: FloatArray
+    slopes: FloatArray
+    of_heights: tuple[FloatArray, FloatArray, FloatArray]
+    of_slopes: tuple[FloatArray, FloatArray, FloatArray]
+
+    @property
+    def height_covariance(self) -> FloatArray:
+        """Of errors of heights, shape (n, n) [m^2]."""
+        return np.asarray(np.outer(self.heights, self.heights) * self.of_heights[0])
+
+    def slope_covariance(self, weights: FloatArray) -> FloatArray:
+        """Return the covariance of errors of slopes along x, then along y, times weights, all of shape (2 n,)."""
+        along = np.einsum("nij,in->nj", self.slopes, weights.reshape(2, -1))
+        return np.asarray(np.einsum("nij,nj->in", self.slopes, self.of_slopes[0] @ along).ravel())
 
 
-def surface_slopes(xy: FloatArray, model: SurfaceModel, weights: FloatArray) -> tuple[float, float]:
-    """Return how `surface_covariance` of n points with themselves, summed with `weights`, grows.
+def patch_covariance(
+    xy: FloatArray, model: SurfaceModel, noise: PathNoise, jitter: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the covariance of what is felt of (h, h_x, h_y) at n points, errors included.
 
     Args:
         xy: Shape (n, 2) [m].
         model: Length scale and curvature.
-        weights: Symmetric, shape (3 n, 3 n).
+        noise: What errs.
+        jitter: By which part of itself the diagonal grows.
 
     Returns:
-        Derivatives by the logarithms of the length scale, at the same curvature, and of the curvature.
+        The covariance, all heights first [m], then all slopes along x, then along y, shape (3 n, 3 n); distances
+        times a, and exponentials of minus these, shape (n, n). Of all, only upper triangles are given.
     """
     n = len(xy)
-    W = weights.reshape(3, n, 3, n).transpose(0, 2, 1, 3)
-    a = math.sqrt(5.0) / model.length
-    s2 = model.height**2
-    dx = np.subtract.outer(xy[:, 0], xy[:, 0])
-    dy = np.subtract.outer(xy[:, 1], xy[:, 1])
-    ar = a * np.sqrt(dx * dx + dy * dy)
-    decay = s2 * np.exp(-ar)
-    heights = W[0, 0]
-    straight = (a * a / 3.0) * (2.0 * (W[0, 1] * dx + W[0, 2] * dy) + W[1, 1] + W[2, 2])
-    bent = (a**4 / 3.0) * (W[1, 1] * dx * dx + W[2, 2] * dy * dy + 2.0 * W[1, 2] * dx * dy)
-    # heights grow with length^4, A1 with its square, A2 not: s^2 does with length^4
-    square = ar * ar
-    k, A1 = 1.0 + ar + square / 3.0, 1.0 + ar
-    by_length = heights * (4.0 * k + square / 3.0 * A1) + straight * (2.0 * A1 + square) - bent * ar
-    by_curvature = 2.0 * (heights * k + straight * A1 - bent)
-    return float((by_length * decay).sum()), float((by_curvature * decay).sum())
+    K, ar, decay = np.empty((3 * n, 3 * n)), np.empty((n, n)), np.empty((n, n))
+    errors = noise.heights, noise.slopes, noise.of_heights[0], noise.of_slopes[0]
+    fill_covariance(K, ar, decay, xy, process_scales(model, jitter), *errors)
+    return K, ar, decay
+
+
+def process_scales(model: SurfaceModel, jitter: float) -> tuple[float, float, float, float, float]:
+    """Return what `kernel.fill_covariance` wants to know of a process."""
+    return math.sqrt(5.0) / model.length, model.height**2, model.plane**2, PLANE_SLOPE**2, jitter
 
 
 def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return the covariance of (h, h_x, h_y) at n points with heights at m points, shape (3 n, m).
 
-    The first m columns of `surface_covariance`, for a third of the work.
+    The first m columns of what is before anything errs.
     """
-    n = len(xy)
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
-    dx = np.subtract.outer(xy[:, 0], xy_at[:, 0])
-    dy = np.subtract.outer(xy[:, 1], xy_at[:, 1])
-    ar = a * np.sqrt(dx * dx + dy * dy)
-    decay = np.exp(-ar)
-    K = np.empty((3 * n, len(xy_at)))
-    K[:n] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_at.T)
-    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
-    K[n : 2 * n] = p2 * xy_at[:, 0] - A1 * dx
-    K[2 * n :] = p2 * xy_at[:, 1] - A1 * dy
+    ar = distances(xy, xy_at, a)
+    K = np.empty((3 * len(xy), len(xy_at)))
+    fill_heights(K, xy, xy_at, ar, np.exp(-ar), (a, model.height**2, model.plane**2, PLANE_SLOPE**2))
     return K
 
 
 def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model: SurfaceModel) -> FloatArray:
-    """Return `surface_covariance(xy_at, xy, model) @ weights` as rows h, h_x, h_y, without the matrix.
+    """Return the covariance of (h, h_x, h_y) at some points with those at others, times weights, without itself.
 
-    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d:
-    each sum over d = x - x' is one product of matrices.
+    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d.
 
     Args:
         xy_at: Where, shape (m, 2) [m].
@@ -119,33 +107,18 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
         model: Length scale and curvature.
 
     Returns:
-        Shape (3, m).
+        Rows h, h_x, h_y, shape (3, m).
     """
-    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1).T
+    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1)
     a = math.sqrt(5.0) / model.length
-    s2, h2, p2 = model.height**2, model.plane**2, PLANE_SLOPE**2
-    ar = np.subtract.outer(xy_at[:, 0], xy[:, 0]) ** 2
-    ar += np.subtract.outer(xy_at[:, 1], xy[:, 1]) ** 2
-    np.sqrt(ar, out=ar)
-    ar *= a
-    decay = np.exp(-ar)
-    decay *= s2 * a * a / 3.0
-    along = xy_at @ u.T
-    along -= (xy * u).sum(axis=1)
-    bend = decay * along  # a^-2 A2 d.u
-    A1 = ar * decay
-    A1 += decay
-    ar *= ar
-    ar *= decay
-    k = A1 * (3.0 / (a * a))
-    ar /= a * a
-    k += ar  # s^2 (1 + a r + a^2 r^2 / 3) exp(-a r)
-    plane = p2 * (xy.T @ w + u.sum(axis=0))
-    h = k @ w + np.einsum("mn,mn->m", A1, along) + h2 * w.sum() + xy_at @ plane
-    bend *= a * a
-    bend += A1 * w
-    slopes = A1 @ u - xy_at * bend.sum(axis=1)[:, None] + bend @ xy + plane
-    return np.concatenate([h[None], slopes.T])
+    h2, p2 = model.plane**2, PLANE_SLOPE**2
+    ar = distances(xy_at, xy, a)
+    sums = np.empty((3, len(xy_at)))
+    sum_surface(sums, xy_at, xy, weights, ar, np.exp(-ar), (a * a, model.height**2))
+    plane = p2 * (w @ xy + u.sum(axis=1))
+    sums[0] += h2 * w.sum() + xy_at @ plane
+    sums[1:] += plane[:, None]
+    return sums
 
 
 def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
@@ -156,21 +129,10 @@ def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> F
     not bent: it adds nothing.
     """
     a = math.sqrt(5.0) / model.length
-    s2 = model.height**2
-    d = np.stack([np.subtract.outer(xy_at[:, k], xy[:, k]).T for k in range(2)])
-    ar = a * np.sqrt(d[0] * d[0] + d[1] * d[1])
-    decay = np.exp(-ar)
-    A2 = (s2 * a**4 / 3.0) * decay
-    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
-    steep = a * a * A2 / np.where(ar > 0.0, ar, 1.0)  # times d_i d_j d_k: 0 at d = 0
-    n, m = len(xy), len(xy_at)
-    K = np.empty((3, n, 3, m))
-    for row, (i, j) in enumerate(BENDINGS):
-        K[0, :, row] = A2 * d[i] * d[j] - (A1 if i == j else 0.0)
-        for k in range(2):
-            straight = (i == j) * d[k] + (i == k) * d[j] + (j == k) * d[i]
-            K[1 + k, :, row] = steep * d[i] * d[j] * d[k] - A2 * straight
-    return K.reshape(3 * n, 3 * m)
+    ar = distances(xy, xy_at, a)
+    K = np.empty((3, len(xy), 3, len(xy_at)))
+    fill_bends(K, xy, xy_at, ar, np.exp(-ar), (a, model.height**2))
+    return K.reshape(3 * len(xy), -1)
 
 
 def bend_variance(model: SurfaceModel) -> FloatArray:
@@ -198,30 +160,4 @@ def path_correlation(path: FloatArray, extent: FloatArray, length: float) -> Flo
     Returns:
         Shape (n, n).
     """
-    t = extent / length
-    half = 0.5 * t
-    # sinh(t/2) exp(-d/L) with the exponentials taken together: one alone leaves float64 for long stretches
-    g = np.where(t > 1e-6, -np.expm1(-t) / np.where(t > 1e-6, t, 1.0), 1.0)
-    apart = np.abs(np.subtract.outer(path, path)) / length - np.add.outer(half, half)
-    C = np.outer(g, g) * np.exp(-np.maximum(apart, 0.0))
-    small = t < 1e-3  # the series of what follows, whose difference cancels there
-    long = np.where(small, 1.0, t)
-    C[np.diag_indices(len(path))] = np.where(small, 1.0 - t / 3.0, 2.0 / long * (1.0 + np.expm1(-long) / long))
-    return C
-
-
-def path_correlation_slope(path: FloatArray, extent: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
-    """Return `path_correlation` and its derivative by the logarithm of `length`, shapes (n, n)."""
-    C = path_correlation(path, extent, length)
-    t = extent / length
-    half = 0.5 * t
-    gone = np.exp(-t)
-    # with g = (1 - exp(-t)) / t: the logarithm of g grows by 1 - exp(-t) / g, t / 2 of it where t is small
-    long = np.where(t > 1e-6, t, 1.0)
-    ends = np.where(t > 1e-6, 1.0 - gone * long / -np.expm1(-long), half)
-    apart = np.abs(np.subtract.outer(path, path)) / length - np.add.outer(half, half)
-    slope = C * (np.add.outer(ends, ends) + np.maximum(apart, 0.0))
-    long = np.where(t < 1e-3, 1.0, t)
-    own = (2.0 + 2.0 * np.exp(-long)) / long + 4.0 * np.expm1(-long) / (long * long)
-    slope[np.diag_indices(len(path))] = np.where(t < 1e-3, t / 3.0, own)
-    return C, slope
+    return np.asarray(correlate(path, extent, length)[0])

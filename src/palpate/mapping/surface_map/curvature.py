@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.blend import PatchEstimate
+from palpate.mapping.surface_map.blend import PatchEstimate, weighty
 from palpate.mapping.surface_map.estimate import Knowledge
 from palpate.mapping.surface_map.surface_map import SurfaceMap
 
@@ -80,9 +80,7 @@ def curvature_on(
     tangents[there] = tangent_basis(normals[there])
     index = np.flatnonzero(there)
     total, form, covariance = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
-    for each in surface.patch_estimates(points[there]):
-        if not (each.weight > 0.0).any():
-            continue
+    for each in weighty(list(surface.patch_estimates(points[there])), len(index)):
         at = index[each.chosen]
         w, C = _second_form(each, tangents[at])
         total[at] += each.weight

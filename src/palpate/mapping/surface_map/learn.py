@@ -12,7 +12,7 @@ from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption
 from palpate.mapping.surface_map.evidence import evidence_gradient
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
-from palpate.mapping.surface_map.patch import PatchData, likeliest_bend
+from palpate.mapping.surface_map.patch import CREASE, PatchData, likeliest_bend
 
 PATCHES = 10
 """Patches that are asked, evenly over all; their evidence is pooled. Some 200 values each: 20 or 40 move the
@@ -42,8 +42,8 @@ positions keeps is known to a factor of two (a property of finger and path), the
 at every sample."""
 
 REACH = np.log([1e3, 1e4, 1e5, 1e3, 1e5, 1e6])
-"""Limits of the search about the start, logarithms: so wide that the evidence is flat there, and the prior leads
-back, even without any noise (rounding then counts as 3 nm of it)."""
+"""Limits of numbers about those of the start, logarithms: so wide that the evidence is flat there, and the prior
+leads back, even without any noise (rounding then counts as 3 nm of it)."""
 
 AT_LIMIT = math.log(1.1)
 """What lies within a tenth of a limit of the search is at it."""
@@ -105,7 +105,10 @@ def learn(data: Sequence[PatchData], start: SurfaceModel, held: Collection[Param
 
 
 def at_bounds(model: SurfaceModel, start: SurfaceModel) -> tuple[BrokenAssumption, ...]:
-    """Return which numbers of a model that was learned from `start` lie at the limit of the search."""
+    """Return which numbers of a model that was learned from `start` lie at their limits.
+
+    A surface may be as flat as it likes.
+    """
     off = model.logarithms - start.logarithms
     return tuple(
         BrokenAssumption(
@@ -115,7 +118,7 @@ def at_bounds(model: SurfaceModel, start: SurfaceModel) -> tuple[BrokenAssumptio
             "give MapSettings a model nearer to surface and sensor, or explore more of the surface",
         )
         for each in Parameter
-        if abs(off[each]) > REACH[each] - AT_LIMIT
+        if abs(off[each]) > REACH[each] - AT_LIMIT and not (each is Parameter.CURVATURE and off[each] < 0.0)
     )
 
 
@@ -132,7 +135,7 @@ def _from(
     found = _most_probable(_evenly(_calmest(data)), centre, calm, [*surface, *noise])
     # what stays now is the noise: the surface starts anew, since calm places bend less than the rest
     anew = [replace(found, length=centre.length * each, curvature=centre.curvature) for each in LENGTHS]
-    return _most_probable(among, anew[0], anew, surface)
+    return _most_probable(_evenly(_smooth(data)), anew[0], anew, surface)
 
 
 def _faceted(model: SurfaceModel) -> SurfaceModel:
@@ -171,6 +174,11 @@ def _calmest(data: Sequence[PatchData]) -> list[PatchData]:
     return [filled[i] for i in np.sort(order)]
 
 
+def _smooth(data: Sequence[PatchData]) -> Sequence[PatchData]:
+    """Return patches without a crease, or all where each has one."""
+    return [each for each in data if each.sharpest_turn < CREASE] or data
+
+
 def _evenly(data: Sequence[PatchData], most: int = PATCHES) -> list[PatchData]:
     return [data[i] for i in np.unique(np.linspace(0, len(data) - 1, most).round().astype(int))]
 
@@ -181,9 +189,12 @@ def _most_probable(
     starts: Sequence[SurfaceModel],
     parameters: Sequence[Parameter],
 ) -> SurfaceModel:
-    """Go a few steps from each start, on from the best, and once more with patches bent as they turned out."""
+    """Go a few steps from each start, on from the best, and once more with patches bent as they turned out.
+
+    Every other patch tells which start is the best: they differ by hundreds.
+    """
     ordinary = [BENDS[0]] * len(data)
-    tried = (_search(data, ordinary, centre, start, parameters, TRIAL_STEPS) for start in starts)
+    tried = (_search(data[::2], ordinary[::2], centre, start, parameters, TRIAL_STEPS) for start in starts)
     _, best = min(tried, key=lambda end: end[0])
     _, found = _search(data, ordinary, centre, best, parameters)
     bends = [likeliest_bend(each, found, each.noise(found))[0] for each in data]
@@ -203,9 +214,10 @@ def _search(
         return 0.0, start
     free = np.array(parameters, dtype=np.intp)
     middle, spread = centre.logarithms[free], PRIOR_SPREAD[free]
+    farthest = REACH[free] / spread
 
     def model_at(trial: FloatArray) -> SurfaceModel:
-        moved = np.exp(middle + spread * trial).tolist()
+        moved = np.exp(middle + spread * np.clip(trial, -farthest, farthest)).tolist()
         return replace(start, **{each.name.lower(): value for each, value in zip(parameters, moved, strict=True)})
 
     def loss(trial: FloatArray) -> tuple[float, FloatArray]:
@@ -215,19 +227,24 @@ def _search(
         if not math.isfinite(evidence):
             return IMPOSSIBLE, np.zeros(len(free))
         slope = np.sum([part[1] for part in parts], axis=0)[free] * spread
-        return 0.5 * float(trial @ trial) - evidence - offset, trial - slope
+        return 0.5 * float(trial @ trial) - evidence, trial - np.where(np.abs(trial) < farthest, slope, 0.0)
 
-    bounds = [(-each, each) for each in REACH[free] / spread]
     first = (start.logarithms[free] - middle) / spread
     # a start far from what was felt has a loss of any size, and in other units any offset: only differences count
-    offset = 0.0
-    offset = loss(first)[0]
+    offset, slope = loss(first)
+
+    def above_first(trial: FloatArray) -> tuple[float, FloatArray]:
+        if np.array_equal(trial, first):  # where the search begins
+            return 0.0, slope
+        value, by_trial = loss(trial)
+        return value - offset, by_trial
+
+    # limits are no bounds of the search: its first step would go all the way to them
     found = minimize(
-        loss,
+        above_first,
         first,
         jac=True,
         method="L-BFGS-B",
-        bounds=bounds,
         options={"maxiter": steps, "ftol": GAIN, "gtol": FLAT},
     )
     return float(found.fun) + offset, model_at(found.x)

@@ -1,10 +1,12 @@
 """The observed surface as triangles, each corner with how well it is known."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.surface_map.estimate import Knowledge, half_widths
 from palpate.mapping.surface_map.surface_map import SurfaceMap
@@ -16,7 +18,7 @@ surface cuts is farther from it than the diagonal, sqrt(3)."""
 
 BENT = 0.5
 """A contact's plane misses the surface at distance d by d^2 / (2 R): d / 2 at a radius of d. Corners farther from
-the nearest contact's plane than the shell and that are not asked for."""
+the nearest contact's plane than that and the shell are not asked for."""
 
 MAX_VOXELS = 60_000_000
 """More voxels than this in the box around what was felt are refused: half a gigabyte, a voxel in a wrong unit."""
@@ -74,30 +76,38 @@ def surface_mesh(surface: SurfaceMap, voxel: float = 0.5e-3, worst: Knowledge = 
         InvalidValueError: `voxel` is not positive or so small that the grid does not fit.
     """
     h = positive("voxel", voxel, "m")
-    contacts = surface.stretches.position
-    if not len(contacts):
+    if not len(surface.stretches):
         return _empty(surface.settings.bias, h)
-    index, low, shape = _shell(contacts, surface.settings.reach + BAND * h, h)
-    distance, known = _near_surface(surface, (low + index) * h, BAND * h)
+    nearest, low = _nearest_on_grid(surface.stretches.position, surface.settings.reach + (BAND + 1.0) * h, h)
+    index = np.argwhere(nearest >= 0)
+    distance, known = _near_surface(surface, (low + index) * h, nearest[tuple(index.T)], h)
     if not known.any():
         return _empty(surface.settings.bias, h)
     index = index[known]
-    values, given = np.ones(shape), np.zeros(shape, np.bool_)
+    values, given = np.ones(nearest.shape), np.zeros(nearest.shape, np.bool_)
     values[tuple(index.T)], given[tuple(index.T)] = distance, True
     raw, triangles = surface_nets(values, given)
     return _dressed(surface, (low + raw) * h, triangles, h, worst)
 
 
 def _near_surface(
-    surface: SurfaceMap, points: FloatArray, half: float
+    surface: SurfaceMap, points: FloatArray, nearest: IndexArray, h: float
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return distances of those points that are within `half` of the surface, and which those are."""
-    plane = surface.plane_distance(points)
-    known = np.abs(plane) <= half + BENT * surface.settings.reach
-    distance = surface.blend_at(points[known]).distance
-    near = np.abs(distance) <= half  # False for NaN: no patch reaches there
-    known[known] = near
-    return distance[near], known
+    """Return distances of those points that are within `BAND` of the surface, and which those are.
+
+    Edges of voxels that the surface cuts have their ends within a voxel of it: distances of other points are those
+    from the nearest contact's plane, for their sign.
+    """
+    normal = surface.stretches.normal[nearest]
+    offset = points - surface.stretches.position[nearest]
+    distance = (offset * normal).sum(axis=1)
+    aside = np.sqrt(np.maximum((offset * offset).sum(axis=1) - distance * distance, 0.0))
+    beyond = np.abs(distance) - BENT * aside
+    asked = np.flatnonzero(beyond <= h)
+    distance[asked] = surface.blend_at(points[asked], normal[asked]).distance
+    beyond[asked] = np.abs(distance[asked])  # NaN where no patch reaches
+    near = np.asarray(beyond <= BAND * h)
+    return distance[near], near
 
 
 def _dressed(
@@ -127,8 +137,8 @@ def _empty(bias: float, h: float) -> SurfaceMesh:
     return SurfaceMesh(nowhere, np.zeros((0, 3), np.int64), nowhere, np.zeros(0), bias, np.zeros(0, np.int8), h)
 
 
-def _shell(contacts: FloatArray, reach: float, h: float) -> tuple[IndexArray, FloatArray, tuple[int, int, int]]:
-    """Return grid points within `reach` of a contact along each axis, the lowest, and the size of the grid."""
+def _nearest_on_grid(contacts: FloatArray, reach: float, h: float) -> tuple[IndexArray, FloatArray]:
+    """Return which contact (m, 3) is nearest to each point of a grid, -1: none within `reach`; and its lowest."""
     cells = np.floor(contacts / h).astype(np.int64)
     pad = int(np.ceil(reach / h)) + 1
     low = cells.min(axis=0) - pad
@@ -138,10 +148,28 @@ def _shell(contacts: FloatArray, reach: float, h: float) -> tuple[IndexArray, Fl
         raise InvalidValueError(
             f"voxel = {h} m makes a grid of {shape}, more than {MAX_VOXELS} points: is it in metres?"
         )
-    taken = np.zeros(shape, np.bool_)
-    steps = np.arange(-pad, pad + 2)
-    offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
-    offsets = offsets[np.linalg.norm(offsets * h, axis=1) <= reach + h]
-    for offset in offsets:
-        taken[tuple((cells - low + offset).T)] = True
-    return np.argwhere(taken), low.astype(np.float64), shape
+    nearest = np.full(shape, -1, np.int64)
+    _mark_nearest(nearest, contacts / h - low, reach / h)
+    return nearest, low.astype(np.float64)
+
+
+@njit(cache=True)
+def _mark_nearest(nearest: IndexArray, contacts: FloatArray, reach: float) -> None:
+    """Write the contact (m, 3) nearest to each point of a grid where it is within `reach`, both in its steps."""
+    for each in range(len(contacts)):
+        x, y, z = contacts[each]
+        for i in range(math.ceil(x - reach), math.floor(x + reach) + 1):
+            for j in range(math.ceil(y - reach), math.floor(y + reach) + 1):
+                left = reach * reach - (i - x) ** 2 - (j - y) ** 2
+                if left < 0.0:
+                    continue
+                half = math.sqrt(left)
+                for k in range(math.ceil(z - half), math.floor(z + half) + 1):
+                    other = nearest[i, j, k]
+                    if other >= 0:
+                        u, v, w = contacts[other]
+                        if (i - u) ** 2 + (j - v) ** 2 + (k - w) ** 2 <= (i - x) ** 2 + (j - y) ** 2 + (
+                            k - z
+                        ) ** 2:
+                            continue
+                    nearest[i, j, k] = each

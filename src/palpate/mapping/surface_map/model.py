@@ -63,6 +63,10 @@ class SurfaceModel:
             self, length=bend.length * self.length, curvature=bend.curvature * self.curvature
         )
 
+    def bend_of(self, other: Self) -> "PatchCurvature":
+        """Return how a surface like `other` bends compared with this one; it is as rare as the other bends."""
+        return PatchCurvature(other.length / self.length, other.curvature / self.curvature, RARE)
+
 
 @dataclass(frozen=True, slots=True)
 class PatchCurvature:
@@ -79,7 +83,10 @@ class PatchCurvature:
     odds: float
 
 
-BENDS = (PatchCurvature(1.0, 1.0, 0.0), PatchCurvature(0.25, 1.0, -3.0), PatchCurvature(1.0, 0.01, -3.0))
+RARE = -3.0
+"""Odds of a bend that is not the ordinary one: 1 to 20."""
+
+BENDS = (PatchCurvature(1.0, 1.0, 0.0), PatchCurvature(0.25, 1.0, RARE), PatchCurvature(1.0, 0.01, RARE))
 """Ordinary; with an edge, where curvature changes within a patch; flat. A stationary process knows one kind of
 bend only: on a box with rounded edges it would call the faces as uncertain as the edges. The log evidence prefers
 another bend by 50 to 100 there and by less than 3 on an ellipsoid (298 of 298 patches), so odds of 1 to 20 keep

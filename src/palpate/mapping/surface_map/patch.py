@@ -1,21 +1,25 @@
 """One patch of a surface: a Gaussian process of heights over the plane of one contact."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs, dtpttr, dtrtrs, dtrttp
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf, dtpttr, dtrtrs, dtrttp
 
 from palpate.errors import FloatArray
 from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.covariance import (
+    PathNoise,
     bend_covariance,
     bend_variance,
     height_covariance,
     height_variance,
-    path_correlation,
-    surface_covariance,
+    patch_covariance,
     weighted_sums,
 )
+from palpate.mapping.surface_map.kernel import correlate, sharpest_turn, squares
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
@@ -25,6 +29,11 @@ STEEPEST_COS = 0.5
 JITTER = 1e-12
 """Added to the diagonal relative to itself, against rounding: 1e-6 of a standard deviation. A search takes it for
 white noise; with less, rounding shows: 1e-13 left maps the same in other units to 1e-4 only, this to 1e-6."""
+
+CREASE = math.radians(25.0)
+"""Turn between stretches that follow one another from which on a patch has a crease [rad]: 1 mm of a radius of
+3 mm, the smallest that a map is made for, turns by 19 degrees, and a stretch ends at 30. No length and no
+curvature fit a crease, so a search that saw it would end at its limits."""
 
 COARSE_JITTER = 1e-9
 """Instead, where a covariance is singular to rounding all the same."""
@@ -90,7 +99,7 @@ class PatchData:
         secant = 1.0 / normal[:, 2]
         along = p[:, :, None] * p[:, None, :] / (1.0 + secant)[:, None, None]
         return cls(
-            xy=local[:, :2],
+            xy=np.ascontiguousarray(local[:, :2]),
             values=np.concatenate([local[:, 2], p[:, 0], p[:, 1]]),
             path=stretches.path,
             extent=stretches.extent,
@@ -98,21 +107,19 @@ class PatchData:
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
 
-    def noise(self, model: SurfaceModel) -> FloatArray:
-        """Return the covariance of what errs in `values`, shape (3 n, 3 n)."""
-        n = len(self.xy)
-        N = np.zeros((3 * n, 3 * n), order="F")
-        C = path_correlation(self.path, self.extent, model.noise_length)
-        N[:n, :n] = model.noise**2 * np.outer(self.noise_root, self.noise_root) * C
-        C = model.tilt**2 * path_correlation(self.path, self.extent, model.tilt_length)
-        r = self.tilt_root
-        for i in range(2):
-            for j in range(i, 2):
-                block = (np.outer(r[:, i, 0], r[:, j, 0]) + np.outer(r[:, i, 1], r[:, j, 1])) * C
-                rows, columns = slice((1 + i) * n, (2 + i) * n), slice((1 + j) * n, (2 + j) * n)
-                N[rows, columns] = block
-                N[columns, rows] = block.T
-        return N
+    @property
+    def sharpest_turn(self) -> float:
+        """Largest angle between normals of stretches that follow one another [rad]; 0 without such."""
+        return float(sharpest_turn(self.values, self.path, self.extent))
+
+    def noise(self, model: SurfaceModel) -> PathNoise:
+        """Return what errs in `values`."""
+        return PathNoise(
+            model.noise * self.noise_root,
+            model.tilt * self.tilt_root,
+            correlate(self.path, self.extent, model.noise_length),
+            correlate(self.path, self.extent, model.tilt_length),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,30 +131,40 @@ class Factored:
         log_evidence: Logarithm of the probability of what was felt, up to a constant (Rasmussen & Williams eq.
             5.8); minus infinity where the covariance is singular to rounding.
         mean_square: Of what was felt, in units of what the model expects.
+        white: What was felt, each value less what the ones before say of it, in units of what that is off by.
+        apart: Distances and exponentials as from `patch_covariance`.
     """
 
     lower: FloatArray
     log_evidence: float
     mean_square: float
+    white: FloatArray
+    apart: tuple[FloatArray, FloatArray]
+
+    @property
+    def weights(self) -> FloatArray:
+        """Inverse of the covariance times what was felt, shape (3 n,)."""
+        return np.asarray(dtrtrs(self.lower, self.white, lower=1, trans=1)[0])
 
     @classmethod
-    def of(cls, data: PatchData, model: SurfaceModel, noise: FloatArray, jitter: float = JITTER) -> "Factored":
+    def of(cls, data: PatchData, model: SurfaceModel, noise: PathNoise, jitter: float = JITTER) -> "Factored":
         """Factor surface and noise together; with `COARSE_JITTER` where they are singular with less."""
-        K = surface_covariance(data.xy, data.xy, model)
-        K += noise
-        K[np.diag_indices(len(K))] *= 1.0 + jitter
+        K, *apart = patch_covariance(data.xy, model, noise, jitter)
         lower, failed = dpotrf(K.T, lower=1, clean=0, overwrite_a=1)
         if failed:
-            singular = cls(lower, -np.inf, np.inf)
+            singular = cls(lower, -np.inf, np.inf, data.values, (apart[0], apart[1]))
             return singular if jitter >= COARSE_JITTER else cls.of(data, model, noise, COARSE_JITTER)
         white, _ = dtrtrs(lower, data.values, lower=1)
         square = float(white @ white)
-        return cls(lower, -0.5 * square - float(np.log(np.diagonal(lower)).sum()), square / len(white))
+        evidence = -0.5 * square - float(np.log(np.diagonal(lower)).sum())
+        return cls(lower, evidence, square / len(white), white, (apart[0], apart[1]))
 
 
-def likeliest_bend(data: PatchData, model: SurfaceModel, noise: FloatArray) -> tuple[PatchCurvature, Factored]:
-    """Return which of `BENDS` makes what was felt, with the covariance of its `noise`, most probable."""
-    tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in BENDS]
+def likeliest_bend(
+    data: PatchData, model: SurfaceModel, noise: PathNoise, bends: Sequence[PatchCurvature] = BENDS
+) -> tuple[PatchCurvature, Factored]:
+    """Return which of `bends` makes what was felt, with its `noise`, most probable."""
+    tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in bends]
     return max(tried, key=lambda each: each[0].odds + each[1].log_evidence)
 
 
@@ -177,13 +194,16 @@ class SurfacePatch:
     slope_misfit: float
 
     @classmethod
-    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, middle: float) -> "SurfacePatch":
+    def fitted(
+        cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, believed: SurfaceModel, middle: float
+    ) -> "SurfacePatch":
         """Return the posterior of the heights over `frame` given `stretches`.
 
         Args:
             frame: Its plane.
             stretches: What was felt there.
             model: What to believe of surface and noise.
+            believed: What was believed before: how the surface may bend, too, where it has a crease.
             middle: Up to this distance from its centre rows tell whether they agree [m].
 
         Raises:
@@ -192,16 +212,17 @@ class SurfacePatch:
         """
         data = PatchData.over(frame, stretches)
         noise = data.noise(model)
-        bend, factored = likeliest_bend(data, model, noise)
+        # a crease says nothing of the rest, nor the rest of a crease
+        beyond = [] if data.sharpest_turn < CREASE else [model.bend_of(believed.bent(each)) for each in BENDS]
+        bend, factored = likeliest_bend(data, model, noise, (*BENDS, *beyond))
         if factored.log_evidence == -np.inf:
             raise FloatingPointError(f"covariance of {len(data.xy)} stretches with {model} is singular")
-        weights, _ = dpotrs(factored.lower, data.values, lower=1)
+        weights = factored.weights
         packed, _ = dtrttp(factored.lower, uplo="L")
         passing = (data.xy**2).sum(axis=1) <= middle * middle
-        n = len(data.xy)
         claimed = max(1.0, factored.mean_square)
-        agreement = Agreement.of(data.path, passing, noise[:n, :n], factored.lower, weights, claimed)
-        off = noise[n:, n:] @ weights[n:]
+        agreement = Agreement.of(data.path, passing, noise.height_covariance, factored.lower, weights, claimed)
+        off = noise.slope_covariance(weights[len(data.xy) :])
         misfit = float(off @ off) / len(off)
         return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square, agreement, misfit)
 
@@ -216,7 +237,7 @@ class SurfacePatch:
         """
         cross = height_covariance(self.xy, xy, self.model)
         lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
-        white, _ = dtrtrs(lower, cross, lower=1, overwrite_b=1)
+        white = dtrsm(1.0, lower, cross.T, side=1, lower=1, trans_a=1, overwrite_b=1).T  # by rows, without a copy
         left = height_variance(xy, self.model) - (white**2).sum(axis=0)
         return np.asarray(np.sqrt(np.maximum(left, 0.0) * max(1.0, self.surprise)))
 
@@ -231,7 +252,6 @@ class SurfacePatch:
         cross = bend_covariance(self.xy, xy, self.model)
         mean = (self.weights @ cross).reshape(3, -1).T
         lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
-        white, _ = dtrtrs(lower, cross, lower=1)
-        white = white.reshape(len(lower), 3, -1)
-        known = np.einsum("kim,kjm->mij", white, white)
+        white = dtrsm(1.0, lower, cross.T, side=1, lower=1, trans_a=1, overwrite_b=1).T
+        known = squares(white.reshape(len(lower), 3, -1))
         return mean, np.asarray((bend_variance(self.model) - known) * max(1.0, self.surprise))

@@ -11,14 +11,15 @@ from palpate.errors import FloatArray, InvalidValueError, numbers
 from palpate.estimation import BrokenAssumption, Verdict
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.surface_map.agreement import Agreement
-from palpate.mapping.surface_map.blend import Blend, PatchEstimate, blended, patch_estimates
+from palpate.mapping.surface_map.blend import Blend, IndexArray, PatchEstimate, blended, patch_estimates
 from palpate.mapping.surface_map.estimate import Knowledge, SurfaceEstimate
 from palpate.mapping.surface_map.learn import Parameter, at_bounds, learn
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.patch import STEEPEST_COS, PatchData, PatchFrame, SurfacePatch
 from palpate.mapping.surface_map.resolution import WIDENED, facet_height, finer_than_rows
+from palpate.mapping.surface_map.seeds import seeds
 from palpate.mapping.surface_map.settings import MapSettings
-from palpate.mapping.surface_map.spikes import left_out, spikes
+from palpate.mapping.surface_map.spikes import BoolArray, left_out, spikes
 from palpate.mapping.surface_map.stretches import PathContacts, Stretches, cut
 from palpate.mapping.surface_map.surrounded import surrounded
 
@@ -60,8 +61,9 @@ class SurfaceMap:
         self._outliers = np.zeros((0, 3))
         self._open_outliers = 0
         self._felt = 0  # contacts
+        self._frames: list[PatchFrame] = []
         self._patches: list[SurfacePatch] = []
-        self._members: list[list[int]] = []
+        self._members: list[IndexArray] = []
         self._centers = np.zeros((0, 3))
         self._axes = np.zeros((0, 3))
         self._tree: KDTree | None = None
@@ -158,10 +160,8 @@ class SurfaceMap:
         self._open = contacts.at(slice(begin - self._before, None))
         first = len(self._stretches)
         self._stretches = self._stretches.followed_by(found)
-        for index in range(first, len(self._stretches)):
-            changed |= self._join(index)
         self._tree = KDTree(self._stretches.position)
-        return changed
+        return changed | self._join(first)
 
     def relearn(self, held: tuple[Parameter, ...] = ()) -> None:
         """Learn noise and surface from all that was felt, and fit every patch anew.
@@ -172,11 +172,10 @@ class SurfaceMap:
             held: Numbers that stay as the settings say.
         """
         data = [
-            PatchData.over(patch.frame, self._stretches[self._chosen(index)])
-            for index, patch in enumerate(self._patches)
+            PatchData.over(frame, self._stretches[self._chosen(index)]) for index, frame in enumerate(self._frames)
         ]
         self._model = learn(data, self._settings.model, held)
-        self._refit(set(range(len(self._patches))))
+        self._refit(set(range(len(self._frames))))
 
     def query(self, points: FloatArray) -> SurfaceEstimate:
         """Return where the surface lies from each point, and how well that is known.
@@ -195,6 +194,19 @@ class SurfaceMap:
             raise InvalidValueError(f"points[{at}] = {x[at].tolist()}: must be finite [m]")
         if self._tree is None or not len(x):
             return _nothing(len(x), self._settings.bias)
+        return self._estimate(x, self._nearest(x))
+
+    def observes(self, points: FloatArray) -> BoolArray:
+        """Return where the nearest point of the surface is observed, shape (n,): `query` without deviations."""
+        if self._tree is None or not len(points):
+            return np.zeros(len(points), np.bool_)
+        nearest = self._nearest(points)
+        blend = self.blend_at(nearest)
+        nearest = nearest - blend.distance[:, None] * blend.normal
+        return np.asarray(self.knowledge_at(_or_zero(nearest), blend.normal)[0] == Knowledge.OBSERVED)
+
+    def _nearest(self, x: FloatArray) -> FloatArray:
+        """Return about the nearest point of the surface to each point, shape (n, 3) [m]."""
         plane, n = self._nearest_plane(x)
         nearest = x - plane[:, None] * n
         for _ in range(NEAREST_STEPS):
@@ -204,27 +216,33 @@ class SurfaceMap:
             # surface
             aside = (x - nearest) - ((x - nearest) * step.normal).sum(axis=1, keepdims=True) * step.normal
             nearest = nearest + _or_zero(aside)
-        return self._estimate(x, nearest)
+        return nearest
 
-    def plane_distance(self, points: FloatArray) -> FloatArray:
-        """Return the height above the plane of the nearest contact, shape (n,) [m]: crude, and everywhere."""
-        return self._nearest_plane(points)[0]
+    def blend_at(self, points: FloatArray, sheet: FloatArray | None = None, *, with_sd: bool = False) -> Blend:
+        """Return blended heights above the surface at points near it: quick, and of first order in the height.
 
-    def blend_at(self, points: FloatArray, *, with_sd: bool = False) -> Blend:
-        """Return blended heights above the surface at points near it: quick, and of first order in the height."""
+        Args:
+            points: Shape (n, 3) [m].
+            sheet: As for `patch_estimates`.
+            with_sd: Whether standard deviations are wanted.
+        """
         if self._tree is None:
             n = len(points)
             return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
-        found = blended(self.patch_estimates(points), len(points), with_sd=with_sd)
+        found = blended(self.patch_estimates(points, sheet), len(points), with_sd=with_sd)
         return dataclasses.replace(found, sd=np.hypot(self._factor * found.sd, self.facet_height))
 
-    def patch_estimates(self, points: FloatArray) -> Iterator[PatchEstimate]:
-        """Iterate over the estimates of all patches at points near the surface."""
+    def patch_estimates(self, points: FloatArray, sheet: FloatArray | None = None) -> Iterator[PatchEstimate]:
+        """Iterate over the estimates of all patches at points near the surface.
+
+        Args:
+            points: Shape (n, 3) [m].
+            sheet: Normal of the nearest stretch of each, shape (n, 3), if known.
+        """
         if self._tree is None:
             return iter(())
-        _, nearest = self._tree.query(points)
-        sheet = self._stretches.normal[nearest]
-        return patch_estimates(points, sheet, self._patches, self._centers, self._settings.patch_reach)
+        sheets = self._stretches.normal[self._tree.query(points)[1]] if sheet is None else sheet
+        return patch_estimates(points, sheets, self._patches, self._centers, self._settings.patch_reach)
 
     def knowledge_at(self, points: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Return `Knowledge` and the distance to the nearest stretch at points of the surface, shapes (n,)."""
@@ -282,46 +300,47 @@ class SurfaceMap:
         self._stretches = self._stretches[:last]
         self._outliers = self._outliers[: len(self._outliers) - self._open_outliers]
         if self._open_patches:
-            for held in (self._patches, self._members):
+            for held in (self._frames, self._patches, self._members):
                 del held[-self._open_patches :]
-            self._centers, self._axes = self._centers[: len(self._patches)], self._axes[: len(self._patches)]
-        changed = set()
-        for index, members in enumerate(self._members):
-            if members and members[-1] == last:
-                members.pop()
-                changed.add(index)
+            self._centers, self._axes = self._centers[: len(self._frames)], self._axes[: len(self._frames)]
+        changed = {index for index, members in enumerate(self._members) if len(members) and members[-1] == last}
+        for index in changed:
+            self._members[index] = self._members[index][:-1]
         return changed
 
-    def _join(self, index: int) -> set[int]:
-        """Let a stretch into the patches around it, starting one if there is none; return them."""
-        position, normal = self._stretches.position[index], self._stretches.normal[index]
-        distance = np.linalg.norm(self._centers - position, axis=1)
-        cos = self._axes @ normal
-        joined = np.flatnonzero((distance <= self._settings.patch_data) & (cos > STEEPEST_COS)).tolist()
-        for patch in joined:
-            self._members[patch].append(index)
-        self._open_patches = 0
-        if not ((distance <= self._settings.patch_spacing) & (cos > SEED_COS)).any():
-            joined.append(self._start_patch(index))
-            self._open_patches = 1
-        return set(joined)
-
-    def _start_patch(self, index: int) -> int:
-        frame = PatchFrame.at(self._stretches.position[index], self._stretches.normal[index])
-        so_far = self._stretches[: index + 1]
-        near = np.linalg.norm(so_far.position - frame.center, axis=1) <= self._settings.patch_data
-        members = np.flatnonzero(near & (so_far.normal @ frame.axis > STEEPEST_COS)).tolist()
-        self._members.append(members)
-        self._patches.append(self._fitted(frame, self._stretches[index : index + 1]))
-        self._centers = np.vstack([self._centers, frame.center])
-        self._axes = np.vstack([self._axes, frame.axis])
-        return len(self._patches) - 1
+    def _join(self, first: int) -> set[int]:
+        """Let stretches from `first` on into patches around them, new ones where there are none; return which."""
+        assert self._tree is not None
+        position, normal = self._stretches.position, self._stretches.normal
+        started = first + seeds(
+            position[first:], normal[first:], self._centers, self._axes, self._settings.patch_spacing, SEED_COS
+        )
+        before = len(self._frames)
+        new = [PatchFrame.at(position[index], normal[index]) for index in started.tolist()]
+        self._open_patches = int(len(new) > 0 and started[-1] == len(position) - 1)
+        self._frames += new
+        self._members += [np.zeros(0, np.intp)] * len(new)
+        self._centers = np.vstack([self._centers, *(each.center for each in new)])
+        self._axes = np.vstack([self._axes, *(each.axis for each in new)])
+        reach = self._settings.patch_data
+        near_new = np.asarray(KDTree(position[first:]).query_ball_point(self._centers, reach, return_length=True))
+        joined = np.flatnonzero((near_new > 0) | (np.arange(len(near_new)) >= before))
+        near = self._tree.query_ball_point(self._centers[joined], reach, return_sorted=True)
+        changed = set(range(before, len(self._frames)))
+        for patch, found in zip(joined.tolist(), near, strict=True):
+            members = np.array(found, np.intp)
+            members = members[normal[members] @ self._axes[patch] > STEEPEST_COS]
+            if len(members) > len(self._members[patch]):
+                self._members[patch] = members
+                changed.add(patch)
+        return changed
 
     def _fitted(self, frame: PatchFrame, stretches: Stretches) -> SurfacePatch:
-        return SurfacePatch.fitted(frame, stretches, self._model, 0.5 * self._settings.patch_spacing)
+        believed, middle = self._settings.model, 0.5 * self._settings.patch_spacing
+        return SurfacePatch.fitted(frame, stretches, self._model, believed, middle)
 
     def _chosen(self, patch: int) -> np.ndarray:
-        members = np.array(self._members[patch], dtype=np.intp)
+        members = self._members[patch]
         most = self._settings.patch_stretches
         if len(members) <= most:
             return members
@@ -329,8 +348,8 @@ class SurfaceMap:
 
     def _refit(self, changed: set[int]) -> None:
         for index in sorted(changed):
-            stretches = self._stretches[self._chosen(index)]
-            self._patches[index] = self._fitted(self._patches[index].frame, stretches)
+            patch = self._fitted(self._frames[index], self._stretches[self._chosen(index)])
+            self._patches[index : index + 1] = [patch]  # new ones follow one another
         self._agreement = Agreement.pooled(patch.agreement for patch in self._patches)
         self._factor = max(self._agreement.factor, WIDENED if self._finer() else 0.0)
 

@@ -1,11 +1,13 @@
 """Whether contacts lie on all sides of a point, or only on one."""
 
 import itertools
+import math
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 
 WIDEST_GAP = np.radians(190.0)
@@ -29,26 +31,42 @@ def surrounded(
         radius: How far to look [m].
     """
     near: list[list[int]] = np.asarray(tree.query_ball_point(points, radius), dtype=object).tolist()
-    counts = np.array([len(each) for each in near], dtype=np.intp)
-    contact = np.fromiter(itertools.chain.from_iterable(near), dtype=np.intp, count=int(counts.sum()))
-    point = np.repeat(np.arange(len(points)), counts)
-    same = (normals[point] * contact_normals[contact]).sum(axis=1) > SAME_FACE_COS
-    point, contact = point[same], contact[same]
-    # any direction in each tangent plane to count angles from
-    x = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    x = x - (x * normals).sum(axis=1, keepdims=True) * normals
-    y = np.cross(normals, x)
-    x = np.cross(y, normals)  # as long as y: only their ratio counts
-    away = np.asarray(tree.data)[contact] - points[point]
-    angle = np.arctan2((away * y[point]).sum(axis=1), (away * x[point]).sum(axis=1))
-    order = np.lexsort((angle, point))
-    point, angle = point[order], angle[order]
-    found = np.zeros(len(points), dtype=np.bool_)
-    if not len(point):
-        return found
-    first = np.flatnonzero(np.diff(point, prepend=-1))
-    last = np.append(first[1:], len(point)) - 1
-    gap = np.diff(angle, append=0.0)
-    gap[last] = angle[first] + 2.0 * np.pi - angle[last]  # across the branch cut
-    found[point[first]] = np.maximum.reduceat(gap, first) <= WIDEST_GAP
+    ends = np.cumsum(np.array([len(each) for each in near], dtype=np.intp))
+    contact = np.fromiter(itertools.chain.from_iterable(near), dtype=np.intp)
+    return _surrounded(points, normals, np.asarray(tree.data), contact_normals, contact, ends)
+
+
+@njit(cache=True)
+def _surrounded(
+    points: FloatArray,
+    normals: FloatArray,
+    contacts: FloatArray,
+    contact_normals: FloatArray,
+    near: npt.NDArray[np.intp],
+    ends: npt.NDArray[np.intp],
+) -> npt.NDArray[np.bool_]:
+    """Return `surrounded`; contacts near each point follow one another in `near` and end before `ends` (n,)."""
+    found = np.zeros(len(points), np.bool_)
+    begin = 0
+    for at in range(len(points)):
+        n = normals[at]
+        # any direction in each tangent plane to count angles from
+        axis = np.zeros(3)
+        axis[np.abs(n).argmin()] = 1.0
+        y = np.cross(n, axis)
+        x = np.cross(y, n)  # as long as y: only their ratio counts
+        angle = np.empty(ends[at] - begin)
+        count = 0
+        for each in near[begin : ends[at]]:
+            if (n * contact_normals[each]).sum() > SAME_FACE_COS:
+                away = contacts[each] - points[at]
+                angle[count] = math.atan2((away * y).sum(), (away * x).sum())
+                count += 1
+        begin = ends[at]
+        if count:
+            angle = np.sort(angle[:count])
+            gap = angle[0] + 2.0 * math.pi - angle[count - 1]  # across the branch cut
+            for i in range(1, count):
+                gap = max(gap, angle[i] - angle[i - 1])
+            found[at] = gap <= WIDEST_GAP
     return found
