@@ -2,7 +2,6 @@
 
 import copy
 import math
-import pickle
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -103,7 +102,7 @@ def build_scene(
     parts = tip, target, law, start, carrier, fidelity, friction, texture, table
     try:
         content = SceneContent(*parts)
-    except (TypeError, AttributeError, pickle.PicklingError):  # something in it cannot be pickled
+    except Exception:  # something in it cannot be pickled, and says so in a way of its own
         return _compiled(*parts)
     kept = _kept(content)
     # a copy: who has it may change it, and a rolling tip does
@@ -157,6 +156,8 @@ def _compiled(
         pair_parameters(law, of_tip + _largest_inverse_mass(compiled), time_step)
     pair = parameters(law, of_tip + of_target, time_step)
     impratio = pair.impratio
+    if target.mount is Mount.FIXED:  # tip and carrier are all that moves: there is nothing to sort into islands
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     if table is not None and target.mount is Mount.FREE:
         sinks = GRAVITY * float(compiled.body(OBJECT_GEOM).mass[0]) / law.stiffness
         _check_stands(target, table, sinks)

@@ -31,7 +31,7 @@ class SceneContent:
         """Take the parts.
 
         Raises:
-            TypeError, AttributeError, pickle.PicklingError: One of them cannot be pickled.
+            Exception: One of them cannot be pickled; each kind has its own way to say so.
         """
         self.parts, self._themselves = parts, list[object]()
         packed = io.BytesIO()

@@ -36,14 +36,6 @@ SMOOTH, ROUGH = "prism", "icosphere 3"
 BALL = ExploreConfig(object="sphere", size=(0.03,), width=0.006, depth=0.002)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def without_growth():
-    """How a map grew is not looked at here, and takes half of the time."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.experiments.explore.exploration._growth", lambda *given: None)
-        yield
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", SHORT, ids=lambda scene: scene.name)
 def test_what_is_otherwise_than_assumed_does_no_harm_and_is_told(scene):

@@ -109,7 +109,7 @@ def rotation_error(r: FloatArray) -> float:
     return float(error)
 
 
-class Bounds(Generic[Subject]):
+class BoundChecks(Generic[Subject]):
     """The bounds of several conditions, one after the other, compiled.
 
     Attributes:

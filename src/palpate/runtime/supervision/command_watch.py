@@ -13,7 +13,7 @@ from palpate.compiling import machine_code, njit
 from palpate.errors import FloatArray
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.stopping import Stopping, stopping_time
-from palpate.runtime.supervision.bounds import Bounds, first_broken
+from palpate.runtime.supervision.bounds import BoundChecks, first_broken
 from palpate.runtime.supervision.command_conditions import (
     GRIP,
     CommandCondition,
@@ -92,7 +92,7 @@ class CommandWatch:
 
     def _lay_out(self, grip: tuple[float, ...], velocities: FloatArray) -> None:
         """Make room for as many forces as a grip has."""
-        self._bounds = Bounds([condition.bounds(len(grip)) for condition in self._conditions])
+        self._bounds = BoundChecks([condition.bounds(len(grip)) for condition in self._conditions])
         size = GRIP + len(grip)
         self._buffer, self._pack, self._held = bytearray(16 * size), struct.Struct(f"{size}d").pack_into, grip
         self._row: FloatArray = np.frombuffer(self._buffer)

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision import observed_row as row
-from palpate.runtime.supervision.bounds import Bound, Bounds, Measure, rotation_error
+from palpate.runtime.supervision.bounds import Bound, BoundChecks, Measure, rotation_error
 from palpate.runtime.supervision.finding import Cause, Violation
 from palpate.runtime.supervision.observed_row import RowLayout, row_of
 from palpate.spatial import Vector
@@ -42,7 +42,7 @@ class Bounded(Condition, Protocol):
 def broken_by_bounds(condition: Bounded, now: Observation, before: Observation | None) -> Violation | None:
     """Return what is wrong by a condition's bounds, if anything."""
     given = row_of(now, before)
-    bounds = Bounds([condition.bounds(given.layout) or ()])
+    bounds = BoundChecks([condition.bounds(given.layout) or ()])
     return bounds.broken(0, given.values, now, before, before is not None)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.runtime.supervision.bounds import Bounds
+from palpate.runtime.supervision.bounds import BoundChecks
 from palpate.runtime.supervision.command_watch import CommandWatch
 from palpate.runtime.supervision.comparisons import (
     DIRECTIONS,
@@ -50,7 +50,7 @@ class GuardWatch:
         self._row, self.seen, self._take, self._finger = row, row.values, row.take, layout.finger(0)
         declared = [each.bounds(layout) if isinstance(each, Bounded) else None for each in self._conditions]
         self.others = tuple(i for i, bounds in enumerate(declared) if bounds is None)
-        self._bounds = Bounds([bounds or () for bounds in declared])
+        self._bounds = BoundChecks([bounds or () for bounds in declared])
         judged, compared = compiled_comparisons()
         self._judge = partial(judged, self._bounds.places, self._bounds.limits, self.seen)
         self._compare = partial(compared, self.seen)
