@@ -49,7 +49,7 @@ def contact() -> Iterator[Figure]:
     ):
         yield Figure(name, found.single[method].spread[1], "", "", means)
     batch = found.batch[PALPATE.name].spread[1]
-    yield Figure("batch_copy", batch, "", "1", "1e6 contacts over a copy of as many bytes")
+    yield Figure("batch_copy", batch, "", "", "1e6 contacts over a copy of as many bytes")
 
 
 def exploration() -> Iterator[Figure]:

@@ -10,7 +10,7 @@ from palpate.experiments.regulate.report import series_of
 from palpate.experiments.regulate.result import write_forces
 from palpate.experiments.regulate.words import outcome
 from palpate.runtime.live import LONGEST_ELAPSED, ScheduledChanges, live_parameters_of
-from palpate.runtime.log import Change, LogWriter
+from palpate.runtime.log import Change, LogWriter, log_writer
 from support.regulate_runs import REGULATE, planned
 
 PROFILES = {
@@ -33,6 +33,7 @@ def short_of_memory(monkeypatch):
     monkeypatch.setattr(recorded_run, "BESIDE_A_LOG", 300)
     monkeypatch.setattr(recorded_periods, "MOST_PERIODS", 500)
     monkeypatch.setattr(recorded_periods, "AT_ONCE", 700)
+    monkeypatch.setattr(log_writer, "LARGEST_CHUNK", 2**17)
 
 
 @pytest.mark.parametrize("name", PROFILES)

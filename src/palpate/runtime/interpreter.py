@@ -22,6 +22,10 @@ from contextlib import ExitStack, contextmanager
 SWITCH_INTERVAL = 5e-5
 """How long another thread may go on once the loop is ready to run [s]; Python's own is 5e-3. Where from: above."""
 
+SIMULATED_INTERVAL = 5e-4
+"""The same where nothing waits for a deadline [s]: a simulation that records takes two thirds of the time that it
+takes with the other, by which it hands over to the log's writer at every call that lets go of Python's lock."""
+
 _ROUNDING = 5e-7
 """Python cuts the interval off to whole microseconds: without half of one more [s], what it says is not what it
 was set, and every run would take one off."""
@@ -49,11 +53,12 @@ class _Interpreter:
         self._runs = 0
         self._put_back = ExitStack()
 
-    def enter(self) -> None:
+    def enter(self, interval: float) -> None:
         with self._lock:
             self._runs += 1
             if self._runs == 1:
                 self._keep_out()
+            sys.setswitchinterval(min(sys.getswitchinterval(), interval) + _ROUNDING)
 
     def leave(self) -> None:
         with self._lock:
@@ -64,7 +69,6 @@ class _Interpreter:
     def _keep_out(self) -> None:
         interval = sys.getswitchinterval()
         self._put_back.callback(sys.setswitchinterval, interval + _ROUNDING)
-        sys.setswitchinterval(min(interval, SWITCH_INTERVAL) + _ROUNDING)
         young, middle, full = gc.get_threshold()  # young: 0 means off, and stays so
         self._put_back.callback(gc.set_threshold, young, middle, full)
         gc.set_threshold(min(young, _SMALL), min(middle, _MIDDLE), _NEVER)
@@ -77,14 +81,18 @@ _interpreter = _Interpreter()
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def undisturbed(interval: float = SWITCH_INTERVAL) -> Iterator[None]:
     """Have no full garbage collections, and get Python back quickly from other threads.
 
     Once the last of those who asked for it has ended, all is as it was before the first. Takes microseconds, may
     be nested or overlap, and leaves a collector that is off alone. All that exists at the start is frozen, so that
     not even a collection that somebody asks for has to look at it.
+
+    Args:
+        interval: How long another thread may go on once the loop is ready to run [s]; the least of all who ask
+            counts.
     """
-    _interpreter.enter()
+    _interpreter.enter(interval)
     try:
         yield
     finally:

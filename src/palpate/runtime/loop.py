@@ -9,10 +9,10 @@ from palpate.errors import InvalidValueError, positive, shown
 from palpate.interruption import StopRequest, stop_requests
 from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.following import CommandedMotion, FollowingMaker
-from palpate.runtime.interpreter import undisturbed
+from palpate.runtime.interpreter import SIMULATED_INTERVAL, SWITCH_INTERVAL, undisturbed
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
-from palpate.runtime.pacing import Punctuality
+from palpate.runtime.pacing import Punctuality, SimulatedTime
 from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.rest import REST, WATCHDOG, ArmSource, RestState, RobotRest
 from palpate.runtime.result import Ending, RunResult
@@ -83,7 +83,8 @@ def run(
         one = _Run(backend, touch, controller, supervisor, recorder, live, observers, following, stop)
         try:
             one.begin()
-            with undisturbed():
+            simulated = isinstance(backend.pacer, SimulatedTime)
+            with undisturbed(SIMULATED_INTERVAL if simulated else SWITCH_INTERVAL):
                 one.go_on(round(duration / backend.period))
         finally:
             one.end()

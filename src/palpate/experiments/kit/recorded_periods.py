@@ -111,7 +111,7 @@ class RecordedPeriods:
         with LogReader(self.log) as reader:
             held: list[FloatArray] = []
             for piece in reader.pieces():
-                if sum(map(len, held)) + len(piece.values) > AT_ONCE:
+                if held and sum(map(len, held)) + len(piece.values) > AT_ONCE:
                     yield Periods(reader.codec, np.concatenate(held))
                     held = []
                 held.append(piece.values)

@@ -6,6 +6,7 @@ from array import array
 from bisect import bisect_right
 from collections.abc import Mapping
 from pathlib import Path
+from time import monotonic
 from types import MappingProxyType
 
 from palpate.errors import InvalidValueError
@@ -34,6 +35,13 @@ LARGEST_ATTACHMENT = 2**24
 LARGEST_CHUNK = 2**20
 """Bytes of rows from which a chunk takes no more. It grows so large only where blocks come faster than the
 interpreter's lock: in simulations that do not wait."""
+
+GATHERING = 0.3
+"""[s] for which blocks gather where they come much faster than from a robot: in simulations that do not wait. What
+is written meanwhile holds the loop up, for two threads then want the interpreter's lock all the time."""
+
+FASTEST_PACE = 0.1
+"""[s] from chunk to chunk: a block that comes sooner is of such a simulation. A robot's take 0.2 s."""
 
 CLOSING_TIME = 10.0
 """How long `close` waits for the disk [s]."""
@@ -87,6 +95,7 @@ class LogWriter:
         self._row_bytes = 1
         self._time = 0.0  # of the last period written
         self._closing = False
+        self._hurry, self._begun, self._closing_asked = threading.Event(), 0.0, False
 
     def start(self, heading: Heading) -> None:
         """Make the file, write what it begins with, and start the thread.
@@ -116,6 +125,8 @@ class LogWriter:
         if self._problem is None and self._put - self._taken + size <= self._backlog:
             self._put += size
             self._queue.put(rows)
+            if self._put - self._taken > self._backlog // 4:
+                self._hurry.set()
 
     def entry(self, entry: Entry) -> None:
         """See `Sink`."""
@@ -130,6 +141,8 @@ class LogWriter:
         thread = self._thread
         if thread is not None:
             self._queue.put(None)
+            self._closing_asked = True
+            self._hurry.set()
             thread.join(self._closing_time)
         written, problem = self._written, self._problem
         lost = self._offered - written
@@ -183,6 +196,8 @@ class LogWriter:
         size = 0
         while not self._closing and size < LARGEST_CHUNK and not (segments and self._queue.empty()):
             segment = self._queue.get()
+            if not segments:
+                self._gather()
             if segment is None:
                 self._closing = True
             else:
@@ -190,6 +205,14 @@ class LogWriter:
                 size += _cost(segment)
         self._taken += size
         return segments
+
+    def _gather(self) -> None:
+        """Wait for more where blocks come much faster than from a robot, but for what has waited already."""
+        if self._queue.empty() and monotonic() - self._begun < FASTEST_PACE:
+            self._hurry.wait(GATHERING)
+            if not self._closing_asked:
+                self._hurry.clear()
+        self._begun = monotonic()
 
     def _finish(self, file: LogFile, builder: McapBuilder, codec: PeriodCodec) -> None:
         lost = self._offered - self._written
