@@ -131,8 +131,7 @@ class MujocoBackend(Closing):
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
-            for placer in self._placers:
-                placer.place()
+            self._place()
             friction.advance()
         sample = self._sample(data.time - self._time_step)
         check_converged(self._readings_now, data.time)

@@ -88,7 +88,7 @@ class ArmCarrierDrive:
 
     def __init__(self, drive: ArmDrive) -> None:
         """Take the arm's own drive."""
-        self._drive = drive
+        self._drive, self._joints = drive, len(drive.reference.joint_reference)
 
     def start(self) -> None:
         """See `Drive`."""
@@ -104,8 +104,7 @@ class ArmCarrierDrive:
 
     def sample(self, time: float, readings: list[float], force: Vector | None = None) -> ArmSample:
         """See `Drive`."""
-        s = readings
-        n = len(self._drive.reference.joint_reference)
+        s, n = readings, self._joints
         rotation, angular_velocity = read_turning(s[-TURNING_SENSORS - n : -n])
         joints = tuple(s[-n:])
         force = None if force is None else rotate(rotation, force)
