@@ -6,13 +6,14 @@ OUT    ?= runs/demo
 PARTS  ?= 8
 MOMENTS ?= 10
 SEED   ?= 0
+BASE   ?= HEAD
 PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 
 # Hundreds of short processes run in tests: what Python compiles of their sources is kept.
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms faults bench figures pictures clean
+.PHONY: help demo test test-all golden golden-compare test-part test-pythons check format api docs build platforms faults bench figures pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -34,6 +35,12 @@ test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too (
 test-part: $(VENV)/.test $(VENV)/.kernels  ## Run one of PARTS parts of the long tests: another with every commit
 	@echo "Part $(PART) of $(PARTS) of the long tests: all of them run every $(PARTS) commits"
 	$(BIN)/python -m pytest -m slow --part $(PART)/$(PARTS) -n auto --dist loadgroup
+
+golden: $(VENV)/.test $(VENV)/.kernels  ## Make tests/golden/golden.json anew: metrics and commands of the golden runs
+	$(BIN)/python tests/golden write
+
+golden-compare: $(VENV)/.test $(VENV)/.kernels  ## Compare every command of the golden runs with those of the commit BASE
+	$(BIN)/python tests/golden compare $(BASE)
 
 test-pythons: $(VENV)/.test  ## Run demo and tests on every other CPython that is installed
 	$(BIN)/python tests/install/every_python.py

@@ -170,7 +170,8 @@ class TipPlan(PlanDefaults):
         planned = _in_turns(self.known.telling(left, fit), len(self.known.targets))
         approach = Approach(fit.unknowns.tip, found_targets(fit), KNOWN_AFTER, self.config.forces)
         steps = approach.steps(planned)
-        limits = workspace_of(self.robot.file.limits, self.limits, steps)
+        # with the places of the first touches, between which the robot starts again
+        limits = workspace_of(self.robot.file.limits, self.limits, (*self.steps, *steps))
         parameters = replace(self.parameters, search_distance=approach.search_distance)
         return replace(
             self,
