@@ -53,7 +53,7 @@ def test_a_run_gives_the_metrics_and_commands_that_are_kept(run):
     assert differences(found, KEPT[run.name]) == {}, f"digest of all commands: {same}"
 
 
-def test_a_force_gain_that_is_one_percent_off_turns_runs_with_force_control_red_and_no_other(monkeypatch):
+def test_a_gain_of_explorations_that_is_one_percent_off_turns_them_red_and_no_other_run(monkeypatch):
     monkeypatch.setattr(gains.force_gain, "__defaults__", (1.01 * gains.LOOP_GAIN,))
     for start, red in (
         ("regulate: step", True),
