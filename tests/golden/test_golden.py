@@ -55,11 +55,8 @@ def test_a_run_gives_the_metrics_and_commands_that_are_kept(run):
 
 def test_a_gain_of_explorations_that_is_one_percent_off_turns_them_red_and_no_other_run(monkeypatch):
     monkeypatch.setattr(gains.force_gain, "__defaults__", (1.01 * gains.LOOP_GAIN,))
-    for start, red in (
-        ("regulate: step", True),
-        ("explore: level contour", True),
-        ("grasp: two fingers, ramp, spin", False),
-    ):
+    expected = {"explore: level contour": True, "regulate: step": False, "grasp: two fingers, ramp, spin": False}
+    for start, red in expected.items():
         run = next(run for run in GOLDEN_RUNS if run.name.startswith(start))
         different = differences(carried_out(run)[0], KEPT[run.name])
         assert any(key.startswith("period") for key in different) is red, run.name
