@@ -45,7 +45,7 @@ golden-compare: $(VENV)/.test $(VENV)/.kernels  ## Compare every command of the 
 test-pythons: $(VENV)/.test  ## Run demo and tests on every other CPython that is installed
 	$(BIN)/python tests/install/every_python.py
 
-check: $(VENV)/.check  ## Lint, check formatting, types, the direction of imports and the pages of docs/api
+check: $(VENV)/.check  ## Lint, check formatting, types, the direction of imports and the list of public names
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -59,7 +59,7 @@ format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-api: $(VENV)/.test  ## Make the pages of docs/api and docs/faults.md anew, from the docstrings and the table
+api: $(VENV)/.test  ## Make docs/public-names.md and docs/faults.md anew, from the docstrings and the table
 	$(BIN)/python docs/make_api.py
 	$(BIN)/python docs/make_faults.py
 

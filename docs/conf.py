@@ -11,8 +11,10 @@ from palpate import __version__
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE / "extensions")]
 
+import make_api  # noqa: E402
 from example_pages import write_pages  # noqa: E402
 
+make_api.write_pages()
 write_pages(HERE.parent / "examples", HERE / "examples")
 
 project = "palpate"

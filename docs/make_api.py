@@ -1,11 +1,12 @@
-"""The pages of `docs/api`: what each public module offers, from its docstrings, as plain Markdown.
+"""Pages of the public names: `docs/api`, with every docstring, and `docs/public-names.md`, a line for each name.
 
-    python docs/make_api.py           # write the pages: `make api`
-    python docs/make_api.py --check   # exit code 1 if one is not what the source says now: `make check`
+    python docs/make_api.py           # write docs/public-names.md: `make api`
+    python docs/make_api.py --check   # exit code 1 if it is not what the source says now: `make check`
 
+`docs/conf.py` writes the pages of `docs/api` at every build of the site; they are not kept in version control.
 Signatures are those of the source, not of the objects: no page depends on a version or a machine. A name that
 several modules offer is explained once, nearest to where it is defined. Docstrings are plain text with code in
-backticks; their sections (`Args:` and so on) become lists, and lines that are set in stand as they are: formulas.
+backticks; their sections (`Args:` and so on) become lists, and indented lines stand as they are: formulas.
 """
 
 import ast
@@ -186,8 +187,15 @@ finger, and a normal points out of the fingertip into the object ([conventions](
 """
 
 FOLDER = Path(__file__).parent / "api"
-COMMAND = "python docs/make_api.py"
+LIST = Path(__file__).parent / "public-names.md"
+COMMAND = "make api"
 MADE = f"<!-- Made from docstrings: edit those, then run `{COMMAND}`. -->"
+
+LIST_INTRODUCTION = """# Public names
+
+Every public name by its module, with the first sentence of its docstring. The site (`make docs`) has the whole of
+each: signature, arguments, units and errors.
+"""
 
 LONGEST_DEFAULT = 40
 """Characters of a default value that is shown; `...` stands for a longer one."""
@@ -404,22 +412,44 @@ def pages() -> dict[str, str]:
     return {name: "\n\n".join(filter(None, parts)) + "\n" for name, parts in made.items()}
 
 
-def main(arguments: list[str]) -> int:
-    """Write the pages, or with `--check` only name those that are stale; return the exit code."""
+def write_pages(folder: Path = FOLDER) -> None:
+    """Write the pages of the API into a folder; a page that is already right is not touched."""
+    folder.mkdir(exist_ok=True)
     texts = pages()
-    stale = [
-        path
-        for path in sorted({*FOLDER.glob("*.md"), *(FOLDER / name for name in texts)})
-        if not path.exists() or path.read_text(encoding="utf-8") != texts.get(path.name)
-    ]
-    for path in stale:
-        if arguments == ["--check"]:
-            print(f"docs/api/{path.name} is not what the source says: run `{COMMAND}`", file=sys.stderr)
-        elif path.name in texts:
-            path.write_text(texts[path.name], encoding="utf-8")
-        else:
-            path.unlink()
-    return int(arguments == ["--check"] and bool(stale))
+    for path in {*folder.glob("*.md")} - {folder / name for name in texts}:
+        path.unlink()
+    for name, text in texts.items():
+        page = folder / name
+        if not page.exists() or page.read_text(encoding="utf-8") != text:
+            page.write_text(text, encoding="utf-8")
+
+
+def public_names() -> str:
+    """Return the text of `docs/public-names.md`."""
+    parts = [MADE, LIST_INTRODUCTION.strip()]
+    for module in (each for page in PAGES.values() for each in page.modules):
+        lines = [_line(module, name) for name in names_of(module) if explained_in(module, name) == module]
+        parts += [f"## {module}", "\n".join(lines)] if lines else []
+    return "\n\n".join(parts) + "\n"
+
+
+def _line(module: str, name: str) -> str:
+    home, there = origin(module, name)
+    _, said = contents(tree_of(home))[there]
+    sentence = re.split(r"(?<=[.:])\s", " ".join(said.split("\n\n")[0].split()))[0].rstrip(":")
+    return f"- `{name}`: {re.sub(r'<(?=[A-Za-z/!])', chr(92) + '<', sentence)}" if sentence else f"- `{name}`"
+
+
+def main(arguments: list[str]) -> int:
+    """Write the list of names, or with `--check` only say that it is stale; return the exit code."""
+    text = public_names()
+    if LIST.exists() and LIST.read_text(encoding="utf-8") == text:
+        return 0
+    if arguments == ["--check"]:
+        print(f"docs/{LIST.name} differs from the source: run `{COMMAND}`", file=sys.stderr)
+        return 1
+    LIST.write_text(text, encoding="utf-8")
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The pages of `docs/api`: every public name is on them, once, and a stale page does not go unnoticed."""
+"""Public names: each is explained once on the pages of the API, and stands in the list that is kept."""
 
 import importlib.util
 import pkgutil
@@ -122,19 +122,19 @@ And this."""
     ]  # fmt: skip
 
 
-def test_the_pages_are_fresh_and_a_stale_one_is_named_and_renewed(maker, texts, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(maker, "pages", lambda: texts)
+def test_the_list_of_names_is_fresh_and_a_stale_one_is_reported_and_renewed(maker, tmp_path, monkeypatch, capsys):
     assert maker.main(["--check"]) == 0, capsys.readouterr().err
-    monkeypatch.setattr(maker, "FOLDER", tmp_path)
-    assert maker.main([]) == 0
-    assert maker.main(["--check"]) == 0
-    (tmp_path / "contact.md").write_text(texts["contact.md"].replace("hemisphere", "sphere"), encoding="utf-8")
-    (tmp_path / "gone.md").write_text("# Gone\n", encoding="utf-8")
-    (tmp_path / "log.md").unlink()
+    text = maker.LIST.read_text(encoding="utf-8")
+    for name in palpate.__all__:
+        assert f"- `{name}`" in text
+    monkeypatch.setattr(maker, "LIST", tmp_path / "public-names.md")
     assert maker.main(["--check"]) == 1
-    said = capsys.readouterr().err.splitlines()
-    assert [line.split()[0] for line in said] == [f"docs/api/{name}.md" for name in ("contact", "gone", "log")]
-    assert all("python docs/make_api.py" in line for line in said)
-    assert maker.main([]) == 0
-    assert maker.main(["--check"]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == set(texts)
+    assert "make api" in capsys.readouterr().err
+    assert maker.main([]) == maker.main(["--check"]) == 0
+    assert maker.LIST.read_text(encoding="utf-8") == text
+
+
+def test_pages_of_the_api_are_written_and_superfluous_ones_removed(maker, texts, tmp_path):
+    (tmp_path / "gone.md").write_text("# Gone\n", encoding="utf-8")
+    maker.write_pages(tmp_path)
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == texts

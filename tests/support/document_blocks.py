@@ -53,8 +53,8 @@ def documents() -> list[Path]:
 
 
 def pages() -> list[Path]:
-    """The pages of docs that people write; those of examples are made of the scripts."""
-    return sorted(page for page in DOCS.rglob("*.md") if page.parent != DOCS / "examples")
+    """Pages of docs in version control; those of examples and of the API are made by the build."""
+    return sorted(page for page in DOCS.rglob("*.md") if page.parent not in (DOCS / "examples", DOCS / "api"))
 
 
 def name_of(document: Path) -> str:
