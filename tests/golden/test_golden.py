@@ -15,6 +15,13 @@ KEPT = json.loads(FILE.read_text())
 METRIC_TOLERANCE = 1e-6
 """Relative difference of a metric that linear algebra and libm of another processor may make."""
 
+MAP_TOLERANCE = 1e-3
+"""Relative difference of a metric of a map: the likelihood is flat about its length scale, and the search for it
+ends elsewhere with another library of linear algebra (measured 2e-4 with the kernels of older processors)."""
+
+ENDING_TOLERANCE = 1.5e-3
+"""Difference of the duration [s]: a threshold is passed one period earlier or later."""
+
 COMMAND_TOLERANCE = 1e-9
 """Difference of a command between processors [m/s, rad/s, N]."""
 
@@ -30,7 +37,7 @@ def differences(found, kept):
     different |= {
         key: (metrics.get(key), expected.get(key))
         for key in {*metrics, *expected}
-        if not _alike(metrics.get(key), expected.get(key))
+        if not _alike(key, metrics.get(key), expected.get(key))
     }
     for row, command in zip(found["commands"], kept["commands"], strict=True):
         if row[:2] != command[:2] or row[2:] != pytest.approx(command[2:], rel=0.0, abs=COMMAND_TOLERANCE):
@@ -38,10 +45,12 @@ def differences(found, kept):
     return different
 
 
-def _alike(value, expected):
-    if isinstance(value, float) and isinstance(expected, float):
-        return math.isclose(value, expected, rel_tol=METRIC_TOLERANCE, abs_tol=1e-12)
-    return value == expected
+def _alike(key, value, expected):
+    if not (isinstance(value, float) and isinstance(expected, float)):
+        return value == expected
+    relative = MAP_TOLERANCE if key.startswith("map_") else METRIC_TOLERANCE
+    absolute = ENDING_TOLERANCE if key == "simulated_s" else 1e-12
+    return math.isclose(value, expected, rel_tol=relative, abs_tol=absolute)
 
 
 @pytest.mark.parametrize(
