@@ -13,7 +13,7 @@ PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all golden golden-compare test-part test-pythons check format api docs build platforms faults bench figures pictures clean
+.PHONY: help demo test test-all mutants golden golden-compare test-part test-pythons check format api docs build platforms faults bench figures pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -35,6 +35,9 @@ test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too (
 test-part: $(VENV)/.test $(VENV)/.kernels  ## Run one of PARTS parts of the long tests: another with every commit
 	@echo "Part $(PART) of $(PARTS) of the long tests: all of them run every $(PARTS) commits"
 	$(BIN)/python -m pytest -m slow --part $(PART)/$(PARTS) -n auto --dist loadgroup
+
+mutants: $(VENV)/.test $(VENV)/.kernels  ## Make 300 small faults in the package and count those that the tests detect: an hour
+	$(BIN)/python tests/mutants run
 
 golden: $(VENV)/.test $(VENV)/.kernels  ## Make tests/golden/golden.json anew: metrics and commands of the golden runs
 	$(BIN)/python tests/golden write
