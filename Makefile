@@ -3,17 +3,15 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OUT    ?= runs/demo
-PARTS  ?= 8
 MOMENTS ?= 10
 SEED   ?= 0
 BASE   ?= HEAD
-PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 
 # Hundreds of short processes run in tests: what Python compiles of their sources is kept.
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all mutants golden golden-compare test-part test-pythons check format api docs build platforms faults bench figures pictures clean
+.PHONY: help demo test test-all mutants golden golden-compare test-pythons check format api docs build platforms faults bench figures pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -26,15 +24,11 @@ help:  ## Show this list
 demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and write a report to runs/demo
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.025 --force-noise 0.01 --moment-noise 1e-4 --out $(OUT)
 
-test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests
+test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests: at most 3 minutes on two cores
 	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
 
-test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too (fuzzing at full length)
+test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too: at most 30 minutes on two cores
 	$(BIN)/python -m pytest -n auto --dist loadgroup
-
-test-part: $(VENV)/.test $(VENV)/.kernels  ## Run one of PARTS parts of the long tests: another with every commit
-	@echo "Part $(PART) of $(PARTS) of the long tests: all of them run every $(PARTS) commits"
-	$(BIN)/python -m pytest -m slow --part $(PART)/$(PARTS) -n auto --dist loadgroup
 
 mutants: $(VENV)/.test $(VENV)/.kernels  ## Make 300 small faults in the package and count those that the tests detect: an hour
 	$(BIN)/python tests/mutants run

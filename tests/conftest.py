@@ -4,7 +4,6 @@ import os
 import signal
 import sys
 from pathlib import Path
-from zlib import crc32
 
 import pytest
 from hypothesis import settings
@@ -37,25 +36,14 @@ def pytest_runtest_setup():
     forget()
 
 
-def pytest_addoption(parser):
-    parser.addoption(
-        "--part", metavar="K/N", help="of the slow tests only the K-th of N parts: CI runs one a time"
-    )
-
-
 @pytest.hookimpl(tryfirst=True)  # before xdist looks for groups
-def pytest_collection_modifyitems(config, items):
-    """Take a part, if one is asked for; say what runs in one worker (`--dist loadgroup`).
+def pytest_collection_modifyitems(items):
+    """Mark groups of tests that run in one worker (`--dist loadgroup`).
 
-    All tests of a file, so that they share their runs; and all of devices on wires, one after the other: two at a
-    time would share ports and processors.
+    The tests of a file are a group, so that they share their runs. All tests of devices on wires are one group: two
+    at a time would share ports and processors.
     """
     for item in items:
         if item.get_closest_marker("xdist_group") is None:
             group = "wire" if WIRE in item.path.parents else item.location[0]
             item.add_marker(pytest.mark.xdist_group(group))
-    if part := config.getoption("part"):
-        k, n = map(int, part.split("/"))
-        taken = [item for item in items if crc32(f"{item.location[0]}::{item.originalname}".encode()) % n == k % n]
-        config.hook.pytest_deselected(items=list(set(items) - set(taken)))
-        items[:] = taken
