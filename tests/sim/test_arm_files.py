@@ -273,11 +273,6 @@ def test_what_is_no_arm_is_refused_in_one_line(what, tmp_path):
     assert ";" in line
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(InvalidValueError, match=r"arm\.xml: cannot be opened: .*; give"):
-        ArmFile(tmp_path / "arm.xml", "flange").read()
-
-
 def test_a_urdf_with_a_loop_or_without_limits_is_refused(tmp_path):
     text = (ARMS / "xarm6.urdf").read_text()
     loop = text.replace(
@@ -293,15 +288,6 @@ def test_a_urdf_with_a_loop_or_without_limits_is_refused(tmp_path):
     ):
         with pytest.raises(InvalidValueError, match=message):
             written(tmp_path, bad, "arm.urdf").read()
-
-
-def test_what_cannot_be_mounted_is_refused():
-    with pytest.raises(InvalidValueError, match="bandwidth"):
-        ServoedArm(own_arm("panda.xml"), bandwidth=0.0)
-    with pytest.raises(InvalidValueError, match="joint_start, joint 4"):
-        ServoedArm(own_arm("panda.xml")).add_to(mujoco.MjSpec(), (0.0,) * 7)
-    with pytest.raises(InvalidValueError, match="home, joint 2"):
-        ArmFile(ARMS / "panda.xml", "flange", home=(0.0, 9.0, 0.0, -1.0, 0.0, 0.0, 0.0)).read()
 
 
 def test_an_arm_on_a_mobile_base_with_a_hand_is_read_from_its_root_to_its_flange(tmp_path):

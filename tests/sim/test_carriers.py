@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command
 from palpate.sim import (
     ArmCarrier,
@@ -18,7 +17,7 @@ from palpate.sim import (
     white_noise,
 )
 from palpate.sim.friction.law import FrictionLaw
-from palpate.spatial import IDENTITY, ZERO
+from palpate.spatial import IDENTITY
 from palpate.surfaces import Sphere
 
 TIP = Tip(Sphere(0.008))
@@ -35,17 +34,6 @@ def backend_of(carrier, height=0.0485, target=None, noise=NOISE, friction=None):
         TIP, target or SphereObject(0.04), ContactLaw(), (0.0, 0.0, height), carrier, friction=friction
     )
     return MujocoBackend(scene, sensor=noise)
-
-
-def wander(backend, first, count):
-    """Press, and move about; turn what can turn."""
-    turns = not isinstance(backend.scene.carrier, Stage)
-    samples = []
-    for i in range(first, first + count):
-        turn = (0.3 * np.sin(0.02 * i), -0.2, 0.4) if turns else ZERO
-        velocity = (0.02 * np.sin(0.03 * i), 0.01, -0.005)
-        samples.append(backend.step(Command(velocity, angular_velocity_base_tip=turn)))
-    return samples
 
 
 @carriers
@@ -96,53 +84,9 @@ def test_its_sensor_feels_what_truly_happens_at_the_contact(carrier, friction):
     assert rotation @ felt == pytest.approx(truth.force, abs=1e-3 * np.linalg.norm(truth.force))
 
 
-@pytest.mark.slow
-@carriers
-@frictions
-def test_the_same_run_again_bit_for_bit_also_from_a_snapshot(carrier, friction):
-    backend = backend_of(carrier, friction=friction)
-    backend.start()
-    wander(backend, 0, 1100)  # past a block of drawn noise
-    state = backend.snapshot()
-    on, truth = wander(backend, 1100, 300), backend.truth()
-    backend.restore(state)
-    assert wander(backend, 1100, 300) == on
-    assert backend.truth() == truth
-    other = backend_of(carrier, friction=friction)
-    other.start()
-    other.restore(state)
-    assert wander(other, 1100, 300) == on
-    backend.start()
-    wander(backend, 0, 1100)
-    assert wander(backend, 1100, 300) == on
-
-
-@carriers
-def test_a_snapshot_is_not_changed_by_going_on(carrier):
-    backend = backend_of(carrier)
-    backend.start()
-    state = backend.snapshot()
-    kept = state.simulation.copy()
-    wander(backend, 0, 50)
-    assert np.array_equal(state.simulation, kept)
-
-
-def test_a_moment_of_another_scene_is_refused():
-    stage, arm = (backend_of(CARRIERS[name]) for name in ("stage", "arm"))
-    stage.start()
-    arm.start()
-    with pytest.raises(InvalidValueError, match="take one of this scene"):
-        arm.restore(stage.snapshot())
-
-
 def test_the_arm_tells_its_joints_and_keeps_to_their_speed():
     backend = backend_of(CARRIERS["arm"], height=0.1, noise=None)
     samples = [backend.start(), *(backend.step(Command((0.0, 0.25, 0.1))) for _ in range(300))]
     joints = np.array([sample.arm.joint_position for sample in samples])
     assert joints.shape == (301, 6)
     assert np.abs(np.diff(joints, axis=0)).max() < np.pi * 1e-3
-
-
-def test_a_start_out_of_reach_is_refused():
-    with pytest.raises(InvalidValueError, match="reach"):
-        build_scene(TIP, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 2.0), ArmCarrier())

@@ -2,12 +2,10 @@
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics.servo_model import PULSE
 from palpate.runtime.data import Command
 from palpate.runtime.touch import Finger, Touch
@@ -38,55 +36,12 @@ def run(backend, periods=2200, first=0):
     return [backend.step(command(i, fingers)) for i in range(first, first + periods)]
 
 
-@pytest.mark.slow
-@SCENES
-def test_the_same_seed_gives_the_same_run_also_when_started_again(scene):
-    one, other = (
-        HandBackend(scene, sensor=replace(NOISY, seed=3)),
-        HandBackend(scene, sensor=replace(NOISY, seed=3)),
-    )
-    first = [one.start(), *run(one)]
-    assert [other.start(), *run(other)] == first
-    assert [one.start(), *run(one)] == first
-    another = HandBackend(scene, sensor=replace(NOISY, seed=4))
-    assert [another.start(), *run(another)] != first
-
-
 def test_fingers_do_not_share_their_noise():
     backend = HandBackend(TWO, sensor=NOISY)
     backend.start()
     samples = [backend.step(Command()) for _ in range(500)]
     noise = np.array([[wrench.wrench[0] for wrench in sample.wrenches] for sample in samples])
     assert abs(np.corrcoef(noise.T)[0, 1]) < 0.2
-
-
-@pytest.mark.slow
-@SCENES
-@pytest.mark.parametrize("at", [1, 900, 1601])
-@pytest.mark.parametrize("sensor", [None, NOISY], ids=["perfect", "noisy"])
-def test_a_run_goes_on_from_a_snapshot_bit_for_bit(scene, at, sensor):
-    backend = HandBackend(scene, sensor=sensor)
-    backend.start()
-    run(backend, at)
-    state, truth = backend.snapshot(), backend.truth()
-    after, truth_after = run(backend, 600, at), backend.truth()
-    backend.restore(state)
-    assert backend.truth() == truth
-    assert run(backend, 600, at) == after
-    assert backend.truth() == truth_after
-    fresh = HandBackend(scene, sensor=sensor)
-    fresh.start()
-    run(fresh, 37)
-    fresh.restore(state)
-    assert run(fresh, 600, at) == after
-
-
-def test_a_snapshot_of_another_scene_is_refused():
-    two, three = HandBackend(TWO), HandBackend(THREE)
-    two.start()
-    three.start()
-    with pytest.raises(InvalidValueError, match="same scene"):
-        three.restore(two.snapshot())
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])
@@ -162,31 +117,6 @@ def test_the_lift_follows_a_ramp_with_the_lag_of_its_servo():
     rise = sample.arm.position_base_tip[2] - start
     assert 0.02 * sample.time - rise == pytest.approx(0.02 * 2.0 / LIFT.bandwidth, abs=5e-5)
     assert sample.arm.velocity_base_tip == pytest.approx((0.0, 0.0, 0.02), abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("scene", "velocity", "can"),
-    [(TWO, (0.01, 0.0, 0.0), "z only"), (TWO, (0.0, -0.01, 0.0), "z only"), (FIXED, (0.0, 0.0, 0.01), "nothing")],
-)
-def test_a_motion_that_the_carrier_cannot_do_is_refused(scene, velocity, can):
-    backend = HandBackend(scene)
-    backend.start()
-    with pytest.raises(InvalidValueError, match=can):
-        backend.step(Command(velocity))
-
-
-@pytest.mark.parametrize("force", [(1.0,), (1.0,) * 3, (-1.0, 1.0), (1.0, math.nan), (math.inf, 1.0)])
-def test_grip_forces_that_cannot_be_are_refused(force):
-    backend = HandBackend(TWO)
-    backend.start()
-    with pytest.raises(InvalidValueError, match="grip_force"):
-        backend.step(Command(grip_force=force))
-
-
-@pytest.mark.parametrize("period", [0.5e-3, 1.5e-3, 0.0, -1e-3, math.nan, math.inf])
-def test_a_period_that_is_no_whole_number_of_time_steps_is_refused(period):
-    with pytest.raises(InvalidValueError, match="period"):
-        HandBackend(TWO, period)
 
 
 @pytest.mark.parametrize("blow", [1e12, math.nan])

@@ -12,7 +12,7 @@ from palpate.kinematics.pose import Pose, rotvec_from_rotation, times, transpose
 from palpate.runtime.data import Command
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
-from palpate.sim import Box, Fidelity, Integrator, Lift, SphereObject, TurningStage, white_noise
+from palpate.sim import Box, Fidelity, Integrator, Lift, SphereObject, TurningStage
 from palpate.sim.fidelity import GRAVITY
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.texture import Grating
@@ -25,7 +25,6 @@ from palpate.spatial import cross, subtract
 BOX = Box((0.06, 0.05, 0.06))
 COULOMB = FrictionLaw(0.5, 0.5, spin_length=0.004, stiffness=5e3)
 RUBBER = FrictionLaw(0.6, 0.4, spin_length=0.003, load_exponent=0.3, norm_exponent=1.4, stiffness=5e3)
-NOISY = white_noise(0.01, 1e-4)
 
 
 def scene_of(law=COULOMB, hand=None, shape=BOX, mass=0.1, carrier=None, **more):
@@ -172,37 +171,6 @@ def test_a_held_box_that_turns_with_the_hand_comes_back_to_where_it_was():
     assert math.dist(after.position, before.position) < 20e-6
     turn = rotvec_from_rotation(times(after.rotation, transposed(before.rotation)))
     assert math.hypot(*turn) < 1e-3
-
-
-@pytest.mark.parametrize("texture", [None, Grating(0.01, 0.2, (0.0, 0.0, 1.0))], ids=["smooth", "grating"])
-@pytest.mark.parametrize("at", [1, 1300])
-def test_a_run_goes_on_from_a_snapshot_bit_for_bit(texture, at):
-    scene = scene_of(RUBBER, texture=texture)
-
-    def run(backend, first, count):
-        commands = (
-            Command((0.0, 0.0, 0.01 * math.sin(0.01 * i) if i > 1200 else 0.0), grip_force=(2.0, 2.0))
-            for i in range(first, first + count)
-        )
-        return [backend.step(command) for command in commands]
-
-    backend = HandBackend(scene, sensor=NOISY)
-    backend.start()
-    run(backend, 0, at)
-    state, truth = backend.snapshot(), backend.truth()
-    on, truth_after = run(backend, at, 300), backend.truth()
-    backend.restore(state)
-    assert backend.truth() == truth
-    assert run(backend, at, 300) == on
-    assert backend.truth() == truth_after
-    fresh = HandBackend(scene, sensor=NOISY)
-    fresh.start()
-    run(fresh, 0, 37)
-    fresh.restore(state)
-    assert run(fresh, at, 300) == on
-    backend.start()
-    run(backend, 0, at)
-    assert run(backend, at, 300) == on
 
 
 def test_texture_is_felt_where_the_fingers_are():

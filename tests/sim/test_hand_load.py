@@ -1,14 +1,11 @@
 """What pulls at a held object: what it is as a function of time, that it acts as told, and that runs repeat."""
 
-import math
-
 import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command
 from palpate.sim import Box, Lift
 from palpate.sim.fidelity import GRAVITY
@@ -112,23 +109,6 @@ def test_it_acts_about_the_centre_of_mass_wherever_the_frame_is():
     assert drive.last == pytest.approx((0.0, 1.5, 0.0, 0.0, 0.0, 0.0))
 
 
-@SCENES
-def test_a_run_under_load_goes_on_from_a_snapshot_bit_for_bit(scene):
-    load = SumOfLoads((GROWING, ShakenLoad((0.0, 0.5, 0.0), 7.0, begin=1.0, point=(0.0, 0.0, 0.02))))
-    backend = gripped(scene, load, 5.0, 1250)
-    state, truth, pull = backend.snapshot(), backend.truth(), backend.pull
-    after, pull_after = [backend.step(Command()) for _ in range(300)], backend.pull
-    backend.restore(state)
-    assert (backend.truth(), backend.pull) == (truth, pull)
-    assert [backend.step(Command()) for _ in range(300)] == after
-    fresh = HandBackend(scene, load=load)
-    fresh.start()
-    fresh.restore(state)
-    assert fresh.pull == pull
-    assert [fresh.step(Command()) for _ in range(300)] == after
-    assert fresh.pull == pull_after
-
-
 def test_a_load_that_is_too_much_drops_the_object():
     """2 mu F bears 3.5 N of weight and load, not 13, gear friction (`Hand.grip_band`) included."""
     for most, falls in ((2.5, False), (12.0, True)):
@@ -136,34 +116,3 @@ def test_a_load_that_is_too_much_drops_the_object():
         for _ in range(600):
             backend.step(Command())
         assert (backend.truth().position[2] < 1e-3) == falls  # back on the table, or lifted
-
-
-def test_only_a_body_that_floats_freely_is_pulled_at():
-    model = mujoco.MjModel.from_xml_string(
-        """<mujoco><worldbody>
-        <body name="fixed"><geom size="0.01"/></body>
-        <body name="hinged"><joint type="hinge"/><geom size="0.01"/></body>
-        <body name="free"><freejoint/><geom size="0.01"/></body>
-        </worldbody></mujoco>"""
-    )
-    data = mujoco.MjData(model)
-    assert LoadDrive(GROWING, model, data, "free").last == NO_LOAD
-    for body in ("fixed", "hinged"):
-        with pytest.raises(InvalidValueError, match=f"body = '{body}'"):
-            LoadDrive(GROWING, model, data, body)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda: RampLoad((0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 1.0),
-        lambda: RampLoad((0.0, 0.0, math.nan), (0.0, 0.0, 0.0), 0.0, 1.0),
-        lambda: RampLoad((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), -1.0, 1.0),
-        lambda: RampLoad((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, math.inf),
-        lambda: ShakenLoad((0.0, 0.0, 1.0), 0.0),
-        lambda: ShakenLoad((0.0, 0.0, 1.0), 1.0, begin=2.0, end=1.0),
-    ],
-)
-def test_loads_that_cannot_be_are_refused(wrong):
-    with pytest.raises(InvalidValueError):
-        wrong()

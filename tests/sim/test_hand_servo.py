@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, XL330_M288, XM430_W210, ServoModel
 from palpate.sim.hand.servo import BRISTLE_STEP, Servo
 
@@ -170,19 +169,3 @@ def test_an_integral_does_not_wind_up_against_a_wall():
     shaft.servo.write_goals(-0.1, 0.5, 100.0)
     shaft.stalled(400)
     assert shaft.servo.current < 0.0
-
-
-@pytest.mark.parametrize("name", ["voltage", "stall_torque", "stall_current", "inertia", "current_unit", "mass"])
-def test_quantities_that_must_be_positive_are_refused_by_name(name):
-    with pytest.raises(InvalidValueError, match=name):
-        ServoModel(**{**{f: getattr(XM430_W210, f) for f in XM430_W210.__slots__}, name: 0.0})
-
-
-def test_friction_that_leaves_no_speed_is_refused():
-    with pytest.raises(InvalidValueError, match="no-load speed"):
-        ServoModel(**{**{f: getattr(XM430_W210, f) for f in XM430_W210.__slots__}, "viscous": 10.0})
-
-
-def test_a_time_step_too_long_for_the_back_emf_is_refused():
-    with pytest.raises(InvalidValueError, match="time_step"):
-        Servo(XM430_W210, 0.05)

@@ -148,23 +148,6 @@ def test_a_finger_that_neither_presses_nor_moves_returns_to_its_start(pinch):
     assert sample.hand.joint_position == pytest.approx(first.hand.joint_position, abs=1e-5)
 
 
-def test_a_run_goes_on_from_a_snapshot_bit_for_bit(pinch):
-    scene = build_grasp_scene(pinch, BALL, table=Table(-0.0251), palm=(0.0, 0.0, 0.08))
-
-    def run(backend, begin, count):
-        moving = [((0.005 * math.sin(0.01 * i), 0.0, 0.002), None, None) for i in range(begin, begin + count)]
-        return [backend.step(Command(grip_force=(0.0, 4.0, 4.0), finger_velocity=each)) for each in moving]
-
-    backend, fresh = HandBackend(scene), HandBackend(scene)
-    for each in (backend, fresh):
-        each.start()
-    run(backend, 0, 700)
-    state = backend.snapshot()
-    after = run(backend, 700, 300)
-    fresh.restore(state)
-    assert run(fresh, 700, 300) == after
-
-
 @pytest.mark.parametrize(
     "command",
     [

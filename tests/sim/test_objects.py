@@ -6,7 +6,6 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.sim import Box, CylinderObject, EllipsoidObject, SphereObject
 
 OBJECTS = [SphereObject(), EllipsoidObject(), Box(), CylinderObject()]
@@ -171,15 +170,3 @@ def test_the_top_is_on_the_surface_and_nothing_is_higher(target):
     above = np.random.default_rng(3).uniform(-0.2, 0.2, size=(500, 3))
     above[:, 2] = target.top + 1e-6 + np.abs(above[:, 2])
     assert np.all(target.signed_distance(above) > 0.0)
-
-
-@pytest.mark.parametrize("bad", [0.0, -0.01, float("nan"), float("inf")])
-def test_lengths_that_can_never_be_right_are_refused_by_name(bad):
-    with pytest.raises(InvalidValueError, match="radius"):
-        SphereObject(bad)
-    with pytest.raises(InvalidValueError, match=r"semi_axes\[1\]"):
-        EllipsoidObject((0.05, bad, 0.03))
-    with pytest.raises(InvalidValueError, match=r"size\[2\]"):
-        Box((0.05, 0.05, bad))
-    with pytest.raises(InvalidValueError, match="length"):
-        CylinderObject(0.03, bad)

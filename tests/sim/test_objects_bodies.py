@@ -15,7 +15,6 @@ from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
 from palpate.sim.objects.mesh_file import Triangles, read_triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine, TargetDrive
 from palpate.sim.objects.table import Table
-from palpate.sim.objects.torus import Torus
 
 TRIANGLES = {n: trimesh.creation.icosphere(subdivisions=n, radius=0.04) for n in (2, 3, 4)}
 DT = 0.5e-3
@@ -260,22 +259,3 @@ def test_a_mesh_that_is_not_convex_is_not_taken_for_its_hull():
     with pytest.raises(InvalidValueError, match=r"not convex.*TracedMesh"):
         ConvexMesh(triangles)
     assert TracedMesh(triangles).signed_distance(np.zeros((1, 3)))[0] == pytest.approx(0.018, rel=0.01)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: ObjectBody(Torus(), mount=Mount.FREE), "shape is a Torus: must be fixed"),
-        (lambda: ObjectBody(Torus()).inertia(), "Torus is fixed"),
-        (lambda: ObjectBody(Box(), mass=0.0), "mass"),
-        (lambda: ObjectBody(Box(), colour=(0.0, 2.0, 0.0, 1.0)), r"colour\[1\] = 2"),
-        (lambda: MovingTarget(Box(), []), "joints"),
-        (lambda: MovingTarget(Torus(), [DrivenJoint(JointKind.SLIDE, (1, 0, 0), Ramp(0.1))]), "shape is a Torus"),
-        (lambda: DrivenJoint(JointKind.SLIDE, (0, 0, 0), Ramp(0.1)), "axis"),
-        (lambda: Sine(0.0, 1.0), "amplitude"),
-        (lambda: Table(math.nan), "top"),
-    ],
-)
-def test_what_can_never_be_right_is_refused_by_name(make, message):
-    with pytest.raises(InvalidValueError, match=message):
-        make()

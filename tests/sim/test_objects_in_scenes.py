@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.sim import (
     Box,
@@ -216,38 +215,6 @@ def test_what_stands_still_is_where_it_was_put():
 
 # --- the same run again ---
 
-SCENES = {
-    "moving": lambda friction: MujocoBackend(
-        build_scene(TIP, about((0.0, 0.3, 1.0), Sine(0.1, 2.0, 0.5)), ContactLaw(), PRESSED, friction=friction)
-    ),
-    "free": lambda friction: pushing(friction=friction),
-}
-
-
-@pytest.mark.parametrize("friction", [None, FrictionLaw()], ids=["mujoco", "plant"])
-@pytest.mark.parametrize("kind", SCENES)
-def test_from_a_snapshot_all_is_bit_for_bit_as_it_was(kind, friction):
-    backend, velocity = SCENES[kind](friction), (0.02, 0.001, -0.001)
-    backend.start()
-    run(backend, 150, velocity)
-    moment, told = backend.snapshot(), backend.truth()
-    first = [(sample, backend.truth()) for sample in run(backend, 100, velocity)]
-    assert first[-1][1].touching
-    backend.restore(moment)
-    assert backend.truth() == told
-    assert [(sample, backend.truth()) for sample in run(backend, 100, velocity)] == first
-    other = SCENES[kind](friction)
-    other.start()
-    other.restore(moment)
-    assert [(sample, other.truth()) for sample in run(other, 100, velocity)] == first
-
-
-@pytest.mark.parametrize("kind", SCENES)
-def test_a_start_puts_everything_back(kind):
-    backend = SCENES[kind](None)
-    first = [backend.start(), *run(backend, 100, (0.02, 0.0, 0.0))]
-    assert [backend.start(), *run(backend, 100, (0.02, 0.0, 0.0))] == first
-
 
 # --- what is in a scene ---
 
@@ -266,13 +233,3 @@ def test_a_scene_holds_only_what_it_names():
         assert (model.npair, model.ngeom) == (pairs, geoms)
         assert not model.geom_contype.any()
         assert not model.geom_conaffinity.any()
-
-
-def test_what_cannot_be_is_refused_by_name():
-    with pytest.raises(InvalidValueError, match=r"mount = Mount\.DRIVEN.*MovingTarget"):
-        ObjectBody(Box(), mount=Mount.DRIVEN)
-    with pytest.raises(InvalidValueError, match="friction"):
-        Table(friction=0.0)
-    light = ObjectBody(SphereObject(), mass=0.02, mount=Mount.FREE)
-    with pytest.raises(InvalidValueError, match=r"contact stiffness = 20000 N/m.*at most"):
-        build_scene(TIP, light, ContactLaw(), (0.0, 0.0, 0.1))

@@ -35,7 +35,6 @@ from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Sine
 from palpate.surfaces import Sphere
-from runtime.simulated_backends import BACKENDS, SINK
 
 TIP = Tip(Sphere(0.008))
 ABOVE = (0.0, 0.0, 0.06)
@@ -78,24 +77,6 @@ def test_an_absurd_command_is_refused_and_leaves_no_trace(make, carrier, command
     with pytest.raises(InvalidValueError, match=r"velocity_base_tip = .*must be numbers, all together below"):
         backend.step(command)
     assert [backend.step(move) for _ in range(5)] == [undisturbed.step(move) for _ in range(5)]
-
-
-@pytest.mark.parametrize("make", [on, hand_on])
-def test_a_state_with_other_friction_is_refused(make):
-    """The simulations are of one size: bristles would stay as they were, stretched by another run."""
-    plain, rubbing = make(TurningStage()), make(TurningStage(), FrictionLaw(stiffness=2e3))
-    plain.start()
-    rubbing.start()
-    with pytest.raises(InvalidValueError, match="MuJoCo's own friction, this one has a friction plant"):
-        rubbing.restore(plain.snapshot())
-    with pytest.raises(InvalidValueError, match="a friction plant, this one has none"):
-        plain.restore(rubbing.snapshot())
-
-
-@pytest.mark.parametrize("friction", [None, FrictionLaw()], ids=["mujoco", "plant"])
-def test_a_scene_in_which_nothing_can_move_is_refused_with_what_to_take(friction):
-    with pytest.raises(InvalidValueError, match=r"neither can move.*take a carrier that moves, or an object"):
-        build_scene(TIP, SphereObject(), ContactLaw(), ABOVE, Fixed(), friction=friction)
 
 
 def test_what_would_start_inside_something_else_is_refused_with_where_to_put_it():
@@ -170,21 +151,6 @@ def test_a_resultant_does_to_a_body_what_all_its_contacts_do(contacts):
     assert np.allclose(np.cross(position, force) + torque, np.sum(moments, axis=0), rtol=0, atol=1e-12)
     pressed = [c.normal_force for c in contacts]
     assert np.allclose(position, np.average([c.position for c in contacts], axis=0, weights=pressed), atol=1e-12)
-
-
-@pytest.mark.parametrize("kind", BACKENDS)
-def test_a_back_end_that_was_never_started_goes_on_from_a_snapshot_bit_for_bit(kind):
-    """Taken in mid-motion: drives, grips, bristles, sensors with their noise, delays and lost samples included."""
-    backend, command = BACKENDS[kind](5)
-    backend.start()
-    for k in range(SINK + 20):
-        backend.step(command(k))
-    moment, told = backend.snapshot(), backend.truth()
-    first = [(backend.step(command(k)), backend.truth()) for k in range(SINK + 20, SINK + 80)]
-    fresh, _ = BACKENDS[kind](6)  # its own seed counts for nothing
-    fresh.restore(moment)
-    assert fresh.truth() == told
-    assert [(fresh.step(command(k)), fresh.truth()) for k in range(SINK + 20, SINK + 80)] == first
 
 
 directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(*v) > 0.1)

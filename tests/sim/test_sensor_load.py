@@ -8,12 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from palpate.errors import InvalidValueError
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
 from palpate.sim.sensor.stages import (
-    CrossTalk,
     FirstOrderLag,
     SampleClock,
     SecondOrderLag,
@@ -90,15 +88,6 @@ def test_a_full_load_on_one_axis_shifts_each_axis_by_no_more_than_its_share(spec
 def test_specimens_differ_and_each_keeps_its_matrix():
     a, b, again = (drawn_cross_talk(RATED, alike(0.01, 0.01), i) for i in (1, 2, 1))
     assert a == again != b
-
-
-def test_a_matrix_that_loses_a_load_is_refused():
-    rows = np.eye(6)
-    rows[2] = rows[1]
-    with pytest.raises(InvalidValueError, match="singular"):
-        CrossTalk(tuple(map(tuple, rows)))
-    with pytest.raises(InvalidValueError, match="6 rows"):
-        CrossTalk(tuple(map(tuple, np.eye(5))))
 
 
 @pytest.mark.parametrize(
@@ -202,19 +191,3 @@ def test_reading_more_often_tells_the_same(lag, rate, latency, seed):
     by_stamp = {round(s.time, 12): s for s in fine}
     for sample in coarse:
         assert sample.wrench == pytest.approx(by_stamp[round(sample.time, 12)].wrench, abs=1e-8)
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_lags_that_cannot_be_are_refused(bad):
-    with pytest.raises(InvalidValueError, match="cutoff"):
-        FirstOrderLag(bad)
-    with pytest.raises(InvalidValueError, match="natural_frequency"):
-        SecondOrderLag(bad)
-    with pytest.raises(InvalidValueError, match="damping"):
-        SecondOrderLag(10.0, bad if bad <= 0.0 else 1.5)
-
-
-@pytest.mark.parametrize("bad", [-1e-3, math.nan, 2.0])
-def test_latencies_that_cannot_be_are_refused(bad):
-    with pytest.raises(InvalidValueError, match="latency"):
-        SensorModel(latency=bad)

@@ -15,7 +15,7 @@ from palpate.sim.sensor import kernel
 from palpate.sim.sensor.draws import BLOCK
 from palpate.sim.sensor.model import SensorModel, noisy_sensor
 from palpate.sim.sensor.presets import PresetSensor, nano17, sensor_preset
-from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
+from palpate.sim.sensor.simulation import ImperfectSensor, simulated_sensor
 from palpate.sim.sensor.stages import Dropouts, FirstOrderLag, RandomWalk, SampleClock, SecondOrderLag, alike
 
 DT = 1e-3
@@ -116,16 +116,6 @@ def test_a_stage_more_leaves_the_noise_as_it_was():
     assert np.abs(both).max() < 5.0 / math.sqrt(len(steps))
 
 
-def test_a_state_of_another_sensor_is_refused():
-    state = ImperfectSensor(EVERYTHING, DT).state()
-    with pytest.raises(InvalidValueError, match="another sensor"):
-        ImperfectSensor(nano17(3), DT).set_state(state)
-    with pytest.raises(InvalidValueError, match="another sensor"):
-        PerfectSensor().set_state(state)
-    with pytest.raises(InvalidValueError, match="same period"):
-        ImperfectSensor(EVERYTHING, 10 * DT).set_state(state)
-
-
 @pytest.mark.parametrize("time", [0.004, 0.003, -1.0, math.nan, math.inf])
 def test_a_time_that_is_not_later_is_refused_and_changes_nothing(time):
     sensor, untouched = ImperfectSensor(EVERYTHING, DT, 7), ImperfectSensor(EVERYTHING, DT, 7)
@@ -171,14 +161,3 @@ def test_other_kinds_of_numbers_are_taken_without_starting_a_compiler():
         a = sensor.step(np.float64(k), np.array([1, 2, 3, 0, 0, 0], dtype=np.float32), (0, 0, 9))
         assert a == other.step(float(k), (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), (0.0, 0.0, 9.0))
     assert list(dispatcher.signatures) == compiled
-
-
-@pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan])
-def test_a_period_that_cannot_be_is_refused(wrong):
-    with pytest.raises(InvalidValueError, match="period"):
-        simulated_sensor(EVERYTHING, wrong)
-
-
-def test_a_negative_seed_is_refused():
-    with pytest.raises(InvalidValueError, match="seed"):
-        simulated_sensor(EVERYTHING, DT, -1)

@@ -278,13 +278,6 @@ def test_a_device_that_sends_nothing_any_more_is_found_frozen():
     assert HealthCheck.FROZEN in verdicts
 
 
-def test_without_a_range_or_without_noise_there_is_no_sensor_file():
-    with pytest.raises(InvalidValueError, match="rated"):
-        sensor_file(noisy_sensor(0.1, 1e-3), DT)
-    with pytest.raises(InvalidValueError, match="dead sensor"):
-        sensor_file(SensorModel(rated=alike(10.0, 1.0)), DT)
-
-
 def test_a_matrix_of_ones_own_is_taken():
     talk = CrossTalk(tuple(tuple(row) for row in 1.02 * np.eye(6)))
     sensor = ImperfectSensor(replace(nano17(), cross_talk=talk, noise=None, quantisation=None, clock=None), DT)

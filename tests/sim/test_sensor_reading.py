@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from palpate.errors import InvalidValueError
 from palpate.sensing.ft import HealthCheck, HealthLimits, HealthMonitor
 from palpate.sim.sensor.model import SensorModel, noisy_sensor
 from palpate.sim.sensor.simulation import ImperfectSensor, simulated_sensor
@@ -233,31 +232,3 @@ def test_a_load_that_is_no_number_is_shown_as_it_is():
     shown = sensor.step(0.0, (math.nan, 0.0, 0.0, 0.0, 0.0, 0.0), REST).wrench
     assert math.isnan(shown[0])
     assert math.isfinite(shown[1])
-
-
-@pytest.mark.parametrize(
-    ("wrong", "named"),
-    [
-        (lambda: WhiteNoise(alike(-0.1, 0.0)), "noise, Fx"),
-        (lambda: WhiteNoise(alike(0.1, math.nan)), "noise, Mx"),
-        (lambda: WhiteNoise((0.1, 0.1)), "2 entries"),
-        (lambda: RandomWalk(alike(math.inf, 0.0)), "random walk"),
-        (lambda: Quantisation(alike(0.1, -1.0)), "step of quantisation, Mx"),
-        (lambda: Saturation(alike(0.0, 1.0)), "saturation, Fx"),
-        (lambda: SampleClock(0.0), "sample rate"),
-        (lambda: SampleClock(100.0, math.nan), "offset"),
-        (lambda: Dropouts(1.0), "probability"),
-        (lambda: Dropouts(-0.1), "probability"),
-        (lambda: WarmUp(5.0, 0.0), "time_constant"),
-        (lambda: WarmUp(math.nan, 1.0), "rise"),
-        (lambda: TemperatureProfile((), ()), "1 or more"),
-        (lambda: TemperatureProfile((0.0, 1.0), (1.0,)), "as many"),
-        (lambda: TemperatureProfile((0.0, 0.0), (1.0, 2.0)), "must rise"),
-        (lambda: ThermalDrift((1.0, 2.0), WarmUp(1.0, 1.0)), "per_kelvin"),
-        (lambda: SensorModel(bias=(math.nan,) * 6), "bias"),
-        (lambda: SensorModel(rated=(0.0,) * 6), "rated load"),
-    ],
-)
-def test_stages_that_cannot_be_are_refused(wrong, named):
-    with pytest.raises(InvalidValueError, match=named):
-        wrong()

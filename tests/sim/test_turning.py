@@ -2,23 +2,18 @@
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import rotation_from_rotvec, rotvec_from_rotation, times, transposed
 from palpate.runtime.data import Command
 from palpate.sim import (
     ArmCarrier,
     ContactLaw,
-    Fixed,
-    Lift,
     MujocoBackend,
     SphereObject,
-    Stage,
     Tip,
     TurningStage,
     build_scene,
@@ -157,21 +152,3 @@ def test_the_angular_velocity_reported_is_how_fast_the_rotation_changes(carrier)
     told = [sample.arm.angular_velocity_base_tip for sample in samples[1:-1]]
     assert np.abs(np.array(told) - found).max() < 0.01
     assert np.abs(told).max() > 0.3
-
-
-@pytest.mark.parametrize("carrier", [Stage(), Lift(), Fixed()])
-def test_what_cannot_turn_says_so(carrier):
-    drive = drive_of(carrier)
-    with pytest.raises(
-        InvalidValueError, match=r"angular_velocity_base_tip = .*cannot turn.*take a robot that can"
-    ):
-        drive.begin(ZERO, (0.0, 1e-6, 0.0))
-    drive.begin(ZERO, (0.0, 0.0, 0.0))
-
-
-def drive_of(carrier):
-    """A drive in a scene that holds nothing else."""
-    spec = mujoco.MjSpec()
-    TIP.add_to(carrier.mount(spec, TIP, ZERO))
-    model = spec.compile()
-    return carrier.drive(model, mujoco.MjData(model), 2e-3)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.kinematics.hand import HandKinematics
 from palpate.runtime.data import Command
-from palpate.sim import Box, Lift, SphereObject, white_noise
+from palpate.sim import Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import finger_name, three_finger_hand, two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
@@ -180,56 +180,6 @@ def test_a_finger_that_follows_a_surface_sideways_keeps_its_force():
             go(backend, 1, *(speed,) * 3, force=(2.0,) * 3)
             for finger in backend.truth().fingers:
                 assert 0.97 * 2.0 < math.hypot(*finger.force[:2]) < 2.0 + 1.2 * band
-
-
-@pytest.mark.parametrize("sensor", [None, white_noise(0.01, 1e-4)], ids=["perfect", "noisy"])
-def test_a_run_goes_on_from_a_snapshot_bit_for_bit(sensor):
-    def run(backend, first, periods):
-        found = []
-        for i in range(first, first + periods):
-            speed = 0.005 * math.sin(0.01 * i)
-            moving = sideways(speed, -speed, 0.5 * speed) if i % 500 < 400 else None
-            found.append(backend.step(Command(grip_force=(2.0,) * 3, finger_velocity=moving)))
-        return found
-
-    backend = started(SCENE, sensor=sensor)
-    run(backend, 0, 1601)
-    state = backend.snapshot()
-    after, truth = run(backend, 1601, 500), backend.truth()
-    fresh = started(SCENE, sensor=sensor)
-    run(fresh, 0, 37)
-    fresh.restore(state)
-    assert run(fresh, 1601, 500) == after
-    assert fresh.truth() == truth
-
-
-@pytest.mark.parametrize(
-    "velocity",
-    [
-        sideways(0.001, 0.001),
-        sideways(0.001, math.nan, 0.0),
-        sideways(0.001, math.inf, 0.0),
-        ((0.001, 0.0, 0.0),) * 3,
-    ],
-)
-def test_velocities_that_cannot_be_are_refused(velocity):
-    with pytest.raises(InvalidValueError, match="finger_velocity"):
-        started().step(Command(finger_velocity=velocity))
-
-
-def test_a_hand_that_only_closes_refuses_any_and_names_one_that_would_do():
-    backend = started(build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06)))))
-    with pytest.raises(InvalidValueError, match="turning_hand"):
-        backend.step(Command(finger_velocity=sideways(0.0, 0.0)))
-    backend.step(Command())
-
-
-@pytest.mark.parametrize(
-    ("bad", "match"), [({"pinion": 0.0}, "pinion"), ({"mass": -1.0}, "mass"), ({"travel": math.nan}, "travel")]
-)
-def test_a_rack_that_cannot_be_is_refused(bad, match):
-    with pytest.raises(InvalidValueError, match=match):
-        SidewaysRack(**bad)
 
 
 def test_two_fingers_can_have_racks_too():

@@ -205,10 +205,3 @@ def test_a_load_too_bulky_for_the_head_is_refused_with_one_that_would_do():
     with pytest.raises(InvalidValueError, match=r"load has an inertia of 0.020.* give the stage more"):
         backend_of(tip=bulky)
     backend_of(TurningStage(inertia=0.021), bulky)
-
-
-@pytest.mark.parametrize("name", ["mass", "bandwidth", "inertia"])
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_a_turning_stage_has_positive_quantities(name, bad):
-    with pytest.raises(InvalidValueError, match=name):
-        TurningStage(**{name: bad})

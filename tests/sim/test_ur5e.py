@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics import UR5E, ArmKinematics, FollowingErrorLimit, Pose, nearest_joint_position
 from palpate.kinematics.reference_kernel import MAX_LEAD
 from palpate.sim import Box, ContactLaw, Tip
@@ -369,15 +368,3 @@ def test_the_end_of_a_joint_s_range_is_not_passed():
     for _ in range(1500):
         run.period(J[:3], J[3:])
     assert 2.0 * math.pi - 0.05 < run.data.qpos[0] <= 2.0 * math.pi
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(InvalidValueError, match="bandwidth"):
-        ur5e(bandwidth=0.0)
-    with pytest.raises(InvalidValueError, match="pose_flange_tip"):
-        ur5e(pose_flange_tip=Pose((math.inf, 0.0, 0.0)))
-    with pytest.raises(InvalidValueError, match="joint_start, joint 2"):
-        ARM.add_to(mujoco.MjSpec(), (0.0, 7.0, 0.0, 0.0, 0.0, 0.0))
-    model = model_of()
-    with pytest.raises(InvalidValueError, match="whole number of time steps"):
-        ArmDrive(ARM, model, mujoco.MjData(model), 0.7e-3)
