@@ -16,7 +16,6 @@ from palpate.sim.friction.contacts import (
     PAIR,
     POSITION,
     SLIP,
-    SLIP_SPEED,
     SPIN,
     STRETCH,
     TORQUE,
@@ -171,26 +170,6 @@ def test_turning_all_motion_turns_all_force(law, steps, angle):
         assume(law.norm_exponent >= 1.01)  # on a diamond's edge rounding chooses between slide and spin
         assert np.allclose(turned @ row[FORCE : FORCE + 3], other[FORCE : FORCE + 3], rtol=0, atol=1e-6)
         assert row[TORQUE] == pytest.approx(other[TORQUE], abs=1e-9)
-
-
-@pytest.mark.slow
-@settings(deadline=None)
-@given(laws(), st.floats(0.0, 0.95), ANGLES)
-def test_a_held_load_does_not_creep(law, share, angle):
-    row, law_row = bristle(law)
-    force, torque = law.slipping_load(2.0, math.cos(angle), math.sin(angle) / law.spin_length_at(2.0))
-    scale = share * law.static_friction / law.load_ratio(2.0, force, torque, 1.0)
-    stiff = law.stiffness + DAMPING / DT
-    shift = np.array([scale * force / stiff, 0.0, 0.0])
-    move(row, law_row, shift, scale * torque / (stiff * law.spin_length**2), 2.0)
-    still = np.zeros(3)
-    for _ in range(200):  # the dashpot lets go within a few time constants C/K
-        move(row, law_row, still, 0.0, 2.0)
-    held = row.copy()
-    for _ in range(1000):
-        move(row, law_row, still, 0.0, 2.0)
-        assert row[SLIP_SPEED] == 0.0
-    assert np.allclose(row, held, rtol=1e-9, atol=1e-12)
 
 
 def test_a_stuck_load_slips_when_the_normal_force_falls_and_vanishes_with_it():

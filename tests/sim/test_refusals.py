@@ -370,7 +370,7 @@ PRESSES = [
     (lambda: rollout_presses([stage()] * 3, DOWN), "3 scenes for 2 runs"),
     (lambda: rollout_presses([stage(), stage(FREE_BOX, table=Table())], DOWN), "differ in what there is"),
     (lambda: rollout_presses(stage(), DOWN, period=0.75e-3), r"period = 0\.00075 s: must be a whole number"),
-    (lambda: rollout_presses(stage(), FAST), r"run 1: in period \d+ the tip lags behind"),
+    (lambda: rollout_presses(stage(start=(0.0, 0.0, 0.0485)), FAST), r"run 1: in period \d+ the tip lags behind"),
     *((partial(SceneRenderer, stage().model, *size), "pixels") for size in ((0, 480), (640, -1), (10_000, 480))),
     (lambda: write_gif([], "never.gif", 0.05), "no pictures to write"),
     (lambda: write_gif([np.zeros((2, 2, 3), np.uint8)], "never.gif", 0.01), "interval = 0.01 s"),
@@ -409,10 +409,10 @@ TOO_FAST = 1.01 * LARGEST_SERVO_STEP / 0.5e-3
 ADVICE = [
     (contact_step, 0.51e-3, r"time step of at most (\S+)", 1.1),
     (creep, 0.5, r"creep_speed.* at most (\S+)", 1.1),
-    (partial(servo, Integrator.EULER), TOO_FAST, r"bandwidth dt.* at most (\S+)", 1.1),
-    (partial(servo, Integrator.RK4), TOO_FAST, r"bandwidth dt.* at most (\S+)", 1.1),
-    (sprung, 0.02, r"mount_mass = 0\.02 kg: .*take at least ([\d.]+) kg", 0.9),
-    (gripped, 20e3, r"contact stiffness.* at most (\S+)", 1.1),
+    (partial(servo, Integrator.EULER), TOO_FAST, r"bandwidth dt.*?at most (\S+)", 1.1),
+    (partial(servo, Integrator.RK4), TOO_FAST, r"bandwidth dt.*?at most (\S+)", 1.1),
+    (sprung, 0.02, r"mount_mass = .* kg: .*take at least ([\d.]+) kg", 0.9),
+    (gripped, 20e3, r"contact stiffness.*?at most (\S+)", 1.1),
 ]
 
 

@@ -102,24 +102,6 @@ def test_what_would_start_inside_something_else_is_refused_with_where_to_put_it(
         build_scene(TIP, SphereObject(0.04), law, (0.0, 0.0, 0.03))
 
 
-def test_a_lift_that_is_held_back_pushes_with_what_its_leash_leaves_and_comes_back_at_once():
-    """Anti-windup: pressed down on a ball for seconds, it lets go as soon as it is told to rise."""
-    lift, scene = (
-        Lift(following_error_limit=5e-4),
-        build_scene(TIP, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0485), Lift(following_error_limit=5e-4)),
-    )
-    backend = MujocoBackend(scene)
-    backend.start()
-    for _ in range(2000):
-        backend.step(Command((0.0, 0.0, -0.01)))
-    taut = (lift.mass + TIP.mass) * lift.bandwidth**2 * lift.following_error_limit
-    # within a period the reference runs on by another 0.01 m/s for 1 ms
-    assert backend.truth().force[2] == pytest.approx(taut, rel=0.03)
-    for _ in range(300):  # wound up, it would take two seconds
-        backend.step(Command((0.0, 0.0, 0.01)))
-    assert not backend.truth().touching
-
-
 def rubbing_at(position, normal, pressed, tangential, spin):
     pair = FrictionPair("tip", "object", FrictionLaw())
     return FrictionContact(pair, position, normal, pressed, tangential, spin, (0.0, 0.0, 0.0), 0.0, True)

@@ -3,22 +3,18 @@
 import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
-from palpate.kinematics.hand import HandKinematics
 from palpate.runtime.data import Command
 from palpate.sim import Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.hand import finger_name, three_finger_hand, two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.hand.servo import Servo
 from palpate.sim.hand.sideways import MAX_LEAD, SidewaysRack
-from palpate.sim.hand.turning_hand import TurningHand, sideways_name, turning_hand
+from palpate.sim.hand.turning_hand import sideways_name, turning_hand
 from palpate.sim.objects.table import Table
 
 HAND = turning_hand()
@@ -48,21 +44,6 @@ def go(backend, periods, *speeds, force=None):
 
 @settings(max_examples=30, deadline=None)
 @given(joints)
-def test_its_kinematics_are_the_scenes(joints):
-    model, data = CLEAR.model, mujoco.MjData(CLEAR.model)
-    for i in range(3):
-        data.qpos[model.joint(finger_name(i)).qposadr[0]] = joints[i]
-        data.qpos[model.joint(sideways_name(i)).qposadr[0]] = joints[3 + i]
-    mujoco.mj_kinematics(model, data)
-    hand: HandKinematics = HAND
-    for i, pose in enumerate(hand.sensor_poses(joints)):
-        site = data.site(f"{finger_name(i)}_sensor")
-        assert site.xpos == pytest.approx(np.add(pose.position, (0.1, -0.2, 0.3)), abs=1e-12)
-        assert site.xmat.reshape(3, 3) == pytest.approx(np.array(pose.rotation), abs=1e-12)
-
-
-@settings(max_examples=30, deadline=None)
-@given(joints)
 def test_tips_never_turn_and_sideways_is_y_of_the_sensor(joints):
     at_zero = HAND.sensor_poses((0.0,) * 6)
     for i, (pose, middle) in enumerate(zip(HAND.sensor_poses(joints), at_zero, strict=True)):
@@ -71,35 +52,11 @@ def test_tips_never_turn_and_sideways_is_y_of_the_sensor(joints):
         assert way == pytest.approx([joints[i], joints[3 + i], 0.0], abs=1e-15)
 
 
-@pytest.mark.parametrize("hand", [two_finger_hand(), three_finger_hand()])
-def test_hands_that_only_close_tell_the_same_poses_as_ever(hand):
-    q = tuple(0.01 * (i + 1) for i in range(hand.fingers))
-    kinematics: HandKinematics = hand
-    poses = kinematics.sensor_poses((*q, 0.3, 0.4))  # what else the hand tells is no finger's
-    assert poses == tuple(hand.pose_hand_sensor(i, q[i]) for i in range(hand.fingers))
-    with pytest.raises(InvalidValueError, match="joint_position"):
-        hand.sensor_poses(q[:-1])
-
-
 def test_a_turn_of_all_fingers_is_anticlockwise_about_the_hands_axis():
     """w x p along y of the sensor is positive for a positive turn about z."""
     for pose in HAND.sensor_poses((0.0,) * 6):
         x, y, _ = pose.position
         assert np.array(pose.rotation)[:, 1] @ (-y, x, 0.0) == pytest.approx(HAND.opening)
-
-
-def test_the_scene_weighs_what_the_hand_says():
-    model, data = CLEAR.model, mujoco.MjData(CLEAR.model)
-    mujoco.mj_forward(model, data)
-    palm = model.body("palm").id
-    assert model.body_subtreemass[palm] == pytest.approx(HAND.mass)
-    assert HAND.mass == pytest.approx(
-        0.05 + 6 * 0.018 + 3 * (0.03 + 0.03 + 0.015)
-    )  # six servos, racks, fingers, tips
-    at = np.array(HAND.center_of_mass) + data.body("palm").xpos
-    # the tips' own centres of mass lie at their surfaces' centres
-    assert data.subtree_com[palm] == pytest.approx(at, abs=1e-12)
-    assert (SCENE.model.npair, SCENE.model.nu) == (4, 7)
 
 
 def test_fingers_go_sideways_as_fast_as_commanded_and_stop():
@@ -180,12 +137,3 @@ def test_a_finger_that_follows_a_surface_sideways_keeps_its_force():
             go(backend, 1, *(speed,) * 3, force=(2.0,) * 3)
             for finger in backend.truth().fingers:
                 assert 0.97 * 2.0 < math.hypot(*finger.force[:2]) < 2.0 + 1.2 * band
-
-
-def test_two_fingers_can_have_racks_too():
-    hand = TurningHand(fingers=2)
-    backend = started(build_grasp_scene(hand, BALL, palm=(0.0, 0.0, 0.3)))
-    backend.step(Command(finger_velocity=sideways(0.01, -0.01)))
-    assert len(backend.step(Command()).hand.joint_position) == 4
-    with pytest.raises(InvalidValueError, match="4 entries"):
-        hand.sensor_poses((0.0,) * 3)
