@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.kinematics import ArmKinematics, InverseVelocity, JointKind, Pose, TipReference
+from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, JointKind, Pose, TipReference
 from palpate.sim import ArmFile, ServoedArm
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.arm_file import ARMS
@@ -102,13 +102,14 @@ UR = {
 """d1, a2, a3, d4, d5, d6 [m]: straight from Universal Robots' tables, not from our files."""
 
 
-@pytest.mark.parametrize("name", UR)
+@pytest.mark.parametrize("name", [*UR, "built in"])
 def test_a_ur_is_what_its_maker_s_table_says(name):
     """A standard table, as one that begins with the last column of a modified one."""
-    d1, a2, a3, d4, d5, d6 = UR[name]
+    d1, a2, a3, d4, d5, d6 = UR["ur5e" if name == "built in" else name]
     rows = [("0", d1, 0), ("0", "0", 1), (a2, "0", 0), (a3, d4, 0), ("0", d5, 1), ("0", d6, -1)]
-    kinematics, rng = ArmKinematics(own_arm(f"{name}.xml").arm), np.random.default_rng(4)
-    for _ in range(20):
+    arm = UR5E if name == "built in" else own_arm(f"{name}.xml").arm
+    kinematics, rng = ArmKinematics(arm), np.random.default_rng(4)
+    for _ in range(100 if name == "built in" else 20):
         q = rng.uniform(-6.0, 6.0, 6).tolist()
         found, expected = kinematics.pose(q), modified_dh_product(rows, q, "0")
         assert found.position == pytest.approx(expected[:3, 3], abs=1e-14)

@@ -88,7 +88,6 @@ def test_beside_a_wavy_field_the_nearest_point_is_that_of_a_fine_sampling():
     walls = np.concatenate([rim - [0.0, 0.0, d] for d in down])
     solid = np.concatenate([top, walls])
     rng = np.random.default_rng(0)
-    checked = 0
     for _ in range(150):
         side, out, level = rng.uniform(-0.05, 0.05), 0.05 + rng.uniform(0.0, 0.006), rng.uniform(-0.01, 0.012)
         point = np.array([(out, side, level), (side, -out, level), (out, out, level)][rng.integers(3)])
@@ -99,8 +98,6 @@ def test_beside_a_wavy_field_the_nearest_point_is_that_of_a_fine_sampling():
         assert distance >= math.sqrt(max(sampled**2 - step**2, 0.0)) - 1e-4
         assert field.signed_distance(point[None])[0] == pytest.approx(distance, abs=1e-9)
         assert np.allclose(found[0] + distance * normal[0], point, rtol=0, atol=1e-9)
-        checked += 1
-    assert checked == 150
 
 
 TURNS = [np.eye(3), trimesh.transformations.random_rotation_matrix(np.array([0.1, 0.7, 0.3]))[:3, :3]]
