@@ -16,7 +16,7 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.plant import FrictionPlant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
-from palpate.sim.friction.texture import FrictionMap, Grating
+from palpate.sim.friction.texture import FrictionMap
 from palpate.sim.scene import OBJECT_GEOM, _add_sensors
 from palpate.sim.tip import TIP_GEOM
 from palpate.surfaces import Ellipsoid, Sphere
@@ -124,15 +124,6 @@ def test_full_slip_lies_on_the_limit_surface_at_all_angles_between_sliding_and_s
             )
 
 
-@pytest.mark.parametrize("force", [0.5, 2.0, 8.0])
-def test_the_spin_length_grows_with_the_load_as_asked(force):
-    law = FrictionLaw(spin_length=0.003, load_exponent=1 / 3)
-    contact = ridden(Turntable(), law, rate=5.0, force=force)
-    e = abs(contact.spin_torque) / (0.3 * contact.normal_force)
-    assert contact.normal_force == pytest.approx(force, rel=0.01)
-    assert e == pytest.approx(0.003 * contact.normal_force ** (1 / 3), rel=1e-4)
-
-
 STRIBECK = FrictionLaw(static_friction=0.5, kinetic_friction=0.35, stribeck_speed=0.01, viscous_friction=0.5)
 
 
@@ -146,32 +137,6 @@ def test_friction_follows_stribecks_curve(speed):
     spun = ridden(Turntable(), STRIBECK, rate=speed / STRIBECK.spin_length, steps=800)
     expected = STRIBECK.friction_at(STRIBECK.spin_length * abs(spun.slip_spin))
     assert abs(spun.spin_torque) / (0.004 * spun.normal_force) == pytest.approx(expected, rel=1e-3)
-
-
-def test_static_friction_is_the_peak_before_slip():
-    """Loaded slowly, the contact bears mu_s f_n, sticking, before it slides with less."""
-    table, most = Turntable(), 0.0
-    plant = table.plant(STRIBECK)
-    for i in table.ride(plant, speed=0.5e-3, steps=1500, wait=300):
-        (contact,) = plant.contacts or (None,)
-        if i > 300 and contact.sticking:
-            most = max(most, tangential(contact) / contact.normal_force)
-        if i > 300 and not contact.sticking:
-            assert tangential(contact) / contact.normal_force <= STRIBECK.static_friction * (1 + 1e-3)
-    assert most == pytest.approx(STRIBECK.static_friction, rel=0.01)
-
-
-def test_texture_is_felt_where_it_is():
-    grating = Grating(wavelength=2e-3, amplitude=0.3)
-    table, seen = Turntable(), []
-    plant = table.plant(FrictionLaw(), grating)
-    for i in table.ride(plant, speed=0.02, steps=800):
-        if i > 300:
-            (contact,) = plant.contacts
-            seen.append((contact.position[0], tangential(contact) / contact.normal_force))
-    x, mu = np.array(seen).T
-    assert np.ptp(x) > 4e-3
-    assert np.allclose(mu, 0.3 * np.array([grating.factor(value, 0.0, 0.0) for value in x]), rtol=5e-3)
 
 
 def test_texture_turns_with_its_geom():

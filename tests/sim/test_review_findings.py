@@ -58,12 +58,11 @@ ABSURD = [
 ]
 
 
-@pytest.mark.parametrize("command", ABSURD, ids=repr)
 @pytest.mark.parametrize(
-    ("make", "carrier"),
+    ("make", "carrier", "command"),
     [
-        *((on, carrier) for carrier in (Stage(), TurningStage(), ArmCarrier(), Lift())),
-        *((hand_on, carrier) for carrier in (Stage(), TurningStage(), ArmCarrier(), Lift(), Fixed())),
+        *zip([on] * 5, (Stage(), TurningStage(), ArmCarrier(), Lift(), ArmCarrier()), ABSURD, strict=True),
+        *zip([hand_on] * 5, (Lift(), Fixed(), TurningStage(), Stage(), ArmCarrier()), ABSURD, strict=True),
     ],
 )
 def test_an_absurd_command_is_refused_and_leaves_no_trace(make, carrier, command):

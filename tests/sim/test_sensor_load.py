@@ -78,29 +78,6 @@ def test_a_full_load_on_one_axis_shifts_each_axis_by_no_more_than_its_share(spec
     assert np.all(np.abs(error[:, axis]) * RATED[axis] <= share * RATED * (1 + 1e-12))
 
 
-@pytest.mark.parametrize(
-    ("lag", "answer"),
-    [
-        (FirstOrderLag(20.0), lambda x: 1 - math.exp(-x)),
-        (
-            SecondOrderLag(20.0, 0.5),
-            lambda x: (
-                1
-                - math.exp(-x / 2) * (math.cos(math.sqrt(0.75) * x) + math.sin(math.sqrt(0.75) * x) / math.sqrt(3))
-            ),
-        ),
-        (SecondOrderLag(20.0, 1.0), lambda x: 1 - math.exp(-x) * (1 + x)),
-    ],
-)
-def test_a_step_of_the_load_is_followed_as_the_textbook_says(lag, answer):
-    sensor = ImperfectSensor(SensorModel(bandwidth=lag), 1e-12)
-    sensor.step(0.0, same_on_all(0.0), REST)
-    sensor.step(1e-12, same_on_all(1.0), REST)  # as good as a step
-    for k in range(1, 50):
-        sample = sensor.step(1e-3 * k, same_on_all(1.0), REST)
-        assert sample.wrench[k % 6] == pytest.approx(answer(2 * math.pi * 20.0 * 1e-3 * k), abs=1e-9)
-
-
 @settings(deadline=None, max_examples=60)
 @given(
     LAGS,

@@ -11,7 +11,7 @@ from palpate.estimation import Assumption
 from palpate.runtime.data import ArmSample, Sample
 from palpate.runtime.supervision.fresh_samples import FreshSamples
 from palpate.runtime.touch import SensorFinger, Touch
-from palpate.sensing.compensation import SensorPayload, contact_wrench
+from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft import (
     ContactEntry,
     CriticallyDamped,
@@ -20,8 +20,6 @@ from palpate.sensing.ft import (
     PayloadEntry,
     average_bias,
     estimate_drift,
-    fit_calibration,
-    identify_payload,
     read_sensor,
     sensor_text,
 )
@@ -43,19 +41,6 @@ REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
 def readings(model, count, load=NOTHING, seed=1, acceleration=REST):
     sensor = simulated_sensor(model, DT, seed)
     return np.array([sensor.step(DT * k, load, acceleration).wrench for k in range(count)])
-
-
-def means(model, loads, accelerations=None, seed=1):
-    """The average of 50 fresh readings of each load, once it has arrived."""
-    sensor, k, rows = simulated_sensor(model, DT, seed), 0, []
-    for i, load in enumerate(loads):
-        a = REST if accelerations is None else tuple(accelerations[i])
-        shown = []
-        for _ in range(100):
-            shown.append(sensor.step(DT * k, tuple(load), a).wrench)
-            k += 1
-        rows.append(np.mean(shown[50:], axis=0))
-    return np.array(rows)
 
 
 @pytest.mark.parametrize("preset", REAL)
@@ -186,36 +171,6 @@ def test_a_drift_is_found_at_its_rate_and_none_where_there_is_none():
     assert np.all(np.abs(drifting.slope - alike(1e-3, 1e-5)) < 1.5 * drifting.half_width)
     steady = estimate_drift(readings(replace(model, thermal_drift=None), 20_000), period=DT, limit=limit)
     assert steady.verdict.ok
-
-
-def test_known_loads_find_the_cross_talk():
-    model = replace(nano17(6), thermal_drift=None)
-    rated = np.array(model.rated)
-    loads = np.random.default_rng(2).uniform(-0.5, 0.5, (40, 6)) * rated
-    fit = fit_calibration(
-        means(model, loads) / rated, loads, ranges=rated
-    )  # channels of one unit: shares of the range
-    assert fit.verdict.ok
-    C = np.array(fit.map.matrix) / rated
-    left = (C @ model.cross_talk.matrix - np.eye(6)) * rated / rated[:, None]
-    before = (np.array(model.cross_talk.matrix) - np.eye(6)) * rated / rated[:, None]
-    assert np.abs(before).max() > 0.008
-    assert np.abs(left).max() < 0.0005
-
-
-def test_static_poses_find_the_payload_and_the_bias():
-    payload, bias = SensorPayload(0.05, (0.002, -0.003, 0.01)), (0.1, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
-    model = replace(nano17(), bias=bias, thermal_drift=None, cross_talk=None)
-    directions = np.random.default_rng(3).normal(size=(20, 3))
-    up = 9.81 * directions / np.linalg.norm(directions, axis=1)[:, None]
-    loads = [-np.array(contact_wrench(NOTHING, tuple(a), payload)) for a in up]
-    sd = np.array(model.noise_sd) / math.sqrt(50)
-    # a moment is rounded to steps as large as its noise, and payload loads repeat within a pose
-    found = identify_payload(up, means(model, loads, up), force_sd=sd[0], moment_sd=sd[3])
-    assert found.verdict.ok
-    assert found.payload.mass == pytest.approx(0.05, abs=2e-4)
-    assert found.payload.center_of_mass == pytest.approx(payload.center_of_mass, abs=1e-4)
-    assert (*found.bias_force, *found.bias_moment) == pytest.approx(bias, abs=2e-3)
 
 
 def observed(model, count, seed=3):

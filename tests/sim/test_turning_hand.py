@@ -70,15 +70,6 @@ def test_fingers_go_sideways_as_fast_as_commanded_and_stop():
     assert backend.truth().joint_position[3:] == pytest.approx(still, abs=1e-6)
 
 
-def test_joint_positions_come_behind_the_fingers_and_are_rounded_as_the_encoder_rounds():
-    backend = started()
-    told, step = go(backend, 400, 0.006, -0.004, 0.002), 2.0 * math.pi / 4096 * HAND.rack.pinion
-    for y, exact in zip(told, backend.truth().joint_position[3:], strict=True):
-        assert y / step == pytest.approx(round(y / step), abs=1e-9)
-        # as old as the bus made it: 3 ms
-        assert y == pytest.approx(exact, abs=0.5 * step + 0.006 * 4e-3)
-
-
 def test_the_travel_ends_where_the_rack_does():
     backend = started(
         build_grasp_scene(replace(HAND, rack=SidewaysRack(travel=0.003)), BALL, palm=(0.0, 0.0, 0.3))
