@@ -51,6 +51,8 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.finger import HingeFinger
 from palpate.sim.hand.hand import Hand, three_finger_hand, two_finger_hand
+from palpate.sim.hand.hand_file import HANDS as HAND_FILES
+from palpate.sim.hand.hand_file import HandFile
 from palpate.sim.hand.load import LoadDrive, RampLoad, ShakenLoad
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.hand.servo import Servo
@@ -87,6 +89,10 @@ NAN, INF = math.nan, math.inf
 NOT_POSITIVE = (0.0, -1.0, NAN, INF)
 TIP, BALL, BOX = Tip(Sphere(0.008)), SphereObject(0.04), Box((0.06, 0.05, 0.06))
 SLIDE = DrivenJoint(JointKind.SLIDE, (1, 0, 0), Ramp(0.1))
+WEIGHTY = HeldObject(SphereObject(0.01), 0.2)
+SITES = ("index_sensor", "left_sensor", "right_sensor")
+INDEX_HAND = HandFile(HAND_FILES / "pinch-and-index.xml", SITES).read([TIP] * 3)
+TWO_FINGERS, SITE = HAND_FILES / "pinch-and-index.xml", "index_sensor"
 LATE = replace(nano17(3), latency=2.3e-3)
 UPWARDS_ONLY = Composite((Patch(Cylinder(0.007), np.array([[0.0, 0.0, 1.0, 0.0]])),))
 PANDA = ArmFile(ARMS / "panda.xml", "flange").read()
@@ -317,6 +323,15 @@ HANDS = [
     (sideways((0.0,) * 3, (0.0,) * 3, hand=two_finger_hand), "turning_hand"),
     (lambda: TurningHand(fingers=2).sensor_poses((0.0,) * 3), "4 entries"),
     *((partial(hand.sensor_poses, (0.0,)), "joint_position") for hand in (two_finger_hand(), three_finger_hand())),
+    *(
+        (partial(stepped, lambda: grasp(INDEX_HAND, WEIGHTY), Command(grip_force=force)), "grip_force")
+        for force in ((1.0, 1.0), (1.0, -1.0, 1.0))
+    ),
+    *(
+        (partial(stepped, lambda: grasp(INDEX_HAND, WEIGHTY), Command(finger_velocity=each)), "finger_velocity")
+        for each in (((0.0,) * 3,) * 2, ((NAN, 0.0, 0.0), None, None))
+    ),
+    (lambda: HandFile(TWO_FINGERS, (SITE, SITE)).read([TIP] * 2), "moves two fingers"),
     *quantities(Hand, (0.0,), "opening", "bus_period", "housing_mass"),
     *quantities(Hand, (-1.0,), "closing_speed"),
     (lambda: Hand(fingers=1), "fingers"),
