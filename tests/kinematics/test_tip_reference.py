@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics import UR5E, ArmKinematics, FollowingErrorLimit, InverseVelocity, Limit, Pose, TipReference
 from palpate.kinematics.pose import rotation_from_rotvec, rotvec_from_rotation, times, transposed
 from palpate.kinematics.reference_kernel import MAX_LEAD
@@ -45,17 +44,6 @@ def test_an_arm_that_follows_is_led_along_the_integral_of_the_twist():
     held = KINEMATICS.pose(reference.joint_reference)
     assert math.dist(held.position, position) < 5e-6
     assert angle_between(held.rotation, rotation) < 2e-5
-
-
-def test_an_orientation_once_taken_is_kept():
-    reference = started()
-    rotation = reference.pose_base_tip.rotation
-    for i in range(5000):
-        reference.step(
-            reference.joint_reference, (0.05 * math.cos(0.01 * i), 0.05 * math.sin(0.013 * i), 0.0), STILL
-        )
-    assert reference.pose_base_tip.rotation == rotation
-    assert angle_between(KINEMATICS.pose(reference.joint_reference).rotation, rotation) < 1e-6
 
 
 @pytest.mark.parametrize(
@@ -96,14 +84,6 @@ def test_no_twist_takes_it_off_the_limit(twists):
         )
 
 
-def test_an_obstacle_that_stops_the_tip_does_not_turn_it():
-    """A stuck position on a taut following-error limit leaves the reference of the orientation alone."""
-    reference = started()
-    for _ in range(1000):
-        reference.step(START, (0.0, 0.0, -0.05), STILL)
-    assert reference.pose_base_tip.rotation == KINEMATICS.pose(START).rotation
-
-
 def test_an_arm_that_is_pushed_away_takes_its_reference_along_without_feed_forward():
     reference = started()
     q = np.array(START)
@@ -140,14 +120,13 @@ def test_where_joints_are_too_slow_the_tip_keeps_to_its_line():
     assert 0.05 < way @ line < 0.6 * 0.99
 
 
-@pytest.mark.parametrize("seconds", [1.0, 10.0])
-def test_the_end_of_a_range_stops_the_tip_and_lets_it_go_again(seconds):
+def test_the_end_of_a_range_stops_the_tip_and_lets_it_go_again():
     start = (2.0 * math.pi - 0.05, *START[1:])
     reference = started(start)
     J = KINEMATICS.jacobian(start)
     out = 0.3 * J[:, 0]
     v, w = tuple(out[:3].tolist()), tuple(out[3:].tolist())
-    for _ in range(int(seconds / DT)):
+    for _ in range(3000):
         reference.step(reference.joint_reference, v, w)
         motion = reference.motion
         assert reference.joint_reference[0] <= 2.0 * math.pi
@@ -160,7 +139,29 @@ def test_the_end_of_a_range_stops_the_tip_and_lets_it_go_again(seconds):
     assert reference.joint_reference[0] < before - 0.02
 
 
-def test_what_the_end_of_a_range_forbade_does_not_hold_the_arm_there():
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_values_that_are_not_finite_leave_the_reference_where_it_is(bad):
+    reference = started()
+    reference.step(START, (0.0, 0.0, -0.05), STILL)
+    before = reference.joint_reference, reference.pose_base_tip
+    for bad_input in (
+        (START, (bad, 0.0, 0.0), STILL),
+        (START, STILL, (0.0, bad, 0.0)),
+        ((bad,) * 6, STILL, STILL),
+    ):
+        reference.step(*bad_input)
+        motion = reference.motion
+        assert (motion.limit, motion.joint_velocity) == (Limit.INVALID, (0.0,) * 6)
+        assert reference.joint_feed_forward == (0.0,) * 6
+        assert (reference.joint_reference, reference.pose_base_tip) == before
+    for _ in range(1000):
+        reference.step(START, (0.0, 0.0, -0.05), STILL)
+    assert reference.motion.limit is Limit.NONE
+    # an obstacle that stops the tip does not turn it
+    assert reference.pose_base_tip.rotation == KINEMATICS.pose(START).rotation
+
+
+def test_a_reference_beyond_the_end_of_a_range_does_not_hold_the_arm_there():
     """A reference left outside pulls harder than a slow way back: it has to be forgotten."""
     start = (2.0 * math.pi, *START[1:])
     reference = started(start)
@@ -172,33 +173,3 @@ def test_what_the_end_of_a_range_forbade_does_not_hold_the_arm_there():
         v, w = tuple((-0.02 * J[:3]).tolist()), tuple((-0.02 * J[3:]).tolist())
         reference.step(reference.joint_reference, v, w)
     assert reference.joint_reference[0] == pytest.approx(2.0 * math.pi - 0.02, abs=2e-3)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_what_is_not_finite_leaves_the_reference_where_it_is(bad):
-    reference = started()
-    reference.step(START, (0.01, 0.0, 0.0), STILL)
-    before = reference.joint_reference, reference.pose_base_tip
-    for actual, v, w in (
-        (START, (bad, 0.0, 0.0), STILL),
-        (START, STILL, (0.0, bad, 0.0)),
-        ((bad,) * 6, STILL, STILL),
-    ):
-        reference.step(actual, v, w)
-        motion = reference.motion
-        assert motion.limit is Limit.INVALID
-        assert motion.joint_velocity == reference.joint_feed_forward == (0.0,) * 6
-        assert (reference.joint_reference, reference.pose_base_tip) == before
-    reference.step(START, (0.01, 0.0, 0.0), STILL)
-    assert reference.motion.limit is Limit.NONE
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(InvalidValueError, match="period"):
-        TipReference(INVERSE, 0.2)
-    with pytest.raises(InvalidValueError, match="distance"):
-        FollowingErrorLimit(distance=0.0)
-    with pytest.raises(InvalidValueError, match="angle"):
-        FollowingErrorLimit(angle=2.0)
-    with pytest.raises(InvalidValueError, match="joint 1"):
-        started((7.0, *START[1:]))

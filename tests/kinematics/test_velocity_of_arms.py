@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics import ArmKinematics, InverseVelocity, Limit, Pose
 from support.file_arms import GANTRY, OWN, SCARA, own_arm, written
 
@@ -49,13 +48,12 @@ def postures(model, count):
         yield q, SPEED * direction / np.linalg.norm(direction)
 
 
-def moved_exactly(model, count):
-    """How many of the motions away from singularities are seen; all are checked."""
+def test_the_tip_moves_as_commanded_and_no_joint_beyond_its_limits(model):
     truth, kinematics = Mujoco(model), ArmKinematics(model.arm, pose_flange_tip=TIP)
     inverse = InverseVelocity(kinematics, home=model.home)
     lower, upper, speed = np.array([(each.lower, each.upper, each.speed) for each in model.arm.limits]).T
     exact = 0
-    for q, v in postures(model, count):
+    for q, v in postures(model, 400):
         motion = inverse.solve(q.tolist(), tuple(v.tolist()), (0.0, 0.0, 0.0))
         there = q + PERIOD * np.array(motion.joint_velocity)
         assert np.all(np.abs(motion.joint_velocity) <= speed)
@@ -70,16 +68,7 @@ def moved_exactly(model, count):
         if motion.smallest_singular_value >= inverse.threshold:
             exact += 1
             assert after[0] == pytest.approx(before[0] + PERIOD * motion.scale * v, abs=1e-6)
-    return exact
-
-
-def test_the_tip_moves_as_wanted_and_no_joint_beyond_its_limits(model):
-    assert moved_exactly(model, 200) > 100
-
-
-@pytest.mark.slow
-def test_nor_at_ten_thousand_postures(model):
-    assert moved_exactly(model, 10_000) > 5_000
+    assert exact > 200
 
 
 def test_the_jacobian_is_the_derivative_of_mujoco_s_pose(model):
@@ -119,9 +108,3 @@ def test_an_arm_of_few_joints_moves_its_tip_and_does_not_pretend_to_turn_it(tmp_
     assert motion.joint_velocity == pytest.approx((0.01, -0.02, 0.03))
     assert motion.angular_velocity == (0.0, 0.0, 0.0)
     assert motion.smallest_singular_value == pytest.approx(1.0)
-
-
-def test_a_home_beyond_a_range_is_refused():
-    model = own_arm("panda.xml")
-    with pytest.raises(InvalidValueError, match="home, joint 4"):
-        InverseVelocity(ArmKinematics(model.arm), home=(0.0,) * 7)

@@ -6,7 +6,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command
 from palpate.sim import Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene
-from palpate.sim.contact_law import LARGEST_CONTACT_STEP, LARGEST_FRICTION_STEP, pair_parameters
+from palpate.sim.contact_law import LARGEST_FRICTION_STEP, pair_parameters
 from palpate.surfaces import Sphere
 
 PLATE = Box((0.3, 0.3, 0.04))
@@ -40,24 +40,23 @@ def depth(backend):
     return -backend._data.contact[0].dist
 
 
-@pytest.mark.parametrize("impedance", [0.1, 0.2, 0.5])
-@pytest.mark.parametrize("mass", [4.0, 8.0, 20.0])
-@pytest.mark.parametrize("stiffness", [2e3, 20e3, 60e3])
+@pytest.mark.parametrize(
+    ("stiffness", "mass", "impedance"),
+    [(2e3, 4.0, 0.1), (2e3, 20.0, 0.5), (20e3, 8.0, 0.1), (20e3, 4.0, 0.5), (60e3, 20.0, 0.1), (60e3, 8.0, 0.2)],
+)
 def test_the_force_at_rest_is_stiffness_times_depth_whatever_mass_and_impedance(stiffness, mass, impedance):
     backend = pressed(ContactLaw(stiffness=stiffness, impedance=impedance), 2.0, Stage(mass=mass))
     assert backend.truth().force[2] == pytest.approx(2.0, rel=1e-3)
     assert backend.truth().force[2] == pytest.approx(stiffness * depth(backend), rel=1e-3)
 
 
-@pytest.mark.parametrize("friction", [0.1, 0.3, 0.5, 1.0])
-@pytest.mark.parametrize("speed", [0.005, 0.02, 0.1])
+@pytest.mark.parametrize(("friction", "speed"), [(0.1, 0.005), (0.1, 0.1), (0.3, 0.02), (1.0, 0.005), (1.0, 0.1)])
 def test_full_sliding_shows_the_friction_coefficient(friction, speed):
     tangential, normal = slide(pressed(ContactLaw(friction=friction), 2.0), speed, 300)
     assert tangential / normal == pytest.approx(friction, rel=5e-3)
 
 
-@pytest.mark.parametrize("impedance", [0.1, 0.2])
-@pytest.mark.parametrize("force", [0.5, 2.0])
+@pytest.mark.parametrize(("force", "impedance"), [(0.5, 0.1), (2.0, 0.2)])
 def test_the_creep_speed_is_realised_and_grows_with_the_force(force, impedance):
     """Below it friction is viscous, f_t = mu f_n v / v_creep, with v_creep proportional to f_n."""
     law = ContactLaw(impedance=impedance)
@@ -76,8 +75,7 @@ def test_at_the_smallest_force_friction_is_coulombs_from_the_creep_speed_on():
     assert tangential / normal == pytest.approx(law.friction, rel=5e-3)
 
 
-@pytest.mark.parametrize("impedance", [0.2, 0.5])
-@pytest.mark.parametrize("speed", [0.03, 0.1])
+@pytest.mark.parametrize(("speed", "impedance"), [(0.03, 0.5), (0.1, 0.2)])
 def test_the_lift_speed_is_realised(speed, impedance):
     """Sliding adds c v to the normal force at the same depth; the tip lifts off where c v is all of it."""
     law = ContactLaw(impedance=impedance)
@@ -101,15 +99,6 @@ def test_parameters_scale_with_mass_so_that_the_physics_does_not():
         assert pair.friction_damping * 0.5e-3 <= LARGEST_FRICTION_STEP
 
 
-def test_a_stiffness_too_high_for_the_time_step_is_refused_with_one_that_would_do():
-    law = ContactLaw(stiffness=500e3)
-    with pytest.raises(InvalidValueError, match="time step of at most") as refusal:
-        pair_parameters(law, 0.2, 0.5e-3)
-    advised = float(str(refusal.value).rsplit("at most ", 1)[1].split()[0])
-    pair_parameters(law, 0.2, 0.98 * advised)
-    assert np.sqrt(law.stiffness * 0.2) * advised == pytest.approx(LARGEST_CONTACT_STEP, rel=0.05)
-
-
 def test_friction_too_stiff_for_the_time_step_is_refused():
     law = ContactLaw(stiffness=100.0, smallest_force=20.0, friction=0.05, impedance=0.2)
     with pytest.raises(InvalidValueError, match="friction damping"):
@@ -117,30 +106,7 @@ def test_friction_too_stiff_for_the_time_step_is_refused():
     pair_parameters(law, 2.0, 5e-5)
 
 
-def test_a_creep_speed_that_needs_an_impratio_below_one_is_refused_with_one_that_would_do():
-    with pytest.raises(InvalidValueError, match="creep_speed") as refusal:
-        pair_parameters(ContactLaw(creep_speed=0.5), 0.2, 0.5e-3)
-    advised = float(str(refusal.value).rsplit("at most ", 1)[1].split()[0])
-    assert pair_parameters(ContactLaw(creep_speed=0.98 * advised), 0.2, 0.5e-3).impratio >= 1.0
-
-
 def test_a_scene_that_cannot_keep_its_contact_law_is_not_built():
     with pytest.raises(InvalidValueError, match="contact stiffness"):
         build_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03))
     build_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03), fidelity=Fidelity(1e-4))
-
-
-@pytest.mark.parametrize("impedance", [0.0, 1.0, -0.5, float("nan")])
-def test_an_impedance_outside_0_to_1_is_refused(impedance):
-    with pytest.raises(InvalidValueError, match="impedance"):
-        ContactLaw(impedance=impedance)
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["stiffness", "friction", "spin_length", "damping_ratio", "smallest_force", "lift_speed", "creep_speed"],
-)
-@pytest.mark.parametrize("bad", [0.0, -1.0, float("inf"), float("nan")])
-def test_quantities_that_must_be_positive_are_refused_by_name(name, bad):
-    with pytest.raises(InvalidValueError, match=name):
-        ContactLaw(**{name: bad})

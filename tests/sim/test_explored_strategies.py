@@ -9,28 +9,26 @@ import trimesh
 from palpate.controllers import Raster, Room
 from palpate.controllers.paths import (
     Contour,
-    EdgeSteering,
     Follow,
     LegEnd,
     LevelSteering,
     PathEvent,
     PathPlane,
-    Spiral,
     Taps,
     Waypoints,
-    tap_grid,
 )
 from palpate.runtime import Ending, Limits, Phase
-from palpate.sim import Box, ContactLaw, EllipsoidObject, SphereObject, white_noise
+from palpate.sim import Box, ContactLaw
+from palpate.sim.objects.heights import bumps
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp
+from palpate.sim.objects.torus import Torus
 from support.explored_stage import PERIOD, RADIUS, explored
 
 ABOVE = RADIUS + 1e-3
 LIMIT = Limits().force
 LINE = Waypoints(((-0.008, 0.0), (0.008, 0.0)))
-NANO17 = white_noise(1 / 320, 1e-3 / 64, 4)
 
 
 class Sharp(TracedMesh):
@@ -62,48 +60,6 @@ def check_on_surface(e, target, rms=2e-6):
     assert np.linalg.norm(e.record.velocity[-1]) < 1e-3
 
 
-# spirals, contours, edges, taps
-
-
-def test_a_spiral_over_a_sphere():
-    target = SphereObject(0.03)
-    e = explored(target, Follow(Spiral(4e-3, 2e-3)), (0.0, 0.0, target.top + ABOVE), seconds=20.0)
-    assert e.result.ending is Ending.DONE
-    check_on_surface(e, target)
-    assert e.force_rms() < 0.05
-    assert e.strategy.marks == ()
-    assert np.hypot(*e.tip[-1, :2]) == pytest.approx(4e-3, abs=5e-4)
-
-
-def round_level(target, height, at, most, **given):
-    plane = PathPlane((0.0, 0.0, height))
-    contour = Contour(at, LevelSteering(plane), plane, most)
-    e = explored(target, contour, (*at, target.top + ABOVE), seconds=60.0, **given)
-    assert e.result.ending is Ending.DONE
-    assert contour.closed
-    assert contour.marks == ()
-    # once the level is reached it is kept
-    kept = e.tip[len(e.tip) // 3 :, 2] - height
-    assert np.abs(kept).max() < 3e-4
-    assert e.force_rms() < 0.05
-    return e, contour
-
-
-def test_round_a_sphere_at_constant_height():
-    target = SphereObject(0.01)
-    e, contour = round_level(target, 4e-3, (0.006, 0.0), 0.2)
-    check_on_surface(e, target)
-    assert contour.gone == pytest.approx(2 * math.pi * math.sqrt((0.01 + RADIUS) ** 2 - 4e-3**2), abs=2.5e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("noise", [None, NANO17], ids=["exact", "nano17"])
-def test_round_an_ellipsoid_at_constant_height(noise):
-    target = EllipsoidObject((0.024, 0.016, 0.02))
-    e, _ = round_level(target, 5e-3, (0.012, 0.0), 0.3, noise=noise)
-    check_on_surface(e, target, 2e-6 if noise is None else 0.05e-3)
-
-
 @pytest.mark.slow
 def test_round_a_box_with_round_edges_at_constant_height():
     """Below its top, on walls: there is no limit of steepness there, and the tip touches beside, not below."""
@@ -127,51 +83,6 @@ def test_round_a_box_with_round_edges_at_constant_height():
     assert contour.gone == pytest.approx(2 * (0.018 + 0.012) + 2 * math.pi * (3e-3 + RADIUS), abs=3e-3)
     on_walls = np.abs(e.record.normal[e.scan][:, 2]) < 0.05
     assert on_walls.mean() > 0.5
-
-
-@pytest.mark.slow
-def test_along_the_edge_of_a_box():
-    target = Box((0.03, 0.02, 0.02))
-    steering = EdgeSteering.at_offset(PathPlane(), 0.5 * RADIUS, RADIUS, (1.0, 0.0, 0.0))
-    contour = Contour((0.012, 0.0), steering, PathPlane(), 0.3)
-    e = explored(target, contour, (0.012, 0.0, target.top + ABOVE))
-    assert e.result.ending is Ending.DONE
-    assert contour.closed
-    check_on_surface(e, target, 5e-6)
-    last = e.points[len(e.points) // 3 :]
-    beside = np.minimum(np.abs(np.abs(last[:, 0]) - 0.015), np.abs(np.abs(last[:, 1]) - 0.01))
-    assert np.hypot(beside, last[:, 2] - target.top).max() < 0.1e-3
-    assert set(events(e)) == {PathEvent.EDGE}
-
-
-def test_taps_on_a_ball_and_beside_it():
-    target = SphereObject(6e-3)
-    points = tap_grid(0.024, 0.012, 0.012)
-    start = (*points[0], target.top + ABOVE)
-    # as far down as the ball is steep enough to be missed
-    e = explored(target, Taps(points, 2e-3), start, approach_distance=6e-3, settle_time=0.15, landing_speed=0.01)
-    assert e.result.ending is Ending.DONE
-    check_on_surface(e, target)
-    hit = [math.hypot(*point) < 0.01 for point in points]
-    assert [end is LegEnd.REACHED for end in e.ends] == hit
-    assert events(e) == [PathEvent.UNREACHABLE] * hit.count(False)
-    for mark, point in zip(e.strategy.marks, (p for p, h in zip(points, hit, strict=True) if not h), strict=True):
-        assert mark.position[:2] == pytest.approx(point, abs=4e-4)
-    # a tenth of a second of contacts from each
-    assert len(e.points) * PERIOD == pytest.approx(0.1 * hit.count(True), abs=0.01)
-
-
-@pytest.mark.slow
-def test_taps_five_by_five():
-    target = SphereObject(0.01)
-    points = tap_grid(0.032, 0.032, 0.008)
-    e = explored(target, Taps(points), (*points[0], target.top + ABOVE), seconds=300.0, approach_distance=0.02)
-    assert e.result.ending is Ending.DONE
-    check_on_surface(e, target)
-    far = [math.hypot(*point) > 0.01 + RADIUS for point in points]
-    near = [math.hypot(*point) < 0.0135 for point in points]
-    assert all(end is LegEnd.MISSED for end, out in zip(e.ends, far, strict=True) if out)
-    assert all(end is LegEnd.REACHED for end, into in zip(e.ends, near, strict=True) if into)
 
 
 # steps, holes, walls
@@ -276,3 +187,20 @@ def test_what_is_hit_while_travelling_stays_below_the_limit(hardness):
     assert e.most_force < LIMIT
     assert e.ends == [LegEnd.REACHED, LegEnd.REACHED]
     assert np.median(e.points[-50:, 2]) == pytest.approx(6e-3, abs=1e-4)  # compressed less than a map allows for
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("target", "raster", "error"),
+    [
+        (bumps(), Raster(0.04, 0.008, 0.008), 0.20),
+        (Torus(0.03, 0.012), Raster(0.004, 0.02, 0.02, (0.03, 0.0)), 0.15),
+    ],
+    ids=["bumps", "torus"],
+)
+def test_the_force_is_held_on_surfaces_that_are_not_convex(target, raster, error):
+    e = explored(target, Follow(raster), (*raster.corners()[0], target.top + ABOVE), seconds=30.0)
+    assert e.result.ending is Ending.DONE
+    assert e.record.touching[e.scan].all()
+    assert e.force_rms() < error
+    check_on_surface(e, target, 0.02e-3)

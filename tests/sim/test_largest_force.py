@@ -125,8 +125,10 @@ def test_a_plunge_at_a_quarter_of_a_metre_per_second_is_stopped_by_name_before_i
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*ROBOTS, "emulated-ur5e"])
-@pytest.mark.parametrize("stiffness", [2e3, 20e3])
+@pytest.mark.parametrize(
+    ("name", "stiffness"),
+    [("stage", 2e3), ("stage-nano17", 20e3), ("ur5e-sim", 20e3), ("ur5e-nano17", 2e3), ("emulated-ur5e", 20e3)],
+)
 def test_the_fastest_plunge_presses_no_harder_than_the_model_allows(robot_file, stiffness):
     result, force, *_ = driven(
         robot_file, lambda limits, period: Plunge(limits.commanded_speed, limits, period), None, stiffness
@@ -157,7 +159,7 @@ def test_no_hostile_controller_exceeds_force_speed_acceleration_and_workspace(na
     limits = msgspec.structs.replace(
         robot.file.limits, workspace_lower=(-0.01, -0.01, -1.0), workspace_upper=(0.01, 0.01, 1.0)
     )
-    for seed in range(40):
+    for seed in range(10):
         result, force, velocity, position, command = driven(name, partial(Hostile, seed), limits, duration=1.5)
         assert force.max() <= allowed(limits, 20e3, period), seed
         speed = np.linalg.norm(velocity, axis=1)

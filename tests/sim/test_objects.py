@@ -1,12 +1,10 @@
 """Distances to the simulated objects: exact on points whose distance is known by construction."""
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.sim import Box, CylinderObject, EllipsoidObject, SphereObject
 
 OBJECTS = [SphereObject(), EllipsoidObject(), Box(), CylinderObject()]
@@ -47,22 +45,16 @@ axes_strategy = st.one_of(st.tuples(*[st.floats(0.005, 0.1)] * 3), st.sampled_fr
 octant = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(axes_strategy, octant, st.floats(0.0, 0.2))
-def test_outside_an_ellipsoid_the_distance_is_that_along_the_normal(axes, direction, distance):
-    point, normal = ellipsoid_point(axes, direction)
-    found = EllipsoidObject(axes).signed_distance((point + distance * normal)[None])[0]
-    assert found == pytest.approx(distance, rel=1e-9, abs=1e-15 + 1e-13 * max(axes))
-
-
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(axes_strategy, octant, st.floats(0.0, 0.99))
-def test_inside_an_ellipsoid_likewise_up_to_the_smallest_radius_of_curvature(axes, direction, part):
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(axes_strategy, octant, st.floats(0.0, 0.2), st.floats(0.0, 0.99))
+def test_the_distance_to_an_ellipsoid_is_that_along_its_normal(axes, direction, outside, part):
     # no two normals meet nearer to the surface than its smallest radius of curvature, min^2/max
-    distance = part * min(axes) ** 2 / max(axes)
+    inside = part * min(axes) ** 2 / max(axes)
     point, normal = ellipsoid_point(axes, direction)
-    found = EllipsoidObject(axes).signed_distance((point - distance * normal)[None])[0]
-    assert found == pytest.approx(-distance, rel=1e-7, abs=1e-15 + 1e-13 * max(axes))
+    found = EllipsoidObject(axes).signed_distance(point + np.array([outside, -inside])[:, None] * normal)
+    rounding = 1e-15 + 1e-13 * max(axes)
+    assert found[0] == pytest.approx(outside, rel=1e-9, abs=rounding)
+    assert found[1] == pytest.approx(-inside, rel=1e-7, abs=rounding)
 
 
 def test_the_center_of_an_ellipsoid_lies_its_least_semi_axis_deep():
@@ -88,16 +80,6 @@ def test_points_anywhere_on_axes_and_planes_of_symmetry_too(axes, part, mask):
     level = np.sum((point / axes) ** 2)
     if abs(level - 1.0) > 1e-9:
         assert (found > 0.0) == (level > 1.0)
-
-
-def test_an_ellipsoid_of_equal_axes_is_a_sphere():
-    points = np.random.default_rng(1).normal(scale=0.03, size=(500, 3))
-    assert np.allclose(
-        EllipsoidObject((0.04, 0.04, 0.04)).signed_distance(points),
-        SphereObject(0.04).signed_distance(points),
-        rtol=0,
-        atol=1e-12,
-    )
 
 
 def test_a_box_measures_to_faces_edges_and_corners():
@@ -144,42 +126,3 @@ def test_the_distance_grows_by_one_per_length_and_by_no_more(target):
     others = points + rng.normal(scale=0.01, size=points.shape)
     change = np.abs(target.signed_distance(points) - target.signed_distance(others))
     assert np.all(change <= np.linalg.norm(points - others, axis=1) + 1e-12)
-
-
-@pytest.mark.parametrize("target", OBJECTS, ids=IDS)
-def test_the_simulated_geom_is_where_the_exact_surface_says(target):
-    """Distances of a small sphere to the geom (mj_geomDistance) agree with `signed_distance`."""
-    spec = mujoco.MjSpec()
-    target.add_geom(spec.worldbody.add_body(name="object"), "object")
-    probe = spec.worldbody.add_body(name="probe", mocap=True)
-    probe.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0.0, 0.0])
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    points = np.random.default_rng(2).uniform(-0.1, 0.1, size=(200, 3))
-    points = points[target.signed_distance(points) > 5e-3]
-    assert len(points) > 50
-    for point in points:
-        data.mocap_pos[0] = point
-        mujoco.mj_forward(model, data)
-        found = mujoco.mj_geomDistance(model, data, model.geom("probe").id, model.geom("object").id, 1.0, None)
-        assert found + 1e-3 == pytest.approx(target.signed_distance(point[None])[0], abs=2e-6)
-
-
-@pytest.mark.parametrize("target", OBJECTS, ids=IDS)
-def test_the_top_is_on_the_surface_and_nothing_is_higher(target):
-    assert target.signed_distance(np.array([[0.0, 0.0, target.top]]))[0] == pytest.approx(0.0, abs=1e-15)
-    above = np.random.default_rng(3).uniform(-0.2, 0.2, size=(500, 3))
-    above[:, 2] = target.top + 1e-6 + np.abs(above[:, 2])
-    assert np.all(target.signed_distance(above) > 0.0)
-
-
-@pytest.mark.parametrize("bad", [0.0, -0.01, float("nan"), float("inf")])
-def test_lengths_that_can_never_be_right_are_refused_by_name(bad):
-    with pytest.raises(InvalidValueError, match="radius"):
-        SphereObject(bad)
-    with pytest.raises(InvalidValueError, match=r"semi_axes\[1\]"):
-        EllipsoidObject((0.05, bad, 0.03))
-    with pytest.raises(InvalidValueError, match=r"size\[2\]"):
-        Box((0.05, 0.05, bad))
-    with pytest.raises(InvalidValueError, match="length"):
-        CylinderObject(0.03, bad)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError, SimulationDivergedError
+from palpate.errors import SimulationDivergedError
 from palpate.runtime.data import Command
 from palpate.sim import (
-    ArmCarrier,
     Box,
     ContactLaw,
     EllipsoidObject,
@@ -16,14 +15,11 @@ from palpate.sim import (
     SphereObject,
     Table,
     Tip,
-    Torus,
-    TurningStage,
     build_scene,
     open_loop,
     rollout_presses,
 )
-from palpate.sim.friction.law import FrictionLaw
-from palpate.surfaces import Ellipsoid, Paraboloid, Sphere
+from palpate.surfaces import Ellipsoid, Sphere
 
 TIP = Tip(Sphere(0.008))
 BALL = SphereObject(0.04)
@@ -85,45 +81,6 @@ def test_every_number_is_that_of_a_back_end_that_is_stepped(scenes, monkeypatch)
     np.testing.assert_array_equal(rows(found), np.array(wanted))
     monkeypatch.setattr(open_loop, "LARGEST_BLOCK", 1)  # one run at a time
     np.testing.assert_array_equal(rows(rollout_presses(scenes, velocity, threads=1)), np.array(wanted))
-
-
-@pytest.mark.parametrize(
-    ("given", "named"),
-    [
-        ({"target": Torus()}, r"target = .*Torus.*placed before each time step \(Trace\).*MujocoBackend"),
-        ({"tip": Tip(Paraboloid((0.008, 0.01))), "height": 0.1}, r"tip = .*\(RollingSphere\).*MujocoBackend"),
-        ({"friction": FrictionLaw()}, "friction plant acts in each time step; leave it to MuJoCo"),
-        ({"carrier": ArmCarrier()}, "where its servos are sent depends on where it is; take a Stage"),
-        ({"carrier": TurningStage()}, "where its servos are sent depends on where it is; take a Stage"),
-    ],
-)
-def test_scenes_in_which_palpate_acts_in_every_time_step_are_refused(given, named):
-    with pytest.raises(InvalidValueError, match=named):
-        rollout_presses(scene(**given), down_and_aside(1))
-
-
-def test_a_tip_that_is_held_up_by_more_than_its_carrier_allows_is_refused():
-    velocity = np.full((2, 600, 3), (0.0, 0.0, -0.001))
-    velocity[1, :, 2] = -0.02
-    with pytest.raises(InvalidValueError, match=r"run 1: in period \d+ the tip lags behind"):
-        rollout_presses(scene(), velocity)
-
-
-def test_wrong_shapes_values_and_mixtures_are_refused():
-    good = down_and_aside(2)
-    with pytest.raises(InvalidValueError, match=r"shape \(260, 3\): must be \(runs, periods, 3\)"):
-        rollout_presses(scene(), good[0])
-    absurd = good.copy()
-    absurd[1, 7, 0] = np.nan
-    with pytest.raises(InvalidValueError, match=r"velocity\[1, 7\] = \[nan"):
-        rollout_presses(scene(), absurd)
-    with pytest.raises(InvalidValueError, match="3 scenes for 2 runs"):
-        rollout_presses([scene()] * 3, good)
-    free = ObjectBody(Box((0.1, 0.1, 0.04)), mass=2.0, mount=Mount.FREE, position=(0.0, 0.0, 0.02))
-    with pytest.raises(InvalidValueError, match="differ in what there is"):
-        rollout_presses([scene(), scene(free, table=Table())], good)
-    with pytest.raises(InvalidValueError, match=r"period = 0\.00075 s: must be a whole number of time steps"):
-        rollout_presses(scene(), good, period=0.75e-3)
 
 
 def test_a_simulation_that_diverges_is_named():

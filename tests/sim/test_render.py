@@ -6,21 +6,18 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.kinematics import Pose
+from palpate.kinematics.pose import rotation_from_rotvec
 from palpate.kinematics.posture import Posture
-from palpate.runtime.data import Command
 from palpate.sim import (
     Box,
     ContactLaw,
     CylinderObject,
     EllipsoidObject,
-    MujocoBackend,
     SphereObject,
     Tip,
     TurningStage,
@@ -98,78 +95,36 @@ def test_a_force_too_small_to_see_is_not_drawn(renderer):
     assert (plain[0, 0] == GROUND).all()
 
 
-def test_the_model_stays_as_it_is(renderer):
-    model = stage().model
+def test_two_renderers_disturb_neither_one_another_nor_their_model(renderer):
+    plain, model = renderer.picture(at(START)), stage(Box()).model
     before = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
     with SceneRenderer(model, 1000, 700) as other:
-        assert other.picture(at(START)).shape == (700, 1000, 3)
-    after = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
-    assert all((a == b).all() if isinstance(a, np.ndarray) else a == b for a, b in zip(before, after, strict=True))
-
-
-def test_two_renderers_do_not_disturb_one_another(renderer):
-    plain = renderer.picture(at(START))
-    with SceneRenderer(stage(Box()).model, 320, 200) as other:
         box = other.picture(at(START))
+        assert box.shape == (700, 1000, 3)
         assert (renderer.picture(at(START)) == plain).all()
         assert (other.picture(at(START)) == box).all()
     assert (renderer.picture(at(START)) == plain).all()
-
-
-def test_a_closed_renderer_says_so():
-    try:
-        made = SceneRenderer(stage().model, 64, 48)
-    except NoRendererError as error:
-        pytest.skip(str(error))
-    made.close()
-    made.close()
+    after = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
+    assert all(np.array_equal(a, b) for a, b in zip(before, after, strict=True))
+    other.close()
     with pytest.raises(InvalidValueError, match="closed"):
-        made.picture(at(START))
+        other.picture(at(START))
 
 
-@pytest.mark.parametrize("size", [(0, 480), (640, -1), (10_000, 480)])
-def test_impossible_sizes(size):
-    with pytest.raises(InvalidValueError, match="pixels"):
-        SceneRenderer(stage().model, *size)
-
-
-def test_without_libraries_the_message_names_the_remedy(monkeypatch):
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (None, r"EGL: no such library; OSMesa: no such library.*apt install libegl1"),
+        ("osmesa", r"^(?!.*EGL: no such)"),
+    ],
+)
+def test_without_libraries_the_message_names_the_remedy(monkeypatch, asked, message):
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    with pytest.raises(
-        NoRendererError, match=r"EGL: no such library; OSMesa: no such library.*apt install libegl1"
-    ):
+    if asked:
+        monkeypatch.setenv("MUJOCO_GL", asked)
+    with pytest.raises(NoRendererError, match=message):
         offscreen_context(64, 48)
-
-
-def test_mujoco_gl_chooses(monkeypatch):
-    monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
-    monkeypatch.setenv("MUJOCO_GL", "osmesa")
-    with pytest.raises(NoRendererError) as refused:
-        offscreen_context(64, 48)
-    assert "EGL: no such" not in str(refused.value)
-
-
-@given(st.tuples(*[st.floats(-0.5, 0.5)] * 3))
-@settings(deadline=None)
-def test_a_stage_is_placed_where_the_sample_says(position):
-    data = STAGE_PLACEMENT.place(at(position))
-    assert data.site("sensor").xpos == pytest.approx(position, abs=1e-12)
-
-
-STAGE_PLACEMENT = ScenePlacement(stage().model)
-
-
-def test_an_arm_is_placed_as_its_joints_say():
-    carrier = ArmCarrier()
-    scene = build_scene(Tip(Sphere(0.008)), SphereObject(0.03), ContactLaw(), START, carrier)
-    placement, random = ScenePlacement(scene.model), np.random.default_rng(1)
-    for _ in range(20):
-        joints = tuple(random.uniform(-2.0, 2.0, 6).tolist())
-        place = placement.place(Posture(Pose((9.0, 9.0, 9.0)), joints)).site("sensor").xpos
-        assert place == pytest.approx(carrier.arm.kinematics.pose(joints).position, abs=1e-12)
-    with pytest.raises(InvalidValueError, match="has 6 joints that turn"):
-        placement.place(at(START))
 
 
 def test_links_are_where_the_simulation_has_them():
@@ -182,13 +137,14 @@ def test_links_are_where_the_simulation_has_them():
         tip = carrier.arm.kinematics.pose(joints)
         poses = placement.poses(Posture(tip, joints))
         assert poses["tip"] == tip
-        data = mujoco.MjData(scene.model)
-        data.qpos[:6] = joints
-        mujoco.mj_kinematics(scene.model, data)
+        data = placement.place(Posture(Pose((9.0, 9.0, 9.0)), joints))
+        assert data.site("sensor").xpos == pytest.approx(tip.position, abs=1e-12)
         assert {"arm/shoulder", "arm/forearm", "arm/wrist_3"} < set(poses)
         for name, pose in poses.items():
             assert data.body(name).xpos == pytest.approx(pose.position, abs=1e-9)
             assert data.body(name).xmat == pytest.approx(np.ravel(pose.rotation), abs=1e-9)
+    with pytest.raises(InvalidValueError, match="has 6 joints that turn"):
+        placement.place(at(START))
 
 
 def test_a_target_that_with_prescribed_motion_is_where_it_belongs_at_that_time():
@@ -216,11 +172,6 @@ def test_what_is_fixed_elsewhere_is_drawn_there_and_keeps_its_colour():
     ball = next(part for part in scene.parts if part.body == "" and part.colour != (230, 159, 0))
     assert ball.vertices.mean(axis=0) == pytest.approx((0.3, 0.0, 0.0), abs=1e-9)
     assert ball.colour == (255, 0, 0)
-
-
-def test_a_scene_without_tip_or_hand_is_refused():
-    with pytest.raises(InvalidValueError, match="nothing to place"):
-        ScenePlacement(mujoco.MjSpec().compile())
 
 
 @pytest.mark.parametrize(
@@ -291,13 +242,6 @@ def test_a_video_has_its_pictures_and_its_pace(tmp_path):
         assert video.info["loop"] == 0
 
 
-@pytest.mark.parametrize(("pictures", "interval"), [([], 0.05), ([np.zeros((2, 2, 3), np.uint8)], 0.01)])
-def test_videos_that_cannot_be(tmp_path, pictures, interval):
-    with pytest.raises(InvalidValueError):
-        write_gif(pictures, tmp_path / "a.gif", interval)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_video_that_fails_halfway_leaves_nothing(tmp_path):
     def pictures():
         yield np.zeros((2, 2, 3), np.uint8)
@@ -309,18 +253,9 @@ def test_a_video_that_fails_halfway_leaves_nothing(tmp_path):
 
 
 def test_a_turned_tip_is_drawn_turned():
-    """Geometry alone puts every body where the simulation has it, on a stage that turns too."""
-    scene = build_scene(
-        Tip(Ellipsoid((0.006, 0.008, 0.012))), Box((0.08, 0.08, 0.04)), ContactLaw(), START, TurningStage()
-    )
-    backend = MujocoBackend(scene)
-    backend.start()
-    for _ in range(300):
-        sample = backend.step(Command((0.01, -0.005, 0.002), angular_velocity_base_tip=(0.6, -0.4, 0.5)))
-    posture = Posture(Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip))
-    data = ScenePlacement(scene.model).place(posture)
-    tip = scene.model.body("tip").id
-    # the sample belongs to the state before the last step, so does what is placed
-    assert data.xpos[tip] == pytest.approx(sample.arm.position_base_tip, abs=1e-6)
-    assert data.xmat[tip].reshape(3, 3) == pytest.approx(np.array(sample.arm.rotation_base_tip), abs=1e-9)
-    assert abs(data.xmat[tip].reshape(3, 3) - np.eye(3)).max() > 0.1
+    """A stage that turns is placed where the sample says."""
+    model = build_scene(Tip(Sphere(0.008)), Box(), ContactLaw(), START, TurningStage()).model
+    pose = Pose((0.01, -0.02, 0.03), rotation_from_rotvec((0.6, -0.4, 0.5)))
+    data = ScenePlacement(model).place(Posture(pose))
+    assert data.site("sensor").xpos == pytest.approx(pose.position, abs=1e-9)
+    assert data.site("sensor").xmat == pytest.approx(np.ravel(pose.rotation), abs=1e-9)

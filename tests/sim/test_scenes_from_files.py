@@ -104,23 +104,18 @@ def test_the_tip_meets_what_stands_around_and_the_truth_is_of_what_is_touched(sc
     assert np.linalg.norm(found.wrenches[0].wrench[:3]) > 1.0
 
 
-def test_a_lever_turns_under_the_tip_and_a_moment_of_it_can_be_gone_back_to():
+def test_a_lever_turns_under_the_tip():
     backend = over(SceneTarget.of(SceneFile.read(SCENES / "handle.xml"), "lever"), stiffness=4e3)
     _, first = lowered(backend, 300)
-    kept = backend.snapshot()
-    twice = []
-    for _ in range(2):
-        backend.restore(kept)
-        for _ in range(50):
-            backend.step(DOWN)
-        twice.append(backend.truth())
-    assert twice[0] == twice[1]
+    for _ in range(50):
+        backend.step(DOWN)
+    truth = backend.truth()
     assert first.touching
-    assert twice[0].pose_base_object.rotation[2][0] < first.pose_base_object.rotation[2][0] < -1e-3
+    assert truth.pose_base_object.rotation[2][0] < first.pose_base_object.rotation[2][0] < -1e-3
     # the contact is where the lever's own frame has its surface, on top of a capsule of 10 mm
-    assert twice[0].position_object[2] == pytest.approx(0.01, abs=5e-4)
-    held = over(SceneTarget.of(FrozenScene.read(SCENES / "handle.xml"), "handle"))
-    assert held.scene.model.nv == 3  # the stage's
+    assert truth.position_object[2] == pytest.approx(0.01, abs=5e-4)
+    fixed = over(SceneTarget.of(FrozenScene.read(SCENES / "handle.xml"), "handle"))
+    assert fixed.scene.model.nv == 3  # the stage's
 
 
 def test_what_a_log_keeps_is_the_same_scene_without_its_files(tmp_path):

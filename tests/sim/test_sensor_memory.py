@@ -15,7 +15,7 @@ from palpate.sim.sensor import kernel
 from palpate.sim.sensor.draws import BLOCK
 from palpate.sim.sensor.model import SensorModel, noisy_sensor
 from palpate.sim.sensor.presets import PresetSensor, nano17, sensor_preset
-from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
+from palpate.sim.sensor.simulation import ImperfectSensor, simulated_sensor
 from palpate.sim.sensor.stages import Dropouts, FirstOrderLag, RandomWalk, SampleClock, SecondOrderLag, alike
 
 DT = 1e-3
@@ -43,15 +43,19 @@ def run(sensor, first, last):
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_the_same_seed_gives_the_same_samples_bit_for_bit_also_after_a_restart(model):
     sensor = simulated_sensor(model, DT, 7)
-    first = run(sensor, 0, 700)
+    fresh, first = sensor.state(), run(sensor, 0, 700)
+    shown = repr(first)
     assert run(simulated_sensor(model, DT, 7), 0, 700) == first
     sensor.restart(7)
     assert run(sensor, 0, 700) == first
+    sensor.set_state(fresh)
+    assert run(sensor, 0, 700) == first
+    sensor.restart(8)
+    other = run(sensor, 0, 700)
     if model.noise is not None:
-        sensor.restart(8)
-        other = run(sensor, 0, 700)
         # rounded, some are the same by chance
         assert np.mean([a.wrench != b.wrench for a, b in zip(first, other, strict=True)]) > 0.9
+    assert repr(first) == shown  # samples are values
 
 
 @settings(max_examples=30, deadline=None)
@@ -74,14 +78,6 @@ def test_a_snapshot_in_mid_run_goes_on_bit_for_bit_here_and_elsewhere(model, bef
     assert run(sensor, before, before + 300) == rest
 
 
-def test_a_snapshot_before_the_first_step_is_a_fresh_sensor():
-    sensor = ImperfectSensor(EVERYTHING, DT, 7)
-    state = sensor.state()
-    first = run(sensor, 0, 300)
-    sensor.set_state(state)
-    assert run(sensor, 0, 300) == first
-
-
 def test_sensors_do_not_disturb_one_another():
     alone = run(ImperfectSensor(EVERYTHING, DT, 7), 0, 600)
     one, other = ImperfectSensor(EVERYTHING, DT, 7), ImperfectSensor(EVERYTHING, DT, 8)
@@ -90,14 +86,6 @@ def test_sensors_do_not_disturb_one_another():
         other.step(DT * k, *load(5 * k))
         together.append(one.step(DT * k, *load(k)))
     assert together == alone
-
-
-def test_samples_stay_as_they_were_given():
-    sensor = ImperfectSensor(EVERYTHING, DT, 7)
-    samples = run(sensor, 0, 50)
-    shown = [(s.time, s.wrench, s.acceleration) for s in samples]
-    run(sensor, 50, 400)
-    assert [(s.time, s.wrench, s.acceleration) for s in samples] == shown
 
 
 def test_a_stage_more_leaves_the_noise_as_it_was():
@@ -114,16 +102,6 @@ def test_a_stage_more_leaves_the_noise_as_it_was():
     noise, steps = shown[0][1:], np.diff(shown[1], axis=0)
     both = [np.corrcoef(noise[:, i], steps[:, i])[0, 1] for i in range(6)]
     assert np.abs(both).max() < 5.0 / math.sqrt(len(steps))
-
-
-def test_a_state_of_another_sensor_is_refused():
-    state = ImperfectSensor(EVERYTHING, DT).state()
-    with pytest.raises(InvalidValueError, match="another sensor"):
-        ImperfectSensor(nano17(3), DT).set_state(state)
-    with pytest.raises(InvalidValueError, match="another sensor"):
-        PerfectSensor().set_state(state)
-    with pytest.raises(InvalidValueError, match="same period"):
-        ImperfectSensor(EVERYTHING, 10 * DT).set_state(state)
 
 
 @pytest.mark.parametrize("time", [0.004, 0.003, -1.0, math.nan, math.inf])
@@ -171,14 +149,3 @@ def test_other_kinds_of_numbers_are_taken_without_starting_a_compiler():
         a = sensor.step(np.float64(k), np.array([1, 2, 3, 0, 0, 0], dtype=np.float32), (0, 0, 9))
         assert a == other.step(float(k), (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), (0.0, 0.0, 9.0))
     assert list(dispatcher.signatures) == compiled
-
-
-@pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan])
-def test_a_period_that_cannot_be_is_refused(wrong):
-    with pytest.raises(InvalidValueError, match="period"):
-        simulated_sensor(EVERYTHING, wrong)
-
-
-def test_a_negative_seed_is_refused():
-    with pytest.raises(InvalidValueError, match="seed"):
-        simulated_sensor(EVERYTHING, DT, -1)

@@ -1,15 +1,13 @@
 """A target on a spring: what it weighs, how it swings, what a tip feels of it."""
 
 import math
-import re
 
 import mujoco
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.runtime import Command
-from palpate.sim import Box, ContactLaw, MujocoBackend, SprungTarget, Tip, Torus, build_scene
+from palpate.sim import Box, ContactLaw, MujocoBackend, SprungTarget, Tip, build_scene
 from palpate.sim.objects.target import Mount
 from palpate.surfaces import Sphere
 
@@ -63,28 +61,3 @@ def test_pressed_it_yields_by_force_over_stiffness_and_the_truth_says_where_it_i
     force = -truth.force[2] if truth.force[2] < 0.0 else truth.force[2]
     assert force > 0.5
     assert truth.pose_base_object.position[2] == pytest.approx(-force / 2e3, rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: SprungTarget(PLATE, stiffness=0.0), "stiffness = 0.0 N/m"),
-        (lambda: SprungTarget(PLATE, damping=-1.0), "damping"),
-        (lambda: SprungTarget(PLATE, axis=(0.0, 0.0, 0.0)), "length of axis"),
-        (lambda: SprungTarget(Torus()), "take a convex object"),
-    ],
-)
-def test_what_cannot_be_is_refused(make, words):
-    with pytest.raises(InvalidValueError, match=words):
-        make()
-
-
-def test_a_mount_too_light_is_refused_by_its_own_mass_and_what_is_named_will_do():
-    def scene(mass):
-        return build_scene(
-            Tip(Sphere(0.008), 0.03), SprungTarget(PLATE, mass=mass), ContactLaw(stiffness=20e3), (0.0, 0.0, 0.03)
-        )
-
-    with pytest.raises(InvalidValueError, match=r"mount_mass = 0\.02 kg: .*take at least ([\d.]+) kg") as refused:
-        scene(0.02)
-    scene(float(re.search(r"at least ([\d.]+) kg", str(refused.value))[1]))

@@ -1,13 +1,10 @@
 """Tips of every surface kind: the geom is the surface, where it is, and weighs what such a solid weighs."""
 
-import math
-
 import mujoco
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.sim import ContactLaw, MujocoBackend, Tip, build_scene
 from palpate.sim.objects.primitives import Box, EllipsoidObject
@@ -17,7 +14,6 @@ from palpate.sim.tip import TIP_GEOM
 from palpate.sim.tip_boundary import lattice
 from palpate.surfaces import (
     Capsule,
-    CompliantTip,
     Composite,
     Cylinder,
     Ellipsoid,
@@ -199,18 +195,3 @@ def test_a_sphere_that_rolls_in_a_sphere_touches_as_it_does(target):
     assert np.allclose(rolled[:3], exact[:3], rtol=0, atol=2e-3)
     assert np.allclose(rolled[3:], exact[3:], rtol=0, atol=2e-5)
     assert np.allclose(rolled_truth.position, truth.position, rtol=0, atol=1e-7)
-
-
-def test_what_cannot_be_simulated_is_refused_by_name():
-    with pytest.raises(InvalidValueError, match="CompliantTip: in a simulation the contact"):
-        Tip(CompliantTip(Sphere(0.008), 1e4))
-    with pytest.raises(InvalidValueError, match="endless elliptic cylinder"):
-        Tip(Ellipsoid((0.007, 0.008, math.inf)))
-    with pytest.raises(InvalidValueError, match="surface is a str"):
-        Tip("sphere")
-    endless = Composite((Patch(Cylinder(0.007), np.array([[0.0, 0.0, 1.0, 0.0]])),))
-    with pytest.raises(InvalidValueError, match="no end along"):
-        Tip(endless)
-    for name in ("mass", "reach"):
-        with pytest.raises(InvalidValueError, match=name):
-            Tip(Sphere(0.008), **{name: 0.0})

@@ -12,11 +12,9 @@ from palpate.controllers import Raster
 from palpate.controllers.paths import Follow, Waypoints
 from palpate.runtime import Ending
 from palpate.sim import Box, HeightField
-from palpate.sim.objects.heights import bumps
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.nearest import each
-from palpate.surfaces.triangle_tree import pseudonormals
 from support.explored_stage import RADIUS, explored
 
 STIFFNESS = 10e3
@@ -78,31 +76,6 @@ def test_a_level_field_is_the_box_below_it(point):
         assert np.allclose(found + exact * normal, [point], rtol=0, atol=1e-12)
 
 
-def test_beside_a_wavy_field_the_nearest_point_is_that_of_a_fine_sampling():
-    field, step = bumps(side=0.1), 1e-3
-    along = np.linspace(-0.05, 0.05, 101)
-    x, y = (k.ravel() for k in np.meshgrid(along, along))
-    top = np.stack([x, y, field.height(x, y)], axis=1)
-    down = np.arange(0.0, 0.03, step)
-    rim = top[(np.abs(x) > 0.0499) | (np.abs(y) > 0.0499)]
-    walls = np.concatenate([rim - [0.0, 0.0, d] for d in down])
-    solid = np.concatenate([top, walls])
-    rng = np.random.default_rng(0)
-    checked = 0
-    for _ in range(150):
-        side, out, level = rng.uniform(-0.05, 0.05), 0.05 + rng.uniform(0.0, 0.006), rng.uniform(-0.01, 0.012)
-        point = np.array([(out, side, level), (side, -out, level), (out, out, level)][rng.integers(3)])
-        sampled = np.linalg.norm(solid - point, axis=1).min()
-        found, normal = nearest(field, point)
-        distance = np.linalg.norm(point - found[0])
-        assert distance <= sampled + 1e-9
-        assert distance >= math.sqrt(max(sampled**2 - step**2, 0.0)) - 1e-4
-        assert field.signed_distance(point[None])[0] == pytest.approx(distance, abs=1e-9)
-        assert np.allclose(found[0] + distance * normal[0], point, rtol=0, atol=1e-9)
-        checked += 1
-    assert checked == 150
-
-
 TURNS = [np.eye(3), trimesh.transformations.random_rotation_matrix(np.array([0.1, 0.7, 0.3]))[:3, :3]]
 
 
@@ -141,16 +114,6 @@ def test_pseudonormals_tell_inside_from_outside_as_windings_do(target):
     # the two blocks of the stair have a wall in common: within it, either says that it is inside
     clear = np.abs(exact) > 1e-9
     assert np.array_equal(side[clear] < 0.0, exact[clear] < 0.0)
-
-
-def test_a_cube_s_pseudonormals_are_its_diagonals_however_its_sides_are_cut():
-    """At a corner three sides meet at right angles each, whether in one triangle or two."""
-    cube = mesh(((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))).triangles
-    corners, normals = cube.corners, pseudonormals(cube.vertices, cube.faces)
-    assert normals[:, 4:] == pytest.approx(corners / math.sqrt(3.0))
-    middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
-    lengths = np.linalg.norm(middles, axis=2, keepdims=True)
-    assert normals[:, 1:4] == pytest.approx(middles / lengths)
 
 
 def test_a_tip_that_sweeps_over_the_rim_of_a_field_feels_nothing_beside_it():
