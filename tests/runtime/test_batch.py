@@ -166,12 +166,6 @@ def test_work_that_cannot_be_loaded_elsewhere_is_refused():
         run_batch(Grumpy(), range(3), 2, quiet)
 
 
-@pytest.mark.parametrize("processes", [0, -1, 1.5, True, "2"])
-def test_the_number_of_processes_is_a_whole_one(processes):
-    with pytest.raises(InvalidValueError, match=r"processes = .*1 or above"):
-        run_batch(toss, [Toss(0)], processes)
-
-
 def shown(elapsed, terminal=True):
     screen = io.StringIO()
     console = Console(file=screen, force_terminal=terminal, width=100)

@@ -1,5 +1,6 @@
 """The interpreter does nothing long of its own accord, forgets no garbage, and is afterwards as it was."""
 
+import contextlib
 import gc
 import sys
 import threading
@@ -81,24 +82,29 @@ def test_a_collection_that_somebody_asks_for_has_nothing_to_look_at(collections)
     assert len(gc.get_objects()) == pytest.approx(everything, rel=0.01)
 
 
-@pytest.mark.parametrize("enabled", [True, False])
-@pytest.mark.parametrize("thresholds", [(700, 10, 10), (0, 10, 10), (50, 2, 3)])
-@pytest.mark.parametrize("interval", [5e-3, 1e-5, 5.7e-5])
-@pytest.mark.parametrize("error", [None, RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize(
+    ("enabled", "thresholds", "interval", "error"),
+    [
+        (True, (700, 10, 10), 5e-3, None),
+        (True, (0, 10, 10), 1e-5, RuntimeError),
+        (True, (50, 2, 3), 5.7e-5, KeyboardInterrupt),
+        (False, (700, 10, 10), 1e-5, KeyboardInterrupt),
+        (False, (0, 10, 10), 5.7e-5, None),
+        (False, (50, 2, 3), 5e-3, RuntimeError),
+        (True, (50, 2, 3), 1e-5, None),
+        (False, (700, 10, 10), 5.7e-5, RuntimeError),
+    ],
+)
 def test_everything_is_as_before(collections, enabled, thresholds, interval, error):
     (gc.enable if enabled else gc.disable)()
     gc.set_threshold(*thresholds)
     sys.setswitchinterval(interval)
     before = state()
-    try:
-        with undisturbed():
-            assert gc.isenabled() == enabled
-            assert (gc.get_threshold()[0] == 0) == (thresholds[0] == 0)
-            assert sys.getswitchinterval() == pytest.approx(min(interval, SWITCH_INTERVAL))
-            if error:
-                raise error
-    except (RuntimeError, KeyboardInterrupt):
-        pass
+    with contextlib.suppress(RuntimeError, KeyboardInterrupt), undisturbed():
+        assert (gc.isenabled(), gc.get_threshold()[0] == 0) == (enabled, thresholds[0] == 0)
+        assert sys.getswitchinterval() == pytest.approx(min(interval, SWITCH_INTERVAL))
+        if error:
+            raise error
     assert state() == before
 
 
@@ -110,39 +116,19 @@ def test_what_was_frozen_before_stays_frozen(collections):
     assert gc.get_freeze_count() == pytest.approx(count, rel=0.01)
 
 
-def test_nested_runs_end_with_the_outer_one(collections):
-    before = state()
-    with undisturbed():
-        within = state()
-        with undisturbed():
-            pass
-        assert gc.get_threshold() == within[1]
-        assert gc.get_freeze_count() > 10_000
-        assert sys.getswitchinterval() == within[3]
-    assert state() == before
-
-
-def test_runs_that_overlap_end_with_the_last_one(collections):
-    """As robots of several environments do: the first to start is the first to end."""
-    before = state()
-    first, second = undisturbed(), undisturbed()
-    first.__enter__()
-    within = state()
-    second.__enter__()
-    first.__exit__(None, None, None)
-    assert state()[1] == within[1]
-    assert gc.get_freeze_count() > 10_000
-    second.__exit__(None, None, None)
-    assert state() == before
-
-
-def test_what_an_error_ends_does_not_end_the_others(collections):
-    before = state()
-    with undisturbed():
-        within = state()
-        with pytest.raises(RuntimeError), undisturbed():
-            raise RuntimeError
-        assert gc.get_threshold() == within[1]
+@pytest.mark.parametrize(
+    "order", ["ABba", "ABab", "ABxa"], ids=["nested", "overlapping", "the inner one ends with an error"]
+)
+def test_only_the_last_of_several_runs_restores_the_interpreter(collections, order):
+    """Capitals begin a run, other letters end it; robots of several environments overlap."""
+    before, runs, seen = state(), {"A": undisturbed(), "B": undisturbed(), "X": None}, []
+    runs["X"] = runs["B"]
+    for each in order:
+        run, error = runs[each.upper()], RuntimeError if each == "x" else None
+        run.__enter__() if each.isupper() else run.__exit__(error, error and error(), None)
+        seen.append((state()[1], state()[3], gc.get_freeze_count() > 10_000))
+    assert seen[:3] == [seen[0]] * 3
+    assert seen[0][2]
     assert state() == before
 
 

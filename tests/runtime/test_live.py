@@ -4,7 +4,9 @@ import math
 import sys
 import threading
 from itertools import pairwise
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -58,7 +60,6 @@ def ramp(parameters, seconds, start=0.0):
     return forces
 
 
-@pytest.mark.slow
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(histories)
 def test_whatever_is_requested_whenever_values_stay_in_bounds_and_within_their_rate(history):
@@ -67,49 +68,43 @@ def test_whatever_is_requested_whenever_values_stay_in_bounds_and_within_their_r
     for gap, asked in history:
         last, time = time, gap if math.isnan(time) else time + gap
         for name, value in asked:
-            low, high = BOTH[name].lower, BOTH[name].upper
-            assert ask(parameters, name, value) == (low <= value <= high)
+            assert ask(parameters, name, value) == (BOTH[name].lower <= value <= BOTH[name].upper)
         parameters.step(time)
         elapsed = min(max(time - last, 0.0), LONGEST_ELAPSED) if math.isfinite(time - last) else 0.0
-        now = parameters.values
-        for name, given_ in BOTH.items():
-            assert given_.lower <= now[name] <= given_.upper
-            assert abs(now[name] - before[name]) <= given_.rate * elapsed * (1 + 1e-9) + 1e-15
+        for name, now in parameters.values.items():
+            assert BOTH[name].lower <= now <= BOTH[name].upper
+            assert abs(now - before[name]) <= BOTH[name].rate * elapsed * (1 + 1e-9) + 1e-15
             # never past its target, never away from it
-            target = parameters.targets[name]
-            assert min(before[name], target) <= now[name] <= max(before[name], target)
-        before = now
+            assert sorted((before[name], now, parameters.targets[name]))[1] == now
+        before = parameters.values
 
 
-@pytest.mark.slow
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=100, deadline=None, derandomize=True)
 @given(histories)
 def test_the_recorded_changes_give_the_same_values_again_bit_for_bit(history):
-    original, times, log, values, time = live(), [], [], [], 0.0
+    original, log, periods, time = live(), [], [], 0.0
     for gap, asked in history:
         time += abs(gap) + 1e-9 if math.isfinite(gap) else PERIOD  # times of samples advance
         for name, value in asked:
             ask(original, name, value)
-        times.append(time)
         log += original.step(time)
-        values.append(original.values)
+        periods.append((time, original.values))
     again = live()
-    recorded, relogged, replayed = RecordedChanges(again, log), [], []
-    for time in times:
-        relogged += recorded.step(time)
-        replayed.append(again.values)
-    assert replayed == values
-    assert relogged == log
+    recorded = RecordedChanges(again, list(log))
+    for time, values in periods:
+        assert (recorded.step(time), again.values) == (tuple(x for x in log if x.time == time), values)
 
 
-def test_a_request_is_reached_at_its_rate_and_held():
+def test_a_request_is_reached_at_its_rate_and_held_also_after_a_gap():
     parameters = live()
     parameters.step(0.0)
     parameters.request("force", 3.0)
     forces = ramp(parameters, 0.3, start=PERIOD)
-    assert forces[99] == pytest.approx(2.5)
-    assert forces[200:] == [3.0] * 100
+    assert (forces[99], forces[200:]) == (pytest.approx(2.5), [3.0] * 100)
     assert parameters.value("speed") == SPEED.value
+    parameters.request("force", 15.0)
+    parameters.step(100.0)
+    assert parameters.value("force") == pytest.approx(3.0 + 5.0 * LONGEST_ELAPSED)
 
 
 def test_of_requests_in_one_period_the_newest_counts_for_each_parameter():
@@ -122,119 +117,72 @@ def test_of_requests_in_one_period_the_newest_counts_for_each_parameter():
 
 
 def test_a_change_of_mind_turns_round_without_a_jump():
-    parameters = live()
-    parameters.request("force", 15.0)
-    up = ramp(parameters, 0.1)
-    parameters.request("force", 0.3)
-    down = ramp(parameters, 0.5, start=0.1)
-    assert max(up + down) == pytest.approx(2.5, abs=0.01)
-    assert down[-1] == 0.3
-    assert max(abs(b - a) for a, b in pairwise(up + down)) <= 5.0 * PERIOD * (1 + 1e-9)
-
-
-def test_after_a_gap_the_ramp_goes_on_where_it_was():
-    parameters = live()
-    parameters.step(0.0)
-    parameters.request("force", 15.0)
-    parameters.step(100.0)
-    assert parameters.value("force") == pytest.approx(2.0 + 5.0 * LONGEST_ELAPSED)
+    parameters, forces = live(), []
+    for target, seconds in ((15.0, 0.1), (0.3, 0.5)):
+        parameters.request("force", target)
+        forces += ramp(parameters, seconds, start=len(forces) * PERIOD)
+    assert (max(forces), forces[-1]) == (pytest.approx(2.5, abs=0.01), 0.3)
+    assert max(abs(b - a) for a, b in pairwise(forces)) <= 5.0 * PERIOD * (1 + 1e-9)
 
 
 def test_restarted_all_is_as_at_first_and_requests_are_forgotten():
-    parameters = live()
-    parameters.request("force", 5.0)
-    first = ramp(parameters, 0.2)
-    parameters.request("speed", 0.1)
-    parameters.restart()
-    assert parameters.values == parameters.targets == {"force": 2.0, "speed": 0.02}
-    assert parameters.step(7.0) == ()
-    parameters.request("speed", 0.1)
-    parameters.restart()
-    parameters.request("force", 5.0)
-    assert ramp(parameters, 0.2) == first
-    assert parameters.targets == {"force": 5.0, "speed": 0.02}
+    parameters, runs = live(), []
+    for _ in range(2):
+        parameters.request("speed", 0.1)
+        parameters.restart()
+        assert parameters.values == parameters.targets == {"force": 2.0, "speed": 0.02}
+        assert parameters.step(7.0) == ()
+        parameters.restart()
+        parameters.request("force", 5.0)
+        runs.append(ramp(parameters, 0.2))
+        assert parameters.targets == {"force": 5.0, "speed": 0.02}
+    assert runs[0] == runs[1]
 
 
 @pytest.mark.parametrize("bad", [0.2, 15.1, -1.0, math.nan, math.inf, -math.inf, "much", None])
-def test_what_cannot_be_is_refused_with_value_bounds_and_unit_and_changes_nothing(bad):
+def test_a_refused_request_changes_nothing(bad):
     parameters = live()
     with pytest.raises(InvalidValueError, match=r"force = .* N: must lie between 0\.3 and 15 N"):
         parameters.request("force", bad)
     assert parameters.step(0.0) == ()
 
 
-def test_an_unknown_name_is_refused_with_the_nearest():
-    with pytest.raises(InvalidValueError, match="'forze'; did you mean force"):
-        live().request("forze", 2.0)
-    with pytest.raises(InvalidValueError, match="known are force, speed"):
-        live().request("xyz", 2.0)
-    with pytest.raises(InvalidValueError, match="no live parameters"):
-        LiveParameters().request("force", 2.0)
-
-
-@pytest.mark.parametrize(
-    ("value", "lower", "upper", "rate"),
-    [(2.0, 3.0, 4.0, 1.0), (2.0, 4.0, 3.0, 1.0), (2.0, 0.0, math.inf, 1.0), (2.0, 0.0, 3.0, 0.0)],
-    ids=["out of bounds", "bounds upside down", "no bound", "no rate"],
-)
-def test_parameters_that_cannot_be_are_refused_by_name(value, lower, upper, rate):
-    with pytest.raises(InvalidValueError, match="force"):
-        LiveParameter("force", value, lower, upper, rate, "N", "")
-
-
-def test_two_parameters_of_one_name_are_refused():
-    with pytest.raises(InvalidValueError, match="once only"):
-        LiveParameters(FORCE, FORCE)
+def test_the_loop_finds_the_live_parameters_of_controllers_that_have_some():
+    tuned, nothing = SimpleNamespace(live=live()), live_parameters_of(object())
+    assert isinstance(tuned, Tunable)
+    assert live_parameters_of(tuned) is tuned.live
+    assert (nothing.step(0.0), dict(nothing.parameters)) == ((), {})
 
 
 def test_a_thread_that_hammers_neither_breaks_nor_delays_nor_floods_the_loop():
-    parameters, values, changes, wrong = live(), [], [], []
-    done = threading.Event()
+    parameters, values, changes, done = live(), [], [], threading.Event()
+    ends = [(name, end) for name, each in BOTH.items() for end in (each.lower, each.upper)]
 
     def hammer():
         for i in range(100_000):
-            name = "force" if i % 2 else "speed"
-            try:
-                parameters.request(name, BOTH[name].lower if i % 3 else BOTH[name].upper)
-            except Exception as error:
-                wrong.append(error)
+            parameters.request(*ends[i % 4])
         parameters.request("force", 7.0)
         done.set()
 
-    thread, switching, time = threading.Thread(target=hammer), sys.getswitchinterval(), 0.0
+    thread, switching, time = threading.Thread(target=hammer, daemon=True), sys.getswitchinterval(), 0.0
     sys.setswitchinterval(1e-5)  # as many races as can be had
     try:
         thread.start()
-        while not done.is_set():
+        while thread.is_alive():
             time += PERIOD
             changes.append(parameters.step(time))
             values.append(parameters.values)
     finally:
-        thread.join()
         sys.setswitchinterval(switching)
     changes.append(parameters.step(time + PERIOD))
-    assert not wrong
+    assert done.is_set()  # no request failed
     assert max(map(len, changes)) <= 2  # bounded work: one per parameter and period
     assert sum(map(len, changes)) > 2
-    for before, now in pairwise(values):
-        for name, given_ in BOTH.items():
-            assert given_.lower <= now[name] <= given_.upper
-            assert abs(now[name] - before[name]) <= given_.rate * PERIOD * (1 + 1e-6)
+    for name, given_ in BOTH.items():
+        series = np.array([each[name] for each in values])
+        assert (given_.lower <= series.min(), series.max() <= given_.upper) == (True, True)
+        assert np.abs(np.diff(series)).max() <= given_.rate * PERIOD * (1 + 1e-6)
     assert parameters.targets["force"] == 7.0  # the last request is not lost
-
-
-class Tuned:
-    def __init__(self):
-        self.live = live()
-
-
-def test_the_loop_finds_the_live_parameters_of_controllers_that_have_some():
-    tuned = Tuned()
-    assert isinstance(tuned, Tunable)
-    assert live_parameters_of(tuned) is tuned.live
-    nothing = live_parameters_of(object())
-    assert nothing.step(0.0) == ()
-    assert not nothing.parameters
 
 
 def test_scheduled_changes_are_requested_when_due_counted_from_the_first_period():
@@ -245,9 +193,3 @@ def test_scheduled_changes_are_requested_when_due_counted_from_the_first_period(
         taken += scheduled.step(50.0 + i * PERIOD)
     assert [(change.name, change.value) for change in taken] == [("speed", 0.05), ("force", 3.0)]
     assert [change.time for change in taken] == pytest.approx([50.1, 50.2], abs=1.01 * PERIOD)
-
-
-def test_changes_that_cannot_be_are_refused_before_the_run():
-    for bad in (Change(1.0, "forse", 3.0), Change(1.0, "force", 300.0), Change(math.nan, "force", 3.0)):
-        with pytest.raises(InvalidValueError, match="force"):
-            ScheduledChanges(live(), [bad])

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, Command, HandSample, Phase, Sample, WrenchSample
 from palpate.runtime.live import Change, LiveParameter, LiveParameters
 from palpate.runtime.log import Event, Heading, Level, Log, LogWriter, MemoryLog, Recorder, read_log
@@ -19,7 +18,7 @@ from palpate.runtime.log.chunk import PERIOD_CHANNEL
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.loop import run
 from palpate.runtime.pacing import SimulatedTime
-from palpate.runtime.replay import RecordedChanges, ReplayBackend, replay
+from palpate.runtime.replay import RecordedChanges, replay
 from palpate.runtime.replay_difference import difference_of_commands, difference_of_sensing
 from palpate.runtime.replay_extent import extent_of, rows_of_replay
 from palpate.runtime.result import Ending, result_until
@@ -336,15 +335,6 @@ def test_a_log_that_breaks_off_is_replayed_to_its_end():
     assert done.reached_end
 
 
-@pytest.mark.parametrize(
-    ("kept", "words"), [(np.r_[5:20], "its beginning is missing"), (np.r_[0:0], "it has no periods")]
-)
-def test_a_log_without_its_beginning_is_refused(kept, words):
-    empty = replace(LOG, sequence=LOG.sequence[kept], rows=LOG.rows[kept])
-    with pytest.raises(InvalidValueError, match=words):
-        extent_of(empty)
-
-
 def test_a_replay_that_ends_sooner_has_fewer_commands_and_says_when():
     commands, _, done = replayed(LOG, end=(30, Phase.DONE))
     assert commands.first.row == 30
@@ -383,17 +373,6 @@ def test_changes_come_in_the_period_in_which_they_came_and_in_no_other():
         took = [i for i, time in enumerate(times) if again.step(time)]
         assert took == [7]
         assert live.value("gain") == 4.0
-
-
-def test_changes_that_the_controller_cannot_take_are_refused_before_anything_else():
-    for change in (Change(0.5, "gian", 1e-3), Change(0.5, "gain", 1.0)):
-        with pytest.raises(InvalidValueError, match=r"recorded at t = 0\.500 s"):
-            replay(LOG.samples(), PERIOD, touch(), Feeler(), changes=[change])
-
-
-def test_without_samples_there_is_no_replay():
-    with pytest.raises(InvalidValueError, match="no samples"):
-        ReplayBackend([], PERIOD)
 
 
 def test_a_replay_can_be_interrupted_and_speaks_of_no_robot():

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, HandSample, WrenchSample
 from palpate.runtime.log import Level, LogWriter, MemoryLog, Recorder, RecordingSummary, read_log
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.fields import Codes, period_groups, walk
-from palpate.runtime.log.layout import MOST
 from palpate.runtime.log.row_packer import any_packer, one_finger_packer
 from runtime.log.log_examples import ONE_FINGER, PERIOD, SMALL, TWO_FINGERS_AND_A_HAND, a_run, bits
 from runtime.puppets import sample, touch
@@ -199,37 +197,6 @@ def test_it_is_closed_in_peace_if_it_never_started(tmp_path):
     summary = Recorder(MemoryLog(), LogWriter(tmp_path / "a.mcap")).close()
     assert (summary.rows_written, summary.rows_lost, summary.problem) == (0, 0, None)
     assert not (tmp_path / "a.mcap").exists()
-
-
-def test_one_recorder_records_one_run():
-    periods = a_run(1)
-    recorder = started(periods)
-    with pytest.raises(InvalidValueError, match="make a new one for each run"):
-        recorder.start(periods[0][0], periods[0][1], PERIOD)
-    recorder.close()
-    with pytest.raises(InvalidValueError, match="make a new one for each run"):
-        recorder.start(periods[0][0], periods[0][1], PERIOD)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"time": float("nan")}, "must be finite"),
-        ({"wrenches": ()}, "fingers"),
-        ({"wrenches": (WrenchSample(0.0, (), (0.0, 0.0, 0.0)),)}, "1 channel or more"),
-        ({"wrenches": (WrenchSample(0.0, (0.0,) * (MOST + 1), (0.0, 0.0, 0.0)),)}, f"at most {MOST}"),
-    ],
-)
-def test_a_first_sample_that_cannot_be_laid_out_is_refused(change, message):
-    s, now, *_ = a_run(1, ONE_FINGER)[0]
-    with pytest.raises(InvalidValueError, match=message):
-        Recorder(MemoryLog()).start(replace(s, **change), now, PERIOD)
-
-
-@pytest.mark.parametrize("period", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_period_that_is_none_is_refused(period):
-    with pytest.raises(InvalidValueError, match="period"):
-        started(a_run(1), MemoryLog(), period=period)
 
 
 def test_a_run_of_many_kinds_of_blocks_adds_up():

@@ -207,15 +207,6 @@ def test_a_log_is_not_overwritten(tmp_path):
     assert path.read_bytes() == kept
 
 
-@pytest.mark.parametrize(
-    ("attachments", "message"),
-    [({"palpate_log.json": ""}, "is palpate's own"), ({"big.txt": "x" * (2**24 + 1)}, "at most 16777216")],
-)
-def test_attachments_that_cannot_be_are_refused(attachments, message, tmp_path):
-    with pytest.raises(InvalidValueError, match=message):
-        LogWriter(tmp_path / "a.mcap", attachments)
-
-
 def test_a_log_can_be_read_while_it_is_being_written(tmp_path):
     path, periods = tmp_path / "a.mcap", a_run(600)
     recorder = Recorder(LogWriter(path, {"experiment.yaml": "a: 1\n"}))
