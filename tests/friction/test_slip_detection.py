@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
-from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
+from palpate.friction.slip.excited_slip import ExcitedSlip
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.kinds import SlipKind, kind_of_slip
 from palpate.friction.slip.load_noise import LoadNoise
@@ -102,9 +101,6 @@ def test_noise_of_the_load_ratio_is_that_of_many_draws(share, across, ratio, p):
     assert np.std(drawn) == pytest.approx(told, rel=0.1)
 
 
-# --- margin crossing ---
-
-
 # --- excited ---
 
 
@@ -154,18 +150,3 @@ def test_a_gap_begins_the_row_of_samples_anew():
     assert detector.evidence == 1.0
     assert detector.step(ContactLoad(math.nan, (math.nan,) * 3, math.nan)) is None
     assert detector.evidence == 0.0
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda: PageTest(0.0, 1.0),
-        lambda: GripDither(most_share=1.0),
-        lambda: GripDither(frequency=300.0).half_cycle(1e-3),
-        lambda: ExcitedParameters(blow=1.0),
-        lambda: LoadNoise(0.0),
-    ],
-)
-def test_what_cannot_be_is_refused(wrong):
-    with pytest.raises(InvalidValueError, match="must"):
-        wrong()

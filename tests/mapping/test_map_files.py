@@ -112,8 +112,3 @@ def test_files_are_as_readable_as_others(tmp_path):
     (tmp_path / "plain").write_text("")
     write_cloud_csv(CLOUD, tmp_path / "cloud.csv")
     assert (tmp_path / "cloud.csv").stat().st_mode == (tmp_path / "plain").stat().st_mode
-
-
-def test_a_missing_folder_is_reported(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        write_cloud_ply(CLOUD, tmp_path / "nowhere" / "cloud.ply")

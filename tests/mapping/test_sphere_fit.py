@@ -3,7 +3,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.mapping import SphereFitStatus, fit_sphere
 
 
@@ -106,28 +105,3 @@ def test_errors_common_to_a_row_are_covered_when_points_per_row_are_given():
             z.append((fit.radius - 1.0) / fit.radius_sd)
     assert np.std(told) < 1.3
     assert np.std(untold) > 3.0
-
-
-CIRCLE = np.array([[np.cos(a), np.sin(a), 0.5] for a in np.linspace(0, 6, 20)])
-
-
-@pytest.mark.parametrize(
-    ("points", "said"),
-    [
-        (np.zeros((3, 3)), "3 points cannot"),
-        (np.zeros((5, 2)), r"\(5, 2\): must be \(n, 3\)"),
-        (np.ones((6, 3)), "one place"),
-        (np.outer(np.arange(6.0), [1.0, 2.0, 3.0]), "one line"),
-        (CIRCLE, "one plane"),
-        (1e-6 * CIRCLE @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + 1)[0] + 0.4, "one plane"),
-        (np.full((6, 3), np.nan), "finite"),
-    ],
-)
-def test_what_cannot_be_a_sphere_is_refused_with_the_reason(points, said):
-    with pytest.raises(InvalidValueError, match=said):
-        fit_sphere(points)
-
-
-def test_correlation_below_one_is_refused():
-    with pytest.raises(InvalidValueError, match="1 or above"):
-        fit_sphere(np.eye(4, 3), correlation_points=0.5)
