@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from material_touches import drawn_touches
 from scipy.integrate import quad
 from scipy.stats import norm
 
@@ -16,7 +17,7 @@ from palpate.friction.materials.next_touch import Advice, candidate_touches, exp
 from palpate.friction.materials.recognition import recognise
 from palpate.friction.materials.touch_evidence import TouchEvidence
 from palpate.friction.materials.touch_sums import speed_shifts
-from palpate.friction.materials.trials import UNKNOWN, confusion, drawn_touches
+from palpate.friction.materials.trials import UNKNOWN, confusion
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 

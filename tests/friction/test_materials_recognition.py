@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from material_touches import drawn_touches
 from scipy.stats import binom, multivariate_normal
 
 from palpate.estimation import Assumption
@@ -14,7 +15,6 @@ from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.recognition import RecognitionOutcome, recognise
 from palpate.friction.materials.recognition_checks import recognition_verdict
 from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence
-from palpate.friction.materials.trials import drawn_touches
 from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.surface_fit import fit_limit_surface

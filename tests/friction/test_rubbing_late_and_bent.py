@@ -59,7 +59,8 @@ def bent(pair, radius):
     ways = []
     for stroke in pair.both:
         turn = Rotation.from_rotvec(np.outer((stroke.position[:, 0] - 0.004) / radius, [0.0, 1.0, 0.0]))
-        ways.append(changed(stroke, wrench=np.hstack([turn.apply(stroke.wrench[:, :3]), stroke.wrench[:, 3:]])))
+        force = np.einsum("nij,nj->ni", turn.as_matrix(), stroke.wrench[:, :3])
+        ways.append(changed(stroke, wrench=np.hstack([force, stroke.wrench[:, 3:]])))
     return TwoWay(*ways)
 
 

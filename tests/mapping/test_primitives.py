@@ -16,12 +16,17 @@ from palpate.mapping.primitives import (
     SphereShape,
     TorusShape,
     choose_primitive,
-    fit_ball,
     fit_primitive,
 )
 from palpate.mapping.primitives.solve import linearised, moved
 
 seeds = st.integers(0, 2**32 - 1)
+
+
+def fit_ball(cloud, **more):
+    return fit_primitive(cloud, PrimitiveKind.SPHERE, **more)
+
+
 FIVE_FACES = np.array([True, True, False, True, True, True])
 PATHS = {
     PrimitiveKind.PLANE: lambda rng: felt_shapes.plane(rng, 0.04),

@@ -13,7 +13,6 @@ from palpate.mapping import (
     SurfaceMap,
     SurfaceModel,
     TouchCloud,
-    fit_sphere,
     surface_mesh,
     write_cloud_ply,
     write_mesh,
@@ -31,7 +30,6 @@ POINTS = np.random.default_rng(0).uniform(0.0, 0.01, (60, 3))
 TRIANGLE = SurfaceMesh(np.eye(3), np.eye(3), np.array([[0, 1, 2]]), np.zeros(3), np.zeros(3, np.int8), 0.0, 1.0)
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.02)
 REFERENCE = TriangleSurface(BALL.vertices, BALL.faces)
-CIRCLE = np.array([[np.cos(a), np.sin(a), 0.5] for a in np.linspace(0, 6, 20)])
 RIGHT = {
     "time": np.arange(3.0),
     "position": np.zeros((3, 3)),
@@ -118,18 +116,6 @@ ROWS = [
     ),
     ("force of 19", lambda: pressed(force=19), "force has shape"),
     ("no window", lambda: pressed(window=0.0), "window"),
-    ("three points", lambda: fit_sphere(np.zeros((3, 3))), "3 points cannot"),
-    ("points in a plane", lambda: fit_sphere(np.zeros((5, 2))), r"\(5, 2\): must be \(n, 3\)"),
-    ("one place", lambda: fit_sphere(np.ones((6, 3))), "one place"),
-    ("one line", lambda: fit_sphere(np.outer(np.arange(6.0), [1.0, 2.0, 3.0])), "one line"),
-    ("circle", lambda: fit_sphere(CIRCLE), "one plane"),
-    (
-        "tiny circle",
-        lambda: fit_sphere(1e-6 * CIRCLE @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + 1)[0] + 0.4),
-        "one plane",
-    ),
-    ("points of nan", lambda: fit_sphere(np.full((6, 3), NAN)), "finite"),
-    ("correlation", lambda: fit_sphere(np.eye(4, 3), correlation_points=0.5), "1 or above"),
     (
         "10 contacts",
         lambda: choose_primitive(cloud_at(np.eye(10, 3), np.tile(UP, (10, 1)))),

@@ -54,11 +54,6 @@ class BoxShape(PrimitiveShape):
         return np.append(self.half_sizes, self.rounding)
 
     @property
-    def free_sizes(self) -> int:
-        """One per touched face, and the rounding."""
-        return int(self.touched.sum()) + 1
-
-    @property
     def at_limit(self) -> bool:
         """Whether the touched faces leave a size open."""
         return not bool(self.touched.reshape(2, 3).any(axis=0).all())

@@ -38,11 +38,6 @@ class EllipsoidShape(PrimitiveShape):
         return self.semi_axes
 
     @property
-    def free_sizes(self) -> int:
-        """Three: logarithms of the semi-axes."""
-        return 3
-
-    @property
     def at_limit(self) -> bool:
         """Whether a semi-axis is as large, or as small, as is allowed."""
         # a hair within: the limits are set through a logarithm

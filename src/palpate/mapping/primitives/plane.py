@@ -24,11 +24,6 @@ class PlaneShape(PrimitiveShape):
         return np.zeros(0)
 
     @property
-    def free_sizes(self) -> int:
-        """None."""
-        return 0
-
-    @property
     def at_limit(self) -> bool:
         """Never."""
         return False

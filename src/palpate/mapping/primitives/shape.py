@@ -69,11 +69,6 @@ class PrimitiveShape(ABC):
     def sizes(self) -> FloatArray:
         """Lengths that do not depend on the pose, in the order of `SIZES` [m]."""
 
-    @property
-    @abstractmethod
-    def free_sizes(self) -> int:
-        """How many numbers `resized` takes: the sizes as the fit varies them."""
-
     @abstractmethod
     def local_geometry(self, points: FloatArray, normals: FloatArray) -> LocalGeometry:
         """Return what the shape looks like from `points` (n, 3), in its own axes.

@@ -39,11 +39,6 @@ class TorusShape(PrimitiveShape):
         return np.array([self.ring_radius, self.tube_radius])
 
     @property
-    def free_sizes(self) -> int:
-        """Two."""
-        return 2
-
-    @property
     def at_limit(self) -> bool:
         """Whether it is as good as a cylinder, a sphere or a plane."""
         return self.ring_radius <= NARROWEST or max(self.ring_radius, self.tube_radius) >= FLATTEST
