@@ -10,17 +10,11 @@ from hypothesis import strategies as st
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
+from support.loads_on_surface import on_surface as at
 
 TRUE = LimitSurface(0.5, 0.004)
 shares = st.floats(0.0, 0.5 * math.pi)
 across = st.floats(0.0, 2.0 * math.pi)
-
-
-def at(surface, normal_force, share, ratio, turned=0.0):
-    e, p = surface.spin_length_at(normal_force), surface.norm_exponent
-    x, y = math.cos(share), math.sin(share)
-    most = ratio * surface.friction * normal_force / (x**p + y**p) ** (1.0 / p)
-    return ContactLoad(normal_force, (most * x * math.cos(turned), most * x * math.sin(turned), 0.0), most * e * y)
 
 
 def wide(friction=0.5, spin_length=0.004, **kw):

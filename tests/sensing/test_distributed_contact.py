@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from palpate import Cylinder, Ellipsoid, Plane, Sphere, contact_from_wrench, contacts_from_wrenches
+from palpate import Cylinder, Ellipsoid, Plane, Sphere, contact_from_wrench
 
 SIZE = 0.01
 
@@ -112,12 +112,3 @@ def test_the_wrench_axis_point_need_not_lie_there():
         tangential, force = np.linalg.norm(soft.tangential_force), np.linalg.norm(soft.force)
         assert apart == pytest.approx(abs(soft.spin_torque) * tangential / force**2, rel=1e-9)
     assert outsiders > 3
-
-
-def test_one_point_that_presses_is_the_centroid():
-    """The hull of one point."""
-    rng = np.random.default_rng(10)
-    points, normals, _ = patch(rng, Sphere(SIZE), 1e-3 * SIZE)
-    rows = np.array([pressing(rng, points[i : i + 1], normals[i : i + 1], 1.0) for i in range(len(points))])
-    found = contacts_from_wrenches(Sphere(SIZE), rows)
-    np.testing.assert_allclose(found.centroid, points, atol=1e-14 * SIZE)
