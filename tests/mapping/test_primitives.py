@@ -77,7 +77,7 @@ def test_slopes_are_those_of_the_residuals(seed):
             off = np.abs(np.column_stack([by_distance, by_normal])).max()
             error = np.abs(by_distance - at.distance_slope[:, k])
             error = np.maximum(error, np.abs(by_normal - at.normal_slope[:, :, k] @ shape.rotation.T).max(axis=1))
-            assert np.sort(error)[-3] < 1e-5 * max(off, 1.0), (shape.KIND, k)
+            assert np.sort(error)[-3] < 1e-5 * max(off, 1.0), (type(shape), k)
 
 
 @settings(max_examples=30, deadline=None)

@@ -52,7 +52,6 @@ class PrimitiveChoice:
             that is not usable.
         margin: Criterion of the runner-up less that of the best.
         structure: Of the best fit's residuals.
-        best_kind: The shape with the least criterion, also where it was refused.
         verdict: Whether shape and sizes can be used: that of its fit, and whether no other shape explains the
             contacts.
     """
@@ -62,7 +61,6 @@ class PrimitiveChoice:
     criterion: Mapping[PrimitiveKind, float]
     margin: float
     structure: Structure
-    best_kind: PrimitiveKind
     verdict: Verdict
 
     @property
@@ -110,7 +108,6 @@ def choose_primitive(
         criterion=MappingProxyType(criterion),
         margin=criterion[second] - criterion[best],
         structure=structure,
-        best_kind=best,
         verdict=Verdict(
             (
                 *_misfit(structure, too_rough),

@@ -6,14 +6,13 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape, axes_along
+from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveShape, axes_along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaneShape(PrimitiveShape):
     """The plane through `center` across the third axis of `rotation`, which points out of the object."""
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.PLANE
     MOTIONS: ClassVar[tuple[int, ...]] = (2, 3, 4)
     SIZES: ClassVar[tuple[str, ...]] = ()
     MIN_POINTS: ClassVar[int] = 3

@@ -53,7 +53,6 @@ class PrimitiveShape(ABC):
         rotation: Columns are the shape's axes, shape (3, 3).
     """
 
-    KIND: ClassVar[PrimitiveKind]
     MOTIONS: ClassVar[tuple[int, ...]]
     """Which of (shift x y z, turn x y z), along and about the shape's axes, move the surface."""
     SIZES: ClassVar[tuple[str, ...]]
