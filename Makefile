@@ -86,7 +86,7 @@ faults: $(VENV)/.test $(VENV)/.kernels  ## Try every kind of fault at MOMENTS ra
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python benchmarks/bench.py
-	$(BIN)/python tests/reference/worst.py
+	$(BIN)/python tests/reference/answers.py
 	$(BIN)/python benchmarks/contact
 	$(BIN)/python benchmarks/every_tip.py
 	$(BIN)/python benchmarks/exploration.py

@@ -20,7 +20,7 @@ from rich.progress import track
 from rich.table import Table
 
 from palpate.mapping.compare_surface import TriangleSurface
-from palpate.mapping.primitives import choose_primitive, fit_ball, fit_ellipsoid
+from palpate.mapping.primitives import PrimitiveKind, choose_primitive, fit_primitive
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from mapping.felt_shapes import ANSWER, NORMAL_SD, ellipsoid, felt, random_case, sphere
@@ -37,9 +37,11 @@ def caps(runs: int) -> Table:
         for seed in range(runs):
             rng = np.random.default_rng(seed)
             cloud, c = felt(*sphere(0.02, np.radians(degrees)), rng, 3e-5, NORMAL_SD)
-            ball.append(1e3 * abs(fit_ball(cloud, correlation_points=c).shape.radius - 0.02))
+            ball.append(
+                1e3 * abs(fit_primitive(cloud, PrimitiveKind.SPHERE, correlation_points=c).shape.radius - 0.02)
+            )
             cloud, c = felt(*ellipsoid(SEMI_AXES, np.radians(degrees)), rng, 3e-5, NORMAL_SD)
-            off = fit_ellipsoid(cloud, correlation_points=c).shape.semi_axes - SEMI_AXES
+            off = fit_primitive(cloud, PrimitiveKind.ELLIPSOID, correlation_points=c).shape.semi_axes - SEMI_AXES
             egg.append(1e3 * float(np.abs(off).mean()))
         row = [f"{np.sqrt(np.mean(np.square(e))):.3f}|{np.median(e):.3f}" for e in (ball, egg)]
         table.add_row(f"{degrees:g}", *row[0].split("|"), *row[1].split("|"))

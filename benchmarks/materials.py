@@ -27,13 +27,15 @@ from scipy.stats import beta
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
+from material_touches import drawn_touches
+
 from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.friction.materials.library import MaterialLibrary, simulated_materials
 from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.next_touch import candidate_touches, next_touch
 from palpate.friction.materials.recognition import RecognitionOutcome, recognise
 from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence
-from palpate.friction.materials.trials import confusion, drawn_specimen, drawn_touches
+from palpate.friction.materials.trials import confusion, drawn_specimen
 from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin

@@ -9,8 +9,7 @@ from scipy.optimize import least_squares
 
 from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
-from palpate.mapping.primitives import fit_ball
-from palpate.mapping.sphere_fit import fit_sphere
+from palpate.mapping.primitives import PrimitiveKind, fit_primitive
 from studies.study import Row, Study, Tell
 from studies.turns import timed_in_turns
 
@@ -66,8 +65,7 @@ def geometric(points: FloatArray) -> float:
 
 
 METHODS: dict[str, Callable[[TouchCloud], float]] = {
-    "palpate, points and normals": lambda cloud: fit_ball(cloud).shape.radius,
-    "palpate, points alone": lambda cloud: fit_sphere(cloud.position).radius,
+    "palpate, points and normals": lambda cloud: fit_primitive(cloud, PrimitiveKind.SPHERE).shape.radius,
     "scipy least squares": lambda cloud: geometric(cloud.position),
     "algebraic, numpy": lambda cloud: algebraic(cloud.position),
 }

@@ -37,7 +37,7 @@ def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
     def unasked(*given, **options):
         raise AssertionError("no figure of merit needs it")
 
-    for name in ("map_growth", "fit_sphere", "HeightMap"):
+    for name in ("map_growth", "fit_primitive", "HeightMap"):
         monkeypatch.setattr(exploration, name, unasked)
     (run,) = planned(fixed=SMALL, experiment="explore").runs
     found = attempt(run.case)

@@ -9,7 +9,6 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from palpate import ContactLoad, LimitSurface, Slip, Sphere, contact_from_wrench
-from palpate.errors import InvalidValueError
 from palpate.spatial import add_scaled, rotate, scale
 
 EXPONENTS = st.sampled_from([1.0, 1.1, 1.5, 2.0]) | st.floats(1.0, 2.0)
@@ -185,40 +184,32 @@ def test_the_distance_to_slip_is_the_first_exit(journey):
 
 def test_where_the_set_is_not_convex_the_first_of_three_crossings_counts():
     """tau = mu c f^(4/3) is convex: a chord of it from 0.3 N to 8 N is outside, and what it joins is inside."""
-    surface = LimitSurface(0.5, 0.004, load_exponent=1.0 / 3.0)
+    surface, none = LimitSurface(0.5, 0.004, load_exponent=1.0 / 3.0), (0.0, 0.0, 0.0)
     light, heavy = (0.5 * 0.004 * f ** (4.0 / 3.0) for f in (0.3, 8.0))
     slope = (heavy - light) / 7.7
-    there = ContactLoad(1.0, (0.0, 0.0, 0.0), slope)
-    back = ContactLoad(-1.0, (0.0, 0.0, 0.0), -slope)
-    at_light, at_heavy = (ContactLoad(f, (0.0, 0.0, 0.0), light + (f - 0.3) * slope) for f in (0.2, 9.0))
+    there, back = ContactLoad(1.0, none, slope), ContactLoad(-1.0, none, -slope)
+    at_light, at_heavy = (ContactLoad(f, none, light + (f - 0.3) * slope) for f in (0.2, 9.0))
     assert surface.distance_to_slip(at_light, there) == pytest.approx(0.1, rel=1e-12)
     assert surface.distance_to_slip(at_heavy, back) == pytest.approx(1.0, rel=1e-12)
     assert surface.distance_to_slip(at_heavy, there) == math.inf
 
 
-@given(surfaces(), st.floats(0.1, 10.0))
-def test_letting_go_of_an_unloaded_contact_ends_at_no_force(surface, normal_force):
-    load = ContactLoad(normal_force, (0.0, 0.0, 0.0), 0.0)
-    assert surface.distance_to_slip(load, ContactLoad(-2.0, (0.0, 0.0, 0.0), 0.0)) == pytest.approx(
-        normal_force / 2.0, rel=1e-12
-    )
-    assert surface.distance_to_slip(load, ContactLoad(2.0, (0.0, 0.0, 0.0), 0.0)) == math.inf
-    assert surface.distance_to_slip(load, ContactLoad(0.0, (0.0, 0.0, 0.0), 0.0)) == math.inf
-
-
 @settings(deadline=None)
 @given(surfaces(), st.floats(0.1, 10.0), st.floats(0.05, 0.95))
 def test_a_steady_pull_slips_where_force_and_torque_alone_say(surface, normal_force, share):
-    most = surface.friction * normal_force
-    load = ContactLoad(normal_force, (share * most, 0.0, 0.0), 0.0)
-    pull = ContactLoad(0.0, (most, 0.0, 0.0), 0.0)
-    assert surface.distance_to_slip(load, pull) == pytest.approx(1.0 - share, rel=1e-9)
-    assert surface.distance_to_slip(load, ContactLoad(0.0, (-most, 0.0, 0.0), 0.0)) == pytest.approx(1.0 + share)
-    twist = ContactLoad(0.0, (0.0, 0.0, 0.0), -surface.spin_length_at(normal_force) * most)
-    p = surface.norm_exponent
-    assert surface.distance_to_slip(load, twist) == pytest.approx((1.0 - share**p) ** (1.0 / p), rel=1e-9)
-    ease = ContactLoad(-normal_force, (0.0, 0.0, 0.0), 0.0)
-    assert surface.distance_to_slip(load, ease) == pytest.approx(1.0 - share, rel=1e-9)
+    most, none, p = surface.friction * normal_force, (0.0, 0.0, 0.0), surface.norm_exponent
+    spin = surface.spin_length_at(normal_force) * most
+    load, unloaded = ContactLoad(normal_force, (share * most, 0.0, 0.0), 0.0), ContactLoad(normal_force, none, 0.0)
+    for start, way, distance in (
+        (load, ContactLoad(0.0, (most, 0.0, 0.0), 0.0), 1.0 - share),
+        (load, ContactLoad(0.0, (-most, 0.0, 0.0), 0.0), 1.0 + share),
+        (load, ContactLoad(0.0, none, -spin), (1.0 - share**p) ** (1.0 / p)),
+        (load, ContactLoad(-normal_force, none, 0.0), 1.0 - share),
+        (unloaded, ContactLoad(-2.0, none, 0.0), normal_force / 2.0),
+        (unloaded, ContactLoad(2.0, none, 0.0), math.inf),
+        (unloaded, ContactLoad(0.0, none, 0.0), math.inf),
+    ):
+        assert surface.distance_to_slip(start, way) == pytest.approx(distance, rel=1e-9)
 
 
 def test_a_diamond_slips_along_the_axes_of_its_corners_and_the_normal_of_its_edges():
@@ -235,32 +226,28 @@ def test_a_diamond_slips_along_the_axes_of_its_corners_and_the_normal_of_its_edg
 
 @pytest.mark.parametrize("growth", [0.0, 0.25])
 def test_without_normal_force_nothing_is_borne(growth):
-    surface = LimitSurface(0.5, 0.004, growth)
-    assert surface.load_ratio(0.0, 0.0, 0.0) == 0.0
+    surface, none = LimitSurface(0.5, 0.004, growth), (0.0, 0.0, 0.0)
+    assert surface.load_ratio(0.0, 0.0, 0.0) == surface.least_normal_force(0.0, 0.0) == 0.0
     for normal_force in (0.0, -1.0):
-        assert surface.load_ratio(normal_force, 0.1, 0.0) == math.inf
-        assert surface.load_ratio(normal_force, 0.0, 1e-9) == math.inf
+        assert (
+            surface.load_ratio(normal_force, 0.1, 0.0) == surface.load_ratio(normal_force, 0.0, 1e-9) == math.inf
+        )
         assert surface.margin(normal_force, 0.1, 1e-3) < 0.0
         pulled = ContactLoad(normal_force, (0.1, 0.0, 0.0), 1e-3)
         assert surface.distance_to_slip(pulled, pulled) == 0.0
         slipping = surface.load_for_slip(normal_force, Slip((1.0, 0.0, 0.0), 1.0))
-        assert slipping.tangential_force == (0.0, 0.0, 0.0)
-        assert slipping.spin_torque == 0.0
-    assert surface.least_normal_force(0.0, 0.0) == 0.0
-    still = Slip((0.0, 0.0, 0.0), 0.0)
-    assert surface.slip_direction(ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)) == still
-    assert surface.load_for_slip(1.0, still) == ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)
+        assert (slipping.tangential_force, slipping.spin_torque) == (none, 0.0)
+    assert surface.slip_direction(ContactLoad(1.0, none, 0.0)) == Slip(none, 0.0)
+    assert surface.load_for_slip(1.0, Slip(none, 0.0)) == ContactLoad(1.0, none, 0.0)
 
 
 def test_what_is_not_a_number_stays_so():
-    nan = math.nan
+    nan, push = math.nan, ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)
     lost = ContactLoad(nan, (nan, nan, nan), nan)
     for arguments in [(0.5, 0.004), (0.5, 0.004, 0.2, 1.4), (0.5, 0.004, 0.0, 1.0)]:
         surface = LimitSurface(*arguments)
-        assert math.isnan(of(surface, lost))
-        assert math.isnan(of(surface, lost, "margin"))
-        assert math.isnan(surface.distance_to_slip(lost, ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)))
-        assert math.isnan(surface.distance_to_slip(ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0), lost))
+        distances = surface.distance_to_slip(lost, push), surface.distance_to_slip(push, lost)
+        assert np.isnan([of(surface, lost), of(surface, lost, "margin"), *distances]).all()
 
 
 @given(surfaces(), st.sampled_from(["normal_force", "tangential_force", "spin_torque"]), st.floats(0.0, 2.0))
@@ -299,23 +286,6 @@ def test_the_load_of_a_contact_has_its_signs():
     assert np.allclose(moment, wrench[3:], rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("friction", 0.0),
-        ("friction", math.inf),
-        ("spin_length", -0.004),
-        ("load_exponent", -0.1),
-        ("load_exponent", 0.4),
-        ("norm_exponent", 0.9),
-        ("norm_exponent", math.nan),
-    ],
-)
-def test_a_surface_that_cannot_be_is_refused_by_name(name, value):
-    with pytest.raises(InvalidValueError, match=name):
-        LimitSurface(**{"friction": 0.5, "spin_length": 0.004, name: value})
-
-
 @settings(deadline=None)
 @given(journeys(), st.integers(-900, 900), st.integers(-900, 900))
 @example(
@@ -352,31 +322,6 @@ def test_the_distance_to_slip_does_not_depend_on_the_unit_of_force(journey, of_l
 
 def times(factor, load):
     return ContactLoad(factor * load.normal_force, scale(factor, load.tangential_force), factor * load.spin_torque)
-
-
-NOT_NUMBERS = ["a", "0.5", None, [0.5], np.array([0.5]), np.array([0.5, 0.6]), 1j]
-
-
-@pytest.mark.parametrize("wrong", NOT_NUMBERS, ids=repr)
-def test_only_single_numbers_are_taken(wrong):
-    """An array would give a margin for each component of a force, a text passes for the number it spells."""
-    for name in ("friction", "spin_length", "load_exponent", "norm_exponent"):
-        with pytest.raises(InvalidValueError, match=f"{name}.*must be one number"):
-            LimitSurface(**{"friction": 0.5, "spin_length": 0.003, name: wrong})
-    surface = LimitSurface(0.5, 0.003, 0.2, 1.0)
-    for function in (surface.load_ratio, surface.margin):
-        for i, name in enumerate(("normal_force", "tangential_force", "spin_torque")):
-            load = [2.0, 0.5, 1e-4]
-            load[i] = wrong
-            with pytest.raises(InvalidValueError, match=f"{name}.*must be one number"):
-                function(*load)
-    for i, name in enumerate(("tangential_force", "spin_torque")):
-        load = [0.5, 1e-4]
-        load[i] = wrong
-        with pytest.raises(InvalidValueError, match=name):
-            surface.least_normal_force(*load)
-    with pytest.raises(InvalidValueError, match="normal_force"):
-        surface.spin_length_at(wrong)
 
 
 def test_numbers_of_any_type_are_the_same_number():

@@ -26,18 +26,17 @@ def made(error=0.004, speed=0.01):
     return TouchEvidence(np.zeros(3), rows, error**2 * np.eye(3), speed)
 
 
-@pytest.mark.slow
 def test_touches_drawn_again_have_the_materials_mean_and_all_of_its_spread():
     """What a place has of its own, all its rubs share: H (S + B) H' + R, with the calibration's in B."""
     steel, touch = material("steel", 0.4, specimen=0.015, static=0.5), made()
     rng = np.random.default_rng(1)
-    drawn = np.array([drawn_again(steel, [touch], rng, calibration=0.01)[0].values for _ in range(20000)])
+    drawn = np.array([drawn_again(steel, [touch], rng, calibration=0.01)[0].values for _ in range(4000)])
     mean = touch.rows @ steel.parameters + np.log(steel.friction_at(0.01) / 0.4)
     # calibration is of two loads each: of ln mu and ln c
     spread = np.diag([0.02**2 + 0.015**2 + 0.01**2] * 2 + [0.0, 0.0])
     covariance = touch.rows @ spread @ touch.rows.T + touch.covariance
-    np.testing.assert_allclose(drawn.mean(axis=0), mean, atol=5.0 * np.sqrt(np.diag(covariance).max() / 20000))
-    np.testing.assert_allclose(np.cov(drawn.T), covariance, atol=0.05 * covariance.max())
+    np.testing.assert_allclose(drawn.mean(axis=0), mean, atol=5.0 * np.sqrt(np.diag(covariance).max() / 4000))
+    np.testing.assert_allclose(np.cov(drawn.T), covariance, atol=0.1 * covariance.max())
 
 
 def test_a_specimen_is_the_same_in_all_its_touches_and_its_scatter_is_not():

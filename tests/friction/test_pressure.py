@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from palpate.errors import InvalidValueError
 from palpate.friction.pressure import (
     fitted_limit_surface,
     limit_curve,
@@ -98,18 +97,3 @@ def test_no_other_exponent_fits_better(k):
     fitted, curve = fitted_limit_surface(k, 0.005, 0.0, 0.5), limit_curve(k)
     for p in (fitted.surface.norm_exponent - 0.01, fitted.surface.norm_exponent + 0.01):
         assert np.abs(np.sum(curve**p, axis=1) ** (1.0 / p) - 1.0).max() > fitted.largest_error
-
-
-@pytest.mark.parametrize(
-    ("name", "arguments"),
-    [
-        ("pressure_exponent", (0.9, 0.005, 0.0, 0.5)),
-        ("pressure_exponent", (math.nan, 0.005, 0.0, 0.5)),
-        ("contact_radius", (2.0, 0.0, 0.0, 0.5)),
-        ("load_exponent", (2.0, 0.005, 0.5, 0.5)),
-        ("friction", (2.0, 0.005, 0.0, -0.5)),
-    ],
-)
-def test_what_cannot_be_is_refused_by_name(name, arguments):
-    with pytest.raises(InvalidValueError, match=name):
-        fitted_limit_surface(*arguments)

@@ -4,14 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.slip_test import Resistance, ends_level
 from palpate.friction.rubbing.stick_slip import stick_slip
-from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
+from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty, bound_spin, measure_spin
-from support.closed_strokes import Sensed, elastic_turns, gives_way, nothing, slips
+from support.closed_strokes import Sensed, changed, elastic_turns, gives_way, nothing, sawtooth, slips
 
 E, MU = 0.004, 0.5
 
@@ -22,9 +23,7 @@ def rubbed(sensed):
     return found
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("duration", [0.5, 1.0])
-@pytest.mark.parametrize("angle", [0.05, 0.25, 0.3, 0.35, 0.4])
+@pytest.mark.parametrize(("duration", "angle"), [(0.5, 0.05), (0.5, 0.3), (1.0, 0.25), (1.0, 0.4)])
 def test_a_twist_that_slips_late_tells_the_e_of_slip_not_of_yielding(angle, duration):
     """The torque turns from one sign to the other within `angle`: whatever passes for slip tells e of slip."""
     held, errors = 0, []
@@ -49,29 +48,18 @@ def test_loads_for_a_limit_surface_are_those_of_slip_however_late_it_begins(trav
     loads = []
     for seed in range(10):
         sensed = Sensed(np.random.default_rng(seed), noise=1.0)
-        load = slip_load(sensed.two_way(slips(MU, travel), nothing, 0.02), sensed.normal, E)
-        assert load is not None
-        loads.append(load.tangential_force / load.normal_force)
-    assert np.mean(loads) == pytest.approx(MU, rel=2e-3)
+        loads.append(slip_load(sensed.two_way(slips(MU, travel), nothing, 0.02), sensed.normal, E))
+    assert np.mean([load.tangential_force / load.normal_force for load in loads]) == pytest.approx(MU, rel=2e-3)
 
 
 def bent(pair, radius):
     """The same strokes on a cylinder: the force turns with the place, as the normal does."""
     ways = []
     for stroke in pair.both:
-        angles = (stroke.position[:, 0] - 0.004) / radius
-        turns = np.array(
-            [[[math.cos(a), 0, math.sin(a)], [0, 1, 0], [-math.sin(a), 0, math.cos(a)]] for a in angles]
-        )
-        wrench = stroke.wrench.copy()
-        wrench[:, :3] = np.einsum("nij,nj->ni", turns, wrench[:, :3])
-        fields = {name: getattr(stroke, name) for name in RubbingStroke.__slots__}
-        ways.append(RubbingStroke(**(fields | {"wrench": wrench})))
+        turn = Rotation.from_rotvec(np.outer((stroke.position[:, 0] - 0.004) / radius, [0.0, 1.0, 0.0]))
+        force = np.einsum("nij,nj->ni", turn.as_matrix(), stroke.wrench[:, :3])
+        ways.append(changed(stroke, wrench=np.hstack([force, stroke.wrench[:, 3:]])))
     return TwoWay(*ways)
-
-
-def sawtooth(low, high, travel):
-    return lambda s: low + (high - low) * np.mod(s, travel) / travel
 
 
 @pytest.mark.parametrize("noise", [0.0, 1.0])
@@ -159,10 +147,10 @@ def test_the_normal_is_known_beside_a_stroke_on_a_bent_surface(radius):
         assert math.asin(np.linalg.norm(np.cross(turned, found.normal))) == pytest.approx(0.003 / radius, rel=0.15)
         assert float((turned - found.normal) @ sensed.frame[:, 0]) * away > 0.0  # as `bent` turns its forces
     seen = 0
-    for seed in range(60):
+    for seed in range(30):
         flat = Sensed(np.random.default_rng(seed), noise=1.0)
         seen += bool(np.any(rubbed(flat).bend.rate))
-    assert seen <= 2
+    assert seen <= 1
 
 
 @pytest.mark.parametrize("frequency", [8.0, 20.0, 40.0])

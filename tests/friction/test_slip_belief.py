@@ -7,21 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
+from support.loads_on_surface import on_surface as at
 
 TRUE = LimitSurface(0.5, 0.004)
 shares = st.floats(0.0, 0.5 * math.pi)
 across = st.floats(0.0, 2.0 * math.pi)
-
-
-def at(surface, normal_force, share, ratio, turned=0.0):
-    e, p = surface.spin_length_at(normal_force), surface.norm_exponent
-    x, y = math.cos(share), math.sin(share)
-    most = ratio * surface.friction * normal_force / (x**p + y**p) ** (1.0 / p)
-    return ContactLoad(normal_force, (most * x * math.cos(turned), most * x * math.sin(turned), 0.0), most * e * y)
 
 
 def wide(friction=0.5, spin_length=0.004, **kw):
@@ -55,12 +48,6 @@ def test_what_is_held_only_ever_raises_friction(share, ratio, turned):
     for old, new in zip(before, surfaces(belief), strict=True):
         assert new.friction >= old.friction * (1.0 - 1e-9)
         assert new.friction * new.spin_length >= old.friction * old.spin_length * (1.0 - 1e-9)
-
-
-def test_what_holds_more_than_was_thought_is_thought_to_hold_more():
-    belief = wide()
-    belief.held(at(TRUE, 3.0, 0.0, 1.2))
-    assert belief.quantile(0.02).friction > 1.1 * TRUE.friction
 
 
 @given(shares, st.floats(0.5, 1.2), st.integers(2, 50))
@@ -134,17 +121,6 @@ def test_the_cautious_quantile_is_below_the_truth_as_often_as_it_says():
     assert above_torque <= 46
 
 
-def test_held_is_cheap_where_it_says_nothing_new():
-    belief = wide()
-    belief.held(at(TRUE, 3.0, 0.3, 0.9))
-    before = belief._weights
-    belief.quantile(0.1)
-    kept = belief._weights
-    belief.held(at(TRUE, 3.0, 0.3, 0.7))
-    assert before is None
-    assert belief._weights is kept
-
-
 def test_what_is_no_load_teaches_nothing():
     belief, before = wide(), surfaces(wide())
     for load in (
@@ -179,9 +155,3 @@ def test_a_load_that_no_friction_could_hold_is_no_strength():
     assert surfaces(belief) == before
     belief.held(at(TRUE, 3.0, 0.0, 1.2))
     assert belief.quantile(0.02).friction > 1.1 * TRUE.friction
-
-
-@pytest.mark.parametrize("p", [0.0, 1.0, math.nan])
-def test_a_quantile_lies_between(p):
-    with pytest.raises(InvalidValueError, match="between 0 and 1"):
-        wide().quantile(p)

@@ -7,28 +7,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
-from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
+from palpate.friction.slip.excited_slip import ExcitedSlip
 from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.kinds import SlipKind, kind_of_slip
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.friction.slip.page_test import PageTest
+from support.loads_on_surface import on_surface
 
 PERIOD = 1e-3
 SURFACE = LimitSurface(0.5, 0.004, 0.2, 1.7)
 NOISE = LoadNoise()
 DITHER = GripDither()
 directions = st.floats(0.0, 2.0 * math.pi)
-
-
-def on_surface(surface, normal_force, share, across, ratio=1.0):
-    """A load of that ratio; share 0 only pulls, pi/2 only twists, beyond pi/2 the other way round."""
-    e, p = surface.spin_length_at(normal_force), surface.norm_exponent
-    x, y = math.cos(share), math.sin(share)
-    most = ratio * surface.friction * normal_force / (abs(x) ** p + abs(y) ** p) ** (1.0 / p)
-    return ContactLoad(normal_force, (most * x * math.cos(across), most * x * math.sin(across), 0.0), most * e * y)
 
 
 def noisy(load, rng, noise=NOISE):
@@ -79,30 +71,11 @@ def test_an_alarm_is_over_when_as_much_speaks_against_it():
 @given(st.floats(0.01, 1.56), directions, st.floats(1.05, 2.0))
 def test_the_kind_of_slip_is_the_larger_part_of_the_slip_twist(share, across, p):
     surface = LimitSurface(0.5, 0.004, 0.2, p)
-    load = on_surface(surface, 3.0, share, across)
+    load = on_surface(surface, 3.0, share, across=across)
     slip, e = surface.slip_direction(load), surface.spin_length_at(3.0)
     turning, speed = e * abs(slip.spin), math.hypot(*slip.velocity)
     if abs(turning - speed) > 1e-9:
         assert (kind_of_slip(surface, load) is SlipKind.SPIN) == (turning > speed)
-
-
-@given(st.floats(0.0, 1.57), directions, st.floats(0.3, 1.0), st.floats(1.05, 2.0))
-@settings(max_examples=20, deadline=None)
-def test_noise_of_the_load_ratio_is_that_of_many_draws(share, across, ratio, p):
-    surface = LimitSurface(0.5, 0.004, 0.0, p)
-    load = on_surface(surface, 4.0, share, across, ratio)
-    small = LoadNoise(1e-5, 1e-8)
-    rng = np.random.default_rng(7)
-    drawn = [
-        surface.load_ratio(n.normal_force, n.tangential_length, n.spin_torque)
-        for n in (noisy(load, rng, small) for _ in range(3000))
-    ]
-    told = small.of_ratio(surface, 4.0, load.tangential_length, load.spin_torque)
-    # near the axes of p < 2 the surface bends within the noise
-    assert np.std(drawn) == pytest.approx(told, rel=0.1)
-
-
-# --- margin crossing ---
 
 
 # --- excited ---
@@ -119,13 +92,13 @@ def test_a_load_that_follows_the_ripple_slips_and_one_that_does_not_sticks(share
     rng = np.random.default_rng(5)
     weak = LimitSurface(0.35, 0.003, 0.0, 1.7)
     true = LimitSurface(0.5, 0.004, 0.0, 1.7)
-    stuck = on_surface(true, 4.0, share, across, 0.9)
+    stuck = on_surface(true, 4.0, share, 0.9, across)
     sticking, slipping = ExcitedSlip(weak, DITHER, PERIOD), ExcitedSlip(weak, DITHER, PERIOD)
     held = []
     for k in range(1000):
         load = ContactLoad(rippling(k, phase=phase), stuck.tangential_force, stuck.spin_torque)
         held.append(noisy(load, rng))
-    moving = [noisy(on_surface(true, rippling(k, phase=phase), share, across), rng) for k in range(100)]
+    moving = [noisy(on_surface(true, rippling(k, phase=phase), share, across=across), rng) for k in range(100)]
     assert times_told(sticking, held) == []
     told = times_told(slipping, moving)
     assert told
@@ -135,7 +108,7 @@ def test_a_load_that_follows_the_ripple_slips_and_one_that_does_not_sticks(share
 def test_within_the_weakest_surface_nothing_slips_however_it_ripples():
     weak = LimitSurface(0.6, 0.004)
     detector = ExcitedSlip(weak, DITHER, PERIOD)
-    loads = [on_surface(weak, rippling(k), 0.3, 0.0, 0.9) for k in range(500)]
+    loads = [on_surface(weak, rippling(k), 0.3, 0.9) for k in range(500)]
     assert times_told(detector, loads) == []
 
 
@@ -143,29 +116,14 @@ def test_a_steady_grip_says_nothing_about_slip():
     rng = np.random.default_rng(6)
     weak = LimitSurface(0.35, 0.003)
     detector = ExcitedSlip(weak, DITHER, PERIOD)
-    assert times_told(detector, [noisy(on_surface(weak, 4.0, 0.3, 0.0, 1.5), rng) for _ in range(3000)]) == []
+    assert times_told(detector, [noisy(on_surface(weak, 4.0, 0.3, 1.5), rng) for _ in range(3000)]) == []
 
 
 def test_a_gap_begins_the_row_of_samples_anew():
     weak = LimitSurface(0.35, 0.003)
     detector = ExcitedSlip(weak, DITHER, PERIOD)
     for k in range(50):
-        detector.step(on_surface(weak, rippling(k), 0.3, 0.0, 1.2))
+        detector.step(on_surface(weak, rippling(k), 0.3, 1.2))
     assert detector.evidence == 1.0
     assert detector.step(ContactLoad(math.nan, (math.nan,) * 3, math.nan)) is None
     assert detector.evidence == 0.0
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda: PageTest(0.0, 1.0),
-        lambda: GripDither(most_share=1.0),
-        lambda: GripDither(frequency=300.0).half_cycle(1e-3),
-        lambda: ExcitedParameters(blow=1.0),
-        lambda: LoadNoise(0.0),
-    ],
-)
-def test_what_cannot_be_is_refused(wrong):
-    with pytest.raises(InvalidValueError, match="must"):
-        wrong()

@@ -1,11 +1,8 @@
 """A hand's slip and what it learns of friction from it."""
 
-import math
-
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
@@ -84,9 +81,3 @@ def test_a_new_grip_begins_with_the_prior():
     assert learnt.surface(0) != before
     learnt.start()
     assert learnt.surface(0) == before
-
-
-@pytest.mark.parametrize("caution", [0.0, 0.6, math.nan])
-def test_caution_is_a_small_probability(caution):
-    with pytest.raises(InvalidValueError, match="must be above 0"):
-        LearntSurface(wide, caution)

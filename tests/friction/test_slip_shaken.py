@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
@@ -20,7 +19,6 @@ WEAK = LimitSurface(0.7 * MU, 0.7 * E)
 NOISE = LoadNoise(0.02, 0.16e-3)
 RIPPLE, FREQUENCY = 0.16, 100.0
 """[N, Hz] What the simulated hand's fingertips press with."""
-MISSING = ContactLoad(math.nan, (math.nan,) * 3, math.nan)
 
 
 def pressed(time, phase=0.0):
@@ -65,13 +63,12 @@ def test_friction_that_follows_late_is_detected_sooner_than_by_who_does_not_allo
     assert np.mean(allowed) < np.mean(not_allowed) - 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("frequency", [15.0, 25.0, 40.0])
 def test_a_shaken_load_that_sticks_is_no_slip(frequency):
-    """At most 80 % of what is borne, above the weakest surface; half a minute of it."""
+    """At most 80 % of what is borne, above the weakest surface; ten seconds of it."""
     rng, told_by, phase = np.random.default_rng(4), detector(), 1.0
     alarms, before = 0, False
-    for k in range(30000):
+    for k in range(10000):
         time = k * PERIOD
         force = MU * GRIP * (0.5 + 0.3 * math.sin(2.0 * math.pi * frequency * time))
         now = told_by.step(felt(rng, pressed(time, phase), force)) is not None
@@ -79,8 +76,7 @@ def test_a_shaken_load_that_sticks_is_no_slip(frequency):
     assert alarms == 0
 
 
-@pytest.mark.slow
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(0.0, 6.3), st.floats(0.1, 10.0))
 def test_what_counts_against_a_swinging_load_depends_on_neither_direction_nor_scale(across, scale):
     """Noise scaled with it; all of it is a ratio."""
@@ -121,11 +117,3 @@ def test_noise_of_a_load_is_that_of_its_moment_about_the_tip():
     assert np.std(torques) == pytest.approx(said.torque, rel=0.25)
     assert np.std(forces) == pytest.approx(said.force, rel=0.25)
     assert said.torque > 1.4 * LoadNoise.of_touch(force, moment, radius).torque
-    with pytest.raises(InvalidValueError, match="lever"):
-        LoadNoise.of_touch(force, moment, radius, -1.0)
-
-
-# --- by a margin
-
-
-ZERO_FORCE = (0.0, 0.0, 0.0)

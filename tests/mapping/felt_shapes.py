@@ -112,14 +112,10 @@ def box(half, rounding, faces=5):
     an edge, 1 the top.
     """
     half = np.asarray(half, dtype=float)
-    if faces == 5:
-        direction = cap(meander(), np.radians(115.0))
-    elif faces == 3:
-        direction = cap(meander(), np.radians(50.0)) @ _to_diagonal([1.0, 1.0, 1.0]).T
-    elif faces == 2:
-        direction = cap(meander(), np.radians(38.0)) @ _to_diagonal([1.0, 0.0, 1.0]).T
-    else:
-        direction = cap(meander(), np.radians(40.0))
+    half_angle, towards = {5: (115.0, None), 3: (50.0, (1, 1, 1)), 2: (38.0, (1, 0, 1)), 1: (40.0, None)}[faces]
+    direction = cap(meander(), np.radians(half_angle))
+    if towards is not None:
+        direction = direction @ _to_diagonal(towards).T
     target = direction / np.abs(direction).max(axis=1, keepdims=True) * half
     core = np.clip(target, -(half - rounding), half - rounding)
     away = target - core
@@ -202,53 +198,46 @@ def freeform(size, rng):
     return heights(size, z, slope)
 
 
-def random_case(kind, rng):
-    """A random case of one kind, 5 to 100 mm large, with noise of 0.01 to 0.1 mm and normals of 0.5 degrees.
-
-    Sizes and noise are drawn so that the shape can be told: see each kind.
-    """
-    size = float(np.exp(rng.uniform(np.log(5e-3), np.log(0.1))))
-    noise = float(np.exp(rng.uniform(np.log(1e-5), np.log(1e-4))))
-    if kind == "plane":
-        path = plane(rng, size)
-    elif kind == "box, one face":
-        path = box(size * rng.uniform(0.3, 0.5, 3), 0.0, faces=1)
-        flat = path[1][:, 2] > 0.999
-        path = path[0][flat], path[1][flat]
-    elif kind == "sphere":
-        path = sphere(0.5 * size, np.radians(rng.uniform(30.0, 120.0)))
-    elif kind == "cylinder":
-        path = cylinder(0.5 * size, np.radians(rng.uniform(30.0, 150.0)), size * rng.uniform(0.5, 2.0))
-    elif kind == "ellipsoid":
-        axes = 0.5 * size * np.array([1.0, rng.uniform(0.65, 0.85), rng.uniform(0.4, 0.6)])
-        path = ellipsoid(rng.permutation(axes), np.radians(rng.uniform(60.0, 120.0)))
-    elif kind == "box":
-        half = 0.5 * size * np.array([1.0, rng.uniform(0.5, 1.0), rng.uniform(0.4, 1.0)])
-        rounding = float(rng.choice([0.0, rng.uniform(0.05, 0.3)])) * half.min()
-        path = box(half, rounding, faces=int(rng.choice([5, 3, 2])))
-    elif kind == "torus":
-        path = torus(0.35 * size, size * rng.uniform(0.08, 0.2), rng.uniform(0.3, 1.0))
-    elif kind == "cone":
-        path = cone(np.radians(rng.uniform(15.0, 45.0)), 0.5 * size, rng.uniform(0.4, 1.0))
-    elif kind == "bumps":
-        path = bumps(size, rng)
-    elif kind == "freeform":
-        path = freeform(size, rng)
-    else:
-        raise ValueError(kind)
-    cloud, correlation = felt(*path, rng, noise, NORMAL_SD)
-    return Felt(cloud, kind, size, noise, correlation)
+def permuted_ellipsoid(size, rng):
+    """Semi-axes that differ, in any order."""
+    axes = 0.5 * size * np.array([1.0, rng.uniform(0.65, 0.85), rng.uniform(0.4, 0.6)])
+    return ellipsoid(rng.permutation(axes), np.radians(rng.uniform(60.0, 120.0)))
 
 
-ANSWER = {
-    "plane": "plane",
-    "box, one face": "plane",
-    "sphere": "sphere",
-    "cylinder": "cylinder",
-    "ellipsoid": "ellipsoid",
-    "box": "box",
-    "torus": "torus",
-    "cone": None,
-    "bumps": None,
-    "freeform": None,
+def any_box(size, rng):
+    """A box with or without rounding, felt from above, at an edge or at a corner."""
+    half = 0.5 * size * np.array([1.0, rng.uniform(0.5, 1.0), rng.uniform(0.4, 1.0)])
+    rounding = float(rng.choice([0.0, rng.uniform(0.05, 0.3)])) * half.min()
+    return box(half, rounding, faces=int(rng.choice([5, 3, 2])))
+
+
+def one_face(size, rng):
+    """The contacts of a sharp box that lie on its top."""
+    position, normal = box(size * rng.uniform(0.3, 0.5, 3), 0.0, faces=1)
+    flat = normal[:, 2] > 0.999
+    return position[flat], normal[flat]
+
+
+CASES = {  # of a size and a generator: a path, drawn so that the shape can be told; and the shape that is right
+    "plane": (lambda size, rng: plane(rng, size), "plane"),
+    "box, one face": (one_face, "plane"),
+    "sphere": (lambda size, rng: sphere(0.5 * size, np.radians(rng.uniform(30.0, 120.0))), "sphere"),
+    "cylinder": (
+        lambda size, rng: cylinder(0.5 * size, np.radians(rng.uniform(30.0, 150.0)), size * rng.uniform(0.5, 2.0)),
+        "cylinder",
+    ),
+    "ellipsoid": (permuted_ellipsoid, "ellipsoid"),
+    "box": (any_box, "box"),
+    "torus": (lambda size, rng: torus(0.35 * size, size * rng.uniform(0.08, 0.2), rng.uniform(0.3, 1.0)), "torus"),
+    "cone": (lambda size, rng: cone(np.radians(rng.uniform(15.0, 45.0)), 0.5 * size, rng.uniform(0.4, 1.0)), None),
+    "bumps": (lambda size, rng: bumps(size, rng), None),
+    "freeform": (lambda size, rng: freeform(size, rng), None),
 }
+ANSWER = {kind: answer for kind, (_, answer) in CASES.items()}
+
+
+def random_case(kind, rng):
+    """A random case of one kind, 5 to 100 mm large, with noise of 0.01 to 0.1 mm and normals of 0.5 degrees."""
+    size, noise = (float(np.exp(rng.uniform(*np.log(ends)))) for ends in ((5e-3, 0.1), (1e-5, 1e-4)))
+    cloud, correlation = felt(*CASES[kind][0](size, rng), rng, noise, NORMAL_SD)
+    return Felt(cloud, kind, size, noise, correlation)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from palpate.mapping import MapSettings, SurfaceMap, SurfaceModel
-from palpate.mapping.surface_map import Parameter
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
@@ -65,19 +64,8 @@ def inside(made, sides, turned, seed=1):
     return (np.abs(answer.distance) <= answer.band())[answer.observed].mean()
 
 
-def test_contacts_lie_on_the_prism_and_the_ball_touches_nowhere_else():
-    y = np.linspace(-0.009, 0.009, 500)
-    point, normal = touched(y, 64, 0.01)
-    step = 2.0 * math.pi / 64
-    face = 0.01 + step * (np.arange(-16, 16) + 0.5)
-    out = np.column_stack([np.sin(face), np.cos(face)])
-    np.testing.assert_allclose((point @ out.T).max(axis=1), RADIUS * math.cos(0.5 * step), atol=1e-12)
-    np.testing.assert_allclose(point[:, 0] + TIP * normal[:, 0], y, atol=1e-12)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize(("sides", "turned"), [(64, 0.0), (64, 0.4), (96, 0.4)])
+@pytest.mark.parametrize(("sides", "turned", "seed"), [(64, 0.0, 0), (64, 0.4, 1), (96, 0.4, 0)])
 def test_between_rows_over_facets_the_band_holds_the_facets(sides, turned, seed):
     turned *= 2.0 * math.pi / sides
     made = SurfaceMap.learned(prism(sides, turned, seed=seed), MapSettings.for_rows(ROWS, bias=2e-6))
@@ -99,11 +87,3 @@ def test_facets_are_as_deep_as_rows_are_apart_and_normals_off():
     depth = 2e-3 * a / 4.0 * (1.0 - x**2)
     # half as much more: that of a sine of three rows
     assert SurfaceMap(wide).facet_height == pytest.approx(1.5 * np.sqrt(np.mean(depth**2)), rel=0.03)
-
-
-def test_what_is_held_is_not_searched_again():
-    cloud = prism(64, 0.0)
-    made = SurfaceMap(MapSettings.for_rows(ROWS))
-    made.add(cloud)
-    made.relearn(held=(Parameter.TILT_LENGTH,))
-    assert made.model.tilt_length == SurfaceModel().tilt_length

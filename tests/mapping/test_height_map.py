@@ -1,8 +1,6 @@
 import numpy as np
-import pytest
 
 from mapping.raster import CENTER, RADIUS, cloud_of, raster, sphere_cap
-from palpate.errors import InvalidValueError
 from palpate.mapping import HeightMap, height_map_triangles
 
 
@@ -71,23 +69,3 @@ def test_triangles_cover_the_observed_cells_and_face_up():
     seen = height_map.observed
     corners = seen[:-1, :-1].astype(int) + seen[:-1, 1:] + seen[1:, 1:] + seen[1:, :-1]
     assert len(triangles) == 2 * (corners == 4).sum() + (corners == 3).sum()
-
-
-def test_walls_and_undersides_are_left_out():
-    cap = sphere_cap()
-    below = cloud_of(cap.position, -cap.normal)
-    with pytest.raises(InvalidValueError, match="from above"):
-        HeightMap.from_cloud(below, 5e-4)
-
-
-def test_nothing_felt_is_no_map():
-    with pytest.raises(InvalidValueError, match="none of 0 contacts"):
-        HeightMap.from_cloud(cloud_of(np.zeros((0, 3)), np.zeros((0, 3))), 5e-4)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"), [((0.0,), "spacing"), ((1e-3, -1.0), "reach"), ((1e-6, 1e-3), "in metres")]
-)
-def test_wrong_sizes_are_named(arguments, said):
-    with pytest.raises(InvalidValueError, match=said):
-        HeightMap.from_cloud(sphere_cap(), *arguments)

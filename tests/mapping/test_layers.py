@@ -1,14 +1,10 @@
 """Layers on a mesh: means of the nearest contacts, whatever moves or scales; nothing where nothing was felt."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mapping.raster import sphere_cap
-from palpate.errors import InvalidValueError
-from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
-from palpate.mapping.layers import VertexLayer, vertex_layer, write_layered_mesh
+from palpate.mapping.layers import vertex_layer
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.uniform(0.0, 0.01, (60, 3))
@@ -36,17 +32,3 @@ def test_a_far_contact_says_nothing():
     assert np.isnan(layer.sd).all()  # one contact does not scatter
     assert np.isnan(layer.mean[1])
     assert np.isnan(vertex_layer("v", VERTICES, np.zeros((0, 3)), np.zeros(0), 1.0).mean).all()
-
-
-@pytest.mark.slow
-def test_what_does_not_fit_is_refused(tmp_path):
-    with pytest.raises(InvalidValueError, match="must be one word"):
-        vertex_layer("two words", VERTICES, POINTS, np.zeros(60), 1.0)
-    with pytest.raises(InvalidValueError, match="one per contact"):
-        vertex_layer("v", VERTICES, POINTS, np.zeros(3), 1.0)
-    with pytest.raises(InvalidValueError, match="the mesh is empty"):
-        write_layered_mesh(surface_mesh(SurfaceMap()), (), tmp_path / "map.ply")
-    cap = sphere_cap(half=0.004, step=4e-4)
-    mesh = surface_mesh(SurfaceMap.learned(cap, MapSettings.for_rows(2e-3)), 1e-3)
-    with pytest.raises(InvalidValueError, match="layer v has 2 values"):
-        write_layered_mesh(mesh, (VertexLayer("v", np.zeros(2), np.zeros(2)),), tmp_path / "map.ply")

@@ -2,6 +2,7 @@ import csv
 
 import numpy as np
 import pytest
+import trimesh
 
 from mapping.raster import sphere_cap
 from palpate.atomic_file import replacing
@@ -17,68 +18,46 @@ CLOUD = sphere_cap(half=0.004)
 MAP = HeightMap.from_cloud(CLOUD.select(np.abs(CLOUD.position[:, 0] - 0.4) > 2.2e-3), 5e-4)
 
 
-def read_ply(path):
-    """An independent reader of what the header declares: {element: structured array}."""
-    data = path.read_bytes()
-    header, body = data.split(b"end_header\n", 1)
-    lines = header.decode("ascii").splitlines()
-    assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
-    elements, types = {}, {"double": "<f8"}
-    for word, *rest in (line.split() for line in lines[2:]):
-        if word == "element":
-            name, count = rest
-            elements[name] = (int(count), [])
-        elif word == "property":
-            elements[name][1].append((rest[1], types[rest[0]]))
-    read = {}
-    for name, (count, fields) in elements.items():
-        dtype = np.dtype(fields)
-        read[name] = np.frombuffer(body, dtype, count)
-        body = body[count * dtype.itemsize :]
-    assert body == b""
-    return read
+def vertices(path):
+    """The table of vertices of a PLY file, by another reader."""
+    return trimesh.load(path, process=False).metadata["_ply_raw"]["vertex"]["data"]
 
 
 def read_csv(path):
-    with path.open(newline="") as file:
-        header, *rows = csv.reader(file)
+    header, *rows = csv.reader(path.read_text().splitlines())
     return header, np.array(rows, dtype=float)
 
 
-def test_cloud_ply_gives_the_same_numbers_back(tmp_path):
+def test_files_of_a_cloud_give_the_same_numbers_back(tmp_path):
     write_cloud_ply(CLOUD, tmp_path / "cloud.ply")
-    vertex = read_ply(tmp_path / "cloud.ply")["vertex"]
-    assert len(vertex) == len(CLOUD)
-    for names, wanted in ((("x", "y", "z"), CLOUD.position), (("nx", "ny", "nz"), CLOUD.normal)):
-        np.testing.assert_array_equal(np.column_stack([vertex[n] for n in names]), wanted)
-    np.testing.assert_array_equal(vertex["normal_force"], CLOUD.normal_force)
-    np.testing.assert_array_equal(vertex["spin_torque"], CLOUD.spin_torque)
-    np.testing.assert_array_equal(vertex["fx"], CLOUD.tangential_force[:, 0])
-    np.testing.assert_array_equal(vertex["time"], CLOUD.time)
-
-
-def test_cloud_csv_gives_the_same_numbers_back(tmp_path):
     write_cloud_csv(CLOUD, tmp_path / "cloud.csv")
-    header, rows = read_csv(tmp_path / "cloud.csv")
+    vertex, (header, rows) = vertices(tmp_path / "cloud.ply"), read_csv(tmp_path / "cloud.csv")
     assert header[:8] == ["x_m", "y_m", "z_m", "nx", "ny", "nz", "time_s", "normal_force_N"]
-    assert len(header) == rows.shape[1] == 12
-    np.testing.assert_array_equal(rows[:, :3], CLOUD.position)
-    np.testing.assert_array_equal(rows[:, 8:11], CLOUD.tangential_force)
-    np.testing.assert_array_equal(rows[:, 11], CLOUD.spin_torque)
+    columns = [
+        *CLOUD.position.T,
+        *CLOUD.normal.T,
+        CLOUD.time,
+        CLOUD.normal_force,
+        *CLOUD.tangential_force.T,
+        CLOUD.spin_torque,
+    ]
+    np.testing.assert_array_equal(rows, np.column_stack(columns))
+    names = ("x", "y", "z", "nx", "ny", "nz", "time", "normal_force", "fx", "fy", "fz", "spin_torque")
+    for name, column in zip(names, columns, strict=True):
+        np.testing.assert_array_equal(np.ravel(vertex[name]), column)
 
 
 def test_map_csv_says_what_was_not_felt(tmp_path):
     write_height_map_csv(MAP, tmp_path / "map.csv")
     header, rows = read_csv(tmp_path / "map.csv")
     assert header == ["x_m", "y_m", "z_m", "distance_to_contact_m"]
-    assert len(rows) == MAP.z.size
     np.testing.assert_array_equal(rows[:, 2], MAP.z.ravel())
     assert np.isnan(rows[:, 2]).any()
 
 
 def test_empty_cloud_is_a_valid_file(tmp_path):
     write_cloud_ply(CLOUD.select(np.zeros(len(CLOUD), dtype=bool)), tmp_path / "empty.ply")
-    assert len(read_ply(tmp_path / "empty.ply")["vertex"]) == 0
+    assert "element vertex 0\n" in (tmp_path / "empty.ply").read_bytes().decode("ascii")
 
 
 @pytest.mark.parametrize("write", [write_cloud_ply, write_cloud_csv])
@@ -112,8 +91,3 @@ def test_files_are_as_readable_as_others(tmp_path):
     (tmp_path / "plain").write_text("")
     write_cloud_csv(CLOUD, tmp_path / "cloud.csv")
     assert (tmp_path / "cloud.csv").stat().st_mode == (tmp_path / "plain").stat().st_mode
-
-
-def test_a_missing_folder_is_reported(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        write_cloud_ply(CLOUD, tmp_path / "nowhere" / "cloud.ply")

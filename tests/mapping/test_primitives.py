@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from mapping import felt_shapes as felt_shapes
 from mapping.felt_shapes import NORMAL_SD, cloud_at, felt, random_rotation
-from palpate.errors import InvalidValueError
 from palpate.mapping.primitives import (
     BoxShape,
     CylinderShape,
@@ -17,13 +16,17 @@ from palpate.mapping.primitives import (
     SphereShape,
     TorusShape,
     choose_primitive,
-    fit_ball,
-    fit_ellipsoid,
     fit_primitive,
 )
 from palpate.mapping.primitives.solve import linearised, moved
 
 seeds = st.integers(0, 2**32 - 1)
+
+
+def fit_ball(cloud, **more):
+    return fit_primitive(cloud, PrimitiveKind.SPHERE, **more)
+
+
 FIVE_FACES = np.array([True, True, False, True, True, True])
 PATHS = {
     PrimitiveKind.PLANE: lambda rng: felt_shapes.plane(rng, 0.04),
@@ -74,7 +77,7 @@ def test_slopes_are_those_of_the_residuals(seed):
             off = np.abs(np.column_stack([by_distance, by_normal])).max()
             error = np.abs(by_distance - at.distance_slope[:, k])
             error = np.maximum(error, np.abs(by_normal - at.normal_slope[:, :, k] @ shape.rotation.T).max(axis=1))
-            assert np.sort(error)[-3] < 1e-5 * max(off, 1.0), (shape.KIND, k)
+            assert np.sort(error)[-3] < 1e-5 * max(off, 1.0), (type(shape), k)
 
 
 @settings(max_examples=30, deadline=None)
@@ -144,18 +147,6 @@ def test_claimed_standard_deviations_hold(kind):
     assert 0.75 < z.std() < 1.3
 
 
-@pytest.mark.slow
-def test_an_ellipsoid_from_a_shallow_cap_is_bounded_and_says_that_it_is_weak():
-    for seed in range(5):
-        rng = np.random.default_rng(seed)
-        cloud, c = felt(*felt_shapes.ellipsoid([0.03, 0.025, 0.02], np.radians(12.0)), rng, 3e-5, NORMAL_SD)
-        fit = fit_ellipsoid(cloud, correlation_points=c)
-        assert not fit.verdict.ok
-        assert np.isfinite(fit.shape.semi_axes).all()
-        assert fit.shape.semi_axes.max() < 1.0
-        assert np.abs(fit.distance).max() < 3e-4
-
-
 def spoiled(name, position, normal, rng):
     n = np.arange(len(position))
     if name == "a jump":
@@ -212,13 +203,3 @@ def test_contacts_along_one_line_leave_no_nonsense():
     for kind in PrimitiveKind:
         fit = fit_primitive(cloud, kind)
         assert kind is PrimitiveKind.PLANE or not fit.verdict.ok, kind
-
-
-@pytest.mark.parametrize("kind", list(PrimitiveKind))
-def test_too_few_contacts_or_all_in_one_place_are_refused(kind):
-    with pytest.raises(InvalidValueError, match="cannot determine"):
-        fit_primitive(cloud_at(np.eye(2, 3), np.eye(2, 3)), kind)
-    with pytest.raises(InvalidValueError, match="all in one place"):
-        fit_primitive(cloud_at(np.ones((20, 3)), np.tile([0.0, 0.0, 1.0], (20, 1))), kind)
-    with pytest.raises(InvalidValueError, match="correlation_points"):
-        fit_primitive(cloud_at(np.eye(20, 3), np.tile([0.0, 0.0, 1.0], (20, 1))), kind, correlation_points=0.5)

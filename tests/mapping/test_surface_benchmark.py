@@ -41,13 +41,6 @@ def test_without_errors_contacts_are_on_the_surface():
 
 
 @pytest.mark.slow
-def test_it_starts_from_the_folder():
-    started = [sys.executable, str(BENCHMARKS / "mapping_surface"), "--help"]
-    said = subprocess.run(started, check=True, capture_output=True, text=True).stdout
-    assert "--quick" in said
-
-
-@pytest.mark.slow
 def test_the_quick_benchmark_runs_to_its_end(tmp_path):
     picture = tmp_path / "map.png"
     started = [sys.executable, str(BENCHMARKS / "mapping_surface"), "--quick", "--picture", str(picture)]

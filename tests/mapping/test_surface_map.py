@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from mapping.felt_shapes import correlated
 from mapping.raster import cloud_of, raster, sphere_cap
-from palpate.errors import InvalidValueError
 from palpate.mapping import Knowledge, MapSettings, SurfaceMap, SurfaceModel, TouchCloud, standard_deviations
 from palpate.mapping.surface_map import Parameter
 
@@ -43,12 +43,11 @@ def plane_cloud(xy, z=0.0, up=1.0):
 
 
 def joined(*clouds):
+    """One after the other, with a pause of a second."""
     names = [field.name for field in dataclasses.fields(TouchCloud) if field.name not in ("time", "noise", "tilt")]
     parts = {name: np.concatenate([getattr(cloud, name) for cloud in clouds]) for name in names}
-    time, last = [], 0.0
-    for cloud in clouds:
-        time.append(cloud.time + last)
-        last = time[-1][-1] + 1.0
+    ends = np.cumsum([0.0, *(cloud.time[-1] + 1.0 for cloud in clouds)])
+    time = [cloud.time + end for cloud, end in zip(clouds, ends, strict=False)]
     return TouchCloud(time=np.concatenate(time), **parts)
 
 
@@ -97,42 +96,16 @@ def test_the_map_moves_with_the_object(seed):
 def test_far_from_the_origin_only_rounding_is_lost():
     far = np.array([1e3, -2e3, 500.0])
     cloud, x = cap(noise=2e-5), inner_points()[0]
-    moved = dataclasses.replace(cloud, position=cloud.position + far)
-    here, there = mapped(cloud).query(x), mapped(moved).query(x + far)
-    np.testing.assert_allclose(here.distance, there.distance, atol=1e-8)
+    there = mapped(dataclasses.replace(cloud, position=cloud.position + far)).query(x + far)
+    np.testing.assert_allclose(mapped(cloud).query(x).distance, there.distance, atol=1e-8)
 
 
 def test_the_order_of_strokes_changes_less_than_what_is_unknown():
     cloud, x = cap(noise=2e-5), inner_points()[0]
-    backwards = cloud.select(np.ones(len(cloud), bool))
-    turned = dataclasses.replace(backwards, position=cloud.position[::-1], normal=cloud.normal[::-1])
+    turned = dataclasses.replace(cloud, position=cloud.position[::-1], normal=cloud.normal[::-1])
     here, there = mapped(cloud).query(x), mapped(turned).query(x)
     np.testing.assert_allclose(here.distance, there.distance, atol=0.5 * here.sd.min())
     np.testing.assert_allclose(here.sd, there.sd, rtol=0.2)
-
-
-def test_ten_times_the_size_is_ten_times_the_result():
-    small, x = cap(noise=2e-5), inner_points()[0]
-    large = dataclasses.replace(small, position=10.0 * small.position)
-    model = SurfaceModel()
-    ten = MapSettings(
-        model=dataclasses.replace(
-            model,
-            length=10 * model.length,
-            curvature=model.curvature / 10,
-            noise=10 * model.noise,
-            noise_length=10 * model.noise_length,
-            tilt_length=10 * model.tilt_length,
-            plane=10 * model.plane,
-        ),
-        **{
-            name: 10.0 * getattr(MapSettings(), name)
-            for name in ("stretch", "reach", "patch_spacing", "patch_reach", "patch_data")
-        },
-    )
-    here, there = mapped(small).query(x), mapped(large, ten).query(10.0 * x)
-    np.testing.assert_allclose(10.0 * here.distance, there.distance, atol=1e-10)
-    np.testing.assert_allclose(10.0 * here.sd, there.sd, rtol=1e-6)
 
 
 def test_patches_blend_without_steps():
@@ -156,13 +129,11 @@ def test_either_side_of_the_surface_is_as_uncertain():
 
 
 def test_contacts_felt_twice_say_nothing_new():
-    row = plane_cloud(np.column_stack([np.arange(-5e-3, 5e-3, 4e-5), np.zeros(250)]))
-    x = np.array([[0.0, 0.0, 0.0]])
-    once = mapped(row).query(x).sd[0]
-    still = plane_cloud(np.zeros((500, 2)))
-    resting, one = mapped(still), mapped(plane_cloud(np.zeros((1, 2))))
-    assert resting.query(x).sd[0] == pytest.approx(one.query(x).sd[0])
-    assert once < one.query(x).sd[0]
+    x, row = np.zeros((1, 3)), np.column_stack([np.arange(-5e-3, 5e-3, 4e-5), np.zeros(250)])
+    once, resting, one = (
+        mapped(plane_cloud(xy)).query(x).sd[0] for xy in (row, np.zeros((500, 2)), np.zeros((1, 2)))
+    )
+    assert once < one == pytest.approx(resting)
 
 
 def test_more_noise_stated_for_some_contacts_makes_the_map_trust_the_others():
@@ -181,8 +152,6 @@ def test_standard_deviations_are_those_across_the_surface():
     np.testing.assert_allclose(noise, 2.0)
     np.testing.assert_allclose(tilt, np.sqrt(0.02))
     cloud = plane_cloud(np.zeros((3, 2)))
-    with pytest.raises(InvalidValueError, match="noise of contact 0"):
-        dataclasses.replace(cloud, noise=np.zeros(3))
     given_noise = dataclasses.replace(cloud, noise=np.array([1.0, 2.0, 3.0]))
     np.testing.assert_array_equal(given_noise.select(np.array([True, False, True])).noise, [1.0, 3.0])
 
@@ -225,12 +194,6 @@ def test_nothing_is_known_of_nothing():
     assert len(SurfaceMap().query(np.zeros((0, 3)))) == 0
     far = mapped(cap()).query(np.full((1, 3), 5.0))
     assert far.knowledge[0] == Knowledge.UNOBSERVED
-
-
-@pytest.mark.parametrize("points", [[[0.0, 0.0]], [[0.0, np.nan, 0.0]], [0.0, 0.0, 0.0]])
-def test_points_that_are_none_are_refused(points):
-    with pytest.raises(InvalidValueError, match="points"):
-        mapped(cap()).query(points)
 
 
 def test_along_one_row_only_the_row_is_observed():
@@ -281,15 +244,10 @@ def test_a_sharp_edge_keeps_its_faces():
 @pytest.mark.slow
 def test_learning_finds_noise_and_length_from_a_guess_twice_off():
     """Ornstein-Uhlenbeck noise along rows of a plane; both guesses end within a fifth of the truth."""
-    rng = np.random.default_rng(0)
-    xy = raster(0.015, 1e-3, 4e-5)
-    per_row = np.unique(xy[:, 1]).size
-    steps = len(xy) // per_row
-    decay = np.exp(-4e-5 / 1e-3)
-    noise = rng.normal(size=(per_row, steps, 3))
-    for i in range(1, steps):
-        noise[:, i] = decay * noise[:, i - 1] + np.sqrt(1.0 - decay**2) * noise[:, i]
-    noise = noise.reshape(-1, 3) * [8e-3, 8e-3, 3e-5]
+    rng, xy = np.random.default_rng(0), raster(0.015, 1e-3, 4e-5)
+    rows = np.split(np.arange(len(xy)), np.unique(xy[:, 1]).size)
+    way = 4e-5 * np.arange(len(rows[0]))
+    noise = np.concatenate([correlated(way, 1e-3, 1.0, rng) for _ in rows]) * [8e-3, 8e-3, 3e-5]
     normal = np.column_stack([noise[:, :2], np.ones(len(xy))])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     felt = cloud_of(np.column_stack([xy, noise[:, 2]]), normal)
@@ -309,20 +267,6 @@ def test_what_is_held_stays():
     made.relearn(held=(Parameter.NOISE_LENGTH,))
     assert made.model.noise_length == SurfaceModel().noise_length
     assert made.model.noise != SurfaceModel().noise
-
-
-@pytest.mark.parametrize(
-    ("change", "named"),
-    [
-        ({"reach": 0.0}, "reach"),
-        ({"bias": -1.0}, "bias"),
-        ({"patch_spacing": 5e-3}, "grow"),
-        ({"patch_stretches": 0}, "1"),
-    ],
-)
-def test_settings_that_leave_gaps_are_refused(change, named):
-    with pytest.raises(InvalidValueError, match=named):
-        MapSettings(**change)
 
 
 def test_settings_for_wide_rows_observe_between_them():

@@ -42,30 +42,24 @@ def test_a_tip_that_is_right_agrees() -> None:
     assert (np.abs([*found.shift, found.size]) < 5.0 * found.sd + 2e-6).all()
 
 
-@pytest.mark.parametrize("axis", [0, 1])
-def test_a_tip_that_sits_elsewhere_is_found(axis: int) -> None:
-    off = np.zeros(3)
-    off[axis] = 2e-4
-    found = _slid(Sphere(0.008, center=TRUE.center - off), np.zeros(6))
+WRONG = [  # tip as assumed, error of the zero, what is found [m], within, words of the report
+    (Sphere(0.008, center=TRUE.center - [2e-4, 0, 0]), 0.0, [2e-4, 0, 0], 1e-5, "along x of the sensor"),
+    (Sphere(0.008, center=TRUE.center - [0, 2e-4, 0]), 0.0, [0, 2e-4, 0], 1e-5, "along y of the sensor"),
+    (TRUE, 4e-4, [-2e-4, 0, 0], 3e-5, "tare"),  # 0.4 mN m over 2 N looks like a tip elsewhere
+    (Sphere(0.0083, center=TRUE.center), 0.0, -3e-4, 1e-4, ""),  # another size is found by friction
+]
+
+
+@pytest.mark.parametrize(("tip", "zero", "wrong", "within", "words"), WRONG)
+def test_a_tip_that_is_wrong_is_found(tip, zero, wrong, within, words) -> None:
+    found = _slid(tip, zero * np.eye(6)[4])
     assert found is not None
-    np.testing.assert_allclose(found.shift[axis], 2e-4, atol=1e-5)
-    (told,) = found.broken(EXACT, 0.0)
-    assert f"along {'xyz'[axis]} of the sensor" in told.finding
-    assert not list(found.broken(TipUncertainty.independent(position=2e-4), 0.0))
-
-
-def test_a_zero_that_is_off_looks_like_a_tip_elsewhere() -> None:
-    found = _slid(TRUE, np.array([0.0, 0.0, 0.0, 0.0, 4e-4, 0.0]))
-    assert found is not None
-    np.testing.assert_allclose(np.abs(found.shift[0]), 2e-4, atol=3e-5)  # 0.4 mN m over 2 N
-    assert "tare" in next(found.broken(EXACT, 0.0)).remedy
-
-
-def test_a_tip_of_another_size_is_found_by_friction() -> None:
-    found = _slid(Sphere(0.0083, center=TRUE.center), np.zeros(6))
-    assert found is not None
-    np.testing.assert_allclose(found.size, -3e-4, atol=1e-4)
-    assert list(found.broken(EXACT, 0.0))
+    shown = found.size if np.ndim(wrong) == 0 else np.where(np.abs(wrong) > 0.0, found.shift, 0.0)
+    np.testing.assert_allclose(shown, wrong, atol=within)
+    told = next(found.broken(EXACT, 0.0))
+    assert words in told.finding + told.remedy
+    if np.ndim(wrong) and not zero:
+        assert not list(found.broken(TipUncertainty.independent(position=2e-4), 0.0))
 
 
 def test_too_few_contacts_tell_nothing() -> None:

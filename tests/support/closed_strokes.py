@@ -68,6 +68,11 @@ class Sensed:
         return TwoWay(there, self.stroke(slide, torque, -speed, -spin, duration, end, forces[1], aside))
 
 
+def changed(stroke, **fields):
+    """The same stroke with other fields."""
+    return RubbingStroke(**({name: getattr(stroke, name) for name in RubbingStroke.__slots__} | fields))
+
+
 def nothing(s):
     return np.zeros_like(s)
 
@@ -80,6 +85,11 @@ def slips(level, travel):
 def gives_way(level, travel, preload=0.0, hardening=0.0):
     """Elastic all the way: level per travel, from a preload on; a power 1 + hardening."""
     return lambda s: preload + level * (np.abs(s) / travel) ** (1.0 + hardening)
+
+
+def sawtooth(low, high, travel):
+    """Stick-slip: rises from low to high over each `travel`."""
+    return lambda s: low + (high - low) * np.mod(s, travel) / travel
 
 
 def elastic_pair(sensed, stiffness, rest, speed, duration=0.5):

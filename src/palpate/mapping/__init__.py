@@ -10,11 +10,6 @@ from palpate.mapping.primitives import PrimitiveChoice as PrimitiveChoice
 from palpate.mapping.primitives import PrimitiveFit as PrimitiveFit
 from palpate.mapping.primitives import PrimitiveKind as PrimitiveKind
 from palpate.mapping.primitives import choose_primitive as choose_primitive
-from palpate.mapping.primitives import fit_ball as fit_ball
-from palpate.mapping.primitives import fit_ellipsoid as fit_ellipsoid
-from palpate.mapping.sphere_fit import SphereFit as SphereFit
-from palpate.mapping.sphere_fit import SphereFitStatus as SphereFitStatus
-from palpate.mapping.sphere_fit import fit_sphere as fit_sphere
 from palpate.mapping.surface_map import Knowledge as Knowledge
 from palpate.mapping.surface_map import MapSettings as MapSettings
 from palpate.mapping.surface_map import SurfaceEstimate as SurfaceEstimate

@@ -1,9 +1,23 @@
-"""Sensors that sensor-file tests start from."""
+"""Sensors that tests of calibration and of sensor files start from."""
 
 import numpy as np
 
 from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FirstOrder, Notch
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
+
+RANGES = np.array([12.0, 12.0, 17.0, 0.12, 0.12, 0.12])
+
+
+def linear_sensor(channels, rng, condition=3.0):
+    """Sensitivity of a sensor, with the given condition number in units of its ranges; and an offset."""
+    left = np.linalg.qr(rng.normal(size=(channels, 6)))[0]
+    right = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    return (left * np.geomspace(1.0, 1.0 / condition, 6)) @ right / RANGES, rng.normal(size=channels)
+
+
+def known_loads(count, rng):
+    """Loads of up to half of the ranges, in all directions."""
+    return RANGES * rng.uniform(-0.5, 0.5, (count, 6))
 
 
 def matrix(channels, seed=0):

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor
 from palpate.sensing.ft.touch_detector import ContactDetector
 
@@ -32,14 +31,11 @@ def test_a_load_is_an_overload_exactly_when_it_leaves_the_ellipsoid(direction):
 @pytest.mark.parametrize("axis", range(6))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_an_overloaded_axis_is_named_with_value_and_limit(axis, sign):
-    load = [0.0] * 6
-    load[axis] = 1.01 * sign * AXIS[axis]
-    verdict = judge(tuple(load))
-    assert verdict.measure is HealthCheck.OVERLOAD_AXIS
-    assert verdict.where == ("Fx", "Fy", "Fz", "Mx", "My", "Mz")[axis]
-    assert verdict.value == load[axis]
-    assert verdict.limit == AXIS[axis]
-    assert f"({verdict.where}): {load[axis]:.6g}, limit {AXIS[axis]:.6g}" in str(verdict)
+    load, name = 1.01 * sign * AXIS[axis] * np.eye(6)[axis], ("Fx", "Fy", "Fz", "Mx", "My", "Mz")[axis]
+    verdict = judge(tuple(load.tolist()))
+    found = (verdict.measure, verdict.where, verdict.value, verdict.limit)
+    assert found == (HealthCheck.OVERLOAD_AXIS, name, load[axis], AXIS[axis])
+    assert f"({name}): {load[axis]:.6g}, limit {AXIS[axis]:.6g}" in str(verdict)
 
 
 def test_loads_add_up():
@@ -93,22 +89,6 @@ def test_one_stuck_channel_is_found_and_noise_is_not():
     assert all(v.measure is HealthCheck.STUCK and v.where == "channel 5" for v in stuck[19:])
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: HealthLimits((0.0, *AXIS[1:])),
-        lambda: HealthLimits(AXIS, combined=math.nan),
-        lambda: HealthLimits(AXIS, raw=(1.0, -1.0)),
-        lambda: HealthLimits(AXIS, stuck_samples=1),
-        lambda: DriftWatch(AXIS, 0.005, 0.001),
-        lambda: DriftWatch((*AXIS[:5], -1.0), 1.0, 0.001),
-    ],
-)
-def test_impossible_limits_are_refused(make):
-    with pytest.raises(InvalidValueError):
-        make()
-
-
 def test_drift_is_seen_through_noise_and_noise_is_no_drift():
     rng = np.random.default_rng(1)
     limit = (0.02,) * 3 + (1e-4,) * 3
@@ -131,10 +111,10 @@ def detector(**changes):
     return ContactDetector(**{**given, **changes})
 
 
-def test_touch_and_release_have_their_own_thresholds():
+def test_touch_and_release_have_their_own_thresholds_and_what_is_no_number_changes_nothing():
     found = detector()
-    forces = [0.0, 0.15, 0.21, 0.15, 0.11, 0.09, 0.15, 0.2, 0.3]
-    assert [found.step(x) for x in forces] == [False, False, True, True, True, False, False, False, True]
+    forces = [0.0, 0.15, math.nan, 0.21, 0.15, math.nan, 0.11, 0.09, 0.15, 0.2, 0.3]
+    assert [int(found.step(x)) for x in forces] == [0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 1]
     found.restart()
     assert not found.touching
 
@@ -159,24 +139,3 @@ def test_the_detector_knows_its_delay():
     found = detector(touch_time=0.003)
     assert [found.step(1.0) for _ in range(5)] == [False, False, False, True, True]
     assert found.delay == pytest.approx(0.003)
-
-
-def test_a_force_that_is_no_number_changes_nothing():
-    found = detector()
-    assert not found.step(math.nan)
-    assert found.step(1.0)
-    assert found.step(math.nan)
-
-
-@pytest.mark.parametrize(
-    ("changes", "reason"),
-    [
-        ({"noise": 0.05}, r"noise of 0.05 N would pass for a touch; give at least 0.25 N"),
-        ({"release_force": 0.3}, "must not exceed touch_force"),
-        ({"touch_force": math.nan}, "touch_force"),
-        ({"release_time": -1.0}, "release_time"),
-    ],
-)
-def test_thresholds_in_the_noise_are_refused(changes, reason):
-    with pytest.raises(InvalidValueError, match=reason):
-        detector(**changes)

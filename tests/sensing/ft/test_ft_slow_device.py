@@ -2,14 +2,11 @@
 
 import msgspec
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.sensing.ft import (
     Butterworth,
-    ContactEntry,
     CriticallyDamped,
     FirstOrder,
     FTPipeline,
@@ -48,21 +45,15 @@ def test_each_sample_is_read_at_most_so_often(rate):
     assert repeats(1000.0, None) == repeats(1000.0, 7000.0) == 1
 
 
-@pytest.mark.parametrize("rate", [488.0, 125.0, 100.0, 20.0])
-def test_a_healthy_slow_device_is_not_dead_even_if_every_other_sample_gets_lost(rate):
-    times = 2 * repeats(1000.0, rate)
-    assert set(healths(slow(rate), times)) == {HealthCheck.HEALTHY}
+def test_a_healthy_slow_device_is_not_dead_even_if_every_other_sample_gets_lost():
+    for rate in (488.0, 125.0, 100.0, 20.0):
+        assert set(healths(slow(rate), 2 * repeats(1000.0, rate))) == {HealthCheck.HEALTHY}
 
 
-@pytest.mark.slow
 def test_a_dead_one_is_found_after_as_many_of_its_own_samples_as_a_quick_one():
-    found = {rate: healths(slow(rate), 100_000 // 40).index(HealthCheck.FROZEN) for rate in (None, 100.0, 500.0)}
+    found = {rate: healths(slow(rate), 1200).index(HealthCheck.FROZEN) for rate in (None, 100.0, 500.0)}
     assert found[100.0] + 1 == 10 * (found[None] + 1)
     assert found[500.0] + 1 == 2 * (found[None] + 1)
-
-
-def test_one_that_is_declared_quick_is_dead_if_it_repeats_itself():
-    assert HealthCheck.FROZEN in healths(slow(None), 20)
 
 
 @settings(max_examples=30, deadline=None)
@@ -84,26 +75,11 @@ def test_a_filter_leaves_no_more_of_held_noise_than_is_stated(spec, cutoff, time
     assert filters.held_noise_gain(1) == filters.noise_gain
 
 
-def test_a_touch_force_that_only_averaged_fresh_noise_allows_is_refused_of_a_slow_device():
-    contact = ContactEntry(touch_force=2.5 / 320, release_force=1.0 / 320)
-    fast = msgspec.structs.replace(slow(None), filters=(CriticallyDamped(20.0),), contact=contact)
-    FTPipeline(fast)
-    with pytest.raises(InvalidValueError, match="would pass for a touch"):
-        FTPipeline(msgspec.structs.replace(fast, device_rate=50.0))
-
-
 def test_its_rate_is_in_the_file_and_reads_back():
-    text = sensor_text(slow(125.0))
-    assert "device_rate_Hz: 125.0" in text
-    assert read_sensor(text).device_rate == 125.0
-    assert "device_rate_Hz" not in sensor_text(slow(None))
-    assert read_sensor(sensor_text(slow(None))).device_rate is None
-
-
-@pytest.mark.parametrize("rate", [0.0, -1.0, 1001.0, 0.5, float("nan")])
-def test_a_rate_that_cannot_be_is_refused(rate):
-    with pytest.raises(InvalidValueError, match="device_rate_Hz"):
-        slow(rate).__post_init__()
+    for rate in (125.0, None):
+        text = sensor_text(slow(rate))
+        assert ("device_rate_Hz: 125.0" in text) == ("device_rate_Hz" in text) == (rate is not None)
+        assert read_sensor(text).device_rate == rate
 
 
 def test_the_same_readings_give_the_same_bits_again():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import Pose
 from palpate.sensing.held import (
     ExternalWrenches,
@@ -29,12 +28,8 @@ SCALE = np.array([1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
 SPREAD = np.diag([1e-2] * 3 + [1e-4] * 3)
 
 
-def rows(matrix):
-    return tuple(map(tuple, matrix.tolist()))
-
-
 def pose(rotation, position):
-    return Pose(tuple(position.tolist()), rows(rotation))
+    return Pose(tuple(position.tolist()), tuple(map(tuple, rotation.tolist())))
 
 
 def felt(rng, n=5, k=2):
@@ -55,34 +50,30 @@ def moved(rng, n=5):
 
 def test_fingers_and_environment_together_give_the_object_its_motion():
     """A body that moves along a known path: forces on it are from momenta, differentiated numerically."""
-    spin, drift = np.array([0.7, -1.1, 0.4]), np.array([0.3, 0.1, -0.2])
-    turn = lambda t: Rotation.from_rotvec(spin * t + drift * t**2).as_matrix()  # noqa: E731
-    place = lambda t: np.array([0.1 * np.sin(3 * t), 0.2 * t**2, 0.1 * np.cos(2 * t)])  # noqa: E731
     c, inertia, g = np.array(BLOCK.center_of_mass), np.array(BLOCK.inertia), np.array([0.0, 0.0, -9.81])
     h, t = 1e-4, 0.3
+
+    def turn(t):
+        return Rotation.from_rotvec([0.7 * t + 0.3 * t**2, 0.1 * t**2 - 1.1 * t, 0.4 * t - 0.2 * t**2]).as_matrix()
+
+    def place(t):
+        return np.array([0.1 * np.sin(3 * t), 0.2 * t**2, 0.1 * np.cos(2 * t)])
 
     def slope(of, t):
         return (of(t - 2 * h) - 8 * of(t - h) + 8 * of(t + h) - of(t + 2 * h)) / (12 * h)
 
-    def spin_at(t):
+    def spin(t):
         W = slope(turn, t) @ turn(t).T
         return np.array([W[2, 1], W[0, 2], W[1, 0]])
 
-    linear = lambda t: BLOCK.mass * slope(lambda u: place(u) + turn(u) @ c, t)  # noqa: E731
-    angular = lambda t: turn(t) @ inertia @ turn(t).T @ spin_at(t)  # noqa: E731
     R = turn(t)
-    total = np.concatenate((R.T @ (slope(linear, t) - BLOCK.mass * g), R.T @ slope(angular, t)))
-    total[3:] += np.cross(c, total[:3])  # about the frame's origin
-    grip = (0.5, -2.0, 1.0, 0.01, 0.02, -0.03)  # of the object on the only finger
-    finger = Pose((0.02, 0.0, 0.01))
-    found = external_wrench(
-        [grip],
-        [finger],
-        BLOCK,
-        tuple((R.T @ (slope(lambda u: slope(place, u), t) - g)).tolist()),
-        tuple((R.T @ spin_at(t)).tolist()),
-        tuple((R.T @ slope(spin_at, t)).tolist()),
-    )
+    force = BLOCK.mass * (slope(lambda t: slope(lambda t: place(t) + turn(t) @ c, t), t) - g)
+    moment = slope(lambda t: turn(t) @ inertia @ turn(t).T @ spin(t), t)
+    total = np.concatenate((R.T @ force, R.T @ moment + np.cross(c, R.T @ force)))  # about the frame's origin
+    grip, finger = (0.5, -2.0, 1.0, 0.01, 0.02, -0.03), Pose((0.02, 0.0, 0.01))  # of the object on the only finger
+    acceleration = slope(lambda t: slope(place, t), t) - g
+    motion = (tuple((R.T @ each).tolist()) for each in (acceleration, spin(t), slope(spin, t)))
+    found = external_wrench([grip], [finger], BLOCK, *motion)
     np.testing.assert_allclose(np.array(found) - wrench_from(finger, grip), total, atol=1e-5)
 
 
@@ -92,14 +83,9 @@ def test_one_at_a_time_is_all_at_once():
     batch = external_wrenches(fingers, BLOCK, motion)
     poses = [pose(R, p) for R, p in zip(fingers.rotation, fingers.position, strict=True)]
     for i in range(len(batch)):
-        one = external_wrench(
-            [tuple(w) for w in fingers.wrench[i].tolist()],
-            poses,
-            BLOCK,
-            tuple(motion.specific_force[i].tolist()),
-            tuple(motion.angular_velocity[i].tolist()),
-            tuple(motion.angular_acceleration[i].tolist()),
-        )
+        parts = (motion.specific_force, motion.angular_velocity, motion.angular_acceleration)
+        grips = [tuple(w) for w in fingers.wrench[i].tolist()]
+        one = external_wrench(grips, poses, BLOCK, *(tuple(each[i].tolist()) for each in parts))
         np.testing.assert_allclose(one, batch.wrench[i], rtol=1e-12, atol=1e-14)
 
 
@@ -108,7 +94,7 @@ def test_covariance_is_that_of_random_errors():
     fingers, motion = felt(rng), moved(rng)
     told = external_wrenches(fingers, BLOCK, motion)
     seen = []
-    for _ in range(4000):
+    for _ in range(2000):
         by_pose = np.linalg.cholesky(fingers.pose) @ rng.normal(size=(2, 6, 1))
         zero = np.linalg.cholesky(fingers.zero) @ rng.normal(size=(2, 6, 1))
         matrix = np.einsum("kab,nkb->nka", fingers.matrix * rng.normal(size=(2, 6, 6)), fingers.wrench)
@@ -122,14 +108,14 @@ def test_covariance_is_that_of_random_errors():
         center = tuple(np.array(BLOCK.center_of_mass) + BLOCK.center_of_mass_sd * rng.normal(size=3))
         held = replace(BLOCK, mass=BLOCK.mass + BLOCK.mass_sd * rng.normal(), center_of_mass=center)
         seen.append(external_wrenches(wrong, held, motion).wrench - told.wrench)
-    together = np.cov(np.array(seen).reshape(4000, -1), rowvar=False)
+    together = np.cov(np.array(seen).reshape(2000, -1), rowvar=False)
     common = told.common.reshape(30, -1)
     expected = common @ common.T
     for i in range(5):
         expected[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] += told.noise[i]
     sd = np.sqrt(np.diag(expected))
-    np.testing.assert_allclose(np.sqrt(np.diag(together)) / sd, 1.0, atol=0.05)
-    np.testing.assert_allclose((together - expected) / np.outer(sd, sd), 0.0, atol=0.08)
+    np.testing.assert_allclose(np.sqrt(np.diag(together)) / sd, 1.0, atol=0.07)
+    np.testing.assert_allclose((together - expected) / np.outer(sd, sd), 0.0, atol=0.11)
     np.testing.assert_allclose(told.covariance[2], expected[12:18, 12:18], rtol=1e-9)
 
 
@@ -139,14 +125,14 @@ def test_seen_from_a_frame_that_is_not_quite_known():
     R, p, S = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3) * 0.1, np.diag([1e-6] * 3 + [1e-4] * 3)
     told = wrenches.seen_from(pose(R, p), S)
     seen = []
-    for _ in range(4000):
+    for _ in range(2000):
         off = np.sqrt(np.diag(S)) * rng.normal(size=6)
         X = into_matrix(pose(Rotation.from_rotvec(off[3:]).as_matrix() @ R, p + off[:3]))
         seen.append((wrenches.wrench + 1e-4 * (rng.normal(size=(3, 6)) + rng.normal(size=6))) @ X.T)
     for i in range(3):
         sd = np.sqrt(np.diag(told.covariance[i]))
         cov = np.cov(np.array(seen)[:, i], rowvar=False)
-        np.testing.assert_allclose((cov - told.covariance[i]) / np.outer(sd, sd), 0.0, atol=0.08)
+        np.testing.assert_allclose((cov - told.covariance[i]) / np.outer(sd, sd), 0.0, atol=0.11)
 
 
 def test_what_is_the_same_in_the_air_cancels():
@@ -161,8 +147,6 @@ def test_what_is_the_same_in_the_air_cancels():
     np.testing.assert_allclose(less.common @ less.common.transpose(0, 2, 1), less.noise / 400, atol=1e-15)
     mean = air.mean()
     np.testing.assert_allclose(mean.covariance[0], air.noise[0] / 400 + air.common[0] @ air.common[0].T, rtol=1e-9)
-    with pytest.raises(InvalidValueError, match="same fingers"):
-        air.less(ExternalWrenches.measured(np.zeros((3, 6)), 1e-8 * np.eye(6)))
 
 
 def test_there_and_back_is_nothing():
@@ -174,15 +158,3 @@ def test_there_and_back_is_nothing():
     force, moment = np.array(wrench[:3]), np.array(wrench[3:])
     inside = wrench_into(frame, wrench)
     assert np.dot(inside[:3], inside[3:]) == pytest.approx(force @ moment)  # the pitch stays
-
-
-def test_shapes_that_do_not_fit_are_told():
-    fingers = felt(np.random.default_rng(4))
-    with pytest.raises(InvalidValueError, match=r"position has shape \(3, 3\): must be \(2, 3\) or \(5, 2, 3\)"):
-        replace(fingers, position=np.zeros((3, 3)))
-    with pytest.raises(InvalidValueError, match="without negative eigenvalues"):
-        replace(fingers, zero=-fingers.zero)
-    with pytest.raises(InvalidValueError, match=r"wrench has shape \(6,\)"):
-        replace(fingers, wrench=np.zeros(6))
-    with pytest.raises(InvalidValueError, match="mass"):
-        HeldBody(mass=-1.0)

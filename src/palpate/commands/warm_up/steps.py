@@ -28,9 +28,10 @@ from palpate.grasp.compiled import cache_folder
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.scaled import ScaledGrasp
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
-from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, fit_ball, surface_mesh
+from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.mapping.curvature_layers import curvature_layers
+from palpate.mapping.primitives import PrimitiveKind, fit_primitive
 from palpate.mapping.primitives.choose import choose_primitive
 from palpate.runtime import ArmSample, Command, Supervisor
 from palpate.runtime.servo_following import PositionServo
@@ -165,7 +166,7 @@ def _map() -> None:
     surface = SurfaceMap.learned(cloud)
     curvature_layers(surface, surface_mesh(surface))
     HeightMap.from_cloud(cloud, 5e-4)
-    fit_ball(cloud.thinned(1e-3))
+    fit_primitive(cloud.thinned(1e-3), PrimitiveKind.SPHERE)
 
 
 def _grasp(n: int) -> GraspContacts:

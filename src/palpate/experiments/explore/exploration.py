@@ -22,7 +22,8 @@ from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import ProgressCallback, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
-from palpate.mapping import HeightMap, SphereFit, TouchCloud, fit_sphere
+from palpate.mapping import HeightMap, TouchCloud
+from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
 from palpate.runtime import Phase, Record, RunResult
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim import SceneObject
@@ -98,8 +99,8 @@ class Exploration(ShownResult):
             return None
 
     @cached_property
-    def sphere(self) -> SphereFit | None:
-        """The sphere through the points alone; None where they do not determine one.
+    def sphere(self) -> SphereShape | None:
+        """The sphere nearest to points and normals; None where they do not determine one.
 
         See `map.shape` for whether it is a sphere at all.
         """
@@ -108,9 +109,10 @@ class Exploration(ShownResult):
         try:
             # the stretches of a row share one error: each row counts as one observation
             correlated = points_per_row(thin, self.plan.scan.row, spacing)
-            return fit_sphere(thin.position, correlation_points=correlated)
-        except InvalidValueError:  # too few, or in one plane
+            found = fit_primitive(thin, PrimitiveKind.SPHERE, correlation_points=correlated)
+        except InvalidValueError:  # too few, or in one place
             return None
+        return found.shape if found.exists else None
 
     @cached_property
     def growth(self) -> MapGrowth | None:

@@ -10,7 +10,6 @@ import msgspec
 from palpate.errors import InvalidValueError
 from palpate.friction.materials.material import Material
 from palpate.strict_decode import decode_file, load
-from palpate.yaml_text import yaml_text
 
 VERSION = 1
 """Of the file format, under the key `palpate_materials`."""
@@ -72,14 +71,6 @@ def load_materials(path: str | os.PathLike[str]) -> MaterialLibrary:
         InvalidValueError: As in `read_materials`, with the file's name in front.
     """
     return load(path, read_materials, "a materials file")
-
-
-def materials_text(library: MaterialLibrary) -> str:
-    """Return the text of a materials file, every value written out; it reads back to the same."""
-    written: dict[str, object] = msgspec.to_builtins(library)
-    each = [msgspec.to_builtins(material) for material in library.materials]
-    written["materials"] = [{k: v for k, v in material.items() if v is not None} for material in each]
-    return yaml_text(written)
 
 
 def simulated_materials() -> MaterialLibrary:

@@ -9,11 +9,8 @@ import numpy.typing as npt
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import PARAMETERS, Material
-from palpate.friction.materials.next_touch import touch_error
 from palpate.friction.materials.recognition import CALIBRATION, Recognition, RecognitionOutcome, recognise
-from palpate.friction.materials.touch_evidence import STROKE_ROW, TouchEvidence, twist_row
-from palpate.friction.rubbing.estimate import SensorErrors
-from palpate.friction.rubbing.stroke_plan import PlannedSlip
+from palpate.friction.materials.touch_evidence import TouchEvidence
 
 IntArray = npt.NDArray[np.int64]
 
@@ -71,38 +68,6 @@ def confusion(library: MaterialLibrary, cases: Iterable[tuple[str, Recognition]]
         row = rows.setdefault(truth, [0] * len(predictions))
         row[predictions.index(UNKNOWN if found.outcome is RecognitionOutcome.UNKNOWN else found.best)] += 1
     return Confusion(tuple(rows), predictions, np.array(list(rows.values()), dtype=np.int64))
-
-
-def drawn_touches(
-    material: Material,
-    slips: Sequence[PlannedSlip],
-    rng: np.random.Generator,
-    specimen: FloatArray | None = None,
-) -> list[TouchEvidence]:
-    """Return touches of one specimen drawn at random, as the material scatters and a Nano17 class sensor errs.
-
-    Args:
-        material: That is touched.
-        slips: Strokes and twists to make.
-        rng: Source of chance.
-        specimen: ln mu_k, ln c, gamma and p of it, shape (4,); drawn if not given.
-    """
-    errors = SensorErrors()
-    if specimen is None:
-        specimen = drawn_specimen(material, rng)
-    touches = []
-    for slip in slips:
-        h = np.array(STROKE_ROW if slip.spin == 0.0 else twist_row(slip.normal_force))
-        here = specimen + np.sqrt(material.scatter.variances) * rng.normal(size=PARAMETERS)
-        speed = float(np.hypot(slip.speed, material.spin_length_at(slip.normal_force) * slip.spin))
-        log_ratio = float(h @ here) + float(np.log(material.friction_at(speed) / material.kinetic_friction))
-        error = float(touch_error(slip, np.exp(log_ratio), errors))
-        ratio = float(np.exp(log_ratio + error * rng.normal()))
-        if slip.spin == 0.0:
-            touches.append(TouchEvidence.stroke(ratio, error, slip.speed))
-        else:
-            touches.append(TouchEvidence.twist(ratio, error, slip.normal_force, slip.spin))
-    return touches
 
 
 def drawn_again(

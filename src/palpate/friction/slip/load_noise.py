@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from palpate.errors import not_negative, positive
-from palpate.friction.limit_surface import LimitSurface
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,26 +44,3 @@ class LoadNoise:
         """
         moment = math.hypot(moment, not_negative("lever", lever, "m") * force)
         return cls(math.hypot(force, moment / positive("radius", radius, "m")), moment)
-
-    def of_ratio(
-        self, surface: LimitSurface, normal_force: float, tangential_force: float, spin_torque: float
-    ) -> float:
-        """Return the standard deviation of `LimitSurface.load_ratio`, to first order.
-
-        Args:
-            surface: Whose ratio it is.
-            normal_force: [N], above 0.
-            tangential_force: Its length [N].
-            spin_torque: [N m].
-        """
-        most, e, p = surface.friction * normal_force, surface.spin_length_at(normal_force), surface.norm_exponent
-        x, y = abs(tangential_force), abs(spin_torque) / e
-        largest = max(x, y)
-        if largest == 0.0:  # the length of what is only noise: no direction is better than another
-            return max(self.force, self.torque / e) / most
-        size = largest * ((x / largest) ** p + (y / largest) ** p) ** (1.0 / p)
-        by_force, by_torque = (x / size) ** (p - 1.0), (y / size) ** (p - 1.0)
-        by_normal = surface.friction * size / most
-        return (
-            math.sqrt((by_force**2 + by_normal**2) * self.force**2 + (by_torque / e) ** 2 * self.torque**2) / most
-        )

@@ -6,8 +6,6 @@ from palpate.mapping.primitives.choose import choose_primitive as choose_primiti
 from palpate.mapping.primitives.cylinder import CylinderShape as CylinderShape
 from palpate.mapping.primitives.ellipsoid import EllipsoidShape as EllipsoidShape
 from palpate.mapping.primitives.fit import PrimitiveFit as PrimitiveFit
-from palpate.mapping.primitives.fit import fit_ball as fit_ball
-from palpate.mapping.primitives.fit import fit_ellipsoid as fit_ellipsoid
 from palpate.mapping.primitives.fit import fit_primitive as fit_primitive
 from palpate.mapping.primitives.plane import PlaneShape as PlaneShape
 from palpate.mapping.primitives.shape import PrimitiveKind as PrimitiveKind

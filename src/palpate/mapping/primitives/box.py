@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.mapping.primitives.shape import TURNS, LocalGeometry, PrimitiveKind, PrimitiveShape
+from palpate.mapping.primitives.shape import TURNS, LocalGeometry, PrimitiveShape
 
 ALONG = math.cos(math.radians(12.0))
 """A normal within 12 degrees of an axis of the box is taken to be on a face, to begin with."""
@@ -39,7 +39,6 @@ class BoxShape(PrimitiveShape):
         touched: Which faces have been touched: lower x, y, z, then upper, shape (6,).
     """
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.BOX
     MOTIONS: ClassVar[tuple[int, ...]] = TURNS
     SIZES: ClassVar[tuple[str, ...]] = ("half_size_1", "half_size_2", "half_size_3", "rounding")
     MIN_POINTS: ClassVar[int] = 9
@@ -52,11 +51,6 @@ class BoxShape(PrimitiveShape):
     def sizes(self) -> FloatArray:
         """Half lengths and rounding, shape (4,) [m]."""
         return np.append(self.half_sizes, self.rounding)
-
-    @property
-    def free_sizes(self) -> int:
-        """One per touched face, and the rounding."""
-        return int(self.touched.sum()) + 1
 
     @property
     def at_limit(self) -> bool:

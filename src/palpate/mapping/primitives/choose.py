@@ -42,8 +42,8 @@ class PrimitiveChoice:
 
     What contacts can tell apart is limited. A box touched on one face is a plane. A shallow cap is a plane while
     it rises by no more than the noise; then a sphere or cylinder, whichever needs fewer unknowns; and a cap of
-    anything smooth is an ellipsoid as long as only its two curvatures show. `runner_up` and `margin` tell how
-    clear it was; the verdict says where two shapes that are no special cases of each other are about as likely.
+    anything smooth is an ellipsoid as long as only its two curvatures show. `margin` tells how clear it was;
+    the verdict says where two shapes that are no special cases of each other are about as likely.
 
     Attributes:
         kind: The shape, or None: none of them.
@@ -52,7 +52,6 @@ class PrimitiveChoice:
             that is not usable.
         margin: Criterion of the runner-up less that of the best.
         structure: Of the best fit's residuals.
-        best_kind: The shape with the least criterion, also where it was refused.
         verdict: Whether shape and sizes can be used: that of its fit, and whether no other shape explains the
             contacts.
     """
@@ -62,18 +61,12 @@ class PrimitiveChoice:
     criterion: Mapping[PrimitiveKind, float]
     margin: float
     structure: Structure
-    best_kind: PrimitiveKind
     verdict: Verdict
 
     @property
     def fit(self) -> PrimitiveFit[PrimitiveShape] | None:
         """The fit of the chosen shape; None if it is none of them."""
         return None if self.kind is None else self.fits[self.kind]
-
-    @property
-    def runner_up(self) -> PrimitiveKind:
-        """The shape with the second criterion."""
-        return sorted(self.criterion, key=self.criterion.__getitem__)[1]
 
 
 def choose_primitive(
@@ -88,7 +81,7 @@ def choose_primitive(
 
     Args:
         cloud: What was felt, in the order it was felt; a few hundred contacts do.
-        correlation_points: Over how many neighbouring points errors are alike, as in `fit_sphere`.
+        correlation_points: Over how many neighbouring points errors are alike, as in `fit_primitive`.
         offset_sd: By how much all points may be off along their normals at once [m].
 
     Raises:
@@ -115,7 +108,6 @@ def choose_primitive(
         criterion=MappingProxyType(criterion),
         margin=criterion[second] - criterion[best],
         structure=structure,
-        best_kind=best,
         verdict=Verdict(
             (
                 *_misfit(structure, too_rough),

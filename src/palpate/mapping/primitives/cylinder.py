@@ -7,14 +7,13 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.mapping.primitives.round import FLATTEST, RoundShape
-from palpate.mapping.primitives.shape import PrimitiveKind, axes_along
+from palpate.mapping.primitives.shape import axes_along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CylinderShape(RoundShape):
     """An endless cylinder about the third axis of `rotation`."""
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.CYLINDER
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 3, 4)
     MIN_POINTS: ClassVar[int] = 5
     ACROSS: ClassVar[tuple[float, float, float]] = (1.0, 1.0, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.mapping.primitives.kernel import around_ellipsoid
-from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape
+from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveShape
 from palpate.mapping.primitives.sphere import sphere_starts
 
 SMALLEST, LARGEST = 0.02, 50.0
@@ -24,7 +24,6 @@ class EllipsoidShape(PrimitiveShape):
         hollow: Whether the object is around it.
     """
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.ELLIPSOID
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4, 5)
     SIZES: ClassVar[tuple[str, ...]] = ("semi_axis_1", "semi_axis_2", "semi_axis_3")
     MIN_POINTS: ClassVar[int] = 9
@@ -36,11 +35,6 @@ class EllipsoidShape(PrimitiveShape):
     def sizes(self) -> FloatArray:
         """The semi-axes, shape (3,) [m]."""
         return self.semi_axes
-
-    @property
-    def free_sizes(self) -> int:
-        """Three: logarithms of the semi-axes."""
-        return 3
 
     @property
     def at_limit(self) -> bool:

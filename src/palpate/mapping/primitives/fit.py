@@ -104,40 +104,27 @@ _STARTS: Mapping[PrimitiveKind, tuple[type[PrimitiveShape], Callable[[FloatArray
 }
 
 
-def fit_ball(
-    cloud: TouchCloud, *, correlation_points: float = 1.0, offset_sd: float = TIP_SIZE_SD
-) -> PrimitiveFit[SphereShape]:
-    """Return the sphere nearest to points and normals, see `fit_primitive`; `fit_sphere` goes by points alone.
-
-    On a cap of 15 degrees normals make the radius four times as good; but where they all lean outwards by half a
-    degree, points alone are three times better.
-    """
-    return _fit(cloud, PrimitiveKind.SPHERE, correlation_points, offset_sd)
-
-
-def fit_ellipsoid(
-    cloud: TouchCloud, *, correlation_points: float = 1.0, offset_sd: float = TIP_SIZE_SD
-) -> PrimitiveFit[EllipsoidShape]:
-    """Return the ellipsoid nearest to points and normals; see `fit_primitive`."""
-    return _fit(cloud, PrimitiveKind.ELLIPSOID, correlation_points, offset_sd)
-
-
 def fit_primitive(
     cloud: TouchCloud,
     kind: PrimitiveKind,
     *,
     correlation_points: float = 1.0,
     offset_sd: float = TIP_SIZE_SD,
-) -> PrimitiveFit[PrimitiveShape]:
+) -> PrimitiveFit[Any]:
     """Return the shape of one kind that is nearest to points and normals.
 
     The sum of squares of exact distances and of differences between normals, each over its error as estimated from
-    the residuals, is least. The result moves with the points and scales with their unit.
+    the residuals, is least. The result moves with the points and scales with their unit. On a spherical cap of
+    15 degrees normals make the radius four times as good; but where they all lean outwards by half a degree,
+    points alone would be three times better.
 
     Args:
         cloud: What was felt; thin a dense one first (`TouchCloud.thinned`), a few hundred points do.
         kind: Which shape.
-        correlation_points: Over how many neighbouring points errors are alike, as in `fit_sphere`.
+        correlation_points: Over how many neighbouring points errors are alike: n points then count as
+            n / correlation_points independent ones (2 L / b for errors of correlation length L in stretches of
+            length b). Rather too large than too small: for a raster, the points of a row, since speed and friction
+            push a whole row in the same direction.
         offset_sd: By how much all points may be off along their normals at once [m], and 0.4 of it smoothly over
             place and time; 0 where tip and robot are exact.
 
@@ -145,11 +132,6 @@ def fit_primitive(
         InvalidValueError: Fewer points than unknowns, all points in one place, `correlation_points` below 1, or
             `offset_sd` below 0.
     """
-    return _fit(cloud, kind, correlation_points, offset_sd)
-
-
-def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float, offset_sd: float) -> PrimitiveFit[Any]:
-    """Fit in units of the points' size about their middle, and bring the result back."""
     if not (np.isfinite(correlation_points) and correlation_points >= 1.0):
         raise InvalidValueError(
             f"correlation_points = {correlation_points!r}: must be a finite number, 1 or above"

@@ -6,14 +6,13 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape, axes_along
+from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveShape, axes_along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaneShape(PrimitiveShape):
     """The plane through `center` across the third axis of `rotation`, which points out of the object."""
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.PLANE
     MOTIONS: ClassVar[tuple[int, ...]] = (2, 3, 4)
     SIZES: ClassVar[tuple[str, ...]] = ()
     MIN_POINTS: ClassVar[int] = 3
@@ -22,11 +21,6 @@ class PlaneShape(PrimitiveShape):
     def sizes(self) -> FloatArray:
         """Nothing: a plane has no size."""
         return np.zeros(0)
-
-    @property
-    def free_sizes(self) -> int:
-        """None."""
-        return 0
 
     @property
     def at_limit(self) -> bool:

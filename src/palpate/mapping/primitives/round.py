@@ -36,11 +36,6 @@ class RoundShape(PrimitiveShape):
         return np.array([self.radius])
 
     @property
-    def free_sizes(self) -> int:
-        """One."""
-        return 1
-
-    @property
     def at_limit(self) -> bool:
         """Whether it is as good as flat."""
         return self.radius >= FLATTEST

@@ -53,7 +53,6 @@ class PrimitiveShape(ABC):
         rotation: Columns are the shape's axes, shape (3, 3).
     """
 
-    KIND: ClassVar[PrimitiveKind]
     MOTIONS: ClassVar[tuple[int, ...]]
     """Which of (shift x y z, turn x y z), along and about the shape's axes, move the surface."""
     SIZES: ClassVar[tuple[str, ...]]
@@ -68,11 +67,6 @@ class PrimitiveShape(ABC):
     @abstractmethod
     def sizes(self) -> FloatArray:
         """Lengths that do not depend on the pose, in the order of `SIZES` [m]."""
-
-    @property
-    @abstractmethod
-    def free_sizes(self) -> int:
-        """How many numbers `resized` takes: the sizes as the fit varies them."""
 
     @abstractmethod
     def local_geometry(self, points: FloatArray, normals: FloatArray) -> LocalGeometry:

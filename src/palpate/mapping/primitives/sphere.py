@@ -7,14 +7,12 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.mapping.primitives.round import FLATTEST, RoundShape
-from palpate.mapping.primitives.shape import PrimitiveKind
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SphereShape(RoundShape):
     """A sphere."""
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.SPHERE
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2)
     MIN_POINTS: ClassVar[int] = 4
     ACROSS: ClassVar[tuple[float, float, float]] = (1.0, 1.0, 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.mapping.primitives.kernel import NEAREST, around_torus
 from palpate.mapping.primitives.round import FLATTEST
-from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape, axes_along
+from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveShape, axes_along
 
 NARROWEST = 0.02
 """Least radius of the ring over the root mean square distance of the points from their middle: a sphere nearly."""
@@ -24,7 +24,6 @@ class TorusShape(PrimitiveShape):
         hollow: Whether the object is around the tube, as around the groove of a ball bearing.
     """
 
-    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.TORUS
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
     SIZES: ClassVar[tuple[str, ...]] = ("ring_radius", "tube_radius")
     MIN_POINTS: ClassVar[int] = 7
@@ -37,11 +36,6 @@ class TorusShape(PrimitiveShape):
     def sizes(self) -> FloatArray:
         """Radii of ring and tube, shape (2,) [m]."""
         return np.array([self.ring_radius, self.tube_radius])
-
-    @property
-    def free_sizes(self) -> int:
-        """Two."""
-        return 2
 
     @property
     def at_limit(self) -> bool:
