@@ -36,7 +36,7 @@ from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.simple_plant import SimpleServo
 from palpate.hw.emulators.ur import SimpleUr
 from palpate.hw.ft_stream import StreamedSensor, StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings, Scales

@@ -33,7 +33,7 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.simple_plant import SimpleServo
 from palpate.hw.ur import UrArm, UrSettings
 from palpate.sim.hand.finger import SlideFinger
 

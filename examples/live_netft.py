@@ -17,7 +17,7 @@ import tyro
 
 import palpate as pp
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.load_plant import LoadPlant
+from palpate.hw.emulators.simple_plant import LoadPlant
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.spatial import Wrench, cross
 

@@ -27,8 +27,8 @@ from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.serial_ft import BotaServer
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import ElasticWall, SimpleServo
+from palpate.hw.emulators.simple_plant import ElasticPlane, SimpleTip
 from palpate.hw.emulators.ur import UrServer
 from palpate.hw.ft_stream import StreamedSensor, StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings

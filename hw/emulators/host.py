@@ -11,8 +11,7 @@ from typing import Protocol, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.emulators.control import ControlSocket
-from palpate.hw.emulators.plant import Plant
-from palpate.hw.emulators.server import ArmServer, Server, ServoServer
+from palpate.hw.emulators.server import ArmServer, Plant, Server, ServoServer
 from palpate.spatial import ZERO
 
 MOST_BEHIND = 0.05

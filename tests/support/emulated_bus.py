@@ -13,9 +13,9 @@ from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.plant import ServoState
+from palpate.hw.emulators.server import ServoState
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.simple_plant import SimpleServo
 from palpate.sim.hand.finger import SlideFinger
 from palpate.spatial import ZERO
 from support.waiting import WITHIN, until

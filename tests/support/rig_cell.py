@@ -8,8 +8,8 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import SimpleServo
+from palpate.hw.emulators.simple_plant import ElasticPlane, SimpleTip
 from palpate.hw.emulators.ur import UrServer
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.kinematics.pose import Pose

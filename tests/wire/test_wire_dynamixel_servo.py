@@ -15,7 +15,7 @@ from palpate.hw.emulators.dynamixel.receiver import RequestPacket
 from palpate.hw.emulators.dynamixel.requests import replies
 from palpate.hw.emulators.dynamixel.servo import START_UP, EmulatedServo
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
+from palpate.hw.emulators.simple_plant import ElasticWall, SimpleServo
 from palpate.spatial import ZERO
 from support.emulated_bus import EmulatedBus, still
 from support.waiting import until

@@ -15,7 +15,7 @@ from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import MOST_CLIENTS, EmulatorControl
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.server import PlantState
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import ElasticPlane, SimpleTip
 from palpate.hw.emulators.ur.arm import HOME, ArmMounting, numbers_of, pose_of
 from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, control_script
 from palpate.hw.emulators.ur.motions import ZERO_LENGTH, Profile

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.server import PlantState
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.channels import Channels

@@ -13,7 +13,7 @@ from palpate.hw.emulators.dynamixel.faults import BusFault, LineFaults, fault_na
 from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
 from palpate.hw.emulators.dynamixel.requests import Servos, replies
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from palpate.hw.emulators.plant import PlantState, ServoGoal
+from palpate.hw.emulators.server import PlantState, ServoGoal
 from palpate.hw.emulators.terminal import Terminal
 
 PIECE_TIME = 1e-3

@@ -15,7 +15,7 @@ from palpate.hw.dynamixel.registers import (
     ServoKind,
 )
 from palpate.hw.emulators.dynamixel.control_table import ControlTable
-from palpate.hw.emulators.plant import ServoGoal, ServoState
+from palpate.hw.emulators.server import ServoGoal, ServoState
 from palpate.kinematics.servo_model import PULSE, PULSES, VELOCITY_UNIT
 
 START_UP = 0.3

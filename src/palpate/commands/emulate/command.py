@@ -20,14 +20,17 @@ from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.faults import BusFault
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.load_plant import LoadPlant, steady_plant
-from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
-from palpate.hw.emulators.netft.faults import NetFtFault
-from palpate.hw.emulators.netft.onrobot import OnRobotServer, onrobot_box
+from palpate.hw.emulators.netft import BoxSettings, NetFtFault, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.emulators.server import Server
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import (
+    ElasticPlane,
+    ElasticWall,
+    LoadPlant,
+    SimplePlant,
+    SimpleServo,
+    SimpleTip,
+    steady_plant,
+)
 from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.emulators.ur.version import ControllerVersion

@@ -11,9 +11,7 @@ from palpate.commands.emulate.serving import chosen_token, how_to_switch, served
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.server import ArmServer, Server, ServoServer
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import ElasticPlane, SimplePlant, SimpleServo, SimpleTip
 from palpate.kinematics.pose import Pose
 from palpate.open_kinds import name_of_kind
 from palpate.robots.finger_load import noise_of_finger

@@ -14,8 +14,8 @@ from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
-from palpate.hw.emulators.plant import PlantState, ServoGoal, ServoState
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer
+from palpate.hw.emulators.server import PlantState, ServoGoal, ServoState
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.ft_stream.streamed_sensor import StreamSettings

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.robots.emulated.scene_plant import ScenePlant
