@@ -6,7 +6,7 @@ The built-in plant is simple; an experiment may provide a MuJoCo scene. Neither 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, WrenchSample
@@ -142,6 +142,7 @@ class Server(Protocol):
         ...
 
 
+@runtime_checkable
 class ArmServer(Server, Protocol):
     """Device that moves the plant's arm."""
 
@@ -150,6 +151,7 @@ class ArmServer(Server, Protocol):
         ...
 
 
+@runtime_checkable
 class ServoServer(Server, Protocol):
     """Device that drives the plant's servos."""
 

@@ -31,6 +31,9 @@ IN_USE = "IN_USE"
 PROTOCOL = 2
 """Version of the protocol; its predecessor has no rates and is not emulated."""
 
+LONGEST_INTERVAL = 1e9
+"""Cycles between two data packages: any lower rate counts as this one."""
+
 _YES, _NO = b"\x01", b"\x00"
 _INFO = 3
 
@@ -313,7 +316,7 @@ class RtdeSession:
             return _NO + ",".join(kinds).encode()
         before = self._stream
         number = 1 if before is None else before.number % 255 + 1
-        every = max(1, round(self._robot.version.rate / frequency))
+        every = max(1, round(min(self._robot.version.rate / frequency, LONGEST_INTERVAL)))
         running = before is not None and before.running
         self._stream = _Stream(recipe(names, self._types), number, every, running=running)
         return bytes((number,)) + ",".join(kinds).encode()

@@ -233,4 +233,4 @@ class SimpleUr:
     def __call__(self) -> Host:
         """Return a host that is ready to run."""
         server = UrServer(self.address, self.version, unlock_delay=self.unlock_delay)
-        return Host(SimplePlant(SimpleTip(plane=self.plane)), [server], arm=server, scale=self.scale)
+        return Host(SimplePlant(SimpleTip(plane=self.plane)), [server], scale=self.scale)
