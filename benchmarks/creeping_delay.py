@@ -35,8 +35,7 @@ from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.simple_plant import SimplePlant, SimpleServo
 from palpate.hw.emulators.ur import SimpleUr
 from palpate.hw.ft_stream import StreamedSensor, StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings, Scales
@@ -142,7 +141,7 @@ def streamed(line: DelayedLine, sensor: StreamedSensor, settles: float) -> Devic
 def bus_host() -> Host:
     urgent()
     bus = DynamixelBus([EmulatedServo(XL330, 1)])
-    return Host(SimplePlant(servos=(SimpleServo(),)), [bus], hand=bus)
+    return Host(SimplePlant(servos=(SimpleServo(),)), [bus])
 
 
 @contextmanager

@@ -54,7 +54,7 @@ def controller() -> Host:
     with suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, -20)
     server = UrServer(ADDRESS, unlock_delay=0.1)
-    return Host(SimplePlant(), [server], arm=server, control_port=CONTROL_PORT)
+    return Host(SimplePlant(), [server], control_port=CONTROL_PORT)
 
 
 @contextmanager

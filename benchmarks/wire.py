@@ -32,8 +32,7 @@ from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.simple_plant import SimplePlant, SimpleServo
 from palpate.hw.ur import UrArm, UrSettings
 from palpate.sim.hand.finger import SlideFinger
 
@@ -62,7 +61,7 @@ def servos() -> Host:
     with suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, -20)
     bus = DynamixelBus([EmulatedServo(XL330, i + 1) for i in range(SERVOS)])
-    return Host(SimplePlant(servos=tuple(SimpleServo() for _ in range(SERVOS))), [bus], hand=bus)
+    return Host(SimplePlant(servos=tuple(SimpleServo() for _ in range(SERVOS))), [bus])
 
 
 def cycle_rate(seconds: float) -> tuple[float, int]:

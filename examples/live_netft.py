@@ -17,8 +17,8 @@ import tyro
 
 import palpate as pp
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.load_plant import LoadPlant
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
+from palpate.hw.emulators.simple_plant import LoadPlant
 from palpate.spatial import Wrench, cross
 
 TIP = pp.Sphere(0.008, center=(0.0, 0.0, 0.012))  # radius, and middle in the sensor frame [m]

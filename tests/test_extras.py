@@ -8,7 +8,7 @@ from importlib.metadata import requires
 import pytest
 
 from palpate.extras import MissingLibraryError, require
-from palpate.hw.ur.support import refuse_unsupported
+from palpate.hw.ur.library import refuse_unsupported
 
 
 def python_without(library: str, program: str, *typed: str) -> subprocess.CompletedProcess[str]:

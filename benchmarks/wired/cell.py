@@ -26,9 +26,7 @@ from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.serial_ft import BotaServer
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import ElasticPlane, ElasticWall, SimplePlant, SimpleServo, SimpleTip
 from palpate.hw.emulators.ur import UrServer
 from palpate.hw.ft_stream import StreamedSensor, StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings
@@ -123,7 +121,7 @@ class Emulated:
         ids = range(1, len(GRIP) + 1)
         hand = DynamixelBus([EmulatedServo(XL330, i) for i in ids], link=self.folder / "hand", name=HAND)
         sensors = (NetFtServer(BoxSettings(self.address)), BotaServer(link=self.folder / "bota"))
-        return Host(plant, [arm, hand, *sensors], arm=arm, hand=hand)
+        return Host(plant, [arm, hand, *sensors])
 
 
 def box_client(address: str, folder: Path, stream: StreamSettings) -> StreamedSensor:

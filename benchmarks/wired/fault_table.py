@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from palpate.kinematics.pose import Pose
 from palpate.spatial import ZERO
 from wired.avoided import (
     a_second_client_is_refused,
@@ -98,20 +97,12 @@ def _short_velocity(cell: Cell) -> None:
     cell.arm.move((0.01, 0.0), ZERO)  # type: ignore[arg-type]
 
 
-def _short_joints(cell: Cell) -> None:
-    cell.arm.servo_joints((0.0,) * 5)
-
-
 def _not_finite(cell: Cell) -> None:
     cell.arm.move((float("nan"), 0.0, 0.0), ZERO)
 
 
 def _too_fast(cell: Cell) -> None:
     cell.arm.move((1.0, 0.0, 0.0), ZERO)
-
-
-def _too_far(cell: Cell) -> None:
-    cell.arm.servo_pose(Pose((0.5, 0.5, 0.5)))
 
 
 def _missed(cell: Cell) -> int:
@@ -190,10 +181,8 @@ ARM_CASES = (
         "velocity_base_tip",
         ITSELF,
     ),
-    Case("no. 5: five joints", Refused(_short_joints), Safe.GOES_ON, "joint_position", ITSELF),
     Case("velocity not a number", Refused(_not_finite), Safe.GOES_ON, "velocity_base_tip", ITSELF),
     Case("velocity above the limit", Refused(_too_fast), Safe.GOES_ON, "UrSettings.speed", ITSELF),
-    Case("pose out of reach", Refused(_too_far), Safe.GOES_ON, "begins where it is", ITSELF),
     _avoided("no. 6: kinematics with an old tool", Avoided(never_sent(30, 43, 44, 46, 60, 61))),
     _avoided("no. 7: external wrench of a wrong length", Avoided(never_sent(55, 56, 57))),
     _avoided("no. 8: upper registers", Avoided(upper_registers_unused)),

@@ -1,4 +1,4 @@
-"""One loop that serves emulated devices and steps what stands behind them.
+"""Loop that serves emulated devices and steps the plant behind them.
 
 `select` with absolute deadlines: its time-outs are in microseconds, those of epoll and poll in milliseconds, which
 is half a period here.
@@ -11,27 +11,26 @@ from typing import Protocol, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.emulators.control import ControlSocket
-from palpate.hw.emulators.plant import Plant
-from palpate.hw.emulators.server import ArmServer, Server, ServoServer
+from palpate.hw.emulators.server import ArmServer, Plant, Server, ServoServer
 from palpate.spatial import ZERO
 
 MOST_BEHIND = 0.05
-"""[s] of wall time up to which a stall is caught up with; one that is longer is given up whole, and counted."""
+"""[s] of wall time up to which a stall is caught up with; a longer one is given up whole, and counted."""
 
 _LONGEST_WAIT = 0.1
-"""[s] between two looks at whether to stop."""
+"""[s] between two checks whether to stop."""
 
 
 @runtime_checkable
 class Monitored(Protocol):
-    """A server that reports its internal state to tests; not every server does."""
+    """Server that reports its internal state to tests; not every server does."""
 
     def status(self) -> Mapping[str, object]:
         """Return its state: numbers, strings, and lists of them."""
         ...
 
     def lines(self) -> list[str]:
-        """Return what has happened so far, oldest first."""
+        """Return the log, oldest first."""
         ...
 
 
@@ -42,30 +41,28 @@ class Host:
         self,
         plant: Plant,
         servers: Sequence[Server],
-        arm: ArmServer | None = None,
-        hand: ServoServer | None = None,
         scale: float = 1.0,
         control_port: int = 0,
         control_token: str | None = None,
     ) -> None:
-        """Start the plant and let the devices know; they listen already.
+        """Start the plant and inform the devices, which listen already.
 
         Args:
-            plant: What is moved and measured.
-            servers: All devices, `arm` and `hand` among them.
-            arm: Whose velocities move the plant's arm; None: it stands still.
-            hand: Whose goals drive the plant's servos; None: none.
+            plant: Mechanics that are moved and measured.
+            servers: All devices. An `ArmServer` moves the plant's arm, a `ServoServer` its servos.
             scale: Seconds of the plant per second of wall time.
-            control_port: Of the control socket; 0: a free one.
-            control_token: What requests to it must carry; None: a new one.
+            control_port: Port of the control socket; 0: a free one.
+            control_token: Token that requests to it must carry; None: a new one.
 
         Raises:
-            InvalidValueError: The scale is not above zero, two devices have one name, or the port is not free.
+            InvalidValueError: If the scale is not above zero, two devices have one name, or the port is not free.
         """
         names = [server.name for server in servers]
         if len(set(names)) < len(names):
             raise InvalidValueError(f"devices named {', '.join(names)}: each needs a name of its own")
-        self._plant, self._servers, self._arm, self._hand = plant, list(servers), arm, hand
+        self._plant, self._servers = plant, list(servers)
+        self._arm = next((server for server in servers if isinstance(server, ArmServer)), None)
+        self._hand = next((server for server in servers if isinstance(server, ServoServer)), None)
         self._interval = plant.period / positive("scale", scale, "")
         self._by_name = {server.name: server for server in servers}
         self._state = plant.start()
@@ -89,14 +86,14 @@ class Host:
 
     @property
     def addresses(self) -> dict[str, str]:
-        """Where clients find each device."""
+        """Address of each device by its name."""
         return {server.name: server.address for server in self._servers}
 
     def run(self, lifeline: int | None = None) -> None:
         """Serve until `stop`, or until the lifeline breaks; then close everything.
 
         Args:
-            lifeline: A descriptor that becomes readable when whoever has started this is gone.
+            lifeline: Descriptor that becomes readable when the parent process is gone.
         """
         try:
             self._loop(lifeline)
@@ -104,11 +101,11 @@ class Host:
             self.close()
 
     def stop(self) -> None:
-        """Let `run` come back, from any thread, within a tenth of a second."""
+        """Let `run` return, from any thread, within a tenth of a second."""
         self._running = False
 
     def close(self) -> None:
-        """Close devices, plant and control socket; `run` does it by itself."""
+        """Close devices, plant and control socket; `run` does so at its end."""
         if self._closed:
             return
         self._closed = True
@@ -158,10 +155,10 @@ class Host:
             server.take(self._state)
 
     def _perform(self, request: Mapping[str, object]) -> Mapping[str, object]:
-        """Do what was asked over the control socket.
+        """Carry out a request of the control socket.
 
         Raises:
-            InvalidValueError: It is nothing that can be done.
+            InvalidValueError: If there is no such request.
         """
         match request:
             case {"do": "state"}:

@@ -1,4 +1,4 @@
-"""An emulator in a process of its own, as ur_rtde needs it: its constructors let no other thread of Python run."""
+"""Emulator in a process of its own: constructors of ur_rtde let no other thread of Python run."""
 
 import gc
 import multiprocessing
@@ -25,7 +25,7 @@ class EmulatorProcess:
     """Runs a host as long as a `with` block lasts, or as its parent lives."""
 
     def __init__(self, factory: Callable[[], Host]) -> None:
-        """Take what makes the host: importable, and picklable, since it is called in another process."""
+        """Take the factory of the host: importable and picklable, since it is called in another process."""
         self._factory = factory
         self._process: BaseProcess | None = None
         self._lifeline: Connection | None = None
@@ -36,7 +36,7 @@ class EmulatorProcess:
         """Start it and wait until it listens.
 
         Raises:
-            DeviceError: It did not come up; the message says why.
+            DeviceError: If it did not start; the message gives the reason.
         """
         context = multiprocessing.get_context("spawn")
         self._lifeline, theirs = context.Pipe()
@@ -44,7 +44,7 @@ class EmulatorProcess:
         try:
             self._process.start()
             theirs.close()
-            control, self._addresses = self._heard(self._lifeline)
+            control, self._addresses = self._first_message(self._lifeline)
             self._control = EmulatorControl(control)
         except BaseException:
             self.__exit__(None, None, None)
@@ -70,10 +70,10 @@ class EmulatorProcess:
 
     @property
     def control(self) -> EmulatorControl:
-        """For faults and state.
+        """Control socket, for faults and state.
 
         Raises:
-            DeviceError: It is not running.
+            DeviceError: If it is not running.
         """
         if self._control is None:
             raise DeviceError("emulator", "not running", "use it within its `with` block")
@@ -81,20 +81,20 @@ class EmulatorProcess:
 
     @property
     def addresses(self) -> dict[str, str]:
-        """Where clients find each device."""
+        """Address of each device by its name."""
         return self._addresses
 
     def kill(self) -> None:
-        """Kill it as a crash would, with no chance to say goodbye."""
+        """Kill it as a crash would."""
         if self._process is not None:
             self._process.kill()
             self._process.join(_ENDS_WITHIN)
 
-    def _heard(self, lifeline: Connection) -> tuple[str, dict[str, str]]:
-        """Return what it says once it listens: the address of its control, and where its devices are.
+    def _first_message(self, lifeline: Connection) -> tuple[str, dict[str, str]]:
+        """Return the addresses of its control and of its devices, once it listens.
 
         Raises:
-            DeviceError: It did not come up.
+            DeviceError: If it did not start.
         """
         try:
             reply = lifeline.recv() if lifeline.poll(_READY_WITHIN) else f"silent for {_READY_WITHIN:g} s"
@@ -107,22 +107,22 @@ class EmulatorProcess:
 
 
 def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:
-    """The child: ends when its parent closes the pipe, which its death does too."""
-    # Ctrl-C in a terminal, and its closing, reach all processes: the parent brings its robot to rest first
+    """Run the child: it ends when its parent closes the pipe, or dies."""
+    # Ctrl-C in a terminal, and its closing, reach all processes: the parent stops its robot first
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     try:
         host = factory()
     except Exception as error:
-        # whatever it is, who waits for this process is to read it
+        # any error is for the process that waits for this one
         lifeline.send(f"{type(error).__name__}: {error}")
         return
-    # a collection of all that was imported would hold up the loop for several periods
+    # garbage collection over all imports would hold up the loop for several periods
     gc.collect()
     gc.freeze()
     try:
         lifeline.send((host.control_address, host.addresses))
-    except OSError:  # whoever waited for it is gone
+    except OSError:  # the parent is gone
         host.close()
         return
     host.run(lifeline.fileno())

@@ -1,6 +1,6 @@
-"""A pseudo terminal that stands in for the USB adapter of a servo bus or a sensor.
+"""Pseudo terminal in place of the USB adapter of a servo bus or a sensor.
 
-It has no speed: bytes arrive at once. But it knows which one the client has set.
+Bytes arrive at once, at any speed; the speed that the client has set can be read.
 """
 
 import contextlib
@@ -12,27 +12,27 @@ from pathlib import Path
 from palpate.errors import InvalidValueError
 
 _TCGETS2 = 0x802C542A
-"""Linux, x86 and ARM: asks for the terminal's settings with any speed as a number (asm-generic/ioctls.h)."""
+"""Linux, x86 and ARM: request for the terminal's settings with any speed as a number (asm-generic/ioctls.h)."""
 
 _TERMIOS2 = struct.Struct("=4IB19s2I")
 
 
 class Terminal:
-    """Both ends of it, non-blocking; a link of a fixed name may lead to it."""
+    """Both ends of a pseudo terminal, non-blocking, with a link of a fixed name if desired."""
 
     def __init__(self, link: Path | None = None) -> None:
         """Open it.
 
         Args:
-            link: Where a symbolic link to it shall stand, as udev makes them for adapters; one to another pseudo
-                terminal is replaced, as a process that was killed leaves it behind.
+            link: Symbolic link to it, as udev makes them for adapters; a link to another pseudo terminal, which a
+                killed process leaves behind, is replaced.
 
         Raises:
-            InvalidValueError: Something else is there, no link can be made, or this is Windows.
+            InvalidValueError: If the path is taken, no link can be made, or this is Windows.
         """
         if os.name == "nt":
             raise InvalidValueError(f"link = {link}: Windows has no pseudo terminals; run this on Linux")
-        import pty  # not above: Windows has none, and who only simulates needs none
+        import pty  # not above: Windows has none, and simulations need none
         import tty
 
         self.master, self._slave = pty.openpty()
@@ -53,11 +53,11 @@ class Terminal:
 
     @property
     def path(self) -> str:
-        """What a client opens."""
+        """Path that a client opens."""
         return self._device if self._link is None else str(self._link)
 
     def baud_rate(self) -> int | None:
-        """Return the rate that the client has set [1/s]; None if this system does not tell."""
+        """Return the rate that the client has set [1/s]; None if this system cannot report it."""
         import fcntl
         import termios
 
@@ -70,7 +70,7 @@ class Terminal:
             return speeds.get(termios.tcgetattr(self._slave)[5])
 
     def read(self) -> bytes:
-        """Return what has arrived; nothing, if nothing has."""
+        """Return the bytes that have arrived."""
         try:
             return os.read(self.master, 4096)
         except OSError as error:
@@ -79,14 +79,14 @@ class Terminal:
             raise
 
     def write(self, data: bytes) -> None:
-        """Send; what nobody has read for long is lost, as on a wire."""
+        """Send; bytes that are not read for long are lost, as on a wire."""
         try:
             self.lost += len(data) - os.write(self.master, data)
         except BlockingIOError:
             self.lost += len(data)
 
     def close(self) -> None:
-        """Close both ends and take the link away; may be called more than once."""
+        """Close both ends and remove the link; may be called more than once."""
         if self.master < 0:
             return
         self._close_ends()

@@ -1,85 +1,92 @@
-"""A UR arm: what it says, and how it is made to move.
+"""A UR arm: its states, its motion, and what it reports of its condition.
 
-The library runs in a child process (see `client`); here is nothing but shared memory and a pipe, so that reading
+The library runs in a child process (see `client`); this module uses shared memory and a pipe only, so that reading
 and moving take microseconds and never wait.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import math
+from collections.abc import Iterator, Mapping
 from time import monotonic, sleep
 from typing import Self
 
 from palpate.hw.condition import DeviceCondition
 from palpate.hw.devices import DeviceError, WireError
-from palpate.hw.finding import DeviceFinding, DeviceUse
+from palpate.hw.finding import DeviceFinding, DeviceUse, FindingVerdict, judged
 from palpate.hw.ur.client import Client
-from palpate.hw.ur.examined import ur_condition, ur_findings
-from palpate.hw.ur.exchange import COMMAND_NUMBERS, ClientPhase, MotionCommand, Order, UrState
-from palpate.hw.ur.goals import ForceTask, checked_joints, checked_pose_goal, checked_velocity
-from palpate.hw.ur.hello import controller_version
-from palpate.hw.ur.problems import Problem, device_error
-from palpate.hw.ur.requests import UrTask
-from palpate.hw.ur.settings import FlangePayload, UrSettings, checked_fraction
-from palpate.hw.ur.support import refuse_unsupported
-from palpate.hw.ur.version import Version, has_flange_sensor
-from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
+from palpate.hw.ur.exchange import ClientPhase, Order, UrState, UrTask
+from palpate.hw.ur.library import refuse_unsupported
+from palpate.hw.ur.problems import PLAYING, RUNNING, WORDS, Problem, device_error, safety_problem
+from palpate.hw.ur.rtde import OLDEST, Version, controller_version, cycle_rate, has_flange_sensor
+from palpate.hw.ur.settings import UrSettings
+from palpate.kinematics.pose import rotation_from_rotvec
 from palpate.runtime.data import ArmSample
+from palpate.runtime.standstill_check import REST_SPEED
 from palpate.runtime.stopping import Stopping
 from palpate.runtime.watchdog import DeviceWatchdog
 from palpate.spatial import Vector
 
 _REPLY_WITHIN = 5.0
-"""[s] for what takes the controller some of its cycles; the library itself would wait for 300 s."""
+"""[s] for a task that takes the controller some of its cycles; the library itself would wait for 300 s."""
 
 _RECOVER_WITHIN = 90.0
 """[s]: a protective stop 8, power and brakes twice 30, the script 5."""
 
 _STALE_RETRIES = 3
-"""Times to look again, a millisecond apart, before a state is called old: after a stall of the whole machine it
-may be this process that runs first."""
+"""Further looks, a millisecond apart, before a state counts as old: after a stall of the whole machine this
+process may run first."""
 
-STAGES = 2.0
-"""Watchdogs, one after the other, each with the same time: the client process may end just before it acts."""
+WATCHDOG_STAGES = 2.0
+"""Watchdogs in series, each with the same time: the client process may end just before it acts."""
 
-CHECK = "`palpate recover` reports its state and moves nothing unasked"
-"""How to see it."""
+STOP_CHECK = "`palpate recover` reports its state and moves nothing unasked"
+"""How to check that the arm was stopped."""
 
-EXAMINED_WITHIN = 1.0
-"""[s] by which a state may be older where a person looks at it, once: no control depends on it."""
+EXAMINED_AGE_S = 1.0
+"""[s] by which a state may be older when it is examined: no control depends on it."""
 
-_PADDING = (0.0,) * COMMAND_NUMBERS
+ACTIONS: Mapping[Problem, str] = {
+    Problem.PROTECTIVE_STOP: "unlock its protective stop and load the control program; the arm may give a little",
+    Problem.NOT_POWERED: "power it and release its brakes; the arm may sag by millimetres",
+}
+"""Problems that `UrArm.recover` resolves, and how."""
+
+MIN_RATE_SHARE = 0.9
+"""Least share of the controller's cycles that must arrive: below, states are missing."""
+
+MAX_LOST = 1.0
+"""Largest share of states that may be lost [%]."""
+
 REAL_LIBRARY = "palpate.hw.ur.library"
 
 
 class UrArm:
-    """An arm at a controller of Universal Robots (an `ArmDevice`). Also a context manager: starts, and closes."""
+    """Arm at a controller of Universal Robots (an `ArmDevice`). Also a context manager: starts, and closes."""
 
     def __init__(self, address: str, settings: UrSettings | None = None, *, library: str = REAL_LIBRARY) -> None:
-        """Remember; `start` connects.
+        """Keep the settings; `start` connects.
 
         Args:
-            address: Of the controller: a host name or IP address.
+            address: Host name or IP address of the controller.
             settings: Limits, tool and times; None: the defaults.
-            library: Name of the module that makes connections; a test has its own.
+            library: Name of the module that makes connections; tests have their own.
         """
         self.settings = settings or UrSettings()
         self._address, self._library = address, library
         self._client: Client | None = None
         self._version: Version | None = None
         self._number = 0
-        self._free = False
 
     @property
     def name(self) -> str:
-        """For messages."""
+        """Name for messages."""
         return f"UR arm at {self._address}"
 
     @property
     def version(self) -> Version:
-        """Of the controller's software.
+        """Version of the controller's software.
 
         Raises:
-            DeviceError: Not started.
+            DeviceError: If it is not started.
         """
         if self._version is None:
             raise self._not_started()
@@ -87,10 +94,10 @@ class UrArm:
 
     @property
     def process_id(self) -> int:
-        """Of the client process.
+        """Id of the client process.
 
         Raises:
-            DeviceError: Not started.
+            DeviceError: If it is not started.
         """
         return self._running().pid
 
@@ -102,23 +109,23 @@ class UrArm:
         self.close()
 
     def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
-        """See `WatchdogSource`: without commands the client process stops it, without that the controller."""
+        """See `WatchdogSource`: the client process watches the commands, the controller the client process."""
         settings = self.settings
-        within = STAGES * settings.watchdog + settings.speed / settings.deceleration
-        return (DeviceWatchdog(self.name, "is stopped by its controller", within, CHECK),)
+        within = WATCHDOG_STAGES * settings.watchdog + settings.speed / settings.deceleration
+        return (DeviceWatchdog(self.name, "is stopped by its controller", within, STOP_CHECK),)
 
     def stopping(self) -> Stopping:
-        """See `StoppingSource`: it follows a velocity of zero as any other."""
+        """See `StoppingSource`: it follows a velocity of zero like any other."""
         return Stopping(deceleration=self.settings.acceleration)
 
-    # To begin and to end
+    # Start and end
 
     def start(self) -> None:
         """Connect, load the script, set watchdog, tool and payload; the arm stands still.
 
         Raises:
-            DeviceError: It cannot be reached, is too old, in local control, stopped, or not powered.
-            MissingLibraryError: There is no ur_rtde for this computer.
+            DeviceError: If it cannot be reached, is too old, in local control, stopped, or not powered.
+            MissingLibraryError: If there is no ur_rtde for this computer.
         """
         if self._library == REAL_LIBRARY:
             refuse_unsupported()
@@ -126,41 +133,41 @@ class UrArm:
             self._begin(UrTask.BRING_UP, self.settings.start_within)
 
     def examine(self) -> UrState:
-        """Connect if need be, and return the controller's state whatever it is: nothing is loaded, nothing moves.
+        """Connect if need be, and return the controller's state, whatever it is: nothing is loaded, nothing moves.
 
         Raises:
-            DeviceError: It cannot be reached, is too old, or sends no states.
-            MissingLibraryError: There is no ur_rtde for this computer.
+            DeviceError: If it cannot be reached, is too old, or sends no states.
+            MissingLibraryError: If there is no ur_rtde for this computer.
         """
         if self._library == REAL_LIBRARY:
             refuse_unsupported()
         client = self._client or self._connected(monotonic() + self.settings.start_within)
         state = client.exchange.state()
-        if state is None or monotonic() - state.time > self.settings.stale_after + EXAMINED_WITHIN:
+        if state is None or monotonic() - state.time > self.settings.stale_after + EXAMINED_AGE_S:
             raise device_error(self.name, Problem.SILENT)
         return state
 
     def condition(self) -> DeviceCondition:
         """See `Recoverable`."""
-        return ur_condition(self.name, self.examine())
+        return _condition(self.name, self.examine())
 
     def findings(self, use: DeviceUse) -> Iterator[DeviceFinding]:
         """See `SelfExamining`."""
-        return ur_findings(self.name, self.version, self.state(), use)
+        return _findings(self.name, self.version, self.state(), use)
 
     def recover(self) -> None:
-        """Make it fit to go on after whatever has happened: the cause must be gone, and the path clear.
+        """Make it fit to run after any failure: the cause must be gone, and the path clear.
 
-        Unlocks a protective stop, powers it and releases the brakes if need be, starts a new client process if the
-        old one has ended, loads the script anew. Sensors are not tared.
+        Unlocks a protective stop, powers the arm and releases its brakes if need be, starts a new client process
+        if the old one has ended, and loads the script again. Sensors are not tared.
 
         Raises:
-            DeviceError: It is not fit: an emergency stop is pressed, for example.
+            DeviceError: If it is not fit: an emergency stop is pressed, for example.
         """
         client = self._client
         if client is not None and client.responsive:
             try:
-                self._ask_up(client, UrTask.RECOVER, _RECOVER_WITHIN)
+                self._rest_first(client, UrTask.RECOVER, _RECOVER_WITHIN)
             except DeviceError:
                 if client.responsive:
                     raise
@@ -171,17 +178,17 @@ class UrArm:
 
     def close(self) -> None:
         """Stop arm and script, end the client process; may be called more than once, at any time."""
-        client, self._client, self._free = self._client, None, False
+        client, self._client = self._client, None
         if client is not None:
             client.close()
 
-    # What it says
+    # States
 
     def state(self) -> UrState:
         """Return the controller's latest state.
 
         Raises:
-            DeviceError: The arm is lost, stopped, or silent for longer than `UrSettings.stale_after`.
+            DeviceError: If the arm is lost, stopped, or silent for longer than `UrSettings.stale_after`.
         """
         state = self._fresh().exchange.state()
         if state is None:
@@ -197,10 +204,10 @@ class UrArm:
         return self._sample_of(self.state())
 
     def read_stopped(self) -> ArmSample:
-        """Return the newest state of the tip frame, in a stop too; who asks looks at its age.
+        """Return the newest state of the tip frame, in a stop too; the caller checks its age.
 
         Raises:
-            DeviceError: Not started, or there is none.
+            DeviceError: If it is not started, or has sent no state.
         """
         state = self._running().exchange.state()
         if state is None:
@@ -221,101 +228,46 @@ class UrArm:
             tip_force_base=(fx, fy, fz) if has_flange_sensor(self.version) else None,
         )
 
-    # How it moves: one of these, once per period
+    # Motion
 
     def move(self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector) -> None:
-        """Move with these velocities [m/s, rad/s] until commanded otherwise, or until the watchdog's time is over.
+        """Move with these velocities [m/s, rad/s] until the next command, or until the watchdog expires.
 
         Raises:
-            DeviceError: As `state`.
-            InvalidValueError: Faster than the limits, not finite, or not three numbers each.
+            DeviceError: See `state`.
+            InvalidValueError: If faster than the limits, not finite, or not three numbers each.
         """
-        values = checked_velocity(self.settings, velocity_base_tip, angular_velocity_base_tip)
-        self._command(MotionCommand.VELOCITY, values)
-
-    def servo_joints(self, joint_position: Sequence[float]) -> None:
-        """Follow a joint goal [rad], one of a dense stream (servoj).
-
-        Raises:
-            DeviceError: As `state`.
-            InvalidValueError: Farther from where the joints are than they may go meanwhile, or not six numbers.
-        """
-        self._command(MotionCommand.JOINTS, checked_joints(self.settings, joint_position, self.state()))
-
-    def servo_pose(self, pose_base_tip: Pose) -> None:
-        """Follow a pose of the tip frame, one of a dense stream (servoj with the controller's own kinematics).
-
-        Raises:
-            DeviceError: As `state`.
-            InvalidValueError: Farther from where the tip is than it may go meanwhile, or no pose.
-        """
-        self._command(MotionCommand.POSE, checked_pose_goal(self.settings, pose_base_tip, self.state()))
-
-    def push(self, task: ForceTask) -> None:
-        """Let the controller hold a force (force mode): its own loop, instead of one of ours.
-
-        Raises:
-            DeviceError: As `state`.
-            InvalidValueError: Beyond the limits.
-        """
-        self._command(MotionCommand.FORCE, task.checked(self.settings))
+        twist = self.settings.checked_twist(velocity_base_tip, angular_velocity_base_tip)
+        self._write(self._fresh(), Order(self._number + 1, monotonic(), True, twist))
 
     def stop(self) -> None:
-        """Come to rest and wait for it; a motion may follow at once.
+        """Bring it to rest, and wait for that; a motion may follow at once.
 
         Raises:
-            DeviceError: As `state`, or it refused.
+            DeviceError: If it refused, or see `state`.
         """
         self._ask(UrTask.REST)
 
-    # What is done at rest: each of these brings it to rest first, and waits
-
     def tare(self) -> None:
-        """Take the present load on the tool for zero: just before use, nothing touched.
+        """Take the present load on the tool for zero, at rest: just before use, with nothing in contact.
 
         Raises:
-            DeviceError: It refused, or see `state`.
+            DeviceError: If it refused, or see `state`.
         """
         self._ask(UrTask.TARE)
 
-    def set_payload(self, payload: FlangePayload) -> None:
-        """Say what the flange carries from now on, as after it has taken something up."""
-        self._ask(UrTask.PAYLOAD, (payload.mass, *payload.center))
-
-    def set_tool(self, pose_flange_tip: Pose) -> None:
-        """Say where the tip frame is from now on."""
-        pose = checked_pose("pose_flange_tip", pose_flange_tip)
-        self._ask(UrTask.TOOL, (*pose.position, *rotvec_from_rotation(pose.rotation)))
-
-    def set_speed_slider(self, fraction: float) -> None:
-        """Set the pendant's slider: all motions are slowed down to this fraction, (0, 1]; the arm may move."""
-        self._ask(UrTask.SLIDER, (checked_fraction("fraction", fraction),))
-
-    @contextmanager
-    def freedrive(self) -> Iterator[None]:
-        """Let it be led by hand, to teach; `read` tells where it is. Leaving the block holds it where it is."""
-        self._ask(UrTask.FREE)
-        self._free = True
-        try:
-            yield
-        finally:
-            self._free = False
-            self._ask(UrTask.END_FREE)
-
-    # Inside
-
     def _begin(self, task: UrTask, within: float) -> None:
-        """Start a client process and have it bring the arm up, all in so many seconds; nothing is left if not."""
+        """Start a client process and have it bring the arm up within `within` [s]; leave nothing if that fails."""
         begun = monotonic()
         client = self._connected(begun + min(within, self.settings.start_within))
         try:
-            self._ask_up(client, task, begun + within - monotonic())
+            self._rest_first(client, task, begun + within - monotonic())
         except BaseException:
             self.close()
             raise
 
     def _connected(self, deadline: float) -> Client:
-        """Start a client process, and wait for its first state; nothing is left if there is none by a time [s]."""
+        """Start a client process and wait for its first state until `deadline` [s]; leave nothing on failure."""
         try:
             self._version = controller_version(self.name, self._address)
             client = self._client = Client(self.name, self._address, self.settings, self._version, self._library)
@@ -326,10 +278,6 @@ class UrArm:
             raise
         return client
 
-    def _ask_up(self, client: Client, task: UrTask, within: float) -> None:
-        self._write(client, MotionCommand.NONE, ())  # nothing of before goes on
-        client.ask(task, (), within)
-
     def _first_state(self, client: Client, deadline: float) -> None:
         while client.exchange.state() is None:
             client.status()
@@ -337,25 +285,19 @@ class UrArm:
                 raise device_error(self.name, Problem.SILENT)
             sleep(1e-3)
 
-    def _command(self, motion: MotionCommand, values: tuple[float, ...]) -> None:
-        client = self._fresh()
-        if self._free:
-            raise DeviceError(self.name, "it is led by hand", "leave the freedrive() block before it moves")
-        self._write(client, motion, values)
+    def _rest_first(self, client: Client, task: UrTask, within: float) -> None:
+        """Request a task after a command to rest: a motion that was not followed yet must not follow the task."""
+        self._write(client, Order(self._number + 1, monotonic(), False))
+        client.ask(task, within)
 
-    def _ask(self, task: UrTask, values: tuple[float, ...] = ()) -> None:
+    def _ask(self, task: UrTask) -> None:
         client = self._running()
         client.status()
-        if task is not UrTask.SLIDER:
-            self._write(
-                client, MotionCommand.NONE, ()
-            )  # a motion that was not followed yet must not be after this
-        client.ask(task, values, _REPLY_WITHIN)
+        self._rest_first(client, task, _REPLY_WITHIN)
 
-    def _write(self, client: Client, motion: MotionCommand, values: tuple[float, ...]) -> None:
-        self._number += 1
-        padded = values + _PADDING[len(values) :]
-        client.exchange.write_command(Order(self._number, monotonic(), motion, padded))
+    def _write(self, client: Client, order: Order) -> None:
+        self._number = order.number
+        client.exchange.write_command(order)
 
     def _running(self) -> Client:
         if self._client is None:
@@ -366,7 +308,7 @@ class UrArm:
         return DeviceError(self.name, "it is not started", "call start() first")
 
     def _fresh(self) -> Client:
-        """Return the client, if all is well and its newest state young enough."""
+        """Return the client, if it reports no problem and its newest state is young enough."""
         client, oldest = self._running(), self.settings.stale_after
         status = client.status()
         for _ in range(_STALE_RETRIES):
@@ -374,16 +316,16 @@ class UrArm:
                 return client
             sleep(1e-3)
             status = client.status()
-        # it goes round several times per state: one that missed as many as half of that time has is the reason
+        # it runs several rounds per state: if it missed half of that time, it is the cause
         if monotonic() - status.beat > 0.5 * oldest:
             raise WireError(
                 self.name,
-                # ur_rtde keeps Python to itself for a while after a connection is lost
+                # ur_rtde holds Python's lock for a while after a connection is lost
                 "the process that talks to it is held up by a lost connection, hangs, or is starved",
                 "see that controller and network are up, and what else runs here, then `palpate recover`",
             )
         now, state = monotonic(), client.exchange.state()
-        if state is not None and now - state.time <= oldest:  # it has come meanwhile
+        if state is not None and now - state.time <= oldest:  # it has arrived meanwhile
             return client
         if state is None or now - state.seen > state.seen - state.time:
             raise device_error(self.name, Problem.SILENT)
@@ -393,3 +335,43 @@ class UrArm:
             f"{1e3 * oldest:g} ms",
             "see what else uses network and computer, or allow more (limits.sample_age_s), then `palpate recover`",
         )
+
+
+def _condition(name: str, state: UrState) -> DeviceCondition:
+    """Return whether an arm in this state is fit to run."""
+    speed = math.hypot(*state.tool_velocity[:3])
+    stands = f"it moves at {1e3 * speed:.3g} mm/s" if speed >= REST_SPEED else "it stands still"
+    power = "powered, brakes released" if state.robot_mode == RUNNING else f"robot mode {state.robot_mode}"
+    problem = safety_problem(state.robot_mode, state.safety_bits)
+    if problem is Problem.NONE:
+        fit = speed < REST_SPEED
+        remedy = "" if fit else "another program or somebody's hand moves it: end that first"
+        return DeviceCondition(name, f"{stands}, {power}, no safety stop", fit, remedy=remedy)
+    words, remedy = WORDS[problem]
+    action = ACTIONS.get(problem, "")
+    return DeviceCondition(name, f"{stands}, {power}; {words}", False, action, "" if action else remedy)
+
+
+def _findings(name: str, version: Version, last: UrState, use: DeviceUse) -> Iterator[DeviceFinding]:
+    """Yield the findings on a controller that has been watched."""
+    oldest, cycles = OLDEST.get(version[0]), cycle_rate(version)
+    wanted = "" if oldest is None else f"{oldest[0]}.{oldest[1]} or newer"
+    yield DeviceFinding(name, "PolyScope", ".".join(map(str, version)), "", wanted)
+    network = "check cable and switch: a connection of its own between this computer and the controller"
+    yield judged(name, "rate", use.rate, "Hz", f"{cycles:g}", use.rate >= MIN_RATE_SHARE * cycles, network)
+    share, note = 100.0 * last.lost / max(1, last.lost + use.exchanges), FindingVerdict.NOTE
+    yield judged(name, "states lost", share, "%", f"at most {MAX_LOST:g}", share <= MAX_LOST, network, note)
+    slow = use.period * cycles > 1.0 - 1e-6
+    wanted, fix = f"at least {1e3 / cycles:g}, its cycle", f"write period_s: {1.0 / cycles:g}"
+    yield judged(name, "control period", 1e3 * use.period, "ms", wanted, slow, fix, note)
+    problem = safety_problem(last.robot_mode, last.safety_bits)
+    yield judged(name, "safety", problem.name.lower(), "", "none", not problem, "see the pendant")
+    powered, wanted = last.robot_mode == RUNNING, "on, brakes released"
+    power = wanted if powered else f"mode {last.robot_mode}"
+    yield judged(name, "power", power, "", wanted, powered, "power it on the pendant")
+    plays = last.runtime_state == PLAYING
+    program, fix = "plays" if plays else f"state {last.runtime_state}", "switch the pendant to remote control"
+    yield judged(name, "program", program, "", "plays", plays, fix)
+    full = last.speed_scaling > 0.99
+    fix = "move the speed slider to 100 %, or backend.arm.speed_slider: 1.0: all velocities are scaled by it"
+    yield judged(name, "speed scaling", 100.0 * last.speed_scaling, "%", "100", full, fix, note)

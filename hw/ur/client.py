@@ -1,7 +1,7 @@
-"""The client process, from outside: started, asked, buried.
+"""Start, query and terminate the UR client process.
 
-The library that talks to the controller may crash, hang, and stop all threads for half a second: it does so in a
-process of its own. What is left of it after any death is an exit code and its last messages.
+The library that talks to the controller may crash, hang, and stop all threads for half a second: it runs in a
+process of its own. After a crash, its exit code and its last messages remain.
 """
 
 import os
@@ -13,17 +13,16 @@ from multiprocessing import Pipe
 from time import monotonic, sleep
 
 from palpate.hw.devices import DeviceError, WireError
-from palpate.hw.ur.exchange import ClientPhase, Exchange, Status, new_memory
+from palpate.hw.ur.exchange import ClientPhase, Exchange, Status, UrReply, UrRequest, UrTask, new_memory
 from palpate.hw.ur.problems import FATAL, WORDS, Problem, device_error
-from palpate.hw.ur.requests import UrReply, UrRequest, UrTask
+from palpate.hw.ur.rtde import Version
 from palpate.hw.ur.settings import UrSettings
-from palpate.hw.ur.version import Version
 
 LEAVE_WITHIN = 3.0
-"""[s] given to stop the arm and to end; then it is killed, and the controller's watchdog stops the arm."""
+"""[s] to stop the arm and to end; then it is killed, and the controller's watchdog stops the arm."""
 
-HANGS = 0.5
-"""[s] without a beat after which it is given up: not even a busy machine keeps it from running for so long."""
+HANG_TIME_S = 0.5
+"""[s] without a beat after which the process is given up: even on a busy machine it runs more often."""
 
 _KILLED_WITHIN = 5.0
 _SHOWN = 300
@@ -31,23 +30,23 @@ _SHOWN = 300
 
 
 class Client:
-    """One process.
+    """One client process.
 
     Attributes:
-        exchange: The memory shared with it.
+        exchange: Memory shared with it.
     """
 
     def __init__(self, device: str, address: str, settings: UrSettings, version: Version, library: str) -> None:
         """Start it, without waiting for it.
 
         Args:
-            device: Name for messages.
-            address: Of the controller.
-            settings: Checked.
-            version: Of the controller.
+            device: Name of the device for messages.
+            address: Host name or IP address of the controller.
+            settings: Settings of the arm.
+            version: Version of the controller.
             library: Name of the module that makes connections.
         """
-        import fcntl  # not above: who only simulates may do so anywhere
+        import fcntl  # not above: simulations run where there is no such module
 
         self._device, self._start_within = device, settings.start_within
         self._asking, self._asked = threading.Lock(), 0
@@ -58,7 +57,7 @@ class Client:
         try:
             self.exchange = Exchange(memory)
             self._process = subprocess.Popen(
-                # -P: files in the folder where somebody works may be called as modules of Python's are
+                # -P: files in the working folder may have the names of Python's modules
                 [sys.executable, "-P", "-m", "palpate.hw.ur.client_process", str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
@@ -74,14 +73,14 @@ class Client:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id."""
         return self._process.pid
 
     def status(self) -> Status:
-        """Return how it is.
+        """Return its condition.
 
         Raises:
-            DeviceError: It has ended, or says why the arm does not go on.
+            DeviceError: If it has ended, or reports why the arm does not go on.
         """
         status = self.exchange.status()
         if status is not None and status.problem not in (Problem.NONE, Problem.FAILED):
@@ -93,21 +92,21 @@ class Client:
 
     @property
     def responsive(self) -> bool:
-        """Whether it runs, goes round, and is not about to end."""
+        """Whether it runs its rounds, and is not about to end."""
         status = self.exchange.status()
         if self._process.poll() is not None or status is None:
             return False
         return (
             status.phase < ClientPhase.LEAVING
             and status.problem not in FATAL
-            and monotonic() - status.beat < HANGS
+            and monotonic() - status.beat < HANG_TIME_S
         )
 
     def wait_for(self, phase: ClientPhase, deadline: float) -> None:
-        """Wait until it is as far.
+        """Wait until the client reaches `phase`.
 
         Raises:
-            DeviceError: It ended, or is not as far by then (`time.monotonic`).
+            DeviceError: If it ended, or has not reached it by `deadline` (`time.monotonic`).
         """
         while self.status().phase < phase:
             if monotonic() > deadline:
@@ -118,16 +117,16 @@ class Client:
                 )
             sleep(1e-3)
 
-    def ask(self, task: UrTask, values: tuple[float, ...], within: float) -> None:
-        """Have something done.
+    def ask(self, task: UrTask, within: float) -> None:
+        """Have a task done.
 
         Raises:
-            DeviceError: It could not be done, or was not in time; then the process is killed, for it hangs.
+            DeviceError: If it failed, or was not done within `within` [s]; then the process hangs, and is killed.
         """
         with self._asking:
             try:
                 self._asked += 1
-                self._pipe.send(UrRequest(task, self._asked, values))
+                self._pipe.send(UrRequest(task, self._asked))
                 reply = self._reply_by(monotonic() + within)
             except (EOFError, BrokenPipeError, ConnectionResetError) as error:
                 raise self._lost() from error
@@ -145,8 +144,8 @@ class Client:
         """Stop the arm and end the process, by force if it does not; may be called more than once."""
         if self._process.poll() is None:
             with suppress(DeviceError):
-                self.ask(UrTask.LEAVE, (), LEAVE_WITHIN)
-        self._pipe.close()  # it ends when nobody is at the other end
+                self.ask(UrTask.LEAVE, LEAVE_WITHIN)
+        self._pipe.close()  # it ends when the other end is closed
         try:
             self._process.wait(LEAVE_WITHIN)
         except subprocess.TimeoutExpired:

@@ -1,68 +1,71 @@
-"""The part of ur_rtde that is used, and nothing else; only the client process imports it.
+"""The part of ur_rtde that is used, and nothing else; only the client process imports the library itself.
 
 ur_rtde 1.6.5 has calls that must not be made: real-time getters that reply with old registers, forward and
-inverse kinematics (the one takes the last command's numbers for the tool, the other ends the program),
+inverse kinematics (one takes the numbers of the last command for the tool, the other ends the program),
 setExternalForceTorque (wrong recipe), upper range registers (wrong offset), analog outputs (an uninitialised
 number), stopL and stopJ (the script takes one for the other), servoC (works every other time), waitPeriod (whole
-milliseconds), and reconnect (hangs, or is at it for ever). The protocols below leave them out.
+milliseconds), and reconnect (hangs, or never ends). The protocols below leave them out.
 """
-# ruff: noqa: D102 -- what the calls mean is the library's manual
+# ruff: noqa: D102 -- the library's manual documents the calls
 
+import os
+import platform
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Protocol, cast
 
+from palpate.extras import MissingLibraryError
 from palpate.hw.round_trip_clock import RoundTrip
-from palpate.hw.ur.echo import Echo
-from palpate.hw.ur.hello import DASHBOARD_PORT, dashboard_greeting
+from palpate.hw.ur.exchange import READINGS
 from palpate.hw.ur.problems import UrRefusal
-from palpate.hw.ur.version import Version, has_raw_wrench
+from palpate.hw.ur.rtde import DASHBOARD_PORT, Echo, dashboard_greeting
+
+HAS_WHEELS = "CPython 3.11 and 3.12 on Linux x86-64"
+"""Computers with wheels of ur_rtde 1.6.5 on which the client process runs: it needs Linux."""
+
+ENVIRONMENT = "python3.12 -m venv .venv-ur && .venv-ur/bin/pip install palpate"
+"""Commands that make an environment with ur_rtde; from a clone with `.` in place of `palpate`."""
+
+LAST = "actual_execution_time"
+"""Variable that is not used. The library accepts a package that is some bytes too short, and keeps for the missing
+bytes those of the package before: they are this value's."""
+
+RECEIVED = ("timestamp", *(variable for variable, _ in READINGS.values()), LAST)
+"""Variables of a state; fewer than the library's 59 by default, which takes a third less time to decode."""
 
 Numbers = list[float]
 
-RECEIVED = (
-    "timestamp",
-    "actual_q",
-    "actual_qd",
-    "actual_TCP_pose",
-    "actual_TCP_speed",
-    "actual_TCP_force",
-    "actual_tool_accelerometer",
-    "runtime_state",
-    "robot_mode",
-    "safety_mode",
-    "safety_status_bits",
-    "robot_status_bits",
-    "speed_scaling",
-    "target_speed_fraction",
-)
-"""Fewer than the library's 59: a third less time to decode them."""
 
-RAW_WRENCH = "ft_raw_wrench"
+def is_supported() -> bool:
+    """Return whether this computer can drive a UR arm."""
+    return find_spec("rtde_control") is not None and hasattr(os, "memfd_create")
 
-LAST = "actual_execution_time"
-"""Nobody reads it. The library takes a package that is some bytes too short unseen, and for what it lacks the
-bytes of one before: they are this value's."""
+
+def refuse_unsupported() -> None:
+    """Refuse a UR arm where it cannot be driven, before anything is connected.
+
+    Raises:
+        MissingLibraryError: If ur_rtde is not installed, or this is not Linux.
+    """
+    if is_supported():
+        return
+    here = f"{platform.python_implementation()} {platform.python_version()}"
+    raise MissingLibraryError(
+        f"a UR arm needs ur_rtde, which exists for {HAS_WHEELS}, and is not to be had here ({here} on "
+        f"{platform.system()} {platform.machine()}); where it exists: {ENVIRONMENT} (in a clone: pip install .)",
+        name="rtde_control",
+    )
 
 
 class ReceiveClient(Protocol):
-    """RTDEReceiveInterface: states of the controller, decoded in a thread of its own."""
+    """RTDEReceiveInterface: states of the controller, decoded in a thread of its own.
+
+    The getters of the values are named in the fields of `UrState`.
+    """
 
     def isConnected(self) -> bool: ...
     def getTimestamp(self) -> float: ...
-    def getActualQ(self) -> Numbers: ...
-    def getActualQd(self) -> Numbers: ...
-    def getActualTCPPose(self) -> Numbers: ...
-    def getActualTCPSpeed(self) -> Numbers: ...
-    def getActualTCPForce(self) -> Numbers: ...
-    def getFtRawWrench(self) -> Numbers: ...
-    def getActualToolAccelerometer(self) -> Numbers: ...
-    def getRuntimeState(self) -> int: ...
-    def getRobotMode(self) -> int: ...
-    def getSafetyMode(self) -> int: ...
-    def getSafetyStatusBits(self) -> int: ...
-    def getSpeedScaling(self) -> float: ...
-    def getTargetSpeedFraction(self) -> float: ...
 
 
 class ControlClient(Protocol):
@@ -78,23 +81,10 @@ class ControlClient(Protocol):
     def zeroFtSensor(self) -> bool: ...
     def speedL(self, xd: Numbers, acceleration: float, time: float) -> bool: ...
     def speedStop(self, a: float) -> bool: ...
-    def servoJ(
-        self, q: Numbers, speed: float, acceleration: float, time: float, lookahead: float, gain: float, /
-    ) -> bool: ...
-    def servoL(
-        self, pose: Numbers, speed: float, acceleration: float, time: float, lookahead: float, gain: float, /
-    ) -> bool: ...
-    def servoStop(self, a: float) -> bool: ...
-    def forceMode(
-        self, frame: Numbers, selection: list[int], wrench: Numbers, kind: int, limits: Numbers, /
-    ) -> bool: ...
-    def forceModeStop(self) -> bool: ...
-    def freedriveMode(self) -> bool: ...
-    def endFreedriveMode(self) -> bool: ...
 
 
 class PendantClient(Protocol):
-    """DashboardClient: what somebody at the pendant would press."""
+    """DashboardClient: buttons of the pendant."""
 
     def connect(self) -> None: ...
     def disconnect(self) -> None: ...
@@ -112,7 +102,7 @@ class Slider(Protocol):
 
 
 class EchoClient(Protocol):
-    """What proves how old states are; not of ur_rtde, which cannot read an input register back."""
+    """Proof of the age of states: see `Echo`."""
 
     @property
     def connected(self) -> bool: ...
@@ -120,22 +110,20 @@ class EchoClient(Protocol):
 
 
 class Library(Protocol):
-    """Makes the connections; a module will do."""
+    """Module that makes the connections."""
 
-    def receiver(self, address: str, rate: float, version: Version) -> ReceiveClient: ...
+    def receiver(self, address: str, rate: float) -> ReceiveClient: ...
     def echo(self, address: str, rate: float) -> EchoClient: ...
     def controls(self, address: str, rate: float) -> ControlClient: ...
     def dashboard(self, address: str) -> PendantClient: ...
     def slider(self, address: str) -> Slider: ...
 
 
-def receiver(address: str, rate: float, version: Version) -> ReceiveClient:
-    """Connect for states at `rate` [Hz]. Dead on arrival, without an exception, if the controller sends none."""
+def receiver(address: str, rate: float) -> ReceiveClient:
+    """Connect for states at `rate` [Hz]. If the controller refuses, the client is disconnected from the start."""
     from rtde_receive import RTDEReceiveInterface
 
-    raw = [RAW_WRENCH] if has_raw_wrench(version) else []
-    names = [*RECEIVED, *raw, LAST]
-    return cast(ReceiveClient, RTDEReceiveInterface(address, rate, names))
+    return cast(ReceiveClient, RTDEReceiveInterface(address, rate, [*RECEIVED]))
 
 
 def echo(address: str, rate: float) -> EchoClient:
@@ -144,7 +132,7 @@ def echo(address: str, rate: float) -> EchoClient:
 
 
 def controls(address: str, rate: float) -> ControlClient:
-    """Connect for commands and load the script: lower registers, no waiting for anybody at the pendant."""
+    """Connect for commands and load the script: lower registers, no waiting for a person at the pendant."""
     from rtde_control import RTDEControlInterface
 
     return cast(ControlClient, RTDEControlInterface(address, rate, RTDEControlInterface.FLAG_UPLOAD_SCRIPT))
@@ -154,7 +142,7 @@ def dashboard(address: str) -> PendantClient:
     """Return a client of the dashboard that is not connected yet.
 
     Raises:
-        UrRefusal: The dashboard does not greet: the library would wait for it, and not say what it received.
+        UrRefusal: If the dashboard does not greet: the library would wait for it, and not show what it received.
     """
     from dashboard_client import DashboardClient
 
@@ -165,7 +153,6 @@ def dashboard(address: str) -> PendantClient:
             f"its dashboard server on port {DASHBOARD_PORT} does not greet ({error})",
             "restart the controller, and see that nothing in between holds the connection up",
         ) from error
-
     return cast(PendantClient, DashboardClient(address))
 
 

@@ -1,4 +1,4 @@
-"""What can be wrong with an arm, in words: what it is, and what to do about it."""
+"""Problems of an arm, with their messages and remedies."""
 
 from enum import IntEnum, IntFlag
 
@@ -6,7 +6,7 @@ from palpate.hw.devices import DeviceError, WireError
 
 
 class SafetyBit(IntFlag):
-    """Of the controller's safety_status_bits (maker's RTDE guide)."""
+    """Bits of the controller's safety_status_bits (maker's RTDE guide)."""
 
     NORMAL = 1 << 0
     REDUCED = 1 << 1
@@ -24,7 +24,7 @@ class SafetyBit(IntFlag):
 EMERGENCY = SafetyBit.SYSTEM_EMERGENCY_STOP | SafetyBit.ROBOT_EMERGENCY_STOP | SafetyBit.EMERGENCY_STOP
 
 SAFE = SafetyBit.NORMAL | SafetyBit.REDUCED | SafetyBit.RECOVERY
-"""One of these is set while nothing is wrong."""
+"""One of these is set while there is no problem."""
 
 RUNNING = 7
 """robot_mode: powered, brakes released (maker's RTDE guide)."""
@@ -57,7 +57,7 @@ class Problem(IntEnum):
 
 
 FATAL = frozenset({Problem.RECEIVE_LOST, Problem.CONTROL_LOST, Problem.RESTARTED, Problem.RUBBISH, Problem.FAILED})
-"""Those after which the client process ends; a new one is needed."""
+"""Problems after which the client process ends; a new one is needed."""
 
 _LOOK = "see that controller and network are up, then `palpate recover`"
 
@@ -105,7 +105,7 @@ WORDS: dict[Problem, tuple[str, str]] = {
 
 
 def safety_problem(robot_mode: int, safety_bits: int) -> Problem:
-    """Return what the controller's own safety says, the gravest first."""
+    """Return the problem that the controller's safety system reports, the gravest first."""
     if safety_bits & EMERGENCY:
         return Problem.EMERGENCY_STOP
     if safety_bits & (SafetyBit.VIOLATION | SafetyBit.FAULT):
@@ -123,20 +123,20 @@ class UrRefusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm
     """The client process cannot carry out a request; its reply carries the reason."""
 
     def __init__(self, problem: str, remedy: str) -> None:
-        """Take what is wrong, and what to do about it."""
+        """Take the problem and its remedy."""
         super().__init__(f"{problem}; {remedy}")
         self.problem, self.remedy = problem, remedy
 
 
 WIRE = frozenset({Problem.SILENT, Problem.RECEIVE_LOST, Problem.CONTROL_LOST, Problem.RUBBISH})
-"""Those for which cable and network are to be looked at."""
+"""Problems of cable and network."""
 
 
 def device_error(device: str, problem: Problem) -> DeviceError:
-    """Return what is raised for a problem of a device of this name."""
+    """Return the error to raise for a problem of a device."""
     return (WireError if problem in WIRE else DeviceError)(device, *WORDS[problem])
 
 
 def refusal(problem: Problem) -> UrRefusal:
-    """Return one in the words for it."""
+    """Return the refusal for a problem."""
     return UrRefusal(*WORDS[problem])

@@ -1,33 +1,39 @@
-"""What the client process does with the controller, one call after the other, never two at once.
+"""Conversation of the client process with the controller: one call after the other, never two at once.
 
-Every motion of the script goes on for ever until it is stopped, a real-time command that is followed by another
-one within a controller's cycle may never be executed, and calls say by False that they were not: all three are
-taken care of here.
+Every motion of the script goes on until it is stopped, a real-time command that is followed by another one within
+a controller's cycle may never be executed, and calls report by False that they were not executed: all three are
+handled here. Unlocking, power and brakes go over the dashboard server, as a person at the pendant would do it.
 """
 
 import threading
 from collections.abc import Callable
 from time import monotonic, sleep
 
-from palpate.hw.ur.exchange import MotionCommand, Order, UrState
-from palpate.hw.ur.latest import Latest
-from palpate.hw.ur.library import ControlClient, Library, Slider
-from palpate.hw.ur.pendant import Pendant
-from palpate.hw.ur.problems import PLAYING, WORDS, Problem, UrRefusal, refusal
-from palpate.hw.ur.requests import Opening
-from palpate.hw.ur.version import cycle_rate, has_freedrive
-
-_FRAME_AS_GIVEN = 2
-"""Type of force_mode: the task frame is not transformed (maker's script manual)."""
+from palpate.hw.ur.exchange import Opening, Order, UrState
+from palpate.hw.ur.library import ControlClient, Library, PendantClient, Slider
+from palpate.hw.ur.problems import IDLE, PLAYING, RUNNING, WORDS, Problem, UrRefusal, refusal, safety_problem
+from palpate.hw.ur.rtde import DASHBOARD_BELOW, cycle_rate
 
 _SETTLE_LIMIT = 0.05
 """[s] to wait at most for a controller's next cycles: then it is silent, which is found elsewhere."""
 
 _REASON_WITHIN = 0.02
-"""[s] after which a reason for a refusal has arrived: the library may have seen it before the receiving side."""
+"""[s] after which the reason for a refusal has arrived: the library may see it before the receiving side."""
 
 _PROGRAM_WITHIN = 5.0
-"""[s] for the script to start, as the library has it."""
+"""[s] for the script to start; the library's own limit."""
+
+_UNLOCK_WITHIN = 8.0
+"""[s] in which a protective stop must be unlocked: a controller refuses during the first 5 s."""
+
+_UNLOCK_EVERY = 0.5
+"""[s] between tries to unlock."""
+
+_POWER_WITHIN = 30.0
+"""[s] for powering and for releasing brakes, joint after joint."""
+
+_LOOK_EVERY = 2e-3
+"""[s] between looks at the newest state: a cycle."""
 
 
 class RefusedError(RuntimeError):
@@ -38,171 +44,104 @@ class Session:
     """Connections of one client process.
 
     Attributes:
-        lock: Held by whoever commands the controller.
+        lock: Held while the controller is commanded.
+        moves: Whether a velocity goes on in the script.
     """
 
     def __init__(self, opening: Opening, library: Library, newest: Callable[[], UrState | None]) -> None:
-        """Begin, without a connection.
+        """Begin without a connection.
 
         Args:
-            opening: The process's settings.
-            library: Makes the connections.
+            opening: Settings of the process.
+            library: Module that makes the connections.
             newest: Returns the newest state.
         """
         self.lock = threading.Lock()
+        self.moves = False
         self._opening, self._library, self._newest = opening, library, newest
-        self._latest = Latest(newest)
-        self._pendant = Pendant(opening, library, self._latest)
         self._cycle = 1.0 / cycle_rate(opening.version)
         self._controls: ControlClient | None = None
         self._slider: Slider | None = None
-        self._motion = MotionCommand.NONE
-        self._free = False
         self._last_write = 0.0  # by the controller's clock [s]
 
     @property
-    def motion(self) -> MotionCommand:
-        """What goes on in the script."""
-        return self._motion
-
-    @property
     def connected(self) -> bool:
-        """Whether commands have a connection, as far as the library knows."""
+        """Whether commands have a connection, as far as the library reports."""
         return self._controls is None or self._controls.isConnected()
-
-    def must_rest_before(self, motion: MotionCommand) -> bool:
-        """Whether something goes on that has to end before that motion begins."""
-        return self._free or self._motion not in (MotionCommand.NONE, motion)
 
     # Called from the loop, with the lock; they do not block.
 
-    def follow(self, command: Order) -> None:
-        """Send a command of the kind that already goes on, or from standing still."""
-        controls, opening, values = self._commanded(), self._opening, command.values
-        if command.motion is MotionCommand.VELOCITY:
+    def follow(self, order: Order) -> None:
+        """Send a velocity, or keep the arm at rest."""
+        controls = self._commanded()
+        if order.moves:
             # for one cycle: longer, or 0, and speedl would reach its target before it takes the next
-            done = controls.speedL([*values[:6]], opening.acceleration, self._cycle)
-        elif command.motion is MotionCommand.JOINTS:
-            done = controls.servoJ([*values[:6]], 0.0, 0.0, self._cycle, opening.lookahead, opening.gain)
-        elif command.motion is MotionCommand.POSE:
-            done = controls.servoL([*values[:6]], 0.0, 0.0, self._cycle, opening.lookahead, opening.gain)
-        elif command.motion is MotionCommand.FORCE:
-            selection = [int(v) for v in values[6:12]]
-            done = controls.forceMode(
-                [*values[:6]], selection, [*values[12:18]], _FRAME_AS_GIVEN, [*values[18:24]]
-            )
+            done = controls.speedL([*order.twist], self._opening.acceleration, self._cycle)
+            self.moves = True
         else:
             done = controls.kickWatchdog()
-        if command.motion is not MotionCommand.NONE:
-            self._motion = command.motion
         self._written()
-        self._accepted(command.motion.name.lower(), done)
+        self._accepted("velocity" if order.moves else "none", done)
 
     def kick(self) -> None:
-        """Tell the controller's watchdog that somebody is there."""
+        """Feed the controller's watchdog."""
         if self._controls is not None:
             self._accepted("kickWatchdog", self._controls.kickWatchdog())
 
     # Called from the worker, with the lock; they may take their time.
 
     def rest(self) -> None:
-        """End whatever moves the arm, and let it come to rest."""
-        controls, opening = self._controls, self._opening
-        if controls is None:
-            return
-        motion, self._motion = self._motion, MotionCommand.NONE
-        if motion is not MotionCommand.NONE:
+        """End a velocity, and let the arm come to rest."""
+        moved, self.moves = self.moves, False
+        if moved and self._controls is not None:
             self._settle()
-        if motion is MotionCommand.VELOCITY:
-            self._accepted("speedStop", controls.speedStop(opening.deceleration))
-        elif motion in (MotionCommand.JOINTS, MotionCommand.POSE):
-            self._accepted("servoStop", controls.servoStop(opening.deceleration))
-        elif motion is MotionCommand.FORCE:
-            self._accepted("forceModeStop", controls.forceModeStop())
-        if self._free:
-            self._free = False
-            self._accepted("endFreedriveMode", controls.endFreedriveMode())
-        if motion is not MotionCommand.NONE:
+            self._accepted("speedStop", self._controls.speedStop(self._opening.deceleration))
             self._ready()
 
     def bring_up(self) -> None:
         """Load the script and set it up, the watchdog first: nothing may move without it.
 
         Raises:
-            Refusal: The controller is not fit to run, or refuses.
+            UrRefusal: If the controller is not fit to run, or refuses.
         """
-        self._latest.refuse_unsafe()
-        self._pendant.require_remote_control()
-        opening = self._opening
+        opening, problem = self._opening, self._problem()
+        if problem is not Problem.NONE:
+            raise refusal(problem)
+        if opening.version[0] == 5:  # CB3 has no such mode, later ones no dashboard: the library checks there
+            self._require_remote_control()
         if self._slider is None:
-            self._slider = self._library.slider(self._opening.address)
-        self._motion, self._free = MotionCommand.NONE, False
+            self._slider = self._library.slider(opening.address)
+        self.moves = False
         if self._controls is None:
-            self._controls = self._library.controls(self._opening.address, cycle_rate(self._opening.version))
+            self._controls = self._library.controls(opening.address, cycle_rate(opening.version))
         else:
             self._accepted("reuploadScript", self._controls.reuploadScript())
-        self._latest.wait_for(lambda s: s.runtime_state == PLAYING, _PROGRAM_WITHIN, Problem.PROGRAM_STOPPED)
+        self._wait_for(lambda s: s.runtime_state == PLAYING, _PROGRAM_WITHIN, Problem.PROGRAM_STOPPED)
         self._watch()
-        self.set_tool(*opening.tool)
+        self._call("setTcp", lambda controls: controls.setTcp([*opening.tool]))
         if opening.payload:
-            self.set_payload(*opening.payload)
+            mass, *center = opening.payload
+            self._call("setPayload", lambda controls: controls.setPayload(mass, center))
         if opening.speed_slider is not None:
-            self.set_slider(opening.speed_slider)
-
-    def _watch(self) -> None:
-        """Set the watchdog: the first call that a new script must execute.
-
-        Again and again, since the library may take a program that was still going, of a client that has died, for
-        its own, which begins a moment later.
-        """
-        controls, deadline = self._commanded(), monotonic() + _PROGRAM_WITHIN
-        while not controls.setWatchdog(1.0 / self._opening.watchdog):
-            if monotonic() > deadline:
-                raise RefusedError("setWatchdog")
-            self._latest.refuse_unsafe()
-            sleep(10.0 * self._cycle)
+            self._accepted("setSpeedSlider", self._slider.setSpeedSlider(opening.speed_slider))
 
     def recover(self) -> None:
-        """Undo what can be undone from here: protective stop, power, brakes; then bring it up again.
+        """Undo protective stop, power-off and brakes as far as possible; then bring the arm up again.
 
         Raises:
-            Refusal: It cannot: the message says who can.
+            UrRefusal: If that is not possible: the message says what is.
         """
-        sleep(_REASON_WITHIN)  # what was put right just now has been heard of by then
-        if self._latest.problem() is Problem.PROTECTIVE_STOP:
-            self._pendant.unlock()
-        if self._latest.problem() is Problem.NOT_POWERED:
-            self._pendant.power_on()
+        sleep(_REASON_WITHIN)  # a repair made just now has arrived by then
+        if self._problem() is Problem.PROTECTIVE_STOP:
+            self._unlock()
+        if self._problem() is Problem.NOT_POWERED:
+            self._power_on()
         self.bring_up()
 
     def tare(self) -> None:
         """Take the present load for zero, at rest."""
         self.rest()
         self._call("zeroFtSensor", lambda controls: controls.zeroFtSensor())
-
-    def set_payload(self, mass: float, x: float, y: float, z: float) -> None:
-        """Say what the flange carries [kg, m]."""
-        self.rest()
-        self._call("setPayload", lambda controls: controls.setPayload(mass, [x, y, z]))
-
-    def set_tool(self, *pose: float) -> None:
-        """Say where the tip frame is on the flange: position [m] and rotation vector [rad]."""
-        self.rest()
-        self._call("setTcp", lambda controls: controls.setTcp([*pose]))
-
-    def set_slider(self, fraction: float) -> None:
-        """Set the speed slider."""
-        if self._slider is None:
-            raise UrRefusal("not brought up", "call start() first")
-        self._accepted("setSpeedSlider", self._slider.setSpeedSlider(fraction))
-
-    def free(self) -> None:
-        """Let the arm be led by hand."""
-        if not has_freedrive(self._opening.version):
-            raise UrRefusal("this version has no freedrive for programs", "use the button on the pendant")
-        self.rest()
-        self._free = True  # before it is: better ended once too often
-        self._call("freedriveMode", lambda controls: controls.freedriveMode())
 
     def leave(self) -> None:
         """Stop the arm and the script."""
@@ -213,6 +152,34 @@ class Session:
             self._settle()
         finally:
             self._controls.stopScript()
+
+    def reason(self, refused: RefusedError) -> UrRefusal:
+        """Return why a call was refused, from the states of the next cycles."""
+        sleep(_REASON_WITHIN)
+        found = self._problem()
+        if found is Problem.NONE and self._state().runtime_state != PLAYING:
+            found = Problem.PROGRAM_STOPPED
+        if found is not Problem.NONE:
+            return refusal(found)
+        problem, remedy = WORDS[Problem.REFUSED]
+        return UrRefusal(f"{problem} ({refused})", remedy)
+
+    # Calls of the control script
+
+    def _watch(self) -> None:
+        """Set the watchdog: the first call that a new script must execute.
+
+        The call is repeated, since the library may take a program that still runs, of a client that has died, for
+        its own, which begins a moment later.
+        """
+        controls, deadline = self._commanded(), monotonic() + _PROGRAM_WITHIN
+        while not controls.setWatchdog(1.0 / self._opening.watchdog):
+            if monotonic() > deadline:
+                raise RefusedError("setWatchdog")
+            problem = self._problem()
+            if problem is not Problem.NONE:
+                raise refusal(problem)
+            sleep(10.0 * self._cycle)
 
     def _call(self, name: str, call: Callable[[ControlClient], bool]) -> None:
         self._settle()
@@ -227,17 +194,6 @@ class Session:
     def _accepted(self, name: str, done: bool) -> None:
         if not done:
             raise RefusedError(name)
-
-    def reason(self, refused: RefusedError) -> UrRefusal:
-        """Return why a call was refused, from the states of the next cycles."""
-        sleep(_REASON_WITHIN)
-        found = self._latest.problem()
-        if found is Problem.NONE and self._latest.state().runtime_state != PLAYING:
-            found = Problem.PROGRAM_STOPPED
-        if found is not Problem.NONE:
-            return refusal(found)
-        problem, remedy = WORDS[Problem.REFUSED]
-        return UrRefusal(f"{problem} ({refused})", remedy)
 
     def _written(self) -> None:
         state = self._newest()
@@ -258,3 +214,87 @@ class Session:
             if state is not None and state.controller_time - self._last_write > 3.5 * self._cycle:
                 return
             sleep(0.25 * self._cycle)
+
+    # States
+
+    def _state(self) -> UrState:
+        state = self._newest()
+        if state is None:
+            raise refusal(Problem.SILENT)
+        return state
+
+    def _problem(self) -> Problem:
+        state = self._state()
+        return safety_problem(state.robot_mode, state.safety_bits)
+
+    def _wait_for(self, met: Callable[[UrState], bool], within: float, otherwise: Problem) -> None:
+        """Wait until a state meets a condition.
+
+        Raises:
+            UrRefusal: If it does not within `within` [s]: in the words of the problem `otherwise`.
+        """
+        deadline = monotonic() + within
+        while not met(self._state()):
+            if monotonic() > deadline:
+                raise refusal(otherwise)
+            sleep(_LOOK_EVERY)
+
+    # The pendant
+
+    def _dashboard(self) -> PendantClient:
+        """Connect to the dashboard server, which ends idle connections: one for each use."""
+        if self._opening.version[0] >= DASHBOARD_BELOW:
+            raise UrRefusal("this version has no dashboard server", "do it at the pendant, then `palpate recover`")
+        client = self._library.dashboard(self._opening.address)
+        client.connect()
+        return client
+
+    def _require_remote_control(self) -> None:
+        client = self._dashboard()
+        remote = client.isInRemoteControl()
+        client.disconnect()
+        if not remote:
+            raise UrRefusal(
+                "it is in local control",
+                "choose Remote Control at the top right of the pendant (enable it in Settings, System)",
+            )
+
+    def _unlock(self) -> None:
+        """Unlock a protective stop, as soon as the controller allows it.
+
+        Raises:
+            UrRefusal: If the controller never does.
+        """
+        client = self._dashboard()
+        deadline = monotonic() + _UNLOCK_WITHIN
+        while True:
+            try:
+                client.closeSafetyPopup()
+                client.unlockProtectiveStop()
+                break
+            except (RuntimeError, OSError) as error:
+                if monotonic() > deadline:
+                    raise UrRefusal(
+                        f"the protective stop cannot be unlocked ({error})",
+                        "unlock it at the pendant, then `palpate recover`",
+                    ) from error
+                sleep(_UNLOCK_EVERY)
+        client.disconnect()
+        self._wait_for(
+            lambda s: safety_problem(s.robot_mode, s.safety_bits) is not Problem.PROTECTIVE_STOP,
+            _UNLOCK_WITHIN,
+            Problem.PROTECTIVE_STOP,
+        )
+
+    def _power_on(self) -> None:
+        """Power the arm, and release its brakes.
+
+        Raises:
+            UrRefusal: If it is not powered in time.
+        """
+        client = self._dashboard()
+        client.powerOn()
+        self._wait_for(lambda s: s.robot_mode in (IDLE, RUNNING), _POWER_WITHIN, Problem.NOT_POWERED)
+        client.brakeRelease()
+        client.disconnect()
+        self._wait_for(lambda s: s.robot_mode == RUNNING, _POWER_WITHIN, Problem.NOT_POWERED)

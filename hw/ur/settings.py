@@ -1,37 +1,47 @@
-"""Settings of a UR arm."""
+"""Settings of a UR arm, and the check of velocities against them.
+
+The library checks no lengths: five numbers instead of six make it wait for five minutes.
+"""
 
 import math
 from dataclasses import dataclass, field
 
 from palpate.errors import InvalidValueError, not_negative, positive, vector
-from palpate.hw.ur.requests import Opening
-from palpate.hw.ur.version import Version
+from palpate.hw.ur.exchange import Opening
+from palpate.hw.ur.rtde import Version
 from palpate.kinematics.pose import Pose, checked_pose, rotvec_from_rotation
 from palpate.spatial import ZERO, Vector
 
-HIGHEST_SPEED = 3.0
-"""[m/s] that the client library takes for a tool; it refuses more."""
+MAX_SPEED = 3.0
+"""Largest speed of a tool that the client library accepts [m/s]."""
 
-HIGHEST_ACCELERATION = 150.0
-"""[m/s^2] that the client library takes for a tool."""
-
-LOOKAHEAD_RANGE = (0.03, 0.2)
-"""[s], of servoj in the maker's script manual."""
-
-GAIN_RANGE = (100.0, 2000.0)
-"""Of servoj in the maker's script manual."""
+MAX_ACCELERATION = 150.0
+"""Largest acceleration of a tool that the client library accepts [m/s^2]."""
 
 WATCHDOG_RANGE = (0.02, 1.0)
 """[s]: below, an ordinary system's stalls of tens of milliseconds stop the arm; above, it stops too late."""
 
+_ROUNDING = 1e-9
+"""Relative excess that a speed may have after it was scaled down to the limit."""
+
+_POSITIVE = {
+    "speed": "m/s",
+    "angular_speed": "rad/s",
+    "acceleration": "m/s^2",
+    "deceleration": "m/s^2",
+    "watchdog": "s",
+    "stale_after": "s",
+    "start_within": "s",
+}
+
 
 @dataclass(frozen=True, slots=True)
 class FlangePayload:
-    """What the flange carries: the controller takes its weight off the wrench, and needs it to hold still.
+    """Payload of the flange: the controller takes its weight off the wrench, and needs it to hold still.
 
     Attributes:
-        mass: [kg].
-        center: Of gravity, flange frame [m].
+        mass: Mass [kg].
+        center: Centre of gravity, flange frame [m].
     """
 
     mass: float
@@ -44,42 +54,32 @@ class FlangePayload:
 
 @dataclass(frozen=True, slots=True)
 class UrSettings:
-    """Limits, tool and times of a UR arm. What is out of a limit is refused, not shortened.
+    """Limits, tool and times of a UR arm. A command beyond a limit is refused, not reduced.
 
     Attributes:
-        pose_flange_tip: Where the tip frame is on the flange: the controller's TCP.
-        payload: What the flange carries; None: as set on the teach pendant.
+        pose_flange_tip: Tip frame on the flange: the controller's TCP.
+        payload: Payload of the flange; None: as set on the teach pendant.
         speed: Limit for the tool [m/s]. Default: reduced speed of ISO 10218-1.
         angular_speed: Limit for the tool [rad/s]. Default: 60 deg/s, the default of movej.
-        joint_speed: Limit for joint goals [rad/s]. Default: as `angular_speed`.
-        force: Limit for force mode [N]. Default: that of the supervisor.
-        moment: Limit for force mode [N m]. Default: that of the supervisor.
-        acceleration: With which the tool follows velocities [m/s^2]. Default: 20 mm/s turned round in 4 periods of
-            2 ms, which a force loop asks for at a stiff contact.
-        deceleration: With which it stops [m/s^2]. Default: that of the library's stop commands.
-        watchdog: Time without a command after which the arm stops: the client process when this one is silent, the
-            controller when the client is [s]. Default: the library's 10 Hz.
-        stale_after: Age at which a state is no longer believed [s]. Default: that of the supervisor.
-        lookahead: Of joint and pose servo [s], smooths.
-        gain: Of joint and pose servo.
-        speed_slider: Fraction of the speed that the pendant's slider is set to (0, 1]; None: as it is.
-        start_within: Time in which it must be up, from the first connection to the running script [s]; to end a
-            client process that hangs takes up to 6 s more.
+        acceleration: Acceleration with which the tool follows velocities [m/s^2]. Default: 20 mm/s reversed in 4
+            periods of 2 ms, which a force loop requires at a stiff contact.
+        deceleration: Deceleration of a stop [m/s^2]. Default: that of the library's stop commands.
+        watchdog: Time without a command after which the arm stops: the client process stops it when this process
+            is silent, the controller when the client is [s]. Default: the library's 10 Hz.
+        stale_after: Age from which a state is refused [s]. Default: that of the supervisor.
+        speed_slider: Fraction of the speed that the pendant's slider is set to (0, 1]; None: unchanged.
+        start_within: Time limit from the first connection to the running script [s]; to end a client process that
+            hangs takes up to 6 s more.
     """
 
     pose_flange_tip: Pose = field(default_factory=Pose)
     payload: FlangePayload | None = None
     speed: float = 0.25
     angular_speed: float = math.radians(60.0)
-    joint_speed: float = math.radians(60.0)
-    force: float = 20.0
-    moment: float = 2.0
     acceleration: float = 5.0
     deceleration: float = 10.0
     watchdog: float = 0.1
     stale_after: float = 0.02
-    lookahead: float = 0.1
-    gain: float = 300.0
     speed_slider: float | None = None
     start_within: float = 15.0
 
@@ -87,14 +87,13 @@ class UrSettings:
         checked_pose("pose_flange_tip", self.pose_flange_tip)
         for name, unit in _POSITIVE.items():
             positive(name, getattr(self, name), unit)
-        _within("speed", self.speed, (0.0, HIGHEST_SPEED), "m/s")
-        _within("acceleration", self.acceleration, (0.0, HIGHEST_ACCELERATION), "m/s^2")
-        _within("deceleration", self.deceleration, (0.0, HIGHEST_ACCELERATION), "m/s^2")
-        _within("watchdog", self.watchdog, WATCHDOG_RANGE, "s")
-        _within("lookahead", self.lookahead, LOOKAHEAD_RANGE, "s")
-        _within("gain", self.gain, GAIN_RANGE, "")
+        _check_range("speed", self.speed, (0.0, MAX_SPEED), "m/s")
+        _check_range("acceleration", self.acceleration, (0.0, MAX_ACCELERATION), "m/s^2")
+        _check_range("deceleration", self.deceleration, (0.0, MAX_ACCELERATION), "m/s^2")
+        _check_range("watchdog", self.watchdog, WATCHDOG_RANGE, "s")
         if self.speed_slider is not None:
-            checked_fraction("speed_slider", self.speed_slider)
+            positive("speed_slider", self.speed_slider, "")
+            _check_range("speed_slider", self.speed_slider, (0.0, 1.0), "")
 
     def opening(self, address: str, version: Version, library: str, memory: int) -> Opening:
         """Return the first message to the client process: see `Opening`."""
@@ -111,39 +110,34 @@ class UrSettings:
             deceleration=self.deceleration,
             watchdog=self.watchdog,
             stale_after=self.stale_after,
-            lookahead=self.lookahead,
-            gain=self.gain,
         )
 
+    def checked_twist(self, velocity: Vector, angular_velocity: Vector) -> tuple[float, ...]:
+        """Return a velocity and an angular velocity as six numbers [m/s, rad/s].
 
-def checked_fraction(name: str, value: float) -> float:
-    """Return a fraction of the speed, if it is one above 0.
-
-    Raises:
-        InvalidValueError: Otherwise.
-    """
-    positive(name, value, "")
-    return _within(name, value, (0.0, 1.0), "")
-
-
-_POSITIVE = {
-    "speed": "m/s",
-    "angular_speed": "rad/s",
-    "joint_speed": "rad/s",
-    "force": "N",
-    "moment": "N m",
-    "acceleration": "m/s^2",
-    "deceleration": "m/s^2",
-    "watchdog": "s",
-    "stale_after": "s",
-    "lookahead": "s",
-    "gain": "",
-    "start_within": "s",
-}
+        Raises:
+            InvalidValueError: If one is above its limit, not finite, or not three numbers.
+        """
+        v = _three("velocity_base_tip", velocity, self.speed, "m/s", "speed")
+        w = _three("angular_velocity_base_tip", angular_velocity, self.angular_speed, "rad/s", "angular_speed")
+        return v + w
 
 
-def _within(name: str, value: float, bounds: tuple[float, float], unit: str) -> float:
+def _check_range(name: str, value: float, bounds: tuple[float, float], unit: str) -> None:
     lower, upper = bounds
-    if lower <= value <= upper:
-        return value
-    raise InvalidValueError(f"{name} = {value:g} {unit}".rstrip() + f": must be within {lower:g} .. {upper:g}")
+    if not lower <= value <= upper:
+        raise InvalidValueError(f"{name} = {value:g} {unit}".rstrip() + f": must be within {lower:g} .. {upper:g}")
+
+
+def _three(name: str, values: Vector, limit: float, unit: str, setting: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = map(float, values)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"{name} = {values!r}: must be three numbers [{unit}]") from None
+    speed = math.hypot(x, y, z)
+    if not speed <= limit * (1.0 + _ROUNDING):  # nan does not pass
+        raise InvalidValueError(
+            f"{name} = {speed:g} {unit}: the limit is {limit:g} {unit}; ask for less, or raise "
+            f"UrSettings.{setting}"
+        )
+    return (x, y, z)

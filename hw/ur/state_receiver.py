@@ -1,16 +1,27 @@
-"""States as the client process gets them: one cycle's values together, each cycle once, with our time."""
+"""States as the client process receives them: values of one cycle together, each cycle once, with our time."""
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any
 
 from palpate.hw.round_trip_clock import RoundTripClock
-from palpate.hw.ur.exchange import Six, UrState
+from palpate.hw.ur.exchange import READINGS, UrState
 from palpate.hw.ur.library import EchoClient, ReceiveClient
 
-_UNKNOWN: Six = (math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
+MAX_MOTION = 1000.0
+"""Limit of joints [rad, rad/s] and of pose and velocity of the tool [m, rad, m/s, rad/s]: no arm reaches it."""
+
+MAX_LOAD = 1e5
+"""Limit of the load on the tool [N, N m]: no arm carries it."""
+
+MAX_SPEED_SHARE = 2.0
+"""Limit of speed scaling and slider, which are from 0 to 1."""
+
 _TRIES = 8
-"""Cycles that may pass while one is read; more, and the process is being starved."""
+"""Cycles that may pass while one is read; if more pass, the process is starved."""
+
+_RUNTIME_STATES = range(6)
+_ROBOT_MODES = range(-1, 10)
+"""Numbers in the maker's RTDE guide."""
 
 
 class ControllerRestartedError(ConnectionError):
@@ -18,140 +29,80 @@ class ControllerRestartedError(ConnectionError):
 
 
 class ImpossibleStateError(ConnectionError):
-    """Numbers that no controller sends: not finite, or modes that there are not."""
-
-
-_RUNTIME_STATES = range(6)
-_ROBOT_MODES = range(-1, 10)
-"""As the maker's RTDE guide numbers them."""
-
-
-LARGEST = 1000.0
-"""Joints [rad, rad/s], pose and velocity of the tool [m, rad, m/s, rad/s]: no arm is ever there."""
-
-LARGEST_LOAD = 1e5
-"""[N, N m] Likewise."""
-
-LARGEST_SHARE = 2.0
-"""Of speed scaling and slider, which are from 0 to 1."""
-
-
-class _Read(NamedTuple):
-    """One cycle's values."""
-
-    modes: tuple[int, int, int, int]
-    speeds: tuple[float, float]
-    joint_position: Six
-    joint_velocity: Six
-    tool_pose: Six
-    tool_velocity: Six
-    tool_wrench: Six
-    raw_wrench: Six
-    acceleration: tuple[float, float, float]
+    """Numbers that no controller sends: not finite, beyond all limits, or modes that do not exist."""
 
 
 class StateReceiver:
-    """Looks whether there is a new state, and takes it."""
+    """Polls the library for a new state."""
 
-    def __init__(self, receiver: ReceiveClient, echo: EchoClient, rate: float, *, raw_wrench: bool) -> None:
-        """Begin.
+    def __init__(self, receiver: ReceiveClient, echo: EchoClient, rate: float) -> None:
+        """Begin without a state.
 
         Args:
-            receiver: Connected.
-            echo: Connected.
+            receiver: Connected client for states.
+            echo: Connected client for echoes.
             rate: States per second of the controller's time [Hz].
-            raw_wrench: Whether the controller has one.
         """
-        self._receiver, self._echo, self._rate, self._raw = receiver, echo, rate, raw_wrench
+        self._receiver, self._echo, self._rate = receiver, echo, rate
+        self._getters = [getattr(receiver, getter) for _, getter in READINGS.values()]
         self._clock = RoundTripClock()
         self._last = -math.inf
         self._lost = 0
 
     @property
     def connected(self) -> bool:
-        """Whether states and echoes come, as far as their connections know."""
+        """Whether the connections for states and echoes are up, as far as they report."""
         return self._receiver.isConnected() and self._echo.connected
 
     def take(self, now: float) -> UrState | None:
-        """Return the newest state if it is new, and if an echo proves when it was taken.
+        """Return the newest state if it is new, and if an echo proves when it was sampled.
 
         The library's getters are not one snapshot: a state counts if the time stamp is the same before and after.
 
         Args:
-            now: [s].
+            now: `time.monotonic` [s].
 
         Raises:
-            ControllerRestartedError: Its clock went back.
-            ImpossibleStateError: It is none.
+            ControllerRestartedError: If the controller's clock went back.
+            ImpossibleStateError: If no controller sends such numbers.
         """
-        receiver = self._receiver
+        stamp_of = self._receiver.getTimestamp
         self._clock.prove(self._echo.exchange(now))
         for _ in range(_TRIES):
-            stamp = receiver.getTimestamp()
+            stamp = stamp_of()
             if stamp == self._last or stamp == 0.0 or not self._clock.proven:  # 0: nothing has arrived yet
                 return None
-            read = self._read()
-            if receiver.getTimestamp() == stamp:
-                return self._state(stamp, now, read)
+            values = [get() for get in self._getters]
+            if stamp_of() == stamp:
+                return self._state(stamp, now, values)
         return None
 
-    def _read(self) -> _Read:
-        r = self._receiver
-        ax, ay, az = r.getActualToolAccelerometer()
-        return _Read(
-            (r.getRuntimeState(), r.getRobotMode(), r.getSafetyMode(), r.getSafetyStatusBits()),
-            (r.getSpeedScaling(), r.getTargetSpeedFraction()),
-            _six(r.getActualQ()),
-            _six(r.getActualQd()),
-            _six(r.getActualTCPPose()),
-            _six(r.getActualTCPSpeed()),
-            _six(r.getActualTCPForce()),
-            _six(r.getFtRawWrench()) if self._raw else _UNKNOWN,
-            (ax, ay, az),
-        )
-
-    def _state(self, stamp: float, now: float, read: _Read) -> UrState:
+    def _state(self, stamp: float, now: float, values: list[Any]) -> UrState:
         if stamp < self._last:
             raise ControllerRestartedError(f"time stamp {stamp:g} s after {self._last:g} s")
         if self._last > -math.inf:
             self._lost += max(0, round((stamp - self._last) * self._rate) - 1)
         self._last = stamp
-        if not _possible(read):
-            raise ImpossibleStateError(f"{read}")
-        return UrState(
-            self._clock.stamp(stamp, now),
-            now,
-            stamp,
-            *read.modes,
-            *read.speeds,
-            read.joint_position,
-            read.joint_velocity,
-            read.tool_pose,
-            read.tool_velocity,
-            read.tool_wrench,
-            read.raw_wrench,
-            read.acceleration,
-            self._lost,
-        )
+        read = [tuple(value) if isinstance(value, list) else value for value in values]
+        columns: list[Any] = [self._clock.stamp(stamp, now), now, stamp, *read, self._lost]
+        state = UrState(*columns)
+        if not is_possible(state):
+            raise ImpossibleStateError(f"{state}")
+        return state
 
 
-def _possible(read: _Read) -> bool:
-    """Whether a controller could send these: where bytes are missing before the end, numbers are other ones."""
-    motion = (*read.joint_position, *read.joint_velocity, *read.tool_pose, *read.tool_velocity)
-    load, shares = read.tool_wrench, read.speeds
+def is_possible(state: UrState) -> bool:
+    """Return whether a controller could send a state: missing bytes before its end change its numbers."""
+    motion = (*state.joint_position, *state.joint_velocity, *state.tool_pose, *state.tool_velocity)
+    load, shares = state.tool_wrench, (state.speed_scaling, state.speed_slider)
     return (
-        read.modes[0] in _RUNTIME_STATES
-        and read.modes[1] in _ROBOT_MODES
+        state.runtime_state in _RUNTIME_STATES
+        and state.robot_mode in _ROBOT_MODES
         and math.isfinite(sum(motion) + sum(load) + sum(shares))
-        and min(motion) >= -LARGEST
-        and max(motion) <= LARGEST
-        and min(load) >= -LARGEST_LOAD
-        and max(load) <= LARGEST_LOAD
+        and min(motion) >= -MAX_MOTION
+        and max(motion) <= MAX_MOTION
+        and min(load) >= -MAX_LOAD
+        and max(load) <= MAX_LOAD
         and min(shares) >= 0.0
-        and max(shares) <= LARGEST_SHARE
+        and max(shares) <= MAX_SPEED_SHARE
     )
-
-
-def _six(values: Sequence[float]) -> Six:
-    a, b, c, d, e, f = values
-    return (a, b, c, d, e, f)

@@ -155,7 +155,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "ur": TypedCommand(EmulateUrConfig, "palpate.commands.emulate.command:run_emulate"),
             "dynamixel": TypedCommand(EmulateDynamixelConfig, "palpate.commands.emulate.command:run_emulate"),
             "netft": TypedCommand(EmulateNetftConfig, "palpate.commands.emulate.command:run_emulate"),
-            "robot": TypedCommand(EmulateRobotConfig, "palpate.commands.emulate.robot:run_emulate_robot"),
+            "robot": TypedCommand(EmulateRobotConfig, "palpate.commands.emulate.command:run_emulate_robot"),
             "fault": TypedCommand(EmulateFaultConfig, "palpate.commands.emulate.command:run_fault"),
         },
         "Emulated devices, for palpate or any other software that talks to the real ones.\n\n"

@@ -13,9 +13,8 @@ from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.plant import ServoState
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
+from palpate.hw.emulators.server import ServoState
+from palpate.hw.emulators.simple_plant import SimplePlant, SimpleServo
 from palpate.sim.hand.finger import SlideFinger
 from palpate.spatial import ZERO
 from support.waiting import WITHIN, until
@@ -101,7 +100,7 @@ class EmulatedBus:
 def hosted_servos():
     """Return a host of four servos, for a process of its own."""
     bus = DynamixelBus([EmulatedServo(XL330, i + 1) for i in range(4)])
-    return Host(SimplePlant(servos=tuple(SimpleServo() for _ in range(4))), [bus], hand=bus)
+    return Host(SimplePlant(servos=tuple(SimpleServo() for _ in range(4))), [bus])
 
 
 def still(position=0.0, velocity=0.0, current=0.0):

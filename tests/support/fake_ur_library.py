@@ -1,12 +1,13 @@
-"""A library that talks to nobody: a controller made up inside the client process, which a test can spoil.
+"""A client library without a connection: its controller is simulated in the client process.
 
-The address is a folder: calls are logged to `calls` there, and a file `fault` names what goes wrong from then on.
+The address is a folder: calls are logged to `calls` there, and a file `fault` names the fault from then on.
 """
 
 import os
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from palpate.hw.round_trip_clock import RoundTrip
@@ -20,7 +21,7 @@ class FakeController:
         self.folder = Path(folder)
         self.begin = time.monotonic()
         self.twist, self.position, self.moved = [0.0] * 6, list(REST), 0.0
-        self.running, self.restarts = False, 0
+        self.running = False
         self.calls = (self.folder / "calls").open("a", buffering=1)
         self.fault_path = str(self.folder / "fault")
         self._inside = threading.Lock()
@@ -74,7 +75,7 @@ def forget() -> None:
 
 
 class FakeReceiver:
-    """Every getter replies for the cycle that is on when it is asked, as the real ones do."""
+    """Every getter replies for the present cycle, as the real ones do."""
 
     def __init__(self, controller: FakeController) -> None:
         self.c = controller
@@ -113,17 +114,11 @@ class FakeReceiver:
         self.c.advance()
         return list(self.c.position)
 
-    def getActualToolAccelerometer(self) -> list[float]:
-        return [0.0, 0.0, 9.81]
-
     def getRuntimeState(self) -> int:
         return 2 if self.c.running and self.c.fault() != "stopped" else 1
 
     def getRobotMode(self) -> int:
         return 7
-
-    def getSafetyMode(self) -> int:
-        return 1
 
     def getSafetyStatusBits(self) -> int:
         return {"protective": 1 << 2, "emergency": 1 << 7}.get(self.c.fault(), 1)
@@ -136,16 +131,16 @@ class FakeReceiver:
 
 
 class FakeEcho:
-    """Replies at once."""
+    """Echo without a delay."""
 
     connected = True
 
-    def __init__(self, controller: FakeController) -> None:
-        self.c = controller
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.clock = clock
 
     def exchange(self, now: float) -> list[RoundTrip]:
         sent = time.monotonic()
-        return [RoundTrip(self.c.clock(), sent, time.monotonic())]
+        return [RoundTrip(self.clock(), sent, time.monotonic())]
 
 
 class FakeControls:
@@ -199,12 +194,12 @@ class FakeDashboard:
             os.unlink(self.c.fault_path)
 
 
-def receiver(address: str, rate: float, version: object) -> FakeReceiver:
+def receiver(address: str, rate: float) -> FakeReceiver:
     return FakeReceiver(_of(address))
 
 
 def echo(address: str, rate: float) -> FakeEcho:
-    return FakeEcho(_of(address))
+    return FakeEcho(_of(address).clock)
 
 
 def controls(address: str, rate: float) -> FakeControls:

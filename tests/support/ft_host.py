@@ -9,8 +9,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 
 from palpate.hw.devices import DeviceError, SensorDevice, SensorReading
-from palpate.hw.emulators.plant import PlantState
-from palpate.hw.emulators.server import Server
+from palpate.hw.emulators.server import PlantState, Server
 from palpate.runtime.data import ArmSample, WrenchSample
 from palpate.spatial import IDENTITY, ZERO
 from support.waiting import WITHIN, until

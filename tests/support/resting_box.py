@@ -1,8 +1,8 @@
 """A Net F/T box that shows a steady load: in a file of its own, for the process that emulates it imports it."""
 
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.load_plant import steady_plant
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
+from palpate.hw.emulators.simple_plant import steady_plant
 
 BOX = "127.0.0.78"
 

@@ -7,9 +7,7 @@ from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import SimpleServo
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import ElasticPlane, SimplePlant, SimpleServo, SimpleTip
 from palpate.hw.emulators.ur import UrServer
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.kinematics.pose import Pose
@@ -53,7 +51,7 @@ class Cell:
             mounting=ArmMounting(pose_flange_tip=Pose(rotation=FLANGE_TIP)),
             unlock_delay=self.unlock_delay,
         )
-        return Host(plant, [arm, NetFtServer(BoxSettings(self.address))], arm=arm)
+        return Host(plant, [arm, NetFtServer(BoxSettings(self.address))])
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +71,7 @@ class HandCell:
             NetFtServer(BoxSettings(self.address, rdt_port=49152 + 2 * i, calibration_port=49151 + 2 * i), i)
             for i in range(2)
         ]
-        return Host(
-            SimplePlant(servos=(SimpleServo(), SimpleServo()), noise=(NOISE, NOISE)), [bus, *boxes], hand=bus
-        )
+        return Host(SimplePlant(servos=(SimpleServo(), SimpleServo()), noise=(NOISE, NOISE)), [bus, *boxes])
 
 
 ROBOT = """

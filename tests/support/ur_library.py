@@ -2,6 +2,6 @@
 
 import pytest
 
-from palpate.hw.ur.support import HAS_WHEELS, is_supported
+from palpate.hw.ur.library import HAS_WHEELS, is_supported
 
 needs_ur = pytest.mark.skipif(not is_supported(), reason=f"needs ur_rtde, which exists for {HAS_WHEELS}")

@@ -27,8 +27,8 @@ from palpate.hw.dynamixel.port import LATEST, Packets, Port
 from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, XL330, HardwareError
 from palpate.hw.dynamixel.settings import HandSettings
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.process import EmulatorProcess
+from palpate.hw.emulators.server import ServoState
 from support.emulated_bus import EmulatedBus, connected, hosted_servos, new_sample, read_until, settings, still
 from support.waiting import first_error, until
 

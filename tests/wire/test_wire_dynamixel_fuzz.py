@@ -13,7 +13,7 @@ from palpate.hw.dynamixel.packets import STATUS, Instruction, packet, stuffed
 from palpate.hw.dynamixel.port import Packets
 from palpate.hw.dynamixel.registers import BAUD_RATE, ID, OPERATING_MODE, STATUS_RETURN_LEVEL, XL330, XM430, Mode
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
-from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
+from palpate.hw.emulators.dynamixel.protocol import PacketReceiver
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from support.emulated_bus import EmulatedBus, connected, new_sample, still
 from support.waiting import until

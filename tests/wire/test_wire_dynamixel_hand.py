@@ -19,8 +19,8 @@ from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.registers import MIDDLE, XL330, XM430, HardwareError, Mode
 from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from palpate.hw.emulators.plant import ServoState
-from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
+from palpate.hw.emulators.server import ServoState
+from palpate.hw.emulators.simple_plant import ElasticWall, SimpleServo
 from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
 from palpate.robots.dynamixel_hand import DynamixelEntry
 from palpate.robots.rig import rig_entry

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from palpate.hw.dynamixel.bus import Bus
 from palpate.hw.dynamixel.packets import FORBIDDEN, STATUS, Instruction, checksum, packet, stuffed, unstuffed
 from palpate.hw.dynamixel.port import Packets
-from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
+from palpate.hw.emulators.dynamixel.protocol import PacketReceiver
 
 # bytes that make and break headers, much more often than chance has them
 NASTY = st.lists(st.sampled_from([0xFF, 0xFF, 0xFD, 0x00, 0x55, 0x01]) | st.integers(0, 255), max_size=24).map(

@@ -11,11 +11,9 @@ from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal, checksum
 from palpate.hw.dynamixel.registers import XL330, XM430, HardwareError, Mode
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
-from palpate.hw.emulators.dynamixel.receiver import RequestPacket
-from palpate.hw.emulators.dynamixel.requests import replies
+from palpate.hw.emulators.dynamixel.protocol import RequestPacket, replies
 from palpate.hw.emulators.dynamixel.servo import START_UP, EmulatedServo
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
+from palpate.hw.emulators.simple_plant import ElasticWall, SimplePlant, SimpleServo
 from palpate.spatial import ZERO
 from support.emulated_bus import EmulatedBus, still
 from support.waiting import until

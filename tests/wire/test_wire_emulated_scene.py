@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.hw.emulators.plant import Plant
+from palpate.hw.emulators.server import Plant
 from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.scene_plant import ScenePlant

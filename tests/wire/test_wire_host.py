@@ -15,8 +15,8 @@ from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import MOST_CLIENTS, EmulatorControl
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.plant import PlantState
 from palpate.hw.emulators.process import EmulatorProcess
+from palpate.hw.emulators.server import PlantState
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
 from palpate.spatial import ZERO, Vector
@@ -74,7 +74,7 @@ class Running:
 
     def __init__(self) -> None:
         self.mover = Mover()
-        self.host = Host(SimplePlant(), [self.mover], arm=self.mover)
+        self.host = Host(SimplePlant(), [self.mover])
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
         self.control = EmulatorControl(self.host.control_address)
@@ -99,7 +99,7 @@ class MadeUpTime:
             monkeypatch.setattr(f"palpate.hw.emulators.host.{name}", self)
         self.now, self.steps = 100.0, list[tuple[float, PlantState]]()
         self.mover = Mover()
-        self.host = Host(SimplePlant(), [self.mover], arm=self.mover, scale=scale)
+        self.host = Host(SimplePlant(), [self.mover], scale=scale)
 
     def monotonic(self) -> float:
         return self.now
@@ -247,7 +247,7 @@ def test_nothing_is_left_open() -> None:
     before = psutil.Process().num_fds()
     for _ in range(3):
         server = UrServer(ADDRESS)
-        host = Host(SimplePlant(), [server], arm=server)
+        host = Host(SimplePlant(), [server])
         thread = threading.Thread(target=host.run)
         thread.start()
         with socket.create_connection((ADDRESS, 30004), timeout=WITHIN) as client:
@@ -260,7 +260,7 @@ def test_nothing_is_left_open() -> None:
 
 def test_many_clients_that_say_nothing_or_rubbish_do_not_hurt() -> None:
     server = UrServer(ADDRESS)
-    host = Host(SimplePlant(), [server], arm=server)
+    host = Host(SimplePlant(), [server])
     thread = threading.Thread(target=host.run)
     thread.start()
     clients = []
@@ -283,7 +283,7 @@ def test_many_clients_that_say_nothing_or_rubbish_do_not_hurt() -> None:
 @pytest.mark.parametrize("port", [30004, 30003, 29999])
 def test_one_connection_too_many_is_refused_in_a_sentence(port: int) -> None:
     server = UrServer(ADDRESS)
-    host = Host(SimplePlant(), [server], arm=server)
+    host = Host(SimplePlant(), [server])
     thread = threading.Thread(target=host.run)
     thread.start()
     try:

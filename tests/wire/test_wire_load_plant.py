@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.hw.emulators.load_plant import LoadPlant
+from palpate.hw.emulators.simple_plant import LoadPlant
 from palpate.spatial import ZERO
 
 

@@ -7,10 +7,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.plant import ServoGoal
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_servo import ElasticWall, ServoMotor, SimpleServo
-from palpate.hw.emulators.simple_tip import GRAVITY, ElasticPlane, SimpleTip
+from palpate.hw.emulators.server import ServoGoal
+from palpate.hw.emulators.simple_plant import (
+    GRAVITY,
+    ElasticPlane,
+    ElasticWall,
+    ServoMotor,
+    SimplePlant,
+    SimpleServo,
+    SimpleTip,
+)
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.spatial import ZERO, norm, rotate
 

@@ -43,7 +43,7 @@ import pytest
 import palpate.hw.ur.library
 from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.hw.emulators.simple_tip import ElasticPlane
+from palpate.hw.emulators.simple_plant import ElasticPlane
 from palpate.hw.emulators.ur import ControllerVersion, SimpleUr
 from palpate.hw.ur import FlangePayload, ForceTask, UrArm, UrRawToolSensor, UrSettings, UrToolSensor
 from palpate.kinematics.pose import Pose, rotation_from_rotvec

@@ -11,7 +11,7 @@ import pytest
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.hw.emulators.simple_tip import ElasticPlane
+from palpate.hw.emulators.simple_plant import ElasticPlane
 from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, SimpleUr
 from palpate.hw.emulators.ur.arm import pose_of
 from support.ur_library import needs_ur

@@ -1,11 +1,13 @@
-"""What the arm and its client process share, and what is checked before it is sent: no process, no socket."""
+"""Memory shared by the arm and its client process, and checks of states and commands: no process, no socket."""
 
 import math
 import mmap
 import os
+import struct
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import pytest
 from hypothesis import example, given
@@ -13,85 +15,49 @@ from hypothesis import strategies as st
 
 import support.fake_ur_library as fake
 from palpate.errors import InvalidValueError
-from palpate.hw.round_trip_clock import RoundTrip
-from palpate.hw.ur import FlangePayload, ForceTask, UrSettings
+from palpate.hw.ur import FlangePayload, UrSettings, library
 from palpate.hw.ur.exchange import (
-    COMMAND_NUMBERS,
+    READINGS,
     ClientPhase,
     Exchange,
-    MotionCommand,
     Order,
+    SharedRow,
     Status,
     UrState,
     new_memory,
+    size_of,
 )
-from palpate.hw.ur.goals import checked_joints, checked_pose_goal, checked_velocity, six
 from palpate.hw.ur.problems import WORDS, Problem, SafetyBit, safety_problem
-from palpate.hw.ur.shared_row import SharedRow, size_of
-from palpate.hw.ur.state_receiver import ControllerRestartedError, ImpossibleStateError, StateReceiver
-from palpate.kinematics.pose import Pose, rotation_from_rotvec
+from palpate.hw.ur.state_receiver import (
+    ControllerRestartedError,
+    ImpossibleStateError,
+    StateReceiver,
+    is_possible,
+)
 from support.waiting import until
 
-FINITE = st.floats(-1e6, 1e6)
-SIX = st.tuples(*[FINITE] * 6)
-WRONG = st.lists(FINITE, max_size=12).filter(lambda v: len(v) != 6)
-NOT_FINITE = st.sampled_from([math.nan, math.inf, -math.inf])
+SIX = st.tuples(*[st.floats(-1e6, 1e6)] * 6)
+ZEROS = (0.0,) * 6
+JOINTS = (0.1, -1.57, 1.8, -1.8, -1.57, 0.3)
+MOVING = (0.02, -0.01, 0.03, -0.02, 0.01, 0.004)
+POSE = (-0.13, 0.49, 0.21, 2.2, -2.2, 0.01)
+LOAD = (1.2, -0.4, 5.1, 0.02, 0.3, -0.01)
+STATE = UrState(1.0, 1.0, 12.346, JOINTS, MOVING, POSE, MOVING, LOAD, 2, 7, 1, 1.0, 0.8, 0)
 
 
-def state(**changed) -> UrState:
-    six_zeros = (0.0,) * 6
-    values = {
-        "time": 1.0,
-        "seen": 1.0,
-        "controller_time": 1.0,
-        "runtime_state": 2,
-        "robot_mode": 7,
-        "safety_mode": 1,
-        "safety_bits": 1,
-        "speed_scaling": 1.0,
-        "speed_slider": 1.0,
-        "joint_position": six_zeros,
-        "joint_velocity": six_zeros,
-        "tool_pose": six_zeros,
-        "tool_velocity": six_zeros,
-        "tool_wrench": six_zeros,
-        "raw_wrench": six_zeros,
-        "acceleration": (0.0, 0.0, 9.8),
-        "lost": 0,
-    }
-    return UrState(**{**values, **changed})
-
-
-@pytest.fixture
-def ends():
-    file = new_memory()
-    here, there = Exchange(file), Exchange(file)
-    yield here, there
-    here.close()
-    there.close()
-    os.close(file)
-
-
-@given(SIX, SIX, SIX, SIX, SIX, SIX, st.integers(0, 2**31), st.integers(0, 10**9))
-def test_what_one_end_writes_the_other_reads_bit_for_bit(a, b, c, d, e, f, bits, lost):
+@given(st.tuples(SIX, SIX, SIX, SIX, SIX), st.integers(0, 2**31), st.integers(0, 10**9))
+def test_one_end_reads_what_the_other_writes_bit_for_bit(sixes, bits, lost):
     file = new_memory()
     here, there = Exchange(file), Exchange(file)
     try:
-        sent = state(
-            joint_position=a,
-            joint_velocity=b,
-            tool_pose=c,
-            tool_velocity=d,
-            tool_wrench=e,
-            raw_wrench=f,
-            safety_bits=bits,
-            lost=lost,
-        )
-        there.write_state(sent)
-        assert here.state() == sent
-        order = Order(lost + 1, 2.5, MotionCommand.FORCE, (a + b + c + d)[:COMMAND_NUMBERS])
-        here.write_command(order)
-        assert there.command() == order
+        assert (here.state(), here.command(), here.status()) == (None, None, None)
+        a, b, c, d, e = sixes
+        state = UrState(1.5, 1.25, 0.5, a, b, c, d, e, 2, 7, bits, 0.5, 0.25, lost)
+        there.write_state(state)
+        assert here.state() == state
+        for order in (Order(lost + 1, 2.5, True, a), Order(lost + 2, 3.5, False)):
+            here.write_command(order)
+            assert there.command() == order
         status = Status(1.5, 1.25, ClientPhase.READY, Problem.PROTECTIVE_STOP, lost, 3)
         there.write_status(status)
         assert here.status() == status
@@ -101,16 +67,9 @@ def test_what_one_end_writes_the_other_reads_bit_for_bit(a, b, c, d, e, f, bits,
         os.close(file)
 
 
-def test_nothing_is_read_before_anything_was_written(ends):
-    here, _ = ends
-    assert here.state() is None
-    assert here.command() is None
-    assert here.status() is None
-
-
 WRITER = """
 import mmap, sys
-from palpate.hw.ur.shared_row import SharedRow, size_of
+from palpate.hw.ur.exchange import SharedRow, size_of
 width = int(sys.argv[2])
 row = SharedRow(mmap.mmap(int(sys.argv[1]), size_of(width)), 0, width)
 for number in range(1, 1_000_000):
@@ -120,7 +79,7 @@ for number in range(1, 1_000_000):
 
 @pytest.mark.slow
 def test_rows_are_never_torn_and_never_go_back():
-    """Another process writes at full speed: whoever reads gets all of one row, and none older than the last."""
+    """Another process writes at full speed: every row that is read is whole, and none is older than the last."""
     width = 400
     file = os.memfd_create("row")
     os.ftruncate(file, size_of(width))
@@ -144,7 +103,7 @@ def test_rows_are_never_torn_and_never_go_back():
 
 
 @given(st.permutations(range(5)), st.integers(0, 4))
-def test_a_row_of_which_only_a_part_is_visible_is_not_believed(order, visible):
+def test_a_row_of_which_only_a_part_is_visible_is_not_read(order, visible):
     """As a processor that reorders its stores may show it: the newest number, words of its row in any order."""
     width = 3
     memory = mmap.mmap(-1, size_of(width))
@@ -166,65 +125,48 @@ def test_a_row_of_which_only_a_part_is_visible_is_not_believed(order, visible):
     memory.close()
 
 
-# -- one cycle's values together --
+# -- states --
 
 
-def test_a_state_is_of_one_cycle_though_the_getters_are_not(tmp_path):
-    """It goes on while it is read, and each getter replies for the present cycle: no state may be mixed."""
+def test_a_state_is_of_one_cycle_although_the_getters_are_not(tmp_path):
+    """Cycles pass while a state is read, and each getter replies for the present one: no state may be mixed."""
     fake.forget()
-    receiver = fake.receiver(str(tmp_path), 500.0, (5, 14, 0, 0))
-    state_receiver = StateReceiver(receiver, fake.echo(str(tmp_path), 500.0), 500.0, raw_wrench=True)
+    receiver = fake.receiver(str(tmp_path), 500.0)
+    state_receiver = StateReceiver(receiver, fake.echo(str(tmp_path), 500.0), 500.0)
     taken = [until(lambda: state_receiver.take(time.monotonic())) for _ in range(200)]
     fake.forget()
     for s in taken:
-        assert (
-            s.joint_position[0] == s.joint_velocity[0] == s.tool_wrench[0] == s.raw_wrench[0] == s.controller_time
-        )
+        assert s.joint_position[0] == s.joint_velocity[0] == s.tool_wrench[0] == s.controller_time
     stamps = [s.controller_time for s in taken]
     assert stamps == sorted(set(stamps))
     assert taken[-1].lost == round((stamps[-1] - stamps[0]) / 0.002) + 1 - len(stamps)
 
 
 class Stamps:
-    """A receiver whose time stamps are given."""
+    """A receiver whose time stamps are given, and the values of a state; one getter may reply with another."""
 
-    def __init__(self, *stamps: float) -> None:
+    def __init__(self, *stamps: float, name: str = "", reply: object = None) -> None:
         self.stamps = [s for s in stamps for _ in range(2)]
+        for field, (_, getter) in READINGS.items():
+            value = getattr(STATE, field)
+            found = reply if getter == name else list(value) if isinstance(value, tuple) else value
+            setattr(self, getter, lambda found=found: found)
 
     def getTimestamp(self) -> float:
         return self.stamps.pop(0) if len(self.stamps) > 1 else self.stamps[0]
 
-    def getActualToolAccelerometer(self) -> list[float]:
-        return [0.0, 0.0, 9.8]
 
-    def __getattr__(self, name: str):
-        scalar = name in ("getSpeedScaling", "getTargetSpeedFraction") or name.endswith(("State", "Mode", "Bits"))
-        return lambda: 1 if scalar else [0.0] * 6
-
-
-class Proven:
-    """An echo for every look."""
-
-    connected = True
-
-    def exchange(self, now: float) -> list[RoundTrip]:
-        return [RoundTrip(now, now, now)]
+def receiver(stamps: Stamps) -> StateReceiver:
+    return StateReceiver(stamps, fake.FakeEcho(lambda: time.monotonic()), 500.0)
 
 
 def test_a_clock_that_goes_back_is_a_restarted_controller():
-    state_receiver = StateReceiver(Stamps(5.0, 5.002, 0.5), Proven(), 500.0, raw_wrench=True)
-    assert state_receiver.take(1.0) is not None
-    assert state_receiver.take(1.002) is not None
+    states = receiver(Stamps(5.0, 5.002, 0.5))
+    taken = states.take(1.0)
+    assert replace(taken, time=1.0, seen=1.0, controller_time=12.346) == STATE
+    assert states.take(1.002) is not None
     with pytest.raises(ControllerRestartedError):
-        state_receiver.take(1.004)
-
-
-class Rubbish(Stamps):
-    """The same, and one getter replies with something else."""
-
-    def __init__(self, name: str, reply: object) -> None:
-        super().__init__(5.0)
-        setattr(self, name, lambda: reply)
+        states.take(1.004)
 
 
 @pytest.mark.parametrize(
@@ -237,50 +179,61 @@ class Rubbish(Stamps):
         ("getRuntimeState", -1),
     ],
 )
-def test_rubbish_is_not_taken_for_a_state(name, reply):
-    state_receiver = StateReceiver(Rubbish(name, reply), Proven(), 500.0, raw_wrench=True)
+def test_impossible_values_are_not_taken_for_a_state(name, reply):
     with pytest.raises(ImpossibleStateError):
-        state_receiver.take(1.0)
+        receiver(Stamps(5.0, name=name, reply=reply)).take(1.0)
 
 
-def test_a_controller_without_raw_wrench_is_not_asked_for_it():
-    state_receiver = StateReceiver(Stamps(5.0), Proven(), 125.0, raw_wrench=False)
-    found = state_receiver.take(1.0)
-    assert found is not None
-    assert all(map(math.isnan, found.raw_wrench))
+LAYOUT = struct.Struct(">d" + "6d" * 5 + "IiI" + "dd" + "d")
+"""As `library.RECEIVED` orders them, with the unused value at the end."""
 
 
-# -- what may be asked for --
+def package(state: UrState) -> bytes:
+    values = [value for name in READINGS for value in _row(getattr(state, name))]
+    return LAYOUT.pack(state.controller_time, *values, 0.0005)
 
 
-@given(WRONG)
-def test_wrong_lengths_are_refused_before_anything_is_sent(values):
-    settings = UrSettings()
-    for check in (
-        lambda: six("goal", values, "rad"),
-        lambda: checked_joints(settings, values, state()),
-        lambda: ForceTask((False,) * 6, tuple(values)).checked(settings),
-    ):
-        with pytest.raises(InvalidValueError, match="must be"):
-            check()
-    if len(values) != 3:
-        with pytest.raises(InvalidValueError, match="three numbers"):
-            checked_velocity(settings, tuple(values), (0.0, 0.0, 0.0))
+def _row(value) -> tuple:
+    return value if isinstance(value, tuple) else (value,)
 
 
-@given(NOT_FINITE, st.integers(0, 5))
-def test_what_is_not_finite_is_refused(value, place):
-    settings = UrSettings()
-    numbers = [0.0] * 6
-    numbers[place] = value
-    with pytest.raises(InvalidValueError):
-        checked_velocity(settings, tuple(numbers[:3]), tuple(numbers[3:]))
-    with pytest.raises(InvalidValueError):
-        checked_joints(settings, numbers, state())
-    with pytest.raises(InvalidValueError):
-        ForceTask((True,) * 6, tuple(numbers)).checked(settings)
-    with pytest.raises(InvalidValueError):
-        checked_pose_goal(settings, Pose(tuple(numbers[:3]) if place < 3 else (value, 0.0, 0.0)), state())
+def read(payload: bytes, before: bytes) -> UrState:
+    """Return the state that the library makes of a package: it takes missing bytes from the package before."""
+    values = LAYOUT.unpack(payload + before[len(payload) :])
+    sixes = [tuple(values[1 + 6 * i : 7 + 6 * i]) for i in range(5)]
+    return UrState(1.0, 1.0, values[0], *sixes, *values[31:36], 0)
+
+
+def test_the_layout_of_these_tests_is_the_requested_one():
+    assert library.RECEIVED[0] == "timestamp"
+    assert library.RECEIVED[1:-1] == tuple(variable for variable, _ in READINGS.values())
+    assert library.LAST not in library.RECEIVED[:-1]
+    assert read(package(STATE), package(STATE)) == STATE
+
+
+@given(st.integers(1, 8))
+def test_bytes_that_are_missing_at_the_end_change_no_value(missing):
+    now, before = package(STATE), package(replace(STATE, joint_velocity=ZEROS))
+    assert read(now[:-missing], before) == read(now, before)
+
+
+@given(st.lists(st.floats(0.05, 3.0) | st.floats(-3.0, -0.05), min_size=6, max_size=6), st.integers(8, 55))
+def test_a_byte_that_is_missing_among_the_joints_is_noticed(joints, lost):
+    """The rest is read a byte off, in which exponents are digits and modes others."""
+    whole = package(replace(STATE, joint_position=tuple(joints)))
+    assert is_possible(read(whole, whole))
+    assert not is_possible(read(whole[:lost] + whole[lost + 1 :], whole))
+
+
+def test_numbers_that_no_controller_sends_are_no_state():
+    for name in ("joint_position", "joint_velocity", "tool_pose", "tool_velocity", "tool_wrench"):
+        for value in (math.nan, math.inf, 1e9, -1e9):
+            assert not is_possible(replace(STATE, **{name: (0.0, value, 0.0, 0.0, 0.0, 0.0)}))
+    for scaling, slider in ((math.nan, 1.0), (1.0, -0.5), (3.0, 1.0)):
+        assert not is_possible(replace(STATE, speed_scaling=scaling, speed_slider=slider))
+
+
+# -- commands and settings --
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 2.0 * math.pi), st.floats(0.0, 10.0))
@@ -288,81 +241,61 @@ def test_speeds_pass_up_to_the_limit_in_any_direction(speed, angle, turning):
     settings = UrSettings()
     v = (speed * math.cos(angle), speed * math.sin(angle), 0.0)
     w = (0.0, turning * math.cos(angle), turning * math.sin(angle))
-    within = math.hypot(*v) <= settings.speed * (1 + 1e-9) and math.hypot(*w) <= settings.angular_speed * (
-        1 + 1e-9
-    )
-    if within:
-        assert checked_velocity(settings, v, w) == v + w
+    rounding = 1.0 + 1e-9
+    if math.hypot(*v) <= settings.speed * rounding and math.hypot(*w) <= settings.angular_speed * rounding:
+        assert settings.checked_twist(v, w) == v + w
     else:
         with pytest.raises(InvalidValueError, match="limit"):
-            checked_velocity(settings, v, w)
+            settings.checked_twist(v, w)
 
 
-def test_goals_of_a_servo_must_be_within_reach():
-    settings = UrSettings()
-    reach = settings.joint_speed * (settings.lookahead + settings.watchdog)
-    assert checked_joints(settings, [0.99 * reach] * 6, state())
-    with pytest.raises(InvalidValueError, match="joint 4"):
-        checked_joints(settings, [0.0, 0.0, 0.0, 1.01 * reach, 0.0, 0.0], state())
-    way = settings.speed * (settings.lookahead + settings.watchdog)
-    assert checked_pose_goal(settings, Pose((0.0, 0.99 * way, 0.0)), state())
-    with pytest.raises(InvalidValueError, match="mm"):
-        checked_pose_goal(settings, Pose((0.0, 1.01 * way, 0.0)), state())
-    with pytest.raises(InvalidValueError, match="rad"):
-        checked_pose_goal(settings, Pose(rotation=rotation_from_rotvec((0.3, 0.0, 0.0))), state())
+WRONG_TWISTS = [
+    ((0.0, 0.0), (0.0, 0.0, 0.0), r"velocity_base_tip = \(0.0, 0.0\): must be three numbers"),
+    ((0.0, 0.0, 0.0), (0.0,) * 4, "angular_velocity_base_tip.*three numbers"),
+    ((math.nan, 0.0, 0.0), (0.0, 0.0, 0.0), "velocity_base_tip = nan m/s"),
+    ((0.0, 0.0, 0.0), (0.0, -math.inf, 0.0), r"inf rad/s.*UrSettings\.angular_speed"),
+]
 
 
-def test_only_compliant_axes_count_in_a_force_task():
-    settings = UrSettings()
-    z_only = (False, False, True, False, False, False)
-    values = ForceTask(z_only, (100.0, 0.0, -10.0, 0.0, 0.0, 0.0)).checked(settings)
-    assert len(values) == COMMAND_NUMBERS
-    assert values[6:12] == (0, 0, 1, 0, 0, 0)
-    assert values[12:18] == (0.0, 0.0, -10.0, 0.0, 0.0, 0.0)
-    assert values[18:24] == (0.01, 0.01, 0.05, 0.1, 0.1, 0.1)
-    with pytest.raises(InvalidValueError, match="force"):
-        ForceTask(z_only, (0.0, 0.0, -30.0, 0.0, 0.0, 0.0)).checked(settings)
+@pytest.mark.parametrize(("velocity", "turning", "message"), WRONG_TWISTS)
+def test_velocities_of_a_wrong_kind_are_refused(velocity, turning, message):
+    with pytest.raises(InvalidValueError, match=message):
+        UrSettings().checked_twist(velocity, turning)
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("make", "wrong"),
     [
-        {"speed": 0.0},
-        {"speed": 5.0},
-        {"angular_speed": math.nan},
-        {"watchdog": 5.0},
-        {"watchdog": 1e-3},
-        {"lookahead": 0.5},
-        {"gain": 50.0},
-        {"speed_slider": 0.0},
-        {"speed_slider": 1.1},
-        {"stale_after": -1.0},
-        {"force": math.inf},
+        (UrSettings, {"speed": 0.0}),
+        (UrSettings, {"speed": 5.0}),
+        (UrSettings, {"angular_speed": math.nan}),
+        (UrSettings, {"acceleration": 151.0}),
+        (UrSettings, {"deceleration": 151.0}),
+        (UrSettings, {"watchdog": 5.0}),
+        (UrSettings, {"watchdog": 1e-3}),
+        (UrSettings, {"speed_slider": 0.0}),
+        (UrSettings, {"speed_slider": 1.1}),
+        (UrSettings, {"stale_after": -1.0}),
+        (FlangePayload, {"mass": -0.1}),
+        (FlangePayload, {"center": (0.0, math.nan, 0.0), "mass": 0.1}),
     ],
 )
-def test_settings_that_cannot_be_are_refused_by_name(wrong):
+def test_impossible_settings_are_refused_by_name(make, wrong):
     with pytest.raises(InvalidValueError, match=next(iter(wrong))):
-        UrSettings(**wrong)
+        make(**wrong)
 
 
-def test_a_payload_must_be_one():
-    with pytest.raises(InvalidValueError):
-        FlangePayload(-0.1)
-    with pytest.raises(InvalidValueError):
-        FlangePayload(0.1, (0.0, math.nan, 0.0))
-
-
-# -- what the controller's safety says --
+# -- safety --
 
 
 @given(st.integers(0, 2**11 - 1), st.integers(-1, 8))
 @example(0, 7)
-def test_whatever_safety_says_only_a_powered_and_unstopped_arm_has_no_problem(bits, mode):
+def test_only_a_powered_and_unstopped_arm_has_no_problem(bits, mode):
     found = safety_problem(mode, bits)
     stopped = bits & ~(SafetyBit.NORMAL | SafetyBit.REDUCED | SafetyBit.RECOVERY)
     assert (found is Problem.NONE) == (mode == 7 and bits != 0 and not stopped)
 
 
-def test_every_problem_has_words_that_name_a_remedy():
+def test_every_problem_has_a_message_that_names_a_remedy():
     assert set(WORDS) == set(Problem) - {Problem.NONE}
     assert all("`palpate recover`" in remedy for _, remedy in WORDS.values())

@@ -9,16 +9,16 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
+from palpate.hw.emulators.ur.framing import PackageType, package
+from palpate.hw.ur.hello import controller_version
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
-from palpate.hw.emulators.ur.framing import PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from palpate.hw.ur import UrArm, UrSettings
-from palpate.hw.ur.hello import controller_version
 from support.ur_wire_sessions import own_address
 from support.waiting import WITHIN, until
 
@@ -75,7 +75,7 @@ def any_line(g: np.random.Generator) -> bytes:
 @contextlib.contextmanager
 def served() -> Iterator[tuple[EmulatorControl, UrServer]]:
     server = UrServer(ADDRESS)
-    host = Host(SimplePlant(), [server], arm=server)
+    host = Host(SimplePlant(), [server])
     thread = threading.Thread(target=host.run)
     thread.start()
     control = EmulatorControl(host.control_address)

@@ -1,4 +1,4 @@
-"""How the emulated controller moves its arm: properties of motion, without sockets or clients."""
+"""Motion of the emulated controller's arm: properties, without sockets or clients."""
 
 import math
 from collections.abc import Iterable
@@ -10,35 +10,38 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.simple_plant import ElasticPlane, SimplePlant, SimpleTip
 from palpate.hw.emulators.ur.arm import HOME, ArmMounting, numbers_of, pose_of
-from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, control_script
-from palpate.hw.emulators.ur.motions import ZERO_LENGTH, Profile
-from palpate.hw.emulators.ur.registers import DONE, READY, Registers
-from palpate.hw.emulators.ur.robot import EmulatedController
-from palpate.hw.emulators.ur.script import Script
-from palpate.hw.emulators.ur.version import ControllerVersion
+from palpate.hw.emulators.ur.commands import control_script
+from palpate.hw.emulators.ur.controller import ControllerVersion, EmulatedController
+from palpate.hw.emulators.ur.motion import ZERO_LENGTH, Profile
+from palpate.hw.emulators.ur.script import DONE, READY, Registers, Script
 from palpate.kinematics import UR5E, ArmKinematics, Pose
 from palpate.kinematics.pose import rotation_from_rotvec
 
-MOVE_L, FORCE_MODE, SPEED_L, SPEED_J, SPEED_STOP, SET_TCP, WATCHDOG, STOP_L, ZERO = 3, 6, 10, 9, 15, 29, 35, 33, 8
-STOP_SCRIPT = 255
+MOVE_L, FORCE_MODE, FORCE_STOP, ZERO, SPEED_J, SPEED_L, SERVO_J, SPEED_STOP = 3, 6, 7, 8, 9, 10, 11, 15
+SET_PAYLOAD, SET_TCP, STOP_L, WATCHDOG, JOG, JOG_STOP, STEADY = 17, 29, 33, 35, 41, 42, 47
+UNTIL_CONTACT, DETECT, END_DETECT, DETECTED, STOP_SCRIPT = 51, 62, 63, 64, 255
+TABLE = ArmKinematics(UR5E).pose(HOME).position[2]
+"""Height of the tip at the beginning [m]."""
 
 
 class Bench:
-    """A robot with a running control script, and hands on its registers."""
+    """A robot with a running control script, and access to its registers."""
 
     def __init__(self, mounting: ArmMounting | None = None, plane: ElasticPlane | None = None) -> None:
         mounting = mounting or ArmMounting()
         flange = ArmKinematics(UR5E).pose(HOME)
-        tip = mounting.pose_base_robot @ flange @ mounting.pose_flange_tip
-        self.plant = SimplePlant(SimpleTip(tip, plane))
+        self.plant = SimplePlant(SimpleTip(mounting.pose_base_robot @ flange @ mounting.pose_flange_tip, plane))
         self.robot = EmulatedController(ControllerVersion(), mounting, unlock_delay=5.0)
         self.robot.measure(self.plant.start())
-        self.registers = Registers(self.robot.inputs, self.robot.outputs)
-        self.robot.start_program(control_script(Script(self.robot, self.registers)), "control")
         self.path: list[tuple[float, ...]] = []
+        self.start()
+        self.run(0.004)
+
+    def start(self) -> bool:
+        script = Script(self.robot, Registers(self.robot))
+        return self.robot.start_program(control_script(script), "control")
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds / self.plant.period)):
@@ -53,7 +56,7 @@ class Bench:
         self.robot.write({**values, "input_int_register_0": (command,)})
 
     def wait(self, command: int, doubles: Iterable[float] = (), integers: Iterable[int] = (0,)) -> float:
-        """Do a blocking command as the client does; returns how long it took [s]."""
+        """Do a blocking command as the client does; return how long it took [s]."""
         self.write(0)
         self.run(0.002)
         assert self.state == READY
@@ -65,9 +68,19 @@ class Bench:
         self.write(0)
         return self.robot.time - begun
 
+    def slide(self, fraction: float) -> None:
+        self.robot.write({"speed_slider_mask": (1,), "speed_slider_fraction": (fraction,)})
+
+    def out(self, name: str) -> float:
+        return self.robot.outputs[name][0]
+
     @property
     def state(self) -> float:
-        return self.robot.outputs["output_int_register_0"][0]
+        return self.out("output_int_register_0")
+
+    @property
+    def reply(self) -> float:
+        return self.out("output_int_register_1")
 
     @property
     def tcp(self) -> tuple[float, ...]:
@@ -78,33 +91,29 @@ class Bench:
         return self.robot.outputs["actual_TCP_force"]
 
 
-def test_every_command_of_the_library_has_one_meaning() -> None:
-    known = set(REAL_TIME) | set(BLOCKING)
-    assert not set(REAL_TIME) & set(BLOCKING)
-    assert set(REAL_TIME) == {6, 9, 10, 11, 24, 25, 26, 27, 38, 58, *range(66, 72)}
-    assert known >= {1, 2, 3, 4, 7, 8, *range(15, 22), *range(28, 38), *range(39, 48), *range(51, 66)} - {32}
-
-
-def test_a_blocking_command_is_done_once_until_it_is_taken_back() -> None:
+def test_a_blocking_command_is_done_once_until_it_is_withdrawn() -> None:
     bench = Bench()
     bench.wait(SET_TCP, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
     bench.run(0.01)
     assert bench.state == READY
-    bench.write(SET_TCP, (0.0, 0.0, 0.2, 0.0, 0.0, 0.0))
-    bench.run(0.01)
-    assert bench.state == DONE
-    bench.write(SET_TCP, (0.0, 0.0, 0.3, 0.0, 0.0, 0.0))
-    bench.run(0.1)
+    for height in (0.2, 0.3):
+        bench.write(SET_TCP, (0.0, 0.0, height, 0.0, 0.0, 0.0))
+        bench.run(0.1)
+        assert bench.state == DONE
     assert bench.robot.arm.pose_flange_tcp.position == (0.0, 0.0, 0.2)
 
 
-def test_stop_script_ends_the_program_without_done() -> None:
+def test_the_script_ends_without_done_and_with_an_error_at_a_command_that_is_not_emulated() -> None:
     bench = Bench()
-    bench.run(0.01)
     bench.write(STOP_SCRIPT)
     bench.run(0.01)
     assert bench.robot.runtime.name == "STOPPED"
     assert bench.state == READY
+    assert bench.start()
+    bench.write(24)
+    bench.run(0.01)
+    assert bench.robot.runtime.name == "STOPPED"
+    assert any("command 24 is not emulated" in line for line in bench.robot.lines())
 
 
 @given(
@@ -140,75 +149,57 @@ def test_a_profile_keeps_its_limits_and_never_overshoots(
     assert previous <= 1.01 * acceleration * dt * fraction + math.sqrt(2.0 * acceleration * ZERO_LENGTH)
 
 
-def test_a_linear_move_is_straight_takes_its_time_and_keeps_its_speed() -> None:
-    bench = Bench()
-    start = np.array(bench.tcp)
-    target = np.add(start, (0.06, -0.02, -0.08, 0.0, 0.0, 0.0))
-    bench.path.clear()
-    took = bench.wait(MOVE_L, (*target, 0.1, 0.5))
-    assert np.allclose(bench.tcp[:3], target[:3], atol=1e-4)
-    way = target[:3] - start[:3]
-    length = np.linalg.norm(way)
-    # ramps of v^2 / 2a each, and the arm's lag
-    assert took == pytest.approx(length / 0.1 + 0.1 / 0.5, abs=0.25)
-    points = np.array(bench.path)[:, :3] - start[:3]
-    beside = np.linalg.norm(np.cross(points, way / length), axis=1)
-    assert beside.max() < 1e-9
-    speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / bench.plant.period
-    assert speeds.max() < 0.1 * 1.05
+def test_a_linear_move_is_straight_keeps_its_speed_and_takes_its_time_which_the_slider_stretches() -> None:
+    took = []
+    for fraction in (1.0, 0.5):
+        bench = Bench()
+        bench.slide(fraction)
+        start = np.array(bench.tcp)
+        target = np.add(start, (0.06, -0.02, -0.08, 0.0, 0.0, 0.0))
+        bench.path.clear()
+        took.append(bench.wait(MOVE_L, (*target, 0.1, 0.5)))
+        assert np.allclose(bench.tcp[:3], target[:3], atol=1e-4)
+        way = target[:3] - start[:3]
+        length = np.linalg.norm(way)
+        points = np.array(bench.path)[:, :3] - start[:3]
+        assert np.linalg.norm(np.cross(points, way / length), axis=1).max() < 1e-9
+        speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / bench.plant.period
+        assert speeds.max() < fraction * 0.1 * 1.05
+    # ramps of v^2 / 2a each, and the arm's lag; but for the settling at the end, half the speed takes twice as long
+    assert took[0] == pytest.approx(length / 0.1 + 0.1 / 0.5, abs=0.25)
+    assert took[1] == pytest.approx(2.0 * took[0], abs=0.3)
 
 
-def test_speed_goes_on_until_stopped_and_accelerates_as_commanded() -> None:
+def test_a_speed_accelerates_as_commanded_goes_on_until_stopped_and_follows_the_slider() -> None:
     bench = Bench()
-    bench.run(0.004)
+    before = bench.tcp[0]
     bench.write(SPEED_L, (0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0))
     bench.run(1.0)
     # v t - v^2 / 2a, and v times the lag of 10 ms
-    expected = 0.02 * 1.0 - 0.02**2 / 0.2 - 0.02 * 0.01
-    assert bench.tcp[0] - bench.path[0][0] == pytest.approx(expected, abs=2e-4)
+    assert bench.tcp[0] - before == pytest.approx(0.02 * 1.0 - 0.02**2 / 0.2 - 0.02 * 0.01, abs=2e-4)
     bench.write(0)
     before = bench.tcp[0]
     bench.run(0.5)
     assert bench.tcp[0] - before == pytest.approx(0.01, abs=1e-4)
+    bench.slide(0.25)
+    bench.run(0.5)
+    assert bench.robot.arm.twist[0][0] == pytest.approx(0.005, rel=0.01)
+    assert bench.robot.outputs["target_speed_fraction"] == (0.25,)
     bench.wait(SPEED_STOP, (1.0,))
     bench.run(0.1)
     rest = bench.tcp
     bench.run(0.5)
     assert bench.tcp[:3] == pytest.approx(rest[:3], abs=1e-6)
-
-
-@pytest.mark.parametrize("command", [SPEED_L, SPEED_J])
-def test_the_slider_slows_down(command: int) -> None:
-    bench = Bench()
-    bench.run(0.004)
-    bench.robot.write({"speed_slider_mask": (1,), "speed_slider_fraction": (0.25,)})
-    bench.write(command, (0.04, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
-    bench.run(0.3)
-    arm = bench.robot.arm
-    measured = arm.twist[0] if command == SPEED_L else arm.joint_speeds
-    assert measured[0] == pytest.approx(0.01, rel=0.01)
-    assert bench.robot.outputs["target_speed_fraction"] == (0.25,)
-
-
-def test_the_slider_stretches_moves() -> None:
-    took = []
-    for fraction in (1.0, 0.5):
-        bench = Bench()
-        bench.robot.write({"speed_slider_mask": (1,), "speed_slider_fraction": (fraction,)})
-        target = np.add(bench.tcp, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
-        took.append(bench.wait(MOVE_L, (*target, 0.1, 0.5)))
-    # but for the settling at the end
-    assert took[1] == pytest.approx(2.0 * took[0], abs=0.3)
+    bench.wait(STEADY)
+    assert bench.reply == 1
 
 
 @given(joint=st.integers(0, 5), speed=st.floats(-0.3, 0.3))
 @settings(max_examples=10, deadline=None)
-def test_joint_speeds_turn_the_commanded_joints(joint: int, speed: float) -> None:
+def test_joint_speeds_turn_the_commanded_joints_and_follow_the_slider(joint: int, speed: float) -> None:
     bench = Bench()
-    bench.run(0.004)
     before = bench.robot.arm.joints
-    wanted = tuple(speed if i == joint else 0.0 for i in range(6))
-    bench.write(SPEED_J, (*wanted, 10.0, 0.0))
+    bench.write(SPEED_J, (*(speed if i == joint else 0.0 for i in range(6)), 10.0, 0.0))
     bench.run(0.4)
     change = np.subtract(bench.robot.arm.joints, before)
     others = np.delete(change, joint)
@@ -217,6 +208,22 @@ def test_joint_speeds_turn_the_commanded_joints(joint: int, speed: float) -> Non
     # turning in place of the tip's lag: second order in the way
     assert np.abs(others).max() < 0.02 * abs(speed) + 1e-9
     assert bench.robot.arm.joint_speeds[joint] == pytest.approx(speed, abs=0.02 * abs(speed) + 1e-9)
+    bench.slide(0.25)
+    bench.run(0.2)
+    assert bench.robot.arm.joint_speeds[joint] == pytest.approx(0.25 * speed, abs=0.02 * abs(speed) + 1e-9)
+
+
+def test_servoed_joints_reach_their_goal_as_its_lag_says() -> None:
+    bench = Bench()
+    goal = np.add(bench.robot.arm.joints, (0.05, -0.05, 0.05, 0.0, 0.0, 0.05))
+    bench.write(SERVO_J, (*goal, 0.0, 0.0, 0.002, 0.1, 300.0))
+    bench.run(0.1)
+    # x'' lag + x' + x / lookahead = 0 of the error, with a lag of 10 ms and a lookahead of 0.1 s
+    slow, fast = (50.0 * (-1.0 + sign * math.sqrt(0.6)) for sign in (1.0, -1.0))
+    left = (fast * math.exp(0.1 * slow) - slow * math.exp(0.1 * fast)) / (fast - slow)
+    assert goal[0] - bench.robot.arm.joints[0] == pytest.approx(0.05 * left, rel=0.03)
+    bench.run(2.0)
+    assert bench.robot.arm.joints == pytest.approx(goal, abs=1e-6)
 
 
 @given(
@@ -225,27 +232,24 @@ def test_joint_speeds_turn_the_commanded_joints(joint: int, speed: float) -> Non
     twist=st.tuples(*[st.floats(-0.05, 0.05)] * 6),
 )
 @settings(max_examples=15, deadline=None)
-def test_the_foot_and_the_tool_may_be_anywhere(
+def test_clients_see_the_robot_base_and_the_tcp_wherever_the_plants_frames_are(
     robot_base: tuple[float, ...], tip: tuple[float, ...], twist: tuple[float, ...]
 ) -> None:
-    """What the client sees is in the robot base's frame and of the TCP, wherever the plant's frames are."""
     plain = Bench(ArmMounting(pose_flange_tip=pose_of(tip)))
     moved = Bench(ArmMounting(pose_base_robot=pose_of(robot_base), pose_flange_tip=pose_of(tip)))
-    tcp = (0.01, 0.02, 0.1, 0.3, 0.0, 0.1)
     for bench in (plain, moved):
-        bench.wait(SET_TCP, tcp)
+        bench.wait(SET_TCP, (0.01, 0.02, 0.1, 0.3, 0.0, 0.1))
         bench.run(0.002)
         bench.write(SPEED_L, (*twist, 1.0, 0.0))
         bench.run(0.2)
     assert moved.tcp[:3] == pytest.approx(plain.tcp[:3], abs=1e-9)
-    # near half a turn the sign of a rotation vector is anybody's
+    # near half a turn the sign of a rotation vector is free
     assert np.allclose(pose_of(moved.tcp).rotation, pose_of(plain.tcp).rotation, atol=1e-9)
     assert moved.robot.arm.joints == pytest.approx(plain.robot.arm.joints, abs=1e-6)
     # pose of the plant's tip in its own base agrees with the joints
     state = moved.plant.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), ()).arm
     through = ArmKinematics(UR5E, pose_of(robot_base), pose_of(tip)).pose(moved.robot.arm.joints)
     assert through.position == pytest.approx(state.position_base_tip, abs=1e-3)
-    # the TCP turns about itself where only turning is asked for
     assert moved.robot.twist[1] == pytest.approx(twist[3:], abs=1e-12)
 
 
@@ -261,23 +265,52 @@ def test_turning_about_the_tcp_leaves_it_in_place() -> None:
     assert np.linalg.norm(np.subtract(bench.tcp, before)[3:]) > 0.1
 
 
-@pytest.mark.parametrize("force", [2.0, 10.0])
-@pytest.mark.parametrize("stiffness", [2e3, 2e4])
+@pytest.mark.parametrize(("force", "stiffness"), [(2.0, 2e3), (10.0, 2e4)])
 def test_force_mode_ends_in_the_balance_of_forces(force: float, stiffness: float) -> None:
-    height = ArmKinematics(UR5E).pose(HOME).position[2] - 0.001
+    height = TABLE - 0.001
     bench = Bench(plane=ElasticPlane(height, stiffness))
-    bench.run(0.004)
     bench.write(FORCE_MODE, (*[0.0] * 8, -force, 0.0, 0.0, 0.0, *[0.1] * 6), (2, 0, 0, 1, 0, 0, 0))
     bench.run(3.0)
     assert bench.force[2] == pytest.approx(force, rel=0.01)
     assert bench.tcp[2] == pytest.approx(height - force / stiffness, abs=1e-5)
     # axes that are not compliant stay
     assert bench.tcp[:2] == pytest.approx(bench.path[0][:2], abs=1e-9)
+    bench.wait(FORCE_STOP)
+    assert bench.robot.compliance is None
 
 
-def test_force_is_what_the_object_exerts_about_the_tcp() -> None:
-    height = ArmKinematics(UR5E).pose(HOME).position[2] + 0.001
-    bench = Bench(plane=ElasticPlane(height, 2e3))
+def test_a_move_until_contact_stops_where_something_pushes_back_and_detection_reports_it() -> None:
+    plane = ElasticPlane(TABLE - 0.005)
+    bench = Bench(plane=plane)
+    bench.wait(DETECT, (0.0, 0.0, -1.0, 0.0, 0.0, 0.0))
+    bench.wait(DETECTED)
+    assert bench.reply == 0
+    bench.wait(UNTIL_CONTACT, (0.0, 0.0, -0.01, *[0.0] * 9, 0.5))
+    bench.run(0.1)
+    # at 5 N, and the way of braking and lag at 10 mm/s
+    assert 5.0 <= bench.force[2] < 5.0 + plane.stiffness * 0.01 * 0.02
+    bench.wait(DETECTED)
+    assert bench.reply == 1
+    bench.wait(END_DETECT)
+    bench.wait(DETECTED)
+    assert bench.reply == 0
+
+
+def test_jogging_goes_along_the_axes_of_its_frame_until_stopped() -> None:
+    bench = Bench()
+    before = bench.tcp
+    bench.write(JOG, (0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 1.0, 0.5))
+    bench.run(0.5)
+    # the tool's z axis points down
+    assert bench.tcp[2] - before[2] == pytest.approx(-0.01 * 0.5, rel=0.1)
+    assert bench.tcp[:2] == pytest.approx(before[:2], abs=1e-6)
+    bench.wait(JOG_STOP)
+    bench.run(0.1)
+    assert math.hypot(*bench.robot.arm.twist[0]) < 1e-6
+
+
+def test_force_is_that_of_the_object_about_the_tcp_without_the_payload() -> None:
+    bench = Bench(plane=ElasticPlane(TABLE + 0.001, 2e3))
     assert bench.force == pytest.approx((0.0, 0.0, 2.0, 0.0, 0.0, 0.0), abs=1e-9)
     # a TCP beside the contact: moment of the force about it, lever -0.1 m along the tool's x
     bench.wait(SET_TCP, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -289,6 +322,11 @@ def test_force_is_what_the_object_exerts_about_the_tcp() -> None:
     bench.run(0.01)
     assert bench.force == pytest.approx((0.0,) * 6, abs=1e-9)
     assert bench.robot.outputs["ft_raw_wrench"][2] == pytest.approx(-2.0)
+    # nothing hangs on the sensor: its weight is taken off although it is not there
+    bench.wait(SET_PAYLOAD, (1.2, 0.0, 0.0, 0.05))
+    bench.run(0.01)
+    assert bench.out("payload") == pytest.approx(1.2)
+    assert bench.force[:3] == pytest.approx((0.0, 0.0, 1.2 * 9.82), abs=1e-9)
 
 
 @given(st.floats(5.0, 50.0))
@@ -314,7 +352,7 @@ def test_the_watchdog_waits_for_its_set_time(frequency: float) -> None:
     assert bench.robot.twist == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     # the next program begins without a watchdog
     bench.write(0)
-    bench.robot.start_program(control_script(Script(bench.robot, bench.registers)), "control")
+    bench.start()
     bench.run(0.5)
     assert bench.robot.runtime.name == "PLAYING"
 
@@ -323,9 +361,8 @@ def test_an_asynchronous_move_is_reported_and_stopped() -> None:
     bench = Bench()
 
     def word() -> int:
-        return int(bench.robot.outputs["output_int_register_2"][0])
+        return int(bench.out("output_int_register_2"))
 
-    bench.run(0.01)
     assert not word() >> 15 & 1
     before = word() >> 24
     target = np.add(bench.tcp, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -342,85 +379,74 @@ def test_an_asynchronous_move_is_reported_and_stopped() -> None:
     assert rest[0] < target[0] - 0.05
 
 
-def test_protective_stop_holds_still_and_cannot_be_unlocked_at_once() -> None:
+def test_a_protective_stop_holds_still_and_cannot_be_unlocked_at_once() -> None:
     bench = Bench()
-    bench.run(0.004)
     bench.write(SPEED_L, (0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
     bench.run(0.5)
     bench.robot.protective_stop("test")
     bench.run(0.1)
     at = bench.tcp
-    out = bench.robot.outputs
-    assert out["safety_status_bits"] == (1 << 2 | 1 << 10,)
-    assert (out["safety_mode"], out["runtime_state"]) == ((3,), (4,))
+    assert bench.out("safety_status_bits") == 1 << 2 | 1 << 10
+    assert (bench.out("safety_mode"), bench.out("runtime_state")) == (3, 4)
     bench.run(1.0)
     assert bench.tcp[:3] == pytest.approx(at[:3], abs=1e-6)
     assert not bench.robot.unlock()
     bench.run(5.0)
     assert bench.robot.unlock()
     bench.run(0.5)
-    # the program stays paused: nobody is surprised by an arm that goes on by itself
+    # the program stays paused: an arm never goes on by itself
     assert bench.tcp[:3] == pytest.approx(at[:3], abs=1e-6)
-    assert out["runtime_state"] == (4,)
-    assert out["safety_status_bits"] == (1,)
+    assert (bench.out("runtime_state"), bench.out("safety_status_bits")) == (4, 1)
 
 
-def test_emergency_stop_needs_power_and_brakes_again() -> None:
+def test_an_emergency_stop_needs_power_and_brakes_again() -> None:
     bench = Bench()
     bench.robot.press_emergency_stop(True)
     bench.run(0.01)
-    out = bench.robot.outputs
-    assert out["safety_status_bits"] == (1 << 6 | 1 << 7 | 1 << 10,)
-    assert (out["runtime_state"], out["robot_mode"]) == ((1,), (3,))
-    assert not bench.robot.start_program(control_script(Script(bench.robot, bench.registers)), "control")
+    assert bench.out("safety_status_bits") == 1 << 6 | 1 << 7 | 1 << 10
+    assert (bench.out("runtime_state"), bench.out("robot_mode"), bench.out("robot_status_bits")) == (1, 3, 0)
+    assert not bench.start()
     bench.robot.press_emergency_stop(False)
-    assert not bench.robot.start_program(control_script(Script(bench.robot, bench.registers)), "control")
+    assert not bench.start()
 
 
 @pytest.mark.parametrize(
-    ("command", "doubles", "why"),
+    ("command", "doubles", "ending"),
     [
-        (MOVE_L, (3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0), "cannot move there"),
-        (SPEED_L, (6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e4, 0.0), "faster than"),
-        (SPEED_L, (0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0), "does not reach"),
+        (MOVE_L, (3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0), "protective stop why=cannot move there"),
+        (SPEED_L, (6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e4, 0.0), "protective stop why=tool faster than"),
+        (SPEED_L, (0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0), "protective stop why=the arm does not reach"),
+        (SPEED_L, (math.nan, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0), "ended why=error: double registers from 0"),
+        (SET_PAYLOAD, (-1.0, 0.0, 0.0, 0.0), "ended why=error: payload of -1.0 kg"),
     ],
 )
-def test_what_no_arm_can_do_is_a_protective_stop(command: int, doubles: tuple[float, ...], why: str) -> None:
+def test_impossible_commands_stop_the_arm(command: int, doubles: tuple[float, ...], ending: str) -> None:
     bench = Bench()
-    bench.run(0.004)
+    before = bench.tcp
     bench.write(command, doubles)
     bench.run(3.0)
-    assert bench.robot.safety.name == "PROTECTIVE_STOP"
-    assert any("protective stop" in line and why in line for line in bench.robot.lines())
+    assert bench.robot.runtime.name != "PLAYING"
+    assert any(ending in line for line in bench.robot.lines())
     # less than the length of the arm and of its tool
     assert np.linalg.norm(bench.tcp[:3]) < 1.2
+    if "ended" in ending:
+        assert bench.tcp == before
 
 
-def test_not_a_number_ends_the_program_and_never_reaches_the_plant() -> None:
-    bench = Bench()
-    bench.run(0.004)
-    before = bench.tcp
-    bench.write(SPEED_L, (math.nan, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
-    bench.run(0.1)
-    assert bench.robot.runtime.name == "STOPPED"
-    assert bench.tcp == before
-
-
-def test_a_start_out_of_reach_is_refused() -> None:
-    robot = EmulatedController(ControllerVersion(), ArmMounting(), 5.0)
-    with pytest.raises(InvalidValueError, match="reach"):
-        robot.measure(SimplePlant(SimpleTip(Pose((2.0, 0.0, 0.0)))).start())
-
-
-def test_joints_of_the_plant_are_taken_if_they_hold_its_tip() -> None:
+def test_the_plant_must_begin_where_the_arm_holds_its_tip() -> None:
     start = SimplePlant(SimpleTip(ArmKinematics(UR5E).pose(HOME))).start()
-    turned_arm = replace(start, arm=replace(start.arm, joint_position=HOME))
+    turned = replace(start, arm=replace(start.arm, joint_position=HOME))
     robot = EmulatedController(ControllerVersion(), ArmMounting(), 5.0)
-    robot.measure(turned_arm)
+    robot.measure(turned)
     assert robot.outputs["actual_q"] == HOME
-    wrong = EmulatedController(ControllerVersion(), ArmMounting(pose_flange_tip=Pose((0.0, 0.0, 0.1))), 5.0)
-    with pytest.raises(InvalidValueError, match=r"0\.1000 m.*pose_flange_tip"):
-        wrong.measure(turned_arm)
+    far = SimplePlant(SimpleTip(Pose((2.0, 0.0, 0.0)))).start()
+    beside = ArmMounting(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
+    for mounting, state, message in (
+        (ArmMounting(), far, "reach"),
+        (beside, turned, r"0\.1000 m.*pose_flange_tip"),
+    ):
+        with pytest.raises(InvalidValueError, match=message):
+            EmulatedController(ControllerVersion(), mounting, 5.0).measure(state)
 
 
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 3))

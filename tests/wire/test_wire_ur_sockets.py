@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
+from palpate.hw.emulators.ur.framing import PackageReader, PackageType, package
 
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, UrServer
-from palpate.hw.emulators.ur.framing import PackageReader, PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from support.ur_wire_sessions import own_address
 from support.waiting import WITHIN, until
@@ -30,7 +30,7 @@ class Serving:
 
     def __init__(self, period: float = 0.002) -> None:
         server = UrServer(ADDRESS, unlock_delay=0.5)
-        self.host = Host(SimplePlant(period=period), [server], arm=server)
+        self.host = Host(SimplePlant(period=period), [server])
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
         self.control = EmulatorControl(self.host.control_address)

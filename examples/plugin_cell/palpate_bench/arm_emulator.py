@@ -7,7 +7,7 @@ from time import monotonic
 
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.connection import Connection
-from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.server import PlantState
 from palpate.kinematics.pose import Pose
 from palpate.spatial import ZERO, Vector
 from palpate_bench.arm_lines import ArmState

@@ -1,9 +1,8 @@
 """The sensor as a server of `palpate.hw.emulators`."""
 
-from math import inf
 from pathlib import Path
 
-from palpate.hw.emulators.serial_ft.terminal_server import TerminalServer
+from palpate.hw.emulators.serial_ft import TerminalServer
 from palpate_bench.box import RATE
 
 
@@ -18,15 +17,6 @@ class BenchBoxServer(TerminalServer):
     def _boot(self, now: float) -> None:
         self._stream(now)
 
-    def _hear(self, data: bytes, now: float) -> None:
-        pass
-
     def _frame(self, time: float) -> bytes:
         fx, fy, fz, mx, my, mz = self._shown((100.0,) * 6)
         return f"{fx:.6g},{fy:.6g},{fz:.6g},{1e3 * mx:.6g},{1e3 * my:.6g},{1e3 * mz:.6g}\n".encode()
-
-    def _idle_due(self) -> float:
-        return inf
-
-    def _idle(self, now: float) -> None:
-        pass

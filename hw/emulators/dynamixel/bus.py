@@ -1,7 +1,9 @@
-"""A bus of emulated servos behind a terminal: a server for the host's loop, pure Python and without waiting."""
+"""Bus of emulated servos behind a terminal, and the faults of its line."""
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +11,9 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.registers import HardwareError
-from palpate.hw.emulators.dynamixel.faults import BusFault, LineFaults, fault_named
-from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
-from palpate.hw.emulators.dynamixel.requests import Servos, replies
+from palpate.hw.emulators.dynamixel.protocol import PacketReceiver, Servos, replies
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from palpate.hw.emulators.plant import PlantState, ServoGoal
+from palpate.hw.emulators.server import PlantState, ServoGoal, fault_named
 from palpate.hw.emulators.terminal import Terminal
 
 PIECE_TIME = 1e-3
@@ -23,8 +23,95 @@ BABBLE_TIME = 1e-3
 """Between bursts of a bus that babbles [s]."""
 
 
+class BusFault(StrEnum):
+    """Faults of a bus, with the meaning of their numbers.
+
+    SILENT: the servo of this id neither receives nor replies; -1 ends it.
+    MUTE: no servo replies (1), or all do again (0): a broken wire back.
+    WRONG_CHECKSUM: this share of replies has an inverted bit.
+    LATE: every reply is delayed [s].
+    LOST_BYTES: this share of replies lacks a byte.
+    NOISE: this share of replies follows random bytes.
+    PIECES: replies come in pieces of this many bytes, 1 ms apart; 0 ends it.
+    BABBLE: this many random bytes per second all the time.
+    OVERLOAD: the servo of this id reports an overload, and shuts down if it is set to.
+    BROWN_OUT: the servo of this id loses its power for a moment.
+    TEMPERATURE: all servos have this temperature [degrees C].
+    VOLTAGE: all servos have this supply [V].
+    UNPLUGGED: the terminal is removed (1), or there is a new one behind the same link (0).
+    """
+
+    SILENT = "silent"
+    MUTE = "mute"
+    WRONG_CHECKSUM = "wrong_checksum"
+    LATE = "late"
+    LOST_BYTES = "lost_bytes"
+    NOISE = "noise"
+    PIECES = "pieces"
+    BABBLE = "babble"
+    OVERLOAD = "overload"
+    BROWN_OUT = "brown_out"
+    TEMPERATURE = "temperature"
+    VOLTAGE = "voltage"
+    UNPLUGGED = "unplugged"
+
+
+SHARE_FAULTS = (BusFault.WRONG_CHECKSUM, BusFault.LOST_BYTES, BusFault.NOISE)
+"""Faults whose number is a share of all replies."""
+
+
+@dataclass(slots=True, eq=False)
+class LineFaults:
+    """Faults of the wire back.
+
+    Attributes:
+        random: Generator of what is drawn.
+        values: Number of each fault that is switched on.
+        harmed: Number of distorted replies.
+    """
+
+    random: np.random.Generator
+    values: dict[BusFault, float] = field(default_factory=dict)
+    harmed: int = 0
+
+    def set(self, fault: BusFault, value: float) -> None:
+        """Switch a fault on or off.
+
+        Raises:
+            InvalidValueError: If a share is above 1, or a number below 0.
+        """
+        if fault in SHARE_FAULTS and not 0.0 <= value <= 1.0:
+            raise InvalidValueError(f"{fault} = {value:g}: must be a share of the replies, from 0 to 1")
+        if not 0.0 <= value < float("inf"):
+            raise InvalidValueError(f"{fault} = {value:g}: must be finite, 0 or above; 0 switches it off")
+        self.values[fault] = value
+
+    def distorted(self, reply: bytes) -> bytes:
+        """Return a reply after the wire."""
+        draw, result = self.random, reply
+        if self._happens(BusFault.WRONG_CHECKSUM):
+            at = int(draw.integers(4, len(result)))  # behind the header: the checksum must find it
+            result = result[:at] + bytes([result[at] ^ (1 << int(draw.integers(8)))]) + result[at + 1 :]
+        if self._happens(BusFault.LOST_BYTES):
+            at = int(draw.integers(len(result)))
+            result = result[:at] + result[at + 1 :]
+        if self._happens(BusFault.NOISE):
+            result = draw.bytes(int(draw.integers(1, 20))) + result
+        self.harmed += result != reply
+        return result
+
+    def _happens(self, fault: BusFault) -> bool:
+        share = self.values.get(fault, 0.0)
+        return share > 0.0 and self.random.random() < share
+
+
 class DynamixelBus:
-    """Servos on one pair of wires: a `ServoServer`. Servo i of the plant is the i-th that was given."""
+    """Servos on one pair of wires (a `ServoServer`). Servo i of the plant is the i-th that was given.
+
+    Attributes:
+        name: Name for messages and faults.
+        address: Path of the terminal, or of the link to it.
+    """
 
     def __init__(
         self, servos: Sequence[EmulatedServo], *, link: Path | None = None, seed: int = 0, name: str = "dynamixel"
@@ -32,20 +119,20 @@ class DynamixelBus:
         """Open a terminal and listen on it.
 
         Args:
-            servos: Each with an id of its own.
-            link: Where a link to the terminal shall stand, which a newly plugged one takes over.
-            seed: Of the faults that are drawn.
-            name: For messages and faults.
+            servos: Servos, each with an id of its own.
+            link: Link to the terminal, which a newly plugged one takes over.
+            seed: Seed of the faults that are drawn.
+            name: Name for messages and faults.
 
         Raises:
-            InvalidValueError: Two servos have one id.
+            InvalidValueError: If two servos have one id.
         """
         ids = [servo.servo_id for servo in servos]
         if len(set(ids)) != len(ids):
             raise InvalidValueError(f"servo ids {ids}: each must have its own")
-        self._name, self._servos, self._link = name, tuple(servos), link
+        self.name, self._servos, self._link = name, tuple(servos), link
         self._terminal: Terminal | None = Terminal(link)
-        self._address = self._terminal.path
+        self.address = self._terminal.path
         self._receiver = PacketReceiver()
         self._line = LineFaults(np.random.default_rng(seed))
         self._silent: set[int] = set()
@@ -55,23 +142,13 @@ class DynamixelBus:
         self._done: list[str] = []
 
     @property
-    def name(self) -> str:
-        """See `Server`."""
-        return self._name
-
-    @property
-    def address(self) -> str:
-        """See `Server`: path of the terminal, or of the link to it."""
-        return self._address
-
-    @property
     def rejected(self) -> int:
-        """How many packets came with a wrong checksum, or torn."""
+        """Number of packets with a wrong checksum, or torn."""
         return self._receiver.rejected
 
     @property
     def harmed(self) -> int:
-        """How many replies were distorted."""
+        """Number of distorted replies."""
         return self._line.harmed
 
     def files(self) -> Sequence[int]:
@@ -88,7 +165,7 @@ class DynamixelBus:
             return
         rate = terminal.baud_rate()
         for request in self._receiver.feed(data, now):
-            for reply in replies(request, self._hearing(rate, now), now):
+            for reply in replies(request, self._receiving(rate, now), now):
                 if not self._line.values.get(BusFault.MUTE):
                     self._send(reply, now)
 
@@ -117,7 +194,7 @@ class DynamixelBus:
         """See `Server`.
 
         Raises:
-            InvalidValueError: The plant has fewer servos than the bus.
+            InvalidValueError: If the plant has fewer servos than the bus.
         """
         if len(state.servos) < len(self._servos):
             raise InvalidValueError(
@@ -131,12 +208,12 @@ class DynamixelBus:
         return tuple(servo.goal() for servo in self._servos)
 
     def inject(self, fault: str, value: float) -> str:
-        """See `Server`; `BusFault` says what there is.
+        """Switch a `BusFault`.
 
         Raises:
-            InvalidValueError: No such fault, or a number that it cannot have.
+            InvalidValueError: If there is no such fault, or its number is impossible.
         """
-        kind = fault_named(fault)
+        kind = fault_named(BusFault, fault)
         match kind:
             case BusFault.SILENT:
                 self._silent = set() if value < 0 else self._silent | {self._servo(value).servo_id}
@@ -152,7 +229,7 @@ class DynamixelBus:
                 self._plug(plugged=not value)
             case _:
                 self._line.set(kind, value)
-        done = f"{self._name}: {kind} = {value:g}"
+        done = f"{self.name}: {kind} = {value:g}"
         self._done.append(done)
         return done
 
@@ -179,13 +256,13 @@ class DynamixelBus:
         """See `Server`."""
         self._plug(plugged=False)
 
-    def _hearing(self, rate: int | None, now: float) -> Servos:
-        heard = (
+    def _receiving(self, rate: int | None, now: float) -> Servos:
+        receiving = (
             servo
             for servo in self._servos
-            if servo.servo_id not in self._silent and not servo.deaf(now) and rate in (None, servo.baud_rate)
+            if servo.servo_id not in self._silent and not servo.starting(now) and rate in (None, servo.baud_rate)
         )
-        return {servo.servo_id: servo for servo in sorted(heard, key=lambda servo: servo.servo_id)}
+        return {servo.servo_id: servo for servo in sorted(receiving, key=lambda servo: servo.servo_id)}
 
     def _servo(self, servo_id: float) -> EmulatedServo:
         for servo in self._servos:
@@ -207,7 +284,7 @@ class DynamixelBus:
             self._terminal = None
         elif plugged and self._terminal is None:
             self._terminal = Terminal(self._link)
-            self._address = self._terminal.path
+            self.address = self._terminal.path
             self._receiver = PacketReceiver()
 
     def _send(self, reply: bytes, now: float) -> None:

@@ -1,9 +1,13 @@
-"""One servo behind the emulated bus: torque, goals, watchdog, shutdown and reboot, on top of its control table."""
+"""One servo behind the emulated bus: its control table, torque, goals, watchdog, shutdown and reboot.
+
+The e-manual leaves open whether firmware replies with refusal 4 or 6; here a place outside the table is 4, a value
+outside its limits 6.
+"""
 
 import math
 
 from palpate.hw.dynamixel import registers as reg
-from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal
+from palpate.hw.dynamixel.packets import ALERT, LARGEST_ID, DynamixelRefusal
 from palpate.hw.dynamixel.registers import (
     BAUD_RATES,
     MIDDLE,
@@ -14,36 +18,184 @@ from palpate.hw.dynamixel.registers import (
     Register,
     ServoKind,
 )
-from palpate.hw.emulators.dynamixel.control_table import ControlTable
-from palpate.hw.emulators.plant import ServoGoal, ServoState
-from palpate.kinematics.servo_model import PULSE, PULSES, VELOCITY_UNIT
+from palpate.hw.emulators.server import ServoGoal, ServoState
+from palpate.kinematics.servo_model import PULSE, PULSES, PWM_UNITS, VELOCITY_UNIT
+
+MODES = frozenset(Mode) - {Mode.PWM}
+"""Modes that are emulated: the motor takes goals of position, current and speed, not of voltage."""
 
 START_UP = 0.3
-"""How long a servo is deaf after a reboot [s]; assumed."""
+"""Time for which a servo ignores the bus after a reboot [s]; assumed."""
 
-FAR = 1e3
-"""Goal of a motor that shall turn on without end [rad]."""
+FAR_GOAL = 1e3
+"""Goal of a motor that turns without end [rad]."""
 
 GOALS = (reg.GOAL_PWM, reg.GOAL_CURRENT, reg.GOAL_VELOCITY, reg.GOAL_POSITION)
-"""What an expired watchdog locks."""
+"""Registers that an expired watchdog locks."""
+
+
+class ControlTable:
+    """Memory of one servo. Values are checked against the limits of the e-manual."""
+
+    def __init__(self, kind: ServoKind, servo_id: int, baud: int) -> None:
+        """Begin as a new servo of a kind, with an id and a value of Baud Rate(8)."""
+        self.kind = kind
+        self._bytes = bytearray(kind.table_end)
+        self._writable = bytearray(kind.table_end)
+        self._item_at: dict[int, Register] = {}
+        self._items: list[Register] = list(reg.REGISTERS)
+        for i in range(kind.indirect):
+            self._items.append(Register(reg.INDIRECT_ADDRESSES + 2 * i, 2))
+            self._items.append(Register(kind.indirect_data + i, 1))
+        for item in self._items:
+            self._item_at[item.address] = item
+            if item.writable:
+                self._writable[item.address : item.end] = bytes([1]) * item.size
+        identity = {reg.MODEL_NUMBER: kind.number, reg.FIRMWARE: 50, reg.ID: servo_id, reg.BAUD_RATE: baud}
+        for item, value in {**kind.initial, **identity}.items():
+            self.put(item, value)
+        self.power_up()
+
+    def power_up(self) -> None:
+        """Set the values that a servo has after power-up: volatile memory begins anew."""
+        measured = [(item, self.get(item)) for item in (reg.PRESENT_VOLTAGE, reg.PRESENT_TEMPERATURE)]
+        self._bytes[reg.EEPROM_END :] = bytes(len(self._bytes) - reg.EEPROM_END)
+        for item, value in measured:
+            self.put(item, value)
+        for item, value in self.kind.initial.items():
+            if item.address >= reg.EEPROM_END:
+                self.put(item, value)
+        for i in range(self.kind.indirect):
+            self.put(self._item_at[reg.INDIRECT_ADDRESSES + 2 * i], self.kind.indirect_data + i)
+        self.put(reg.GOAL_PWM, self.get(reg.PWM_LIMIT))
+        self.put(reg.GOAL_CURRENT, self.get(reg.CURRENT_LIMIT))
+
+    def get(self, item: Register) -> int:
+        """Return a value."""
+        return item.value(self._bytes[item.address : item.end])
+
+    def put(self, item: Register, value: int) -> None:
+        """Set a value, without checks."""
+        self._bytes[item.address : item.end] = item.bytes_of(value)
+
+    def read(self, address: int, length: int) -> tuple[DynamixelRefusal, bytes]:
+        """Return the result of a read instruction; bytes outside of items are 0."""
+        if length == 0:
+            return DynamixelRefusal.LENGTH, b""
+        if address + length > self.kind.table_end:
+            return DynamixelRefusal.RANGE, b""
+        places = (self.place(at) for at in range(address, address + length))
+        return DynamixelRefusal.NONE, bytes(self._bytes[at] for at in places)
+
+    def check(self, address: int, data: bytes) -> DynamixelRefusal:
+        """Return why a write is refused, if it is."""
+        if not data:
+            return DynamixelRefusal.LENGTH
+        if address + len(data) > self.kind.table_end:
+            return DynamixelRefusal.RANGE
+        at, rest = address, data
+        while rest:
+            place = self.place(at)
+            item = self._item_at.get(place)
+            if item is None or not self._writable[place]:
+                return DynamixelRefusal.ACCESS
+            if item.address < reg.EEPROM_END and self.get(reg.TORQUE_ENABLE):
+                return DynamixelRefusal.ACCESS
+            if len(rest) < item.size:
+                return DynamixelRefusal.LENGTH
+            if not self._within(item, item.value(rest[: item.size])):
+                return DynamixelRefusal.LIMIT
+            at, rest = at + item.size, rest[item.size :]
+        return DynamixelRefusal.NONE
+
+    def write(self, address: int, data: bytes) -> list[tuple[Register, int]]:
+        """Write data that `check` has accepted; return the written items, in order."""
+        written = []
+        at, rest = address, data
+        while rest:
+            item = self._item_at[self.place(at)]
+            value = item.value(rest[: item.size])
+            self.put(item, value)
+            written.append((item, value))
+            at, rest = at + item.size, rest[item.size :]
+        return written
+
+    def place(self, address: int) -> int:
+        """Return the address, or the one to which an indirect data byte refers."""
+        first, kind = self.kind.indirect_data, self.kind
+        if not first <= address < first + kind.indirect:
+            return address
+        slot = reg.INDIRECT_ADDRESSES + 2 * (address - first)
+        return int.from_bytes(self._bytes[slot : slot + 2], "little")
+
+    def _within(self, item: Register, value: int) -> bool:
+        if item is reg.OPERATING_MODE:
+            return value in MODES
+        largest = self._largest(item)
+        if largest is not None:
+            return -largest <= value <= largest if item.signed else 0 <= value <= largest
+        if item is reg.GOAL_POSITION:
+            return self._reachable(value)
+        if reg.INDIRECT_ADDRESSES <= item.address < reg.INDIRECT_ADDRESSES + 2 * self.kind.indirect:
+            return value < self.kind.table_end
+        return True
+
+    def _largest(self, item: Register) -> int | None:
+        match item:
+            case reg.GOAL_PWM:
+                return self.get(reg.PWM_LIMIT)
+            case reg.GOAL_CURRENT:
+                return self.get(reg.CURRENT_LIMIT)
+            case reg.GOAL_VELOCITY:
+                return self.get(reg.VELOCITY_LIMIT)
+            case reg.PROFILE_VELOCITY | reg.PROFILE_ACCELERATION:
+                return 32767
+            case reg.CURRENT_LIMIT:
+                return self.kind.initial[item]
+            case reg.PWM_LIMIT:
+                return PWM_UNITS
+            case reg.VELOCITY_LIMIT:
+                return 2047
+            case reg.HOMING_OFFSET:
+                return 1_044_479
+            case reg.ID:
+                return LARGEST_ID
+            case reg.BAUD_RATE:
+                return self.kind.fastest_baud
+            case reg.RETURN_DELAY:
+                return 254
+            case reg.TORQUE_ENABLE | reg.LED:
+                return 1
+            case reg.STATUS_RETURN_LEVEL:
+                return 2
+            case reg.BUS_WATCHDOG:
+                return 127
+            case reg.MAX_POSITION_LIMIT | reg.MIN_POSITION_LIMIT:
+                return 4095
+            case _:
+                return None
+
+    def _reachable(self, position: int) -> bool:
+        if self.get(reg.OPERATING_MODE) == Mode.POSITION:
+            return self.get(reg.MIN_POSITION_LIMIT) <= position <= self.get(reg.MAX_POSITION_LIMIT)
+        return abs(position) <= 256 * 4096
 
 
 class EmulatedServo:
-    """What the bus talks to, and the plant's motor listens to. Times are of `time.monotonic` [s]."""
+    """Servo between the bus and the plant's motor. Times are of `time.monotonic` [s]."""
 
     def __init__(self, kind: ServoKind, servo_id: int, baud_rate: int = 1_000_000) -> None:
-        """Take a servo of a kind.
+        """Begin as a new servo.
 
         Args:
-            kind: Its model.
-            servo_id: 0 to 252.
-            baud_rate: At which it hears and speaks [1/s], one of `BAUD_RATES`.
+            kind: Model of the servo.
+            servo_id: Id, 0 to 252.
+            baud_rate: Rate of the bus [1/s], one of `BAUD_RATES`.
         """
         self.table = ControlTable(kind, servo_id, BAUD_RATES.index(baud_rate))
-        self._turns = 0  # subtracted from what the plant says, so that after a reboot the position is in one turn
-        self._registered: tuple[int, bytes] | None = None
-        self._deaf_until = -math.inf
-        self._heard = -math.inf
+        self._turns = 0  # subtracted from the plant's, so that after a reboot the position is within one turn
+        self._up_at = -math.inf
+        self._fed = -math.inf
         self._state = ServoState(0.0, 0.0, 0.0)
         table = self.table
         table.put(reg.PRESENT_TEMPERATURE, 30)
@@ -52,12 +204,12 @@ class EmulatedServo:
 
     @property
     def servo_id(self) -> int:
-        """Its id on the bus."""
+        """Id on the bus."""
         return self.table.get(reg.ID)
 
     @property
     def baud_rate(self) -> int:
-        """At which it hears and speaks [1/s]."""
+        """Rate of the bus to which it is set [1/s]."""
         return BAUD_RATES[self.table.get(reg.BAUD_RATE)]
 
     @property
@@ -70,77 +222,40 @@ class EmulatedServo:
         """The bit that its replies carry while a hardware error is set."""
         return ALERT if self.table.get(reg.HARDWARE_ERROR_STATUS) else 0
 
-    def deaf(self, now: float) -> bool:
-        """Return whether it is starting up."""
-        return now < self._deaf_until
+    def starting(self, now: float) -> bool:
+        """Return whether it starts up, and ignores the bus."""
+        return now < self._up_at
 
-    def heard(self, now: float) -> None:
-        """Take note that a packet came along the bus: that is what the watchdog waits for."""
-        self._heard = now
-        # milliseconds of its own clock, however fast the plant runs
+    def feed_watchdog(self, now: float) -> None:
+        """Note a packet on the bus: that feeds the watchdog."""
+        self._fed = now
+        # milliseconds of its own clock, at any speed of the plant
         self.table.put(reg.REALTIME_TICK, int(1000.0 * now) % 32768)
 
     def write(self, address: int, data: bytes) -> DynamixelRefusal:
-        """Do what a write instruction asks, all of it or nothing."""
+        """Carry out a write instruction, all of it or nothing."""
         refusal = self._refusal(address, data)
         if refusal is DynamixelRefusal.NONE:
             for item, value in self.table.write(address, data):
                 self._written(item, value)
         return refusal
 
-    def register(self, address: int, data: bytes) -> DynamixelRefusal:
-        """Keep a write for later."""
-        refusal = self._refusal(address, data)
-        if refusal is DynamixelRefusal.NONE:
-            self._registered = (address, data)
-            self.table.put(reg.REGISTERED_INSTRUCTION, 1)
-        return refusal
-
-    def act(self) -> DynamixelRefusal:
-        """Do what was kept."""
-        if self._registered is None:
-            return DynamixelRefusal.INSTRUCTION
-        kept, self._registered = self._registered, None
-        self.table.put(reg.REGISTERED_INSTRUCTION, 0)
-        return self.write(*kept)
-
     def reboot(self, now: float) -> None:
-        """Start anew; it hears nothing for a while. Where the shaft stands, it stands."""
+        """Restart: it ignores the bus for a while, and its position is within one turn again. The shaft stays."""
         self.table.power_up()
-        self._registered = None
-        self._deaf_until = now + START_UP
-        self.clear_turns()
-
-    def reset(self, option: int, now: float) -> DynamixelRefusal:
-        """Become as new: all (0xFF), all but the id (1), all but id and baud rate (2)."""
-        if option not in (0xFF, 1, 2):
-            return DynamixelRefusal.RANGE
-        table = self.table
-        if table.get(reg.TORQUE_ENABLE):
-            return DynamixelRefusal.RESULT
-        servo_id, baud = table.get(reg.ID), table.get(reg.BAUD_RATE)
-        table.factory_reset()
-        if option != 0xFF:
-            table.put(reg.ID, servo_id)
-        if option == 2:
-            table.put(reg.BAUD_RATE, baud)
-        self.reboot(now)
-        return DynamixelRefusal.NONE
-
-    def clear_turns(self) -> None:
-        """Count turns from here: the position is within one again."""
+        self._up_at = now + START_UP
         self._turns += (self._raw() - self._turns * PULSES) // PULSES
         self._show()
 
     def fail(self, error: HardwareError) -> None:
-        """Let a hardware error happen; the torque goes off if Shutdown(63) says so."""
+        """Set a hardware error; the torque goes off if Shutdown(63) has its bit."""
         table = self.table
         table.put(reg.HARDWARE_ERROR_STATUS, table.get(reg.HARDWARE_ERROR_STATUS) | error)
         if error & table.get(reg.SHUTDOWN):
             table.put(reg.TORQUE_ENABLE, 0)
 
     def take(self, state: ServoState) -> None:
-        """Take what the plant's motor measures."""
+        """Take the measurements of the plant's motor."""
         self._state = state
         self._show()
         self._guard_supply()
@@ -148,10 +263,10 @@ class EmulatedServo:
     def watchdog_due(self) -> float:
         """Return when the watchdog expires [s]; infinity if it is not set."""
         value = self.table.get(reg.BUS_WATCHDOG)
-        return self._heard + WATCHDOG_UNIT * value if 0 < value < WATCHDOG_EXPIRED else math.inf
+        return self._fed + WATCHDOG_UNIT * value if 0 < value < WATCHDOG_EXPIRED else math.inf
 
     def tick(self, now: float) -> None:
-        """Stop if nobody has spoken on the bus for too long."""
+        """Stop if the watchdog has expired."""
         if now >= self.watchdog_due():
             self.table.put(reg.BUS_WATCHDOG, WATCHDOG_EXPIRED)
             self.table.put(reg.GOAL_POSITION, self.table.get(reg.PRESENT_POSITION))
@@ -168,10 +283,10 @@ class EmulatedServo:
         match table.get(reg.OPERATING_MODE):
             case Mode.CURRENT:
                 goal = table.get(reg.GOAL_CURRENT) * self._direction
-                return ServoGoal(on, math.copysign(FAR, goal), current, 0.0)
+                return ServoGoal(on, math.copysign(FAR_GOAL, goal), current, 0.0)
             case Mode.VELOCITY if table.get(reg.GOAL_VELOCITY):
                 goal = table.get(reg.GOAL_VELOCITY) * self._direction
-                return ServoGoal(on, math.copysign(FAR, goal), largest, abs(goal) * VELOCITY_UNIT)
+                return ServoGoal(on, math.copysign(FAR_GOAL, goal), largest, abs(goal) * VELOCITY_UNIT)
             case Mode.VELOCITY:
                 return ServoGoal(on, self._state.position, largest, 0.0)
             case Mode.CURRENT_BASED_POSITION:

@@ -1,8 +1,8 @@
-"""A Universal Robots controller as far as its clients can see: RTDE, script port and dashboard."""
+"""An emulated UR controller: RTDE, script port and dashboard server, in front of any plant."""
 
-from palpate.hw.emulators.ur.faults import ControllerFault
-from palpate.hw.emulators.ur.server import UrServer
-from palpate.hw.emulators.ur.simple import SimpleUr
-from palpate.hw.emulators.ur.version import ControllerVersion
+from palpate.hw.emulators.ur.arm import ArmMounting
+from palpate.hw.emulators.ur.controller import ControllerVersion
+from palpate.hw.emulators.ur.rtde import ControllerFault
+from palpate.hw.emulators.ur.server import SimpleUr, UrServer
 
-__all__ = ["ControllerFault", "ControllerVersion", "SimpleUr", "UrServer"]
+__all__ = ["ArmMounting", "ControllerFault", "ControllerVersion", "SimpleUr", "UrServer"]

@@ -1,7 +1,7 @@
-"""What the controller knows of its arm: joints, flange, TCP and the force on it, in the arm's own base frame.
+"""The arm as its controller measures it: joints, flange, TCP and the load, in the arm's own base frame.
 
-The plant speaks of a tip frame in base coordinates of its scene; a controller of a TCP in the frame of the arm's
-robot base, which ur_rtde calls base. Here is the one place where the two meet.
+The plant has a tip frame in base coordinates of its scene; a controller has a TCP in the frame of the arm's robot
+base, which ur_rtde calls base. This module is the one place where the two meet.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.server import PlantState
 from palpate.kinematics import UR5E, ArmKinematics, Pose, SerialArm, nearest_joint_position
 from palpate.kinematics.pose import checked_pose, rotation_from_rotvec, rotvec_from_rotation, times, transposed
 from palpate.spatial import ZERO, Vector, Wrench, add, cross, norm, rotate, rotate_back, scale, subtract
@@ -32,15 +32,18 @@ HOME: Joints = (-_QUARTER, -_QUARTER, _QUARTER, -_QUARTER, -_QUARTER, 0.0)
 _DAMPING = 1e-3
 """Of least squares: joints follow the tip to 1e-4 per step where the smallest singular value is 0.1."""
 
-OUT_OF_REACH = 1e-3
+MAX_FOLLOWING_ERROR = 1e-3
 """[m, rad] by which the joints may fail to follow the plant's tip before it counts as out of their reach."""
 
-MISPLACED = 0.005
+MAX_MOUNTING_ERROR = 0.005
 """[m, rad] between the plant's tip and where its joints hold it: more than factory calibrations differ by."""
 
 _LONGEST_STEP = 0.1
 """[rad] of a joint between two measurements: sixteen times what 180 deg/s makes in a cycle of 2 ms, so that only
 what has diverged is held back."""
+
+GRAVITY = 9.82
+"""Gravity that a UR controller assumes [m/s^2] [A]."""
 
 _MOST_STEPS = 3
 _ACCURACY = 1e-9
@@ -49,14 +52,14 @@ _ACCURACY = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class ArmMounting:
-    """How the arm stands in the plant's scene and what of it the plant moves.
+    """Mounting of the arm in the plant's scene.
 
     Attributes:
         arm: Geometry and limits.
-        pose_base_robot: Where the arm's own base frame is in the plant's.
-        pose_flange_tip: Where the plant's tip frame is on the flange; also the TCP until a client sets another.
-        joints: To start near to [rad], if the plant does not tell joints.
-        sensor: Which of the plant's wrenches the controller measures; its frame is the tip frame.
+        pose_base_robot: The arm's own base frame in the plant's.
+        pose_flange_tip: The plant's tip frame on the flange; also the TCP until a client sets another.
+        joints: Joint angles to start near to [rad], if the plant has no joints.
+        sensor: Index of the plant's wrench that the controller measures; its frame is the tip frame.
     """
 
     arm: SerialArm = UR5E
@@ -72,23 +75,23 @@ class ArmMounting:
 
 
 class Arm:
-    """The arm as the controller last measured it.
+    """Arm as last measured.
 
     Attributes:
-        mounting: How it stands.
-        kinematics: Of the flange in the robot base's frame.
-        pose_flange_tcp: As the installation or a client says.
-        joints: [rad].
-        joint_speeds: [rad/s].
-        flange: pose_foot_flange.
-        tcp: pose_foot_tcp.
-        twist: Of the TCP.
-        out_of_reach: Whether the plant has taken the tip to where the joints cannot be.
+        mounting: Mounting of the arm.
+        kinematics: Kinematics of the flange in the robot base's frame.
+        pose_flange_tcp: TCP on the flange, as the installation or a client sets it.
+        joints: Joint angles [rad].
+        joint_speeds: Joint speeds [rad/s].
+        flange: Pose of the flange in the robot base.
+        tcp: Pose of the TCP in the robot base.
+        twist: Twist of the TCP.
+        out_of_reach: Whether the plant has moved the tip to where the joints cannot follow.
         sensed: Wrench on the sensor's tip side, its own frame, about its origin [N, N m]: what `Tool` starts from.
     """
 
     def __init__(self, mounting: ArmMounting) -> None:
-        """Know nothing yet."""
+        """Begin at the mounting's joints."""
         self.mounting = mounting
         self.kinematics = ArmKinematics(mounting.arm)
         self.pose_flange_tcp = mounting.pose_flange_tip
@@ -105,10 +108,10 @@ class Arm:
         self._started = False
 
     def measure(self, state: PlantState) -> None:
-        """Take what the plant says.
+        """Take a state of the plant.
 
         Raises:
-            InvalidValueError: The arm cannot hold the tip where the plant begins, or the plant's joints do not.
+            InvalidValueError: If neither the arm nor the plant's joints hold the tip where the plant begins.
         """
         sample = state.arm
         pose_base_tip = Pose(sample.position_base_tip, sample.rotation_base_tip)
@@ -137,61 +140,56 @@ class Arm:
         fx, fy, fz, mx, my, mz = wrench if len(wrench) == 6 else NO_WRENCH
         self.sensed = (fx, fy, fz, mx, my, mz)
 
-    def joints_of(self, pose_foot_tcp: Pose, near: Joints) -> Joints:
-        """Return the joints that hold the TCP somewhere, nearest to others [rad].
+    def joints_of(self, pose_base_tcp: Pose, near: Joints) -> Joints:
+        """Return the joint angles that hold the TCP at a pose, nearest to others [rad].
 
         Raises:
-            InvalidValueError: There are none.
+            InvalidValueError: If there are none.
         """
-        flange = pose_foot_tcp @ self.pose_flange_tcp.inverse()
+        flange = pose_base_tcp @ self.pose_flange_tcp.inverse()
         return nearest_joint_position(self.kinematics, flange, near)
 
-    def tcp_of(self, joints: Joints, pose_flange_tcp: Pose | None = None) -> Pose:
-        """Return pose_foot_tcp at some joints [rad]."""
-        return self.kinematics.pose(joints) @ (
-            self.pose_flange_tcp if pose_flange_tcp is None else pose_flange_tcp
-        )
+    def tcp_of(self, joints: Joints) -> Pose:
+        """Return the pose of the TCP in the robot base at joint angles [rad]."""
+        return self.kinematics.pose(joints) @ self.pose_flange_tcp
 
     def twist_of(self, joint_speeds: Joints) -> Twist:
-        """Return how the TCP moves with the joints [rad/s] where it is."""
+        """Return the twist of the TCP at joint speeds [rad/s], at its present pose."""
         vx, vy, vz, wx, wy, wz = (self._jacobian @ np.array(joint_speeds)).tolist()
         turning = (wx, wy, wz)
         lever = subtract(self.tcp.position, self.flange.position)
         return add((vx, vy, vz), cross(turning, lever)), turning
 
     def tip_velocity(self, twist: Twist) -> Twist:
-        """Return how the plant's tip moves with the TCP, in the plant's base axes."""
+        """Return the twist of the plant's tip at a twist of the TCP, in the plant's base axes."""
         tip = self.flange @ self.mounting.pose_flange_tip
         lever = subtract(tip.position, self.tcp.position)
         base = self.mounting.pose_base_robot.rotation
         return rotate(base, add(twist[0], cross(twist[1], lever))), rotate(base, twist[1])
 
     def set_tcp(self, pose_flange_tcp: Pose) -> None:
-        """Let the TCP be elsewhere on the flange."""
+        """Set the TCP on the flange."""
         self.pose_flange_tcp = pose_flange_tcp
         self.tcp = self.flange @ pose_flange_tcp
 
-    def tcp_jacobian(self) -> FloatArray:
-        """Return the Jacobian of the TCP, shape (6, 6)."""
-        columns = [self.twist_of(tuple(float(i == j) for j in range(6))) for i in range(6)]
-        return np.array([velocity + turning for velocity, turning in columns]).T
-
     def torques(self, force: Vector, torque: Vector) -> Joints:
         """Return the joint torques [N m] that hold a wrench on the TCP."""
-        return tuple((-self.tcp_jacobian().T @ np.array(force + torque)).tolist())
+        unit_twists = [self.twist_of(tuple(float(i == j) for j in range(6))) for i in range(6)]
+        columns = np.array([velocity + turning for velocity, turning in unit_twists])
+        return tuple((-columns @ np.array(force + torque)).tolist())
 
     def _check_mounting(self) -> None:
-        """See whether the joints that the plant tells hold its tip where it says."""
+        """Check that the plant's joints hold its tip where the plant has it."""
         shift, turn = difference(self.flange, self.kinematics.pose(self.joints))
-        if max(norm(shift), norm(turn)) > MISPLACED:
+        if max(norm(shift), norm(turn)) > MAX_MOUNTING_ERROR:
             raise InvalidValueError(
                 f"the plant's joints hold its tip {norm(shift):.4f} m and {norm(turn):.4f} rad away from where it "
-                f"says it is: must be within {MISPLACED:g}; give the mounting the plant's arm, pose_base_robot "
-                "and pose_flange_tip"
+                f"says it is: must be within {MAX_MOUNTING_ERROR:g}; give the mounting the plant's arm, "
+                "pose_base_robot and pose_flange_tip"
             )
 
     def _follow(self) -> None:
-        """Let the joints follow the flange, from where they were, not too fast and within their ranges."""
+        """Let the joints follow the flange, at a limited speed and within their ranges."""
         before, error = self.joints, 0.0
         for _ in range(_MOST_STEPS):
             shift, turn = difference(self.flange, self.kinematics.pose(self.joints))
@@ -204,16 +202,61 @@ class Arm:
                 max(limit.lower, q - _LONGEST_STEP, min(limit.upper, q + _LONGEST_STEP, now + dq))
                 for q, now, dq, limit in zip(before, self.joints, step, self.mounting.arm.limits, strict=True)
             )
-        # before the last step, if it has come to that: above rounding only where the arm cannot follow
-        self.out_of_reach = error > OUT_OF_REACH
+        # the error before the last step: above rounding only where the arm cannot follow
+        self.out_of_reach = error > MAX_FOLLOWING_ERROR
 
     def _solve(self, flange: FloatArray) -> FloatArray:
-        """Joint motion of a motion of the flange: damped least squares."""
+        """Return the joint motion of a motion of the flange: damped least squares."""
         j = self._jacobian
         square = j @ j.T
         square.flat[::7] += _DAMPING**2
         result: FloatArray = j.T @ np.linalg.solve(square, flange)
         return result
+
+
+class Tool:
+    """Load on the flange, and zero of the force/torque sensor.
+
+    Attributes:
+        mass: Mass of the load, as a client sets it [kg].
+        center: Centre of mass of the load, flange frame [m].
+    """
+
+    def __init__(self) -> None:
+        """Begin without a load."""
+        self.mass = 0.0
+        self.center: Vector = (0.0, 0.0, 0.0)
+        self._zero = NO_WRENCH
+
+    def zero(self, arm: Arm) -> None:
+        """Take the present load for zero, in the sensor's frame: the zero turns with it."""
+        self._zero = self._compensated(arm)
+
+    def felt(self, arm: Arm) -> tuple[Vector, Vector]:
+        """Return force on the tool [N] and torque about the TCP [N m], axes of the robot base."""
+        fx, fy, fz, mx, my, mz = (a - b for a, b in zip(self._compensated(arm), self._zero, strict=True))
+        tip = arm.flange @ arm.mounting.pose_flange_tip
+        force, torque = rotate(tip.rotation, (fx, fy, fz)), rotate(tip.rotation, (mx, my, mz))
+        return force, subtract(torque, cross(subtract(arm.tcp.position, tip.position), force))
+
+    def _compensated(self, arm: Arm) -> Wrench:
+        """Return the sensor's wrench without the weight of the load, sensor frame."""
+        fx, fy, fz, mx, my, mz = arm.sensed
+        if self.mass == 0.0:
+            return fx, fy, fz, mx, my, mz
+        tip = arm.flange @ arm.mounting.pose_flange_tip
+        weight = rotate_back(tip.rotation, (0.0, 0.0, -self.mass * GRAVITY))
+        on_flange = rotate(arm.flange.rotation, self.center)
+        lever = rotate_back(tip.rotation, subtract(on_flange, subtract(tip.position, arm.flange.position)))
+        moment = cross(lever, weight)
+        return (
+            fx - weight[0],
+            fy - weight[1],
+            fz - weight[2],
+            mx - moment[0],
+            my - moment[1],
+            mz - moment[2],
+        )
 
 
 def pose_of(numbers: tuple[float, ...]) -> Pose:
@@ -227,11 +270,11 @@ def numbers_of(pose: Pose) -> tuple[float, ...]:
     return (*pose.position, *rotvec_from_rotation(pose.rotation))
 
 
-def difference(wanted: Pose, actual: Pose) -> tuple[Vector, Vector]:
+def difference(target: Pose, actual: Pose) -> tuple[Vector, Vector]:
     """Return the translation [m] and rotation vector [rad] from one pose to another, in their common frame."""
     return (
-        subtract(wanted.position, actual.position),
-        rotvec_from_rotation(times(wanted.rotation, transposed(actual.rotation))),
+        subtract(target.position, actual.position),
+        rotvec_from_rotation(times(target.rotation, transposed(actual.rotation))),
     )
 
 

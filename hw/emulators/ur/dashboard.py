@@ -5,24 +5,22 @@ Source: Universal Robots, "Dashboard Server e-Series"; the wording is what ur_rt
 
 from collections.abc import Callable
 
-from palpate.hw.emulators.ur.programs import loaded_program
-from palpate.hw.emulators.ur.robot import EmulatedController
-from palpate.hw.emulators.ur.status import RobotMode, RuntimeState, SafetyMode
+from palpate.hw.emulators.connection import HangUpError, LineTalk
+from palpate.hw.emulators.ur.commands import loaded_program
+from palpate.hw.emulators.ur.controller import EmulatedController, RobotMode, RuntimeState, SafetyMode
 
 GREETING = "Connected: Universal Robots Dashboard Server"
 
-_STATES = {RuntimeState.STOPPED: "STOPPED", RuntimeState.PLAYING: "PLAYING", RuntimeState.PAUSED: "PAUSED"}
-
 
 class DashboardServer:
-    """What people press on the screen, as text.
+    """Buttons of the screen, as text.
 
     Attributes:
         remote: Whether the robot is in remote control.
     """
 
     def __init__(self, robot: EmulatedController) -> None:
-        """Stand before a controller."""
+        """Serve a controller."""
         self._robot = robot
         self.remote = True
         self._loaded = ""
@@ -39,7 +37,7 @@ class DashboardServer:
             "robotmode": lambda: f"Robotmode: {robot.mode.name}",
             "safetymode": lambda: f"Safetymode: {robot.safety.name}",
             "safetystatus": lambda: f"Safetystatus: {robot.safety.name}",
-            "programState": lambda: f"{_STATES[robot.runtime]} {self._loaded}".rstrip(),
+            "programState": lambda: f"{robot.runtime.name} {self._loaded}".rstrip(),
             "get robot model": lambda: "UR5",
             "get loaded program": lambda: (
                 f"Loaded program: {self._loaded}" if self._loaded else "No program loaded"
@@ -98,3 +96,22 @@ class DashboardServer:
             return "Failed to execute: restart safety"
         self._robot.switch(RobotMode.POWER_OFF)
         return "Restarting safety"
+
+
+class DashboardTalk(LineTalk):
+    """Client of the dashboard server."""
+
+    LONGEST = 4096
+
+    def __init__(self, server: DashboardServer) -> None:
+        """Begin a conversation."""
+        super().__init__()
+        self._server = server
+
+    def reply(self, line: bytes) -> bytes:
+        """See `LineTalk`."""
+        text = line.decode(errors="replace").strip()
+        reply = f"{self._server.reply(text)}\n".encode()
+        if text == "quit":
+            raise HangUpError("quit", reply)
+        return reply

@@ -6,10 +6,8 @@ from pathlib import Path
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
-from palpate.hw.emulators.netft.onrobot import OnRobotServer, onrobot_box
-from palpate.hw.emulators.serial_ft.bota import BotaServer
-from palpate.hw.emulators.serial_ft.resense import ResenseServer
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
+from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
 from palpate.hw.ft_stream import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings, Scales, onrobot_settings
 from palpate.hw.serial_ft.bota import Bota

@@ -5,7 +5,7 @@ import msgspec
 from palpate.hw.emulators.ur import UrServer
 from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.ur import FlangePayload, UrArm, UrSettings
-from palpate.hw.ur.support import refuse_unsupported
+from palpate.hw.ur.library import refuse_unsupported
 from palpate.robots.arm_kind import ArmKind
 from palpate.robots.device_settings import DeviceSettings, PoseEntry
 from palpate.runtime import Limits
@@ -23,7 +23,6 @@ class UrEntry(ArmKind, DeviceSettings, frozen=True, kw_only=True):
             where it is to begin, the tip close above the middle of the object, and that tells the position.
         acceleration: With which the tip follows velocities [m/s^2], and its turning [rad/s^2]: the controller has
             one number for both.
-        joint_speed: Limit of goals for joints [rad/s].
         watchdog: Time without commands after which it stops [s].
         speed_slider: To set the pendant's slider to, (0, 1]; None: as it is.
         stiffness: With which it holds its tip [N/m]. Default: of the order of arms of this size; pressing finds
@@ -35,7 +34,6 @@ class UrEntry(ArmKind, DeviceSettings, frozen=True, kw_only=True):
     MEASURES_FORCE = True
     RANGES = (
         ("acceleration_m_per_s2", 0.01, 150.0, "m/s^2"),
-        ("joint_speed_rad_per_s", 0.001, 10.0, "rad/s"),
         ("watchdog_s", 0.02, 2.5, "s"),
         ("speed_slider", 0.01, 1.0, ""),
         ("stiffness_N_per_m", 100.0, 1e7, "N/m"),
@@ -48,7 +46,6 @@ class UrEntry(ArmKind, DeviceSettings, frozen=True, kw_only=True):
     payload: PayloadEntry | None = None
     robot_base: PoseEntry | None = None
     acceleration: float = msgspec.field(name="acceleration_m_per_s2", default=5.0)
-    joint_speed: float = msgspec.field(name="joint_speed_rad_per_s", default=1.0)
     watchdog: float = msgspec.field(name="watchdog_s", default=0.1)
     speed_slider: float | None = None
     stiffness: float = msgspec.field(name="stiffness_N_per_m", default=3e4)
@@ -67,9 +64,6 @@ class UrEntry(ArmKind, DeviceSettings, frozen=True, kw_only=True):
             payload=None if payload is None else FlangePayload(payload.mass, payload.center_of_mass),
             speed=limits.speed,
             angular_speed=limits.angular_speed,
-            joint_speed=self.joint_speed,
-            force=limits.force,
-            moment=limits.moment,
             acceleration=self.acceleration,
             watchdog=self.watchdog,
             stale_after=limits.sample_age,

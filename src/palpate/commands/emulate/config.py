@@ -1,4 +1,4 @@
-"""What `palpate emulate` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate emulate`; it imports nothing heavy, so that `palpate --help` is quick."""
 
 import ipaddress
 import math
@@ -13,16 +13,16 @@ from palpate.experiments.kit.options import check_options, option
 
 FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
 
-SLOWEST, FASTEST = 0.01, 10.0
+MIN_SCALE, MAX_SCALE = 0.01, 10.0
 """Seconds of the device per second of wall time."""
 
 ControlPort = Annotated[int, tyro.conf.arg(metavar="PORT")]
 
-LEAST_PORT = 1024
-"""Below, only the system's own services may listen."""
+MIN_PORT = 1024
+"""Lowest port; below, only the system's own services may listen."""
 
-MOST_SERVOS = 16
-"""On one bus; hands have fewer."""
+MAX_SERVOS = 16
+"""Servos on one bus; hands have fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +38,14 @@ class EmulateUrConfig:
     """
 
     address: str = "127.0.0.2"
-    """Where it listens; its ports are fixed, so each controller needs an address of its own. All of 127.x.y.z is
-    this computer alone; whoever reaches another address can drive the emulated arm."""
+    """Address at which it listens; its ports are fixed, so each controller needs an address of its own. All of
+    127.x.y.z is this computer alone; at another address, others can drive the emulated arm."""
     version: str = "5.14.0.1"
-    """Of its software: 3 (CB3, 125 Hz), 5 (e-Series) or 10 (PolyScope X, no dashboard), and so on."""
+    """Version of its software: 3 (CB3, 125 Hz), 5 (e-Series) or 10 (PolyScope X, no dashboard), and so on."""
     plane: float | None = option(None, "m")
     """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
     stiffness: float = option(2000.0, "N/m")
-    """Of the plane [N/m]."""
+    """Stiffness of the plane [N/m]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the robot per second of wall time."""
     fault: FastFaults = ()
@@ -56,10 +56,7 @@ class EmulateUrConfig:
     PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
-        check_options(self)
-        checked_address(self.address)
-        checked_control_port(self.control_port)
-        checked_scale(self.scale)
+        _check(self, address=self.address, control_port=self.control_port, scale=self.scale)
         if self.plane is not None and not math.isfinite(self.plane):
             raise InvalidValueError(f"plane = {self.plane}: must be a height [m]")
         positive("stiffness", self.stiffness, "N/m")
@@ -74,19 +71,19 @@ class EmulateDynamixelConfig:
     """
 
     servos: int = 2
-    """How many, with ids from 1 on."""
+    """Number of servos, with ids from 1 on."""
     model: Literal["XL330-M288", "XM430-W210"] = "XL330-M288"
-    """Of all of them."""
+    """Model of all servos."""
     link: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
-    """Where a link to the terminal shall stand, whose own name changes from time to time. Left out: none."""
+    """Link to the terminal, whose own name changes from time to time. Left out: none."""
     wall: float | None = option(None, "rad")
-    """Where an elastic wall stops the shafts [rad from the middle of their turn]. Left out: nowhere."""
+    """Angle at which an elastic wall stops the shafts [rad from the middle of their turn]. Left out: none."""
     baud_rate: int = 1_000_000
-    """Of the servos' bus [1/s]."""
+    """Rate of the servos' bus [1/s]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the servos' motion per second of wall time."""
     seed: int = 0
-    """Of faults that are drawn."""
+    """Seed of faults that are drawn."""
     fault: FastFaults = ()
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
@@ -95,13 +92,11 @@ class EmulateDynamixelConfig:
     PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
-        check_options(self)
-        if not 1 <= self.servos <= MOST_SERVOS:
-            raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MOST_SERVOS}")
+        _check(self, control_port=self.control_port, scale=self.scale)
+        if not 1 <= self.servos <= MAX_SERVOS:
+            raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MAX_SERVOS}")
         if self.wall is not None and not math.isfinite(self.wall):
             raise InvalidValueError(f"wall = {self.wall}: must be an angle [rad]")
-        checked_control_port(self.control_port)
-        checked_scale(self.scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,14 +107,14 @@ class EmulateNetftConfig:
     """
 
     address: str = "127.0.0.1"
-    """Where it listens: UDP port 49152, and for the calibration TCP port 49151. All of 127.x.y.z is this computer
-    alone; others can read it at any other address."""
+    """Address at which it listens: UDP port 49152, and for the calibration TCP port 49151. All of 127.x.y.z is
+    this computer alone; others can read it at any other address."""
     make: Literal["ati", "onrobot"] = "ati"
     """Whose box: they differ in units, commands and calibration."""
     rate: float = option(1000.0, "1/s")
     """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """What it shows: three forces [N] and three moments [N m]."""
+    """Load that it shows: three forces [N] and three moments [N m]."""
     fault: FastFaults = ()
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
@@ -128,9 +123,7 @@ class EmulateNetftConfig:
     PALPATE_CONTROL_TOKEN in the environment."""
 
     def __post_init__(self) -> None:
-        check_options(self)
-        checked_address(self.address)
-        checked_control_port(self.control_port)
+        _check(self, address=self.address, control_port=self.control_port)
         positive("rate", self.rate, "1/s")
         if not all(map(math.isfinite, self.load)):
             raise InvalidValueError(f"load = {self.load}: must be six finite numbers [N, N m]")
@@ -153,35 +146,33 @@ class EmulateRobotConfig:
     """How far the elastic plane is below the middle of the tip at the beginning [m], which it pushes: as far as
     experiments begin above their object."""
     stiffness: float = option(2000.0, "N/m")
-    """Of the plane [N/m]."""
+    """Stiffness of the plane [N/m]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the robot per second of wall time."""
     control_port: ControlPort = 0
-    """As of the other emulators."""
+    """Port on which faults are switched, of this computer alone. 0: any free one."""
 
     def __post_init__(self) -> None:
-        check_options(self)
-        checked_control_port(self.control_port)
-        checked_scale(self.scale)
+        _check(self, control_port=self.control_port, scale=self.scale)
         positive("above", self.above, "m")
         positive("stiffness", self.stiffness, "N/m")
 
 
 @dataclass(frozen=True, slots=True)
 class EmulateFaultConfig:
-    """Switch a fault of a device that is being emulated; a wrong name lists those that there are.
+    """Switch a fault of an emulated device; a wrong name lists those that exist.
 
     Example: palpate emulate fault '41234?token=TOKEN' ur drop_rst
     """
 
     address: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PORT?token=TOKEN")]
-    """Of the emulator's control, as it printed it when it began; a port alone if PALPATE_CONTROL_TOKEN is set."""
+    """Address of the emulator's control, as it printed it; a port alone if PALPATE_CONTROL_TOKEN is set."""
     device: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DEVICE")]
-    """Its name, as printed likewise."""
+    """Name of the device, as the emulator printed it."""
     fault: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FAULT")]
-    """Which."""
+    """Name of the fault."""
     value: Annotated[float, tyro.conf.Positional, tyro.conf.arg(metavar="VALUE")] = 1.0
-    """What of it; 0 ends most."""
+    """Value of the fault; 0 ends most."""
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -193,45 +184,32 @@ class EmulateFaultConfig:
 EmulateConfig = EmulateUrConfig | EmulateDynamixelConfig | EmulateNetftConfig
 
 
-def checked_address(address: str) -> str:
-    """Return an IPv4 address.
+def _check(
+    config: "EmulateConfig | EmulateRobotConfig", *, address: str = "", control_port: int = 0, scale: float = 1.0
+) -> None:
+    """Check the options that emulators share.
 
     Raises:
-        InvalidValueError: It is none.
+        InvalidValueError: If one is impossible.
     """
+    check_options(config)
     try:
-        return str(ipaddress.IPv4Address(address))
+        ipaddress.IPv4Address(address or "127.0.0.1")
     except ValueError:
         raise InvalidValueError(f"address = {address!r}: must be an IPv4 address, such as 127.0.0.2") from None
-
-
-def checked_control_port(port: int) -> int:
-    """Return a port on which anybody may listen, or 0 for a free one.
-
-    Raises:
-        InvalidValueError: It is none.
-    """
-    if port and not LEAST_PORT <= port < 65536:
-        raise InvalidValueError(f"control_port = {port}: must be from {LEAST_PORT} to 65535, or 0 for a free one")
-    return port
-
-
-def checked_scale(scale: float) -> float:
-    """Return a time scale.
-
-    Raises:
-        InvalidValueError: It is out of what makes sense.
-    """
-    if not SLOWEST <= scale <= FASTEST:
-        raise InvalidValueError(f"time_scale = {scale:g}: must be from {SLOWEST:g} to {FASTEST:g}")
-    return scale
+    if control_port and not MIN_PORT <= control_port < 65536:
+        raise InvalidValueError(
+            f"control_port = {control_port}: must be from {MIN_PORT} to 65535, or 0 for a free one"
+        )
+    if not MIN_SCALE <= scale <= MAX_SCALE:
+        raise InvalidValueError(f"time_scale = {scale:g}: must be from {MIN_SCALE:g} to {MAX_SCALE:g}")
 
 
 def version_numbers(version: str) -> tuple[int, int, int, int]:
     """Return the four numbers of a version, 0 for those left out.
 
     Raises:
-        InvalidValueError: It is none of a controller.
+        InvalidValueError: If it is none of a controller.
     """
     parts = version.split(".")
     if not all(part.isascii() and part.isdigit() for part in parts) or len(parts) > 4:

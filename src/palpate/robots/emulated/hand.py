@@ -14,10 +14,10 @@ from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
-from palpate.hw.emulators.plant import PlantState, ServoGoal, ServoState
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer
+from palpate.hw.emulators.server import PlantState, ServoGoal, ServoState
 from palpate.hw.emulators.ur.arm import ArmMounting
-from palpate.hw.emulators.ur.server import UrServer
+from palpate.hw.emulators.ur import UrServer
 from palpate.hw.ft_stream.streamed_sensor import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings
 from palpate.hw.rig import FingerSensor, FramedArm, PolledHand, Rig, RigSettings
@@ -134,7 +134,7 @@ class EmulatedHand:
             for i, address in enumerate(wires.sensors)
         ]
         bus = DynamixelBus([EmulatedServo(XL330, i + 1) for i in range(task.hand.fingers)], link=wires.bus)
-        return Host(plant, [arm, *boxes, bus], arm=arm, hand=bus, scale=wires.time_scale)
+        return Host(plant, [arm, *boxes, bus], scale=wires.time_scale)
 
 
 class HandOnTheWire(OnTheWire):

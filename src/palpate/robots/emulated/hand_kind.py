@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from palpate.errors import InvalidValueError
-from palpate.hw.ur.support import refuse_unsupported
+from palpate.hw.ur.library import refuse_unsupported
 from palpate.open_kinds import Settings
 from palpate.robots.dynamixel_hand import DynamixelEntry, ServoEntry, SlideFingerEntry
 from palpate.robots.emulated.devices import DEVICE_TIMEOUT, arm_entry, rig_of, running

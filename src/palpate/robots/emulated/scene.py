@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.ur.arm import ArmMounting
-from palpate.hw.emulators.ur.server import UrServer
+from palpate.hw.emulators.ur import UrServer
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.robot import Robot
@@ -66,7 +66,7 @@ class EmulatedUr5e:
         except BaseException:
             arm.close()
             raise
-        return Host(plant, [arm, box], arm=arm, scale=self.time_scale)
+        return Host(plant, [arm, box], scale=self.time_scale)
 
 
 def simulated(ready: RobotInScene) -> MujocoBackend:

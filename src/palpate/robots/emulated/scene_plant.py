@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Protocol
 
-from palpate.hw.emulators.plant import PlantState, ServoGoal, ServoState
+from palpate.hw.emulators.server import PlantState, ServoGoal, ServoState
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.runtime.data import Command, Phase, Sample
 from palpate.runtime.protocols import Backend

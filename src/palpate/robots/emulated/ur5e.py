@@ -12,7 +12,7 @@ from palpate.hw.ft_stream.streamed_sensor import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings
 from palpate.hw.rig import FingerSensor, FramedArm, Rig, RigSettings
 from palpate.hw.ur import UrArm, UrSettings
-from palpate.hw.ur.support import refuse_unsupported
+from palpate.hw.ur.library import refuse_unsupported
 from palpate.robots.emulated.backend import EmulatedBackend, Emulation
 from palpate.robots.emulated.devices import DEVICE_TIMEOUT, arm_entry, rig_of, running
 from palpate.robots.emulated.loopback import TIME_SCALES, loopback_address

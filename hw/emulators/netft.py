@@ -1,4 +1,7 @@
-"""An ATI Net F/T box: records by UDP to whoever asked last, the calibration by TCP."""
+"""Emulated force/torque sensors on Ethernet: ATI Net F/T box, and OnRobot HEX on its box.
+
+Records go by UDP to the client that asked last; an ATI box also sends its calibration by TCP.
+"""
 
 import contextlib
 import math
@@ -9,15 +12,25 @@ from dataclasses import dataclass, field
 from time import monotonic
 
 from palpate.errors import InvalidValueError, positive
-from palpate.hw.emulators.netft.calibration_port import CalibrationPort
-from palpate.hw.emulators.netft.faults import ActiveFaults, NetFtFault, fault_named, whole_number
-from palpate.hw.emulators.netft.record_stream import RecordStream
-from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.connection import HangUpError, TcpServer
+from palpate.hw.emulators.record_stream import ActiveFaults, NetFtFault, RecordStream
+from palpate.hw.emulators.server import PlantState, fault_named, whole_number
 from palpate.hw.netft.calibration import BoxCalibration
-from palpate.hw.netft.rdt import CALIBRATION_PORT, HEADER, RDT_PORT, REQUEST, RdtCommand
-from palpate.hw.netft.settings import Scales
+from palpate.hw.netft.rdt import (
+    CALIBRATION,
+    CALIBRATION_PORT,
+    CALIBRATION_REQUEST,
+    HEADER,
+    RDT_PORT,
+    REQUEST,
+    OnRobotCommand,
+    RdtCommand,
+)
+from palpate.hw.netft.settings import ONROBOT_FILTERS, ONROBOT_PERIODS, ONROBOT_SCALES, Scales
 from palpate.hw.netft.status import NET_BOX, StatusWords
 from palpate.spatial import Wrench
+
+__all__ = ["BoxSettings", "NetFtFault", "NetFtServer", "OnRobotServer", "onrobot_box"]
 
 INTERNAL_RATE = 7000.0
 """At which the box samples, and its ft_sequence counts [1/s]."""
@@ -31,17 +44,69 @@ MOST_IN_FLIGHT = 64
 LINES = 100
 """Requests remembered."""
 
+BIAS_ON, BIAS_OFF = 255, 0
+"""Values of the bias command."""
+
+FIRST_RATE = 100.0
+"""Of records when it is switched on [1/s]."""
+
+RANGES = (200.0, 200.0, 200.0, 10.0, 6.5, 6.5)
+"""Of a HEX-E 70 [N, N m]: about those of its data sheet."""
+
+MOST_CALIBRATIONS = 8
+"""Clients of the calibration at a time; the oldest makes room for one more."""
+
+CLIENT_TIMEOUT = 5.0
+"""Time without a request after which a client of the calibration is closed [s]."""
+
+
+class _CalibrationTalk:
+    """Client of the calibration (a `Talk`): a reply of 24 bytes for each request of 20.
+
+    Attributes:
+        until: Time at which it is closed without a further request [s].
+    """
+
+    admitted = False
+
+    def __init__(self, calibration: BoxCalibration, faults: ActiveFaults) -> None:
+        self._reply = CALIBRATION.pack(
+            HEADER,
+            calibration.force_unit,
+            calibration.torque_unit,
+            calibration.counts_per_force,
+            calibration.counts_per_torque,
+            *(1,) * 6,
+        )
+        self._received, self._faults = b"", faults
+        self.until = monotonic() + CLIENT_TIMEOUT
+
+    def feed(self, data: bytes, now: float) -> bytes:
+        """See `Talk`."""
+        self._received += data
+        self.until = now + CLIENT_TIMEOUT
+        count, size = 0, len(CALIBRATION_REQUEST)
+        while len(self._received) >= size:
+            request, self._received = self._received[:size], self._received[size:]
+            if request != CALIBRATION_REQUEST:
+                raise HangUpError("no request for a calibration", count * self._reply)
+            count += not self._faults.silent
+        return count * self._reply
+
+    def close(self) -> None:
+        """See `Talk`."""
+
 
 @dataclass(frozen=True, slots=True)
 class BoxSettings:
-    """What is set on the web page of a box.
+    """Settings on the web page of a box.
 
     Attributes:
-        address: It listens there and nowhere else; every emulated box can have its own 127.x.y.z.
+        address: Only address at which it listens; every emulated box can have its own 127.x.y.z.
         calibration: Units, and counts per unit; Nano17 calibrations often have N and N mm.
-        rate: Of records [1/s], up to 7000.
-        ranges: Largest load of each axis [N, N m]; beyond, it says so and shows the end of the range.
-        status_words: The make, which decides the bits of an overload.
+        rate: Rate of records [1/s], up to 7000.
+        ranges: Largest load of each axis [N, N m]; beyond, it reports so and shows the end of the range.
+        status_words: Status bits of an overload, by make.
         rdt_port: UDP; 0: any free one.
         calibration_port: TCP; 0: any free one.
     """
@@ -55,41 +120,51 @@ class BoxSettings:
     calibration_port: int = CALIBRATION_PORT
 
     def __post_init__(self) -> None:
-        """Refuse what a box cannot do.
+        """Check the settings.
 
         Raises:
-            InvalidValueError: A rate above that of its sampling, or not above 0.
+            InvalidValueError: If the rate is above that of its sampling, or not above 0.
         """
         if positive("rate", self.rate, "1/s") > INTERNAL_RATE:
             raise InvalidValueError(f"rate = {self.rate:g} 1/s: a box samples {INTERNAL_RATE:g} times a second")
 
 
 class NetFtServer:
-    """A `Server` that shows the wrench of one sensor of the plant. Its rate is one of wall time."""
+    """Box that shows the wrench of one sensor of the plant (a `Server`). Its rate is one of wall time.
+
+    Attributes:
+        name: Name for messages and faults.
+        address: Its IP address.
+        ignored: Datagrams that were no request.
+    """
+
+    HAS_CALIBRATION = True
 
     def __init__(self, settings: BoxSettings, sensor: int = 0) -> None:
         """Listen.
 
         Args:
-            settings: Of the box.
-            sensor: Whose wrench it shows: index into `PlantState.wrenches`.
+            settings: Settings of the box.
+            sensor: Index of the wrench that it shows in `PlantState.wrenches`.
 
         Raises:
-            OSError: The address or a port cannot be had.
+            OSError: If the address or a port is taken.
         """
+        self.name, self.address, self.ignored = f"F/T box {sensor}", settings.address, 0
         self._settings = settings
         self._sensor = sensor
         self._scales = self._scales_of(settings)
         self._faults = ActiveFaults()
         self._wrench: tuple[float, ...] = (0.0,) * 6
         self._bias: tuple[int, ...] = (0,) * 6
-        self._ignored = 0
         self._obeyed: deque[str] = deque(maxlen=LINES)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.bind((settings.address, settings.rdt_port))
             self._socket.setblocking(False)
-            self._calibration = self._open_calibration(settings)
+            talk = lambda _: _CalibrationTalk(settings.calibration, self._faults)  # noqa: E731
+            ports = {settings.calibration_port: talk} if self.HAS_CALIBRATION else {}
+            self._calibration = TcpServer(settings.address, ports, MOST_CALIBRATIONS)
         except BaseException:
             self._socket.close()
             raise
@@ -98,29 +173,14 @@ class NetFtServer:
         self._show()
 
     @property
-    def name(self) -> str:
-        """For messages and faults."""
-        return f"F/T box {self._sensor}"
-
-    @property
-    def address(self) -> str:
-        """Its IP address."""
-        return self._settings.address
-
-    @property
     def rdt_port(self) -> int:
-        """The UDP port that it got."""
+        """UDP port of the records."""
         return int(self._socket.getsockname()[1])
 
     @property
     def calibration_port(self) -> int:
-        """The TCP port that it got; 0 if it has none."""
-        return 0 if self._calibration is None else self._calibration.port
-
-    @property
-    def ignored(self) -> int:
-        """Datagrams that were no request."""
-        return self._ignored
+        """TCP port of the calibration."""
+        return self._calibration.port
 
     @property
     def sent(self) -> int:
@@ -128,10 +188,10 @@ class NetFtServer:
         return self._stream.sent
 
     def status(self) -> Mapping[str, object]:
-        """Return what goes on, for tests."""
+        """Return its state, for tests."""
         return {
             "sent": self._stream.sent,
-            "ignored": self._ignored,
+            "ignored": self.ignored,
             "destination": "" if self._destination is None else f"{self._destination[0]}:{self._destination[1]}",
         }
 
@@ -141,14 +201,12 @@ class NetFtServer:
 
     def files(self) -> Sequence[int]:
         """Return the sockets."""
-        extra = () if self._calibration is None else self._calibration.files()
-        return (self._socket.fileno(), *extra)
+        return (self._socket.fileno(), *self._calibration.files())
 
     def receive(self, file: int, now: float) -> None:
-        """Reply to what has arrived."""
+        """Reply to the requests that have arrived."""
         if file != self._socket.fileno():
-            if self._calibration is not None:
-                self._calibration.receive(file, now, silent=self._faults.silent)
+            self._calibration.receive(file, now)
             return
         for _ in range(MOST_IN_FLIGHT):
             try:
@@ -156,24 +214,24 @@ class NetFtServer:
             except OSError:
                 return
             if len(datagram) != REQUEST.size:
-                self._ignored += 1
+                self.ignored += 1
                 continue
             header, command, value = REQUEST.unpack(datagram)
             if header != HEADER or not self._obey(command, value, sender, now):
-                self._ignored += 1
+                self.ignored += 1
                 continue
             self._obeyed.append(f"{sender[0]}:{sender[1]} {command:#x} {value}")
 
     def due(self) -> float:
-        """Return when the next record is due [s]."""
-        calibration = math.inf if self._calibration is None else self._calibration.due()
-        return min(self._stream.due(), calibration)
+        """Return when the next record, or a client without a request, is due [s]."""
+        return min(self._stream.due(), *self._closing().values(), math.inf)
 
     def tick(self, now: float) -> None:
-        """Send the records that are due."""
+        """Send the records that are due, and close clients without a request."""
         self._stream.send_due(now, MOST_IN_FLIGHT)
-        if self._calibration is not None:
-            self._calibration.tick(now)
+        for file, until in self._closing().items():
+            if until <= now:
+                self._calibration.drop(file)
 
     def take(self, state: PlantState) -> None:
         """Measure the wrench."""
@@ -186,9 +244,9 @@ class NetFtServer:
         """Switch a `NetFtFault` on or off.
 
         Raises:
-            InvalidValueError: It is unknown, or its value cannot be.
+            InvalidValueError: If there is no such fault, or its value is impossible.
         """
-        kind, faults = fault_named(fault), self._faults
+        kind, faults = fault_named(NetFtFault, fault), self._faults
         number = whole_number(fault, value, 2**32 - 1)
         match kind:
             case NetFtFault.SILENT:
@@ -208,7 +266,7 @@ class NetFtServer:
                 faults.dropped = number
             case NetFtFault.REORDERED:
                 if number == 1:
-                    raise InvalidValueError("fault 'reordered' = 1: must be 0, or at least 2")
+                    raise InvalidValueError("fault reordered = 1: must be 0, or at least 2")
                 faults.reordered = number
             case NetFtFault.REPEATED:
                 faults.repeated = number
@@ -221,17 +279,18 @@ class NetFtServer:
         """Close all sockets."""
         self._stop()
         self._socket.close()
-        if self._calibration is not None:
-            self._calibration.close()
+        self._calibration.close()
 
     def _scales_of(self, settings: BoxSettings) -> Scales:
         return settings.calibration.scales
 
-    def _open_calibration(self, settings: BoxSettings) -> CalibrationPort | None:
-        return CalibrationPort(settings.address, settings.calibration_port, settings.calibration)
+    def _closing(self) -> dict[int, float]:
+        """Return when each client of the calibration is to be closed [s]."""
+        talks = {file: client.talk for file, client in self._calibration.clients.items()}
+        return {file: talk.until for file, talk in talks.items() if isinstance(talk, _CalibrationTalk)}
 
     def _obey(self, command: int, value: int, sender: tuple[str, int], now: float) -> bool:
-        """Do what was asked; return whether there is such a command."""
+        """Carry out a command; return whether there is such a command."""
         if self._faults.silent:
             return True
         match command:
@@ -263,7 +322,7 @@ class NetFtServer:
 
     def _send(self, datagram: bytes) -> None:
         if self._destination is not None:
-            with contextlib.suppress(OSError):  # a full buffer or a client that has gone: as on any network
+            with contextlib.suppress(OSError):  # a full buffer, or a client that is gone: as on any network
                 self._socket.sendto(datagram, self._destination)
 
     def _counts(self) -> tuple[int, ...]:
@@ -276,7 +335,7 @@ class NetFtServer:
         return tuple(counts)
 
     def _show(self) -> None:
-        """Let the stream send the present load and status."""
+        """Set the present load and status in the stream."""
         beyond = any(not abs(v) <= most for v, most in zip(self._wrench, self._settings.ranges, strict=True))
         status, shown = self._faults.status, self._counts()
         if self._faults.out_of_range:
@@ -288,3 +347,39 @@ class NetFtServer:
         if beyond:
             status |= self._settings.status_words.out_of_range
         self._stream.show(status, tuple(c - zero for c, zero in zip(shown, self._bias, strict=True)))
+
+
+def onrobot_box(address: str = "127.0.0.1", rdt_port: int = RDT_PORT) -> BoxSettings:
+    """Return the settings of a box when it is switched on."""
+    return BoxSettings(address, rate=FIRST_RATE, ranges=RANGES, rdt_port=rdt_port)
+
+
+class OnRobotServer(NetFtServer):
+    """OnRobot HEX on its Ethernet box: ATI's records with other scales, and commands of its own.
+
+    Its calibration is fixed: there is no TCP port.
+    """
+
+    HAS_CALIBRATION = False
+
+    def _scales_of(self, settings: BoxSettings) -> Scales:
+        return ONROBOT_SCALES
+
+    def _obey(self, command: int, value: int, sender: tuple[str, int], now: float) -> bool:
+        if self._faults.silent:
+            return True
+        match command:
+            case OnRobotCommand.PERIOD:
+                least, most = ONROBOT_PERIODS
+                if not least <= 1e-3 * value <= most:
+                    return False
+                self._stream.set_rate(1e3 / value, now)
+            case OnRobotCommand.FILTER:
+                return 0 <= value < len(ONROBOT_FILTERS)  # the plant's wrench has no noise to filter
+            case RdtCommand.BIAS:
+                if value not in (BIAS_ON, BIAS_OFF):
+                    return False
+                self._take_bias(on=value == BIAS_ON)
+            case _:
+                return super()._obey(command, value, sender, now)
+        return True

@@ -1,18 +1,62 @@
-"""The stream of records: when each is due, what it counts, and what happens to it in transit."""
+"""Stream of records of an emulated F/T box: deadlines, counters, and faults in transit."""
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
 
-from palpate.hw.emulators.netft.faults import ActiveFaults
 from palpate.hw.netft.rdt import RECORD
 
 MODULUS = 1 << 32
 
-LATEST = 0.5
-"""Behind its deadlines, after which the stream leaves out the records that it could not send [s]: an emulator that
-was stopped for longer goes on as a box does whose cable was out."""
+MAX_LATENESS = 0.5
+"""Lateness from which the stream leaves out the records that it could not send [s]: an emulator that was stopped
+for longer goes on as a box does whose cable was out."""
 
 _INT_MIN, _INT_MAX = -(1 << 31), (1 << 31) - 1
+
+
+class NetFtFault(StrEnum):
+    """Fault of a sensor on Ethernet; the meaning of its value is in brackets. 0 ends a lasting one."""
+
+    SILENT = "silent"
+    """Sends neither records nor replies (1: on)."""
+    OUT_OF_RANGE = "out_of_range"
+    """Status bits of an overload, readings at the end of the range (1: on)."""
+    STATUS = "status"
+    """Any status word (the word)."""
+    GAP = "gap"
+    """Once, records that are never sent; the counters of both kinds jump (how many)."""
+    RESTARTED = "restarted"
+    """Once, both counters begin anew while the stream goes on."""
+    REBOOTED = "rebooted"
+    """Once, counters begin anew and the stream has no destination any more."""
+    DROPPED = "dropped"
+    """Every k-th record is lost (k)."""
+    REORDERED = "reordered"
+    """Every k-th record comes after the next one (k >= 2)."""
+    REPEATED = "repeated"
+    """Every k-th record is sent twice (k)."""
+    WRONG_LENGTH = "wrong_length"
+    """Every k-th record is cut short by a byte, or has one more, in turn (k)."""
+
+
+@dataclass(slots=True)
+class ActiveFaults:
+    """Faults that last; 0: off."""
+
+    silent: bool = False
+    out_of_range: bool = False
+    status: int = 0
+    dropped: int = 0
+    reordered: int = 0
+    repeated: int = 0
+    wrong_length: int = 0
+
+    @property
+    def disturbs(self) -> bool:
+        """Whether datagrams must be looked at one by one."""
+        return bool(self.dropped or self.reordered or self.repeated or self.wrong_length)
 
 
 class RecordStream:
@@ -21,13 +65,13 @@ class RecordStream:
     def __init__(
         self, send: Callable[[bytes], None], faults: ActiveFaults, rate: float, internal_rate: float, now: float
     ) -> None:
-        """Stand still.
+        """Begin without a stream.
 
         Args:
             send: Puts a datagram on the wire.
-            faults: Looked at for every record.
-            rate: Of records [1/s].
-            internal_rate: Of the box's sampling, which ft_sequence counts [1/s].
+            faults: Faults for every record.
+            rate: Rate of records [1/s].
+            internal_rate: Rate of the box's sampling, which ft_sequence counts [1/s].
             now: When the box was switched on [s].
         """
         self._send, self._faults = send, faults
@@ -67,7 +111,7 @@ class RecordStream:
         self._rate = rate
 
     def show(self, status: int, counts: tuple[int, ...]) -> None:
-        """Take what the next records say."""
+        """Set status and counts of the next records."""
         self._values = (status, *(min(max(c, _INT_MIN), _INT_MAX) for c in counts))
 
     def skip(self, records: int) -> None:
@@ -86,8 +130,8 @@ class RecordStream:
         return self._began + (self._slot + 1) / self._rate if self._running else math.inf
 
     def send_due(self, now: float, most: int) -> None:
-        """Send what is due, at most `most` records."""
-        if now - self.due() > LATEST:
+        """Send the records that are due, at most `most`."""
+        if now - self.due() > MAX_LATENESS:
             skipped = int((now - self.due()) * self._rate)
             self._slot += skipped
             self._sequence += skipped
@@ -117,7 +161,7 @@ class RecordStream:
         self._first_sample = int((now - self._switched_on) * self._internal_rate)
 
     def _samples(self) -> int:
-        """Return how often the box has sampled since the stream began: at least once per record."""
+        """Return the number of samples since the stream began: at least one per record."""
         return round(self._slot * self._internal_rate / self._rate)
 
     def _end(self) -> None:

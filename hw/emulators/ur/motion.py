@@ -1,60 +1,68 @@
-"""How the arm moves under each motion command: a twist of the TCP in every controller cycle.
+"""Motion of the arm under each command: a twist of the TCP in every controller cycle.
 
-Moves and servo motions close a loop over the measured pose, since the plant follows velocities with a lag; speed
-motions do not, as little as the real ones come back after having been pushed.
+Moves and servo motions close a loop over the measured pose, since the plant follows velocities with a lag. Speed
+motions do not: the real ones do not return after a push either. Compliance overlays any motion (force mode).
 """
 
 import math
+from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.hw.emulators.ur.arm import STILL, Arm, Joints, Twist, difference, scaled
+from palpate.hw.emulators.ur.arm import STILL, Arm, Joints, Twist, difference, scaled, turned, turned_back
 from palpate.kinematics.pose import Pose, rotation_from_rotvec, times
-from palpate.spatial import ZERO, Vector, add_scaled, dot, norm, scale, toward
+from palpate.spatial import ZERO, Vector, add_scaled, norm, rotate_back, scale, toward
 
 FEEDBACK = 20.0
-"""[1/s] from a pose error to a velocity; well damped for a plant whose lag is below 1/(2 x 20 s) = 25 ms."""
+"""Gain from a pose error to a velocity [1/s]; well damped for a plant whose lag is below 1/(2 x 20 s) = 25 ms."""
 
-NEAR = 5e-5
-"""[m, rad] at which a move has arrived."""
+ARRIVAL_ERROR = 5e-5
+"""Error at which a move has arrived [m, rad]."""
 
 ARRIVAL_TIMEOUT = 0.5
-"""[s] after which it counts as arrived anyway: something blocks it."""
+"""[s] after which a move counts as arrived although something blocks it."""
 
 ZERO_LENGTH = 1e-9
 """Distances [m, rad] below this count as zero."""
 
+COMPLIANCE = 0.002
+"""Speed per force [m/s per N]: pressing on 2 kN/m settles in 1 / (0.002 x 2000) = 0.25 s, and 50 kN/m is still
+stable with the 10 ms lag of the arm. The real controller's is not published."""
+
+ANGULAR_COMPLIANCE = 0.5
+"""Angular speed per moment [rad/s per N m]: equal to `COMPLIANCE` at a lever of 6 cm."""
+
 
 class ArmMotion(Protocol):
-    """What the arm is doing."""
+    """Motion of the arm."""
 
     @property
     def finished(self) -> bool:
-        """Whether a command that waits for it may go on."""
+        """Whether a command that waits for the motion may go on."""
         ...
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return how the TCP is to move during the next cycle of `dt` [s].
+        """Return the twist of the TCP for the next cycle.
 
         Args:
-            arm: As measured.
-            dt: Of the cycle [s].
-            fraction: Of full speed that the slider allows.
+            arm: Arm as measured.
+            dt: Duration of the cycle [s].
+            fraction: Fraction of full speed that the slider allows.
         """
         ...
 
 
 class Rest:
-    """The arm stands still."""
+    """Standstill."""
 
     finished = True
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return none."""
+        """Return zero."""
         return STILL
 
 
 class Braking:
-    """The arm slows down to rest."""
+    """Deceleration to rest."""
 
     def __init__(self, before: Twist, deceleration: float) -> None:
         """Slow down from a twist with a deceleration [m/s^2, rad/s^2]."""
@@ -62,7 +70,7 @@ class Braking:
         self.finished = False
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return a slower one each time."""
+        """Return a slower twist each time."""
         most = self._deceleration * dt
         self._now = (toward(self._now[0], ZERO, most), toward(self._now[1], ZERO, most))
         self.finished = self._now == STILL
@@ -75,12 +83,12 @@ class ToolSpeed:
     finished = True
 
     def __init__(self, before: Twist, target: Twist, acceleration: float) -> None:
-        """Go over from one twist to another with an acceleration [m/s^2, rad/s^2]."""
+        """Change from one twist to another with an acceleration [m/s^2, rad/s^2]."""
         self._now = before
         self.target, self.acceleration = target, acceleration
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return one nearer to the target each time."""
+        """Return a twist nearer to the target each time."""
         most = self.acceleration * dt
         velocity, turning = scaled(fraction, self.target)
         self._now = (toward(self._now[0], velocity, most), toward(self._now[1], turning, most))
@@ -93,35 +101,21 @@ class JointSpeed:
     finished = True
 
     def __init__(self, before: Joints, target: Joints, acceleration: float) -> None:
-        """Go over from some joint speeds to others [rad/s] with an acceleration of the leading axis [rad/s^2]."""
+        """Change joint speeds [rad/s] with an acceleration of the leading axis [rad/s^2]."""
         self._now = before
         self.target, self.acceleration = target, acceleration
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return that of joint speeds nearer to the target each time."""
-        change = [fraction * wanted - now for wanted, now in zip(self.target, self._now, strict=True)]
+        """Return the twist of joint speeds nearer to the target each time."""
+        change = [fraction * target - now for target, now in zip(self.target, self._now, strict=True)]
         leading = max(abs(c) for c in change)
         share = 1.0 if leading <= self.acceleration * dt else self.acceleration * dt / leading
         self._now = tuple(now + share * c for now, c in zip(self._now, change, strict=True))
         return arm.twist_of(self._now)
 
 
-class PoseServo:
-    """A pose that is followed, first order, with the lookahead time: servoL."""
-
-    finished = True
-
-    def __init__(self, target: Pose, lookahead: float) -> None:
-        """Follow a pose of the TCP."""
-        self.target, self.lookahead = target, lookahead
-
-    def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return the displacement to it over the lookahead time."""
-        return scaled(1.0 / self.lookahead, difference(self.target, arm.tcp))
-
-
 class JointServo:
-    """Joint angles that are followed, first order, with the lookahead time: servoJ."""
+    """Joint angles followed with a first-order lag, the lookahead time: servoJ."""
 
     finished = True
 
@@ -130,8 +124,8 @@ class JointServo:
         self.target, self.lookahead = target, lookahead
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return that of the joint displacements over the lookahead time."""
-        rates = [(wanted - q) / self.lookahead for wanted, q in zip(self.target, arm.joints, strict=True)]
+        """Return the twist of the joint displacements over the lookahead time."""
+        rates = [(target - q) / self.lookahead for target, q in zip(self.target, arm.joints, strict=True)]
         fastest = max(
             abs(speed) / limit.speed for speed, limit in zip(rates, arm.mounting.arm.limits, strict=True)
         )
@@ -140,10 +134,10 @@ class JointServo:
 
 
 class Profile:
-    """How far along its path a move is: full speed, ramps of one acceleration."""
+    """Progress of a move along its path: full speed, ramps of one acceleration."""
 
     def __init__(self, length: float, speed: float, acceleration: float) -> None:
-        """Cover a length with a speed and an acceleration, all in the units of the path."""
+        """Start at rest; length, speed and acceleration are in the units of the path."""
         self.length, self._most, self._acceleration = length, speed, acceleration
         self.at, self.speed = 0.0, 0.0
 
@@ -153,7 +147,7 @@ class Profile:
         return self.at >= self.length
 
     def advance(self, dt: float, fraction: float) -> None:
-        """Go on by `dt` [s]; the slider slows down time."""
+        """Advance by `dt` [s]; the slider slows down time."""
         dt *= fraction
         if dt <= 0.0 or self.over:
             self.speed = 0.0
@@ -171,12 +165,12 @@ class Profile:
 
 
 class LinearMove:
-    """The TCP goes straight to a pose: moveL."""
+    """Straight move of the TCP to a pose: moveL."""
 
     def __init__(self, start: Pose, target: Pose, speed: float, acceleration: float) -> None:
-        """Go from one pose to another with a speed [m/s] and acceleration [m/s^2]; turn in the meantime.
+        """Move from one pose to another with a speed [m/s] and acceleration [m/s^2], and turn meanwhile.
 
-        Where there is nothing but a turn, the same numbers are in rad.
+        For a pure turn, the numbers are in rad/s and rad/s^2.
         """
         self._start, self.target = start, target
         self._path, self._turn = difference(target, start)
@@ -187,12 +181,12 @@ class LinearMove:
         self.finished = False
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return the profile's speed, and what corrects the error."""
+        """Return the twist of the profile, with the correction of the error."""
         self._profile.advance(dt, fraction)
         share, speed = self._profile.at / self._length, self._profile.speed / self._length * fraction
         rotation = times(rotation_from_rotvec(scale(share, self._turn)), self._start.rotation)
-        wanted = Pose(add_scaled(self._start.position, share, self._path), rotation)
-        offset, turn = difference(wanted, arm.tcp)
+        planned = Pose(add_scaled(self._start.position, share, self._path), rotation)
+        offset, turn = difference(planned, arm.tcp)
         self.finished = self._arrival.over(self._profile.over, max(norm(offset), norm(turn)), dt)
         return (
             add_scaled(scale(speed, self._path), FEEDBACK, offset),
@@ -201,10 +195,10 @@ class LinearMove:
 
 
 class JointMove:
-    """The joints go to angles together: moveJ."""
+    """Move of the joints to angles, together: moveJ."""
 
     def __init__(self, start: Joints, target: Joints, speed: float, acceleration: float) -> None:
-        """Go from some angles to others [rad]; speed [rad/s] and acceleration [rad/s^2] of the leading axis."""
+        """Move between angles [rad]; speed [rad/s] and acceleration [rad/s^2] of the leading axis."""
         self._start, self.target = start, target
         self._path = tuple(b - a for a, b in zip(start, target, strict=True))
         self._length = max(ZERO_LENGTH, max(abs(w) for w in self._path))
@@ -213,7 +207,7 @@ class JointMove:
         self.finished = False
 
     def twist(self, arm: Arm, dt: float, fraction: float) -> Twist:
-        """Return that of the profile's speed, and what corrects the error."""
+        """Return the twist of the profile, with the correction of the error."""
         self._profile.advance(dt, fraction)
         share, speed = self._profile.at / self._length, self._profile.speed / self._length * fraction
         error = [a + share * w - q for a, w, q in zip(self._start, self._path, arm.joints, strict=True)]
@@ -222,7 +216,7 @@ class JointMove:
 
 
 class _Arrival:
-    """Says when a move is over."""
+    """Decision when a move is over."""
 
     def __init__(self) -> None:
         self._waited = 0.0
@@ -231,12 +225,40 @@ class _Arrival:
         if not arrived:
             return False
         self._waited += dt
-        return error < NEAR or self._waited > ARRIVAL_TIMEOUT
+        return error < ARRIVAL_ERROR or self._waited > ARRIVAL_TIMEOUT
 
 
-def along(velocity: Vector, direction: Vector) -> float:
-    """Return the part of a vector along a direction that need not have length 1; its length if it is zero."""
-    length = norm(direction)
-    if length == 0.0:
-        return norm(velocity)
-    return dot(velocity, direction) / length
+@dataclass(frozen=True, slots=True)
+class Compliance:
+    """Compliant axes of force mode.
+
+    Attributes:
+        frame: Pose of the task frame in the robot base; its axes are those below.
+        selected: Which axes are compliant.
+        wrench: Target wrench of the robot on the object [N, N m].
+        limits: Largest speed along and about each axis [m/s, rad/s].
+    """
+
+    frame: Pose
+    selected: tuple[bool, ...]
+    wrench: tuple[float, ...]
+    limits: tuple[float, ...]
+
+    def overlaid(self, twist: Twist, force: Vector, torque: Vector) -> Twist:
+        """Return a twist with the compliant axes replaced.
+
+        Args:
+            twist: Twist of the TCP, axes of the robot base.
+            force: Force on the tool without its weight [N], axes of the robot base.
+            torque: Torque on the tool about the TCP [N m], axes of the robot base.
+        """
+        linear, angular = turned_back(twist, self.frame)
+        felt = rotate_back(self.frame.rotation, force) + rotate_back(self.frame.rotation, torque)
+        given = list(linear + angular)
+        for axis, gives_way in enumerate(self.selected):
+            if gives_way:
+                gain = COMPLIANCE if axis < 3 else ANGULAR_COMPLIANCE
+                speed, limit = gain * (self.wrench[axis] + felt[axis]), abs(self.limits[axis])
+                given[axis] = max(-limit, min(limit, speed))
+        vx, vy, vz, wx, wy, wz = given
+        return turned(((vx, vy, vz), (wx, wy, wz)), self.frame)

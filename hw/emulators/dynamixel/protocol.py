@@ -1,56 +1,132 @@
-"""Servos' replies to instructions, packet for packet (ROBOTIS e-manual, Protocol 2.0)."""
+"""Protocol 2.0 of the emulated servos: packets out of a stream of bytes, and replies to instructions.
+
+Emulated are ping, reads and writes of one or several servos, and reboot; other instructions are refused. Source:
+ROBOTIS e-manual, Protocol 2.0.
+"""
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.packets import (
     BROADCAST_ID,
+    FORBIDDEN,
     HEADER,
+    OVERHEAD,
     STATUS,
     DynamixelRefusal,
     Instruction,
     checksum,
     packet,
+    unstuffed,
 )
-from palpate.hw.emulators.dynamixel.receiver import LONGEST, RequestPacket
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 
-CLEAR_TURNS = b"\x01\x44\x58\x4c\x22"
-"""Parameters of a Clear instruction (e-manual)."""
+LONGEST = 1024
+"""Largest length field that is accepted; the client library sends no longer packets (RXPACKET_MAX_LEN)."""
+
+FRAME_TIMEOUT = 0.1
+"""Longest pause within a packet [s]; assumed. A bus at 9600 baud needs it."""
+
+
+@dataclass(frozen=True, slots=True)
+class RequestPacket:
+    """Packet with a right checksum.
+
+    Attributes:
+        servo_id: Id of the addressed servo.
+        instruction: Code, which may be unknown.
+        parameters: Parameters without stuffing.
+    """
+
+    servo_id: int
+    instruction: int
+    parameters: bytes
+
+
+class PacketReceiver:
+    """Collects bytes and returns whole packets; `rejected` counts those whose checksum was wrong."""
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self._bytes = bytearray()
+        self._last = 0.0
+        self.rejected = 0
+
+    def feed(self, data: bytes, now: float) -> list[RequestPacket]:
+        """Take the bytes that have arrived and return the packets that are complete.
+
+        Args:
+            data: Bytes.
+            now: Time [s]; an incomplete packet is given up after a pause.
+        """
+        held = self._bytes
+        if now - self._last > FRAME_TIMEOUT:
+            held.clear()
+        self._last = now
+        held += data
+        found: list[RequestPacket] = []
+        while True:
+            start = held.find(HEADER[:3])
+            if start < 0:
+                del held[:-2]
+                return found
+            del held[:start]
+            if len(held) < OVERHEAD:
+                return found
+            length = int.from_bytes(held[5:7], "little")
+            if held[3] != 0 or not 3 <= length <= LONGEST:
+                del held[:3]
+                continue
+            whole = OVERHEAD + length
+            # where another header begins, this packet was torn: its own content has none
+            torn = held.find(FORBIDDEN, OVERHEAD, whole - 2)
+            while torn >= 0 and held[torn + 3 : torn + 4] == b"\xfd":
+                torn = held.find(FORBIDDEN, torn + 4, whole - 2)
+            if 0 <= torn < len(held) - 3:
+                del held[:torn]
+                self.rejected += 1
+                continue
+            if len(held) < whole:
+                return found
+            if checksum(held[: whole - 2]) != int.from_bytes(held[whole - 2 : whole], "little"):
+                self.rejected += 1
+                del held[:3]
+                continue
+            content = unstuffed(bytes(held[OVERHEAD : whole - 2]))
+            found.append(RequestPacket(held[4], content[0], content[1:]))
+            del held[:whole]
+
 
 Servos = Mapping[int, EmulatedServo]
-"""Those that hear a request, by id, in the order of their ids."""
+"""Servos that receive a request, by id, in the order of their ids."""
 
 
 def replies(request: RequestPacket, servos: Servos, now: float) -> list[bytes]:
-    """Carry out a request and return what comes back, in order.
+    """Carry out a request and return the replies, in order.
 
     Args:
-        request: With a right checksum.
-        servos: Those that hear it.
+        request: Packet with a right checksum.
+        servos: Servos that receive it.
         now: `time.monotonic` [s].
     """
     for servo in servos.values():
-        servo.heard(now)
-    try:
-        instruction = Instruction(request.instruction)
-    except ValueError:
-        if request.instruction == STATUS:
-            return []  # the reply of another servo
-        known = servos.get(request.servo_id)
-        return (
-            [_status(known, DynamixelRefusal.INSTRUCTION)] if known is not None and known.status_level == 2 else []
-        )
-    several = _SEVERAL.get(instruction)
-    if several is not None:
-        return several(request.parameters, servos) if request.servo_id == BROADCAST_ID else []
-    if instruction is Instruction.PING:
+        servo.feed_watchdog(now)
+    instruction = request.instruction
+    if instruction in _SEVERAL:
+        return _SEVERAL[instruction](request.parameters, servos) if request.servo_id == BROADCAST_ID else []
+    if instruction == Instruction.PING:
         return [_ping(servo) for servo in _addressed(request, servos)]
+    if instruction == STATUS:
+        return []  # the reply of another servo
+    if instruction != Instruction.READ and instruction not in _CHANGES:
+        known = servos.get(request.servo_id)
+        return [] if known is None or known.status_level < 2 else [_status(known, DynamixelRefusal.INSTRUCTION)]
     found = []
     for servo in _addressed(request, servos):
-        # as they are before it is carried out: what it changes begins with the next packet
+        # as before the request: a change begins with the next packet
         level, alert = servo.status_level, servo.alert
-        if instruction is Instruction.READ:
+        if instruction == Instruction.READ:
             refusal, data = _read(servo, request.parameters)
             replies_due = level >= 1
         else:
@@ -88,37 +164,14 @@ def _write(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefu
     return servo.write(_word(parameters, 0), parameters[2:]) if len(parameters) > 2 else DynamixelRefusal.LENGTH
 
 
-def _reg_write(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
-    return servo.register(_word(parameters, 0), parameters[2:]) if len(parameters) > 2 else DynamixelRefusal.LENGTH
-
-
-def _action(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
-    return servo.act()
-
-
 def _reboot(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
     servo.reboot(now)
     return DynamixelRefusal.NONE
 
 
-def _factory_reset(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
-    return servo.reset(parameters[0], now) if len(parameters) == 1 else DynamixelRefusal.LENGTH
-
-
-def _clear(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
-    if parameters != CLEAR_TURNS:
-        return DynamixelRefusal.RANGE
-    servo.clear_turns()
-    return DynamixelRefusal.NONE
-
-
-_CHANGES: dict[Instruction, Callable[[EmulatedServo, bytes, float], DynamixelRefusal]] = {
+_CHANGES: dict[int, Callable[[EmulatedServo, bytes, float], DynamixelRefusal]] = {
     Instruction.WRITE: _write,
-    Instruction.REG_WRITE: _reg_write,
-    Instruction.ACTION: _action,
     Instruction.REBOOT: _reboot,
-    Instruction.FACTORY_RESET: _factory_reset,
-    Instruction.CLEAR: _clear,
 }
 
 
@@ -146,7 +199,7 @@ def _read_several(each: int) -> Callable[[bytes, Servos], list[bytes]]:
 
 def _read_fast(each: int) -> Callable[[bytes, Servos], list[bytes]]:
     def several(parameters: bytes, servos: Servos) -> list[bytes]:
-        """Return one packet to which each servo adds its part; it ends before the first who is not there."""
+        """Return one packet to which each servo adds its part; it ends before the first absent one."""
         wanted = list(_reads(parameters, each))
         length = 1 + sum(4 + _word(what, 2) for _, what in wanted)
         if length > LONGEST:
@@ -196,7 +249,7 @@ def _bulk_write(parameters: bytes, servos: Servos) -> list[bytes]:
     return []
 
 
-_SEVERAL: dict[Instruction, Callable[[bytes, Servos], list[bytes]]] = {
+_SEVERAL: dict[int, Callable[[bytes, Servos], list[bytes]]] = {
     Instruction.SYNC_READ: _read_several(1),
     Instruction.BULK_READ: _read_several(5),
     Instruction.FAST_SYNC_READ: _read_fast(1),
