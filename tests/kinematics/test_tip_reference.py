@@ -120,25 +120,6 @@ def test_where_joints_are_too_slow_the_tip_keeps_to_its_line():
     assert 0.05 < way @ line < 0.6 * 0.99
 
 
-def test_the_end_of_a_range_stops_the_tip_and_lets_it_go_again():
-    start = (2.0 * math.pi - 0.05, *START[1:])
-    reference = started(start)
-    J = KINEMATICS.jacobian(start)
-    out = 0.3 * J[:, 0]
-    v, w = tuple(out[:3].tolist()), tuple(out[3:].tolist())
-    for _ in range(3000):
-        reference.step(reference.joint_reference, v, w)
-        motion = reference.motion
-        assert reference.joint_reference[0] <= 2.0 * math.pi
-    assert motion.limit is Limit.JOINT_POSITION
-    assert motion.joint == 0
-    assert 2.0 * math.pi - reference.joint_reference[0] < 0.03
-    before = reference.joint_reference[0]
-    for _ in range(100):
-        reference.step(reference.joint_reference, tuple(-x for x in v), tuple(-x for x in w))
-    assert reference.joint_reference[0] < before - 0.02
-
-
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_values_that_are_not_finite_leave_the_reference_where_it_is(bad):
     reference = started()

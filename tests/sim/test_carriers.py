@@ -17,6 +17,7 @@ from palpate.sim import (
     Box,
     ContactLaw,
     Fidelity,
+    Fixed,
     Integrator,
     Lift,
     MujocoBackend,
@@ -350,3 +351,30 @@ def test_a_simulation_that_diverges_says_so(make, blow, tmp_path, monkeypatch):
     backend._data.qvel[0] = blow
     with pytest.raises(FloatingPointError, match="diverged"):
         go(backend, 1)
+
+
+ABSURD = [
+    Command((math.nan, 0.0, 0.0)),
+    Command((0.0, 0.0, -math.inf)),
+    Command((1e9, 0.0, 0.0)),
+    Command(angular_velocity_base_tip=(0.0, math.nan, 0.0)),
+    Command(angular_velocity_base_tip=(math.inf, -math.inf, 0.0)),
+]
+
+
+@pytest.mark.parametrize(
+    ("make", "carrier", "command"),
+    [
+        *zip([backend_of] * 5, (STAGE, TURNING, ARM, Lift(), ARM), ABSURD, strict=True),
+        *zip([standing] * 5, (Lift(), Fixed(), TURNING, STAGE, ARM), ABSURD, strict=True),
+    ],
+)
+def test_an_absurd_command_is_refused_and_leaves_no_trace(make, carrier, command):
+    """MuJoCo sends servos whose reference is not finite to 0: the tip would jump back to where it started."""
+    backend, undisturbed = make(carrier=carrier), make(carrier=carrier)
+    up = (0.0, 0.0, 0.0 if isinstance(carrier, Fixed) else 0.01)
+    for each in (backend, undisturbed):
+        go(each, 20, up)
+    with pytest.raises(InvalidValueError, match=r"velocity_base_tip = .*must be numbers, all together below"):
+        backend.step(command)
+    assert [go(backend, 1, up) for _ in range(5)] == [go(undisturbed, 1, up) for _ in range(5)]

@@ -1,12 +1,14 @@
-"""Objects that move, may be pushed or stand on a table, behind the seam: friction, truth, snapshots."""
+"""Objects in scenes: moving, free, sprung and several at once; their forces, poses and permitted starts."""
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.sim import (
     Box,
@@ -15,20 +17,29 @@ from palpate.sim import (
     MujocoBackend,
     ObjectBody,
     SphereObject,
+    SprungTarget,
     Stage,
+    Table,
     Tip,
     Torus,
     build_scene,
 )
 from palpate.sim.fidelity import GRAVITY
 from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.friction.pairs import FrictionPair
+from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.friction.resultant import resultant
+from palpate.sim.objects.fixed_pieces import FixedPieces
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
-from palpate.sim.objects.table import Table
+from palpate.sim.objects.posed import PosedGeom
 from palpate.surfaces import Sphere
 
 RADIUS = 0.008
+
 TIP = Tip(Sphere(RADIUS))
+
 PLATE = Box((0.2, 0.2, 0.02))
+
 PRESSED = (0.03, 0.0, 0.01 + RADIUS - 1e-4)
 """Where a tip presses on the plate, beside its middle."""
 
@@ -59,9 +70,6 @@ def pushing(mass=0.5, mu=0.3, friction=None):
     """A block on a table, the tip just behind it."""
     law, start = ContactLaw(stiffness=5e3), (-0.03 - RADIUS - 5e-4, 0.0, 0.015)
     return MujocoBackend(build_scene(TIP, block(mass), law, start, friction=friction, table=Table(friction=mu)))
-
-
-# --- rubbing on what moves ---
 
 
 @pytest.mark.parametrize("friction", [None, FrictionLaw()], ids=["mujoco", "plant"])
@@ -113,9 +121,6 @@ def test_an_object_rubs_by_its_own_friction():
     assert np.allclose(ratio(backend), (-0.6, 0.0), rtol=0, atol=2e-3)
 
 
-# --- pushing ---
-
-
 @pytest.mark.parametrize(
     ("mass", "mu", "rubs"), [(0.5, 0.3, None), (1.0, 0.2, FrictionLaw(0.02, 0.02, stiffness=5e3))]
 )
@@ -162,21 +167,6 @@ def test_a_free_object_without_a_table_falls_and_a_fixed_one_does_not():
     assert backend.truth().pose_base_object.position == (0.1, 0.0, 0.02)
 
 
-def test_the_stiffness_is_the_law_s_on_a_free_object_too():
-    """Both bodies give way: with only the tip's mass in the contact's scale, the stiffness would be half."""
-    law = ContactLaw(stiffness=5e3)
-    target = block(0.5)
-    backend = MujocoBackend(build_scene(TIP, target, law, (0.0, 0.0, 0.04 + RADIUS - 3e-4), table=Table()))
-    now = backend.start()
-    now = run(backend, 1500)[-1]
-    truth = backend.truth()
-    depth = truth.pose_base_object.position[2] + 0.02 + RADIUS - now.arm.position_base_tip[2]
-    assert truth.force[2] == pytest.approx(law.stiffness * depth, rel=1e-3)
-
-
-# --- truth ---
-
-
 @pytest.mark.parametrize("friction", [None, FrictionLaw()], ids=["mujoco", "plant"])
 def test_the_truth_says_where_a_moving_target_is_and_where_on_it_the_contact_is(friction):
     motion = Sine(0.3, 0.7, 0.4)
@@ -193,12 +183,6 @@ def test_the_truth_says_where_a_moving_target_is_and_where_on_it_the_contact_is(
     assert truth.touching
 
 
-# --- the same run again ---
-
-
-# --- what is in a scene ---
-
-
 def test_a_scene_holds_only_what_it_names():
     law, start = ContactLaw(stiffness=5e3), (0.0, 0.0, 0.2)
     for target, table, pairs, geoms in (
@@ -213,3 +197,179 @@ def test_a_scene_holds_only_what_it_names():
         assert (model.npair, model.ngeom) == (pairs, geoms)
         assert not model.geom_contype.any()
         assert not model.geom_conaffinity.any()
+
+
+WIDE = Box((0.2, 0.2, 0.04))
+
+
+def sprung_model(target):
+    spec = mujoco.MjSpec()
+    spec.option.timestep = 1e-4
+    target.add_to(spec, "object")
+    return spec.compile()
+
+
+@pytest.mark.parametrize(("stiffness", "mass"), [(2e3, 1.0), (500.0, 3.0)])
+def test_it_swings_at_its_own_frequency_and_its_swings_decay_as_its_damping_says(stiffness, mass):
+    ratio = 0.1
+    target = SprungTarget(WIDE, stiffness, 2.0 * ratio * math.sqrt(stiffness * mass), mass)
+    assert target.damping_ratio == pytest.approx(ratio)
+    model = sprung_model(target)
+    data = mujoco.MjData(model)
+    data.qpos[0] = 1e-3
+    heights = []
+    for _ in range(20000):
+        mujoco.mj_step(model, data)
+        heights.append(float(data.qpos[0]))
+    z = np.array(heights)
+    rate = math.sqrt(stiffness / mass * (1.0 - ratio**2))
+    crossings = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))[:5]
+    assert np.diff(crossings) * 1e-4 == pytest.approx(2.0 * math.pi / rate, rel=5e-3)
+    first, second = z[crossings[0] : crossings[1]].max(), z[crossings[1] : crossings[2]].max()
+    assert math.log(first / second) == pytest.approx(2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2), rel=0.02)
+
+
+def test_nothing_holds_its_weight_but_it_does_not_fall():
+    model = sprung_model(SprungTarget(WIDE))
+    data = mujoco.MjData(model)
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    assert data.qpos[0] == pytest.approx(0.0, abs=1e-9)
+
+
+LEFT_PLATE = PosedGeom(
+    mujoco.mjtGeom.mjGEOM_BOX, np.array([0.03, 0.03, 0.005]), np.array([-0.05, 0.0, -0.005]), np.eye(3)
+)
+BALL = PosedGeom(mujoco.mjtGeom.mjGEOM_SPHERE, np.array([0.01, 0.0, 0.0]), np.array([0.05, 0.0, 0.02]), np.eye(3))
+POST = PosedGeom(mujoco.mjtGeom.mjGEOM_SPHERE, np.array([0.01, 0.0, 0.0]), np.array([0.0, 0.0, 0.02]), np.eye(3))
+PIECES = FixedPieces((LEFT_PLATE, BALL), (POST,))
+
+
+@pytest.mark.parametrize(
+    ("target", "x", "top"),
+    [
+        (WIDE, 0.0, 0.02),
+        (block(0.5), 0.0, 0.04),
+        (SprungTarget(WIDE, 2e3, 60.0, 1.0), 0.0, 0.02),
+        (PIECES, -0.05, 0.0),
+        (PIECES, 0.05, 0.03),
+    ],
+    ids=["fixed", "free", "sprung", "plate of two pieces", "ball of two pieces"],
+)
+def test_a_tip_presses_by_the_law_of_its_scene_on_whatever_it_meets(target, x, top):
+    """A free object gives way, too: with the tip's mass alone in the contact's scale it would be half as stiff."""
+    table = Table() if isinstance(target, ObjectBody) else None
+    backend = MujocoBackend(build_scene(TIP, target, ContactLaw(5e3), (x, 0.0, top + RADIUS + 1e-4), table=table))
+    backend.start()
+    before = backend.truth().pose_base_object.position[2]
+    run(backend, 500, (0.0, 0.0, -0.002))
+    now, truth = run(backend, 1500)[-1], backend.truth()
+    force, sunk = now.wrenches[0].wrench[2] + TIP.mass * GRAVITY, truth.pose_base_object.position[2] - before
+    assert force > 0.5
+    assert force == pytest.approx(5e3 * (top + sunk + RADIUS - now.arm.position_base_tip[2]), rel=3e-3)
+    if isinstance(target, SprungTarget):
+        assert target.mount is Mount.SPRUNG
+        assert sunk == pytest.approx(-force / 2e3, rel=1e-3)
+
+
+def test_a_piece_that_is_only_seen_is_passed_through():
+    backend = MujocoBackend(build_scene(TIP, PIECES, ContactLaw(), (0.0, 0.0, 0.04)))
+    backend.start()
+    sample = run(backend, 1000, (0.0, 0.0, -0.005))[-1]
+    assert abs(sample.wrenches[0].wrench[2] + TIP.mass * GRAVITY) < 0.01
+
+
+def test_the_surface_is_that_of_all_of_them():
+    pieces = FixedPieces((LEFT_PLATE, BALL))
+    points = np.array([[-0.05, 0.0, 0.004], [0.05, 0.0, 0.05], [0.05, 0.0, 0.02]])
+    np.testing.assert_allclose(pieces.signed_distance(points), [0.004, 0.02, -0.01], atol=1e-12)
+    assert (pieces.top, pieces.bottom) == pytest.approx((0.03, -0.01))
+    height = pieces.height(np.array([-0.05, 0.05, 0.0]), np.zeros(3))
+    np.testing.assert_allclose(height, [0.0, 0.03, np.nan], atol=1e-12)
+    with pytest.raises(InvalidValueError, match="there are none"):
+        FixedPieces(())
+
+
+def test_what_would_start_inside_something_else_is_refused_with_where_to_put_it():
+    """A block half inside its table was shot 80 mm up, and nobody was told."""
+    law, above, table = ContactLaw(stiffness=10e3), (0.0, 0.0, 0.2), Table(top=0.01)
+    for shape, height in ((Box((0.06, 0.06, 0.04)), 0.03), (SphereObject(0.03), 0.04)):
+
+        def standing(z, shape=shape):
+            return ObjectBody(shape, 0.5, mount=Mount.FREE, position=(0.0, 0.0, z))
+
+        with pytest.raises(
+            InvalidValueError, match=rf"z = 0.02 m: .* inside the table.*put it at z = {height:g} m"
+        ):
+            build_scene(TIP, standing(0.02), law, above, table=table)
+        backend = MujocoBackend(build_scene(TIP, standing(height), law, above, table=table))
+        backend.start()
+        for _ in range(300):
+            backend.step(Command())
+            assert backend.truth().pose_base_object.position[2] <= height + 1e-9
+    with pytest.raises(
+        InvalidValueError, match=r"start = .*0.01 m inside the object.*highest point is at z = 0.04 m"
+    ):
+        build_scene(TIP, SphereObject(0.04), law, (0.0, 0.0, 0.03))
+
+
+def rubbing_at(position, normal, pressed, tangential, spin):
+    pair = FrictionPair("tip", "object", FrictionLaw())
+    return FrictionContact(pair, position, normal, pressed, tangential, spin, (0.0, 0.0, 0.0), 0.0, True)
+
+
+vectors = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+rubbing = st.builds(
+    rubbing_at,
+    vectors,
+    vectors.filter(lambda v: math.hypot(*v) > 0.1).map(
+        lambda v: tuple((np.array(v) / np.linalg.norm(v)).tolist())
+    ),
+    st.floats(0.1, 10.0),
+    vectors,
+    st.floats(-0.1, 0.1),
+)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(rubbing, min_size=1, max_size=5))
+def test_a_resultant_does_to_a_body_what_all_its_contacts_do(contacts):
+    """The same force, and the same moment about the origin (Varignon); at the centroid of what presses."""
+    position, force, torque = (np.array(part) for part in resultant(contacts))
+    forces = [np.array(c.tangential_force) - c.normal_force * np.array(c.normal) for c in contacts]
+    moments = [
+        np.cross(c.position, f) + c.spin_torque * np.array(c.normal) for c, f in zip(contacts, forces, strict=True)
+    ]
+    assert np.allclose(force, np.sum(forces, axis=0), rtol=0, atol=1e-12)
+    assert np.allclose(np.cross(position, force) + torque, np.sum(moments, axis=0), rtol=0, atol=1e-12)
+    pressed = [c.normal_force for c in contacts]
+    assert np.allclose(position, np.average([c.position for c in contacts], axis=0, weights=pressed), atol=1e-12)
+
+
+directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(*v) > 0.1)
+
+motions = st.builds(Sine, st.floats(0.005, 0.1), st.floats(0.2, 3.0), st.floats(-3.0, 3.0))
+
+joints = st.builds(
+    DrivenJoint, st.sampled_from(JointKind), directions, motions, st.tuples(*[st.floats(-0.1, 0.1)] * 3)
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(joints, min_size=1, max_size=3))
+def test_a_target_accelerates_as_prescribed_whatever_its_joints_do_to_one_another(joints):
+    """What it was told is what contacts reckon with: neither inertia that axes share nor centrifugal forces."""
+    backend = MujocoBackend(build_scene(TIP, MovingTarget(Box(), joints), ContactLaw(), (0.0, 0.0, 0.5)))
+    backend.start()
+    model, data = backend.scene.model, backend._data
+    dofs = [int(model.joint(f"object_{i}").dofadr[0]) for i in range(len(joints))]
+    for _ in range(5):
+        for _ in range(30):
+            backend.step(Command())
+        for placer in backend._placers:
+            placer.place()
+        mujoco.mj_forward(model, data)
+        _, velocity, acceleration = np.transpose([joint.motion.at(data.time) for joint in joints])
+        assert np.allclose(data.qvel[dofs], velocity, rtol=0, atol=0)
+        assert np.allclose(data.qacc[dofs], acceleration, rtol=0, atol=1e-4 * (1.0 + np.abs(acceleration).max()))

@@ -115,19 +115,6 @@ def test_a_steadily_growing_load_is_shown_late_by_the_lag_that_the_model_states(
     assert 200 * period - sample.wrench[0] == pytest.approx(model.delay, rel=1e-9)
 
 
-@given(st.floats(0.0, 0.0099))
-def test_latency_is_exact_to_any_fraction_of_a_period(latency):
-    times = np.arange(40) * 1e-3
-    course = np.random.default_rng(3).normal(size=(40, 6))
-    sensor = simulated_sensor(SensorModel(latency=latency), 1e-3)
-    for t, row in zip(times, course, strict=True):
-        sample = sensor.step(float(t), tuple(row), (row[0], row[1], row[2]))
-        assert sample.time == t - latency
-        expected = [np.interp(sample.time, times, column) for column in course.T]
-        assert np.allclose(sample.wrench, expected, atol=1e-11)
-        assert np.allclose(sample.acceleration, expected[:3], atol=1e-11)
-
-
 @settings(deadline=None, max_examples=40)
 @given(LAGS, st.floats(0.0, 5e-3), st.floats(50.0, 8000.0), st.floats(0.0, 1e-3))
 def test_weight_and_inertia_come_off_exactly_whatever_the_sensor_delays(lag, latency, rate, offset):

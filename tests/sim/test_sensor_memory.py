@@ -91,17 +91,13 @@ def test_sensors_do_not_disturb_one_another():
 def test_a_stage_more_leaves_the_noise_as_it_was():
     plain = noisy_sensor(0.01, 1e-4)
     wandering = replace(plain, random_walk=RandomWalk(alike(0.01, 1e-4)))
-    walk = replace(wandering, noise=None)
+    sensors = [ImperfectSensor(model, DT, 5) for model in (plain, replace(wandering, noise=None), wandering)]
     zero = (0.0,) * 6, (0.0, 0.0, 9.81)
-    shown = []
-    for model in (plain, walk, wandering):
-        sensor = ImperfectSensor(model, DT, 5)
-        shown.append(np.array([sensor.step(DT * k, *zero).wrench for k in range(600)]))
-    assert np.allclose(shown[0] + shown[1], shown[2], atol=1e-15)
-    # nor do the two know of one another
-    noise, steps = shown[0][1:], np.diff(shown[1], axis=0)
-    both = [np.corrcoef(noise[:, i], steps[:, i])[0, 1] for i in range(6)]
-    assert np.abs(both).max() < 5.0 / math.sqrt(len(steps))
+    noise, walk, both = (np.array([sensor.step(DT * k, *zero).wrench for k in range(600)]) for sensor in sensors)
+    assert np.allclose(noise + walk, both, atol=1e-15)
+    # nor do the two stages share their draws
+    shared = [np.corrcoef(noise[1:, i], np.diff(walk[:, i]))[0, 1] for i in range(6)]
+    assert np.abs(shared).max() < 5.0 / math.sqrt(len(noise))
 
 
 @pytest.mark.parametrize("time", [0.004, 0.003, -1.0, math.nan, math.inf])

@@ -26,7 +26,6 @@ from palpate.sim import (
     EllipsoidObject,
     Fidelity,
     MujocoBackend,
-    SphereObject,
     Tip,
     build_scene,
     bumps,
@@ -92,18 +91,6 @@ def test_what_is_identified_bears_a_contact_three_times_as_stiff(found):
     assert found.admittance.phase_margin_deg > 61.0
     assert found.admittance.stiffer_phase_margin_deg > 29.0
     assert found.admittance.gain.gain > 3.0 * found.gain.gain
-
-
-@pytest.mark.slow
-def test_on_a_small_raster_the_force_is_held_with_ordinary_friction(found):
-    errors, _, _ = swept(EllipsoidObject(), found)
-    assert rms(errors) < 0.05
-
-
-@pytest.mark.slow
-def test_with_rough_friction_too(found):
-    errors, _, _ = swept(SphereObject(0.04), found, Raster(0.04, 0.008, 0.008), friction=1.0)
-    assert rms(errors) < 0.05
 
 
 @pytest.mark.slow
