@@ -11,8 +11,7 @@ from material_touches import drawn_touches
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from palpate.friction.materials.library import MaterialLibrary, simulated_materials
-from palpate.friction.materials.material import Deviations, Material
+from palpate.friction.materials.library import simulated_materials
 from palpate.friction.materials.next_touch import Advice, candidate_touches, expected_bits, next_touch, touch_error
 from palpate.friction.materials.recognition import recognise
 from palpate.friction.materials.touch_evidence import TouchEvidence
@@ -20,6 +19,7 @@ from palpate.friction.materials.touch_sums import speed_shifts
 from palpate.friction.materials.trials import UNKNOWN, confusion
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
+from support.made_up_materials import EXACT, library, material, spread
 
 CANDIDATES = candidate_touches((1.5, 5.0), (0.005, 0.02, 0.1), (2.0,))
 LIBRARY = simulated_materials()
@@ -27,19 +27,14 @@ NAMED = dict(zip(LIBRARY.names, LIBRARY.materials, strict=True))
 
 
 def of(*names):
-    return MaterialLibrary(fingertip="made up", materials=tuple(NAMED[name] for name in names))
+    return library(*(NAMED[name] for name in names))
 
 
 def two(apart, scatter=0.02):
-    none = Deviations(friction=0.0, spin_length=0.0)
-    spread = Deviations(friction=scatter, spin_length=scatter)
-    made = [
-        Material(
-            name=name, kinetic_friction=mu, spin_length=3e-3, scatter=spread, specimen=none, provenance="none"
-        )
-        for name, mu in (("low", 0.4), ("high", 0.4 * math.exp(apart)))
-    ]
-    return MaterialLibrary(fingertip="made up", materials=tuple(made))
+    both = (("low", 0.4), ("high", 0.4 * math.exp(apart)))
+    return library(
+        *(material(name, mu, gamma=0.0, p=2.0, scatter=spread(scatter), specimen=EXACT) for name, mu in both)
+    )
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 3))
@@ -141,8 +136,8 @@ def test_the_most_telling_touches_recognise_every_material_of_the_library():
 def test_shifts_are_those_of_the_materials_and_none_of_a_stranger():
     shifts = speed_shifts(LIBRARY, 0.0, 0.0, 1.0)
     assert shifts[-1] == 0.0
-    for material, shift in zip(LIBRARY.materials, shifts, strict=False):
-        assert math.exp(shift) == pytest.approx(material.static_friction / material.kinetic_friction)
+    for each, shift in zip(LIBRARY.materials, shifts, strict=False):
+        assert math.exp(shift) == pytest.approx(each.static_friction / each.kinetic_friction)
 
 
 def test_a_confusion_matrix_counts_every_case_once():

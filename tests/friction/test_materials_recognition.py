@@ -10,8 +10,6 @@ from material_touches import drawn_touches
 from scipy.stats import binom, multivariate_normal
 
 from palpate.estimation import Assumption
-from palpate.friction.materials.library import MaterialLibrary
-from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.recognition import RecognitionOutcome, recognise
 from palpate.friction.materials.recognition_checks import recognition_verdict
 from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence
@@ -19,22 +17,9 @@ from palpate.friction.rubbing.slip_load import SlipLoad
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.surface_fit import fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
+from support.made_up_materials import EXACT, library, material, spread
 
 STROKE, TWIST, FIRM_TWIST = PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0), PlannedSlip(5.0, 0.0, 3.0)
-SPECIMEN = Deviations(friction=0.015, spin_length=0.02, load_exponent=0.02, norm_exponent=0.05)
-
-
-def material(name, mu, e=3e-3, gamma=0.1, p=1.6, scatter=0.02, specimen=SPECIMEN, **more):
-    spread = Deviations(friction=scatter, spin_length=scatter, load_exponent=0.01, norm_exponent=0.05)
-    return Material(
-        name=name, kinetic_friction=mu, spin_length=e, load_exponent=gamma, norm_exponent=p,
-        scatter=spread, specimen=specimen, provenance="made up", **more,
-    )  # fmt: skip
-
-
-def library(*materials):
-    return MaterialLibrary(fingertip="made up", materials=materials)
-
 
 THREE = library(material("a", 0.4), material("b", 0.44, 2.5e-3, 0.3), material("c", 0.5, scatter=0.06))
 
@@ -99,16 +84,16 @@ def test_only_ratios_of_friction_and_of_lengths_count(by_friction, by_length, se
 
 def test_what_is_particular_to_a_specimen_is_not_averaged_away():
     """Half-way between two whose specimens differ by more than that, no number of touches decides."""
-    loose = Deviations(friction=0.1, spin_length=0.1)
+    loose = spread(0.1)
     both = library(material("a", 0.4, specimen=loose), material("b", 0.44, specimen=loose))
-    half = material("half", math.sqrt(0.4 * 0.44), specimen=Deviations(friction=0.0, spin_length=0.0))
+    half = material("half", math.sqrt(0.4 * 0.44), specimen=EXACT)
     found = recognise(both, drawn_touches(half, [STROKE] * 1000, np.random.default_rng(0)))
     assert found.outcome is RecognitionOutcome.UNDECIDED
     assert found.posterior.min() > 0.4
 
 
 def test_an_error_of_calibration_that_all_touches_share_makes_nothing_unknown():
-    exact = library(material("a", 0.4, specimen=Deviations(friction=0.0, spin_length=0.0)))
+    exact = library(material("a", 0.4, specimen=EXACT))
     off = [TouchEvidence.stroke(0.4 * 1.005, 0.004, 0.02)] * 400
     assert recognise(exact, off, calibration=0.003).fit[0] > 0.05
     assert recognise(exact, off, calibration=0.0).outcome is RecognitionOutcome.UNKNOWN
@@ -131,24 +116,23 @@ def test_the_true_material_is_refused_as_rarely_as_promised(slips):
 
 
 def test_outsiders_fit_nothing_by_place_or_by_scatter():
-    sure = {"speed": 0.02, "error": 0.004}
-    assert recognise(THREE, [TouchEvidence.stroke(0.9, **sure)] * 3).outcome is RecognitionOutcome.UNKNOWN
-    assert (
-        recognise(THREE, [TouchEvidence.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3).outcome
-        is RecognitionOutcome.UNKNOWN
-    )
-    # two surfaces on one object: on average as "a"
-    mixed = [TouchEvidence.stroke(0.4 * math.exp(sign * 0.12), **sure) for sign in (1.0, -1.0) * 4]
     alone = library(THREE.materials[0])
-    assert recognise(alone, [TouchEvidence.stroke(0.4, **sure)] * 8).outcome is RecognitionOutcome.RECOGNISED
-    assert recognise(alone, mixed).outcome is RecognitionOutcome.UNKNOWN
+    same, mixed = (  # on average as "a", as two surfaces on one object
+        [TouchEvidence.stroke(0.4 * math.exp(sign * off), 0.004, 0.02) for sign in (1.0, -1.0) * 4]
+        for off in (0.0, 0.12)
+    )
+    for known, touches, outcome in (
+        (THREE, [TouchEvidence.stroke(0.9, 0.004, 0.02)] * 3, RecognitionOutcome.UNKNOWN),
+        (THREE, [TouchEvidence.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3, RecognitionOutcome.UNKNOWN),
+        (alone, same, RecognitionOutcome.RECOGNISED),
+        (alone, mixed, RecognitionOutcome.UNKNOWN),
+    ):
+        assert recognise(known, touches).outcome is outcome
 
 
 def test_nothing_is_recognised_without_touching_it():
-    assert recognise(library(THREE.materials[0]), []).outcome is RecognitionOutcome.UNDECIDED
-    assert (
-        recognise(library(THREE.materials[0]), [NeverSlipped.stroke(0.0)]).outcome is RecognitionOutcome.UNDECIDED
-    )
+    for touches in ([], [NeverSlipped.stroke(0.0)]):
+        assert recognise(library(THREE.materials[0]), touches).outcome is RecognitionOutcome.UNDECIDED
     found = recognise(THREE, [], {"a": 3.0, "c": 1.0})
     np.testing.assert_allclose(found.posterior, [0.75, 0.0, 0.25])
     assert (found.fit == 1.0).all()

@@ -5,19 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.friction.materials.library import MaterialLibrary
-from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.touch_evidence import STROKE_ROW, TouchEvidence, twist_row
 from palpate.friction.materials.trials import confusion_of_touches, drawn_again
+from support.made_up_materials import library, spread
+from support.made_up_materials import material as made_up
 
 
-def material(name, mu, e=3e-3, *, scatter=0.02, specimen=0.01, static=None):
-    spread = Deviations(friction=scatter, spin_length=scatter)
-    own = Deviations(friction=specimen, spin_length=specimen)
-    return Material(
-        name=name, kinetic_friction=mu, static_friction=static, spin_length=e, load_exponent=0.1, scatter=spread,
-        specimen=own, provenance="a test",
-    )  # fmt: skip
+def material(name, mu, e=3e-3, scatter=0.02, specimen=0.01, **more):
+    return made_up(name, mu, e, scatter=spread(scatter), specimen=spread(specimen), **more)
 
 
 def made(error=0.004, speed=0.01):
@@ -28,7 +23,7 @@ def made(error=0.004, speed=0.01):
 
 def test_touches_drawn_again_have_the_materials_mean_and_all_of_its_spread():
     """What a place has of its own, all its rubs share: H (S + B) H' + R, with the calibration's in B."""
-    steel, touch = material("steel", 0.4, specimen=0.015, static=0.5), made()
+    steel, touch = material("steel", 0.4, specimen=0.015, static_friction=0.5), made()
     rng = np.random.default_rng(1)
     drawn = np.array([drawn_again(steel, [touch], rng, calibration=0.01)[0].values for _ in range(4000)])
     mean = touch.rows @ steel.parameters + np.log(steel.friction_at(0.01) / 0.4)
@@ -51,7 +46,7 @@ def test_a_specimen_is_the_same_in_all_its_touches_and_its_scatter_is_not():
 @settings(deadline=None, max_examples=10)
 @given(st.integers(0, 2**32 - 1))
 def test_the_same_seed_gives_the_same_matrix_and_the_values_of_the_touches_do_not_matter(seed):
-    both = MaterialLibrary(fingertip="a test", materials=(material("a", 0.4), material("b", 0.43)))
+    both = library(*(material("a", 0.4), material("b", 0.43)))
     felt = made()
     other = TouchEvidence(felt.values + 7.0, felt.rows, felt.covariance, felt.speed)
     first, again = (
@@ -63,9 +58,7 @@ def test_the_same_seed_gives_the_same_matrix_and_the_values_of_the_touches_do_no
 
 def test_materials_alike_are_confused_half_the_time_others_never():
     alike = (material("a", 0.4), material("as a", 0.4), material("far", 0.8))
-    found = confusion_of_touches(
-        MaterialLibrary(fingertip="a test", materials=alike), [made()], 200, np.random.default_rng(3)
-    )
+    found = confusion_of_touches(library(*alike), [made()], 200, np.random.default_rng(3))
     shares = found.shares
     assert found.truths == ("a", "as a", "far")
     assert shares[2, 2] > 0.97
@@ -76,7 +69,7 @@ def test_materials_alike_are_confused_half_the_time_others_never():
 
 
 def test_strokes_alone_cannot_tell_what_twists_do():
-    two = MaterialLibrary(fingertip="a test", materials=(material("a", 0.4), material("b", 0.4, e=3.6e-3)))
+    two = library(*(material("a", 0.4), material("b", 0.4, e=3.6e-3)))
     stroke = TouchEvidence.stroke(0.4, 0.004, 0.01)
     blind, told = (
         confusion_of_touches(two, [touch], 100, np.random.default_rng(4)).right for touch in (stroke, made())

@@ -39,11 +39,11 @@ from palpate.testing import (
     check_surface,
 )
 from runtime.simulated_backends import BACKENDS
+from sensing.test_invariance import TIPS
 from support.emulated_bus import EmulatedBus, connected
 from support.ft_host import served, state
 from support.ur_library import needs_ur
 from support.waiting import WITHIN
-from surfaces.test_tip_invariance import TIPS
 from testing.made_up import LOAD, NOISE, IdealArm, IdealHand, LoadedSensor
 
 RADIUS = 0.01
