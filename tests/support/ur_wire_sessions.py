@@ -1,6 +1,6 @@
-"""What the real clients of a UR controller do in the tests, each in a process of its own that may be killed.
+"""Sessions of the real clients of a UR controller, each in a process of its own that may be killed.
 
-In a process of its own because ur_rtde may wait for minutes, or end it, where a connection is lost.
+ur_rtde may wait for minutes, or end its process, where a connection is lost.
 """
 
 import multiprocessing
@@ -12,7 +12,6 @@ from typing import Any
 
 from support.waiting import until
 
-Numbers = list[float]
 Session = Callable[..., Any]
 
 
@@ -23,18 +22,18 @@ def own_address(number: int) -> str:
 
 
 class ClientProcess:
-    """A session of a client under way."""
+    """Session of a client under way."""
 
     def __init__(self, session: Session, *arguments: object) -> None:
-        """Start it; it is handed a connection to tell things, then the arguments."""
+        """Start it; it is given a connection for results, then the arguments."""
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
         self.process = context.Process(target=_run, args=(session, theirs, arguments))
         self.process.start()
         theirs.close()
 
-    def hear(self, within: float = 30.0) -> Any:
-        """Return what the session tells next; its exceptions are raised here."""
+    def result(self, within: float = 30.0) -> Any:
+        """Return the next result of the session; its exceptions are raised here."""
         if not self._ours.poll(within):
             raise TimeoutError(f"the client has sent nothing for {within} s")
         result = self._ours.recv()
@@ -43,7 +42,7 @@ class ClientProcess:
         return result
 
     def go_on(self) -> None:
-        """Tell the session to go on."""
+        """Let the session go on."""
         self._ours.send("go on")
 
     def end(self, within: float = 10.0) -> None:
@@ -56,11 +55,11 @@ class ClientProcess:
         self.process.close()
 
 
-def session_result(session: Session, *arguments: object, within: float = 30.0) -> Any:
-    """Return what a session returns."""
+def session_result(session: Session, *arguments: object) -> Any:
+    """Return the result of a session."""
     client = ClientProcess(session, *arguments)
     try:
-        return client.hear(within)
+        return client.result()
     finally:
         client.end()
 
@@ -71,63 +70,13 @@ def _run(session: Session, pipe: Connection, arguments: tuple[object, ...]) -> N
     except Exception as error:
         result = RuntimeError(f"{type(error).__name__}: {error}")
     pipe.send(result)
-    # destructors of ur_rtde take half a second each, or crash: nothing is left to lose
+    # destructors of ur_rtde take half a second each, or crash
     pipe.close()
     os._exit(0)
 
 
-def _later(ask: Callable[[], Any]) -> Any:
-    """Ask twice, many cycles apart: real-time getters give what the registers held before."""
-    ask()
-    time.sleep(0.2)
-    return ask()
-
-
-def moves(pipe: Connection, address: str) -> dict[str, Any]:
-    """Try all kinds of moves."""
-    import rtde_control
-    import rtde_receive
-
-    receive = rtde_receive.RTDEReceiveInterface(address)
-    control = rtde_control.RTDEControlInterface(address)
-    pose, joints = receive.getActualTCPPose(), receive.getActualQ()
-    there = [pose[0] + 0.02, pose[1], pose[2] - 0.03, *pose[3:]]
-    turned = [joints[0] + 0.1, *joints[1:5], joints[5] - 0.1]
-    result: dict[str, Any] = {"pose": pose, "there": there, "joints": joints, "turned": turned, "ok": []}
-    result["ok"].append(control.moveL(there, 0.25, 1.2))
-    result["moveL"] = receive.getActualTCPPose()
-    result["ok"].append(control.moveJ(turned, 1.05, 1.4))
-    result["moveJ"] = receive.getActualQ()
-    result["ok"].append(control.moveL_FK(joints, 0.25, 1.2))
-    result["moveL_FK"] = receive.getActualTCPPose()
-    result["ok"].append(control.moveJ_IK(there, 1.05, 1.4))
-    result["moveJ_IK"] = receive.getActualTCPPose()
-    result["ok"].append(control.moveL([[*pose, 0.25, 1.2, 0.0], [*there, 0.25, 1.2, 0.0]]))
-    result["path"] = receive.getActualTCPPose()
-    result["ok"].append(control.moveL(pose, 0.02, 1.2, True))
-    time.sleep(0.1)
-    result["running"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
-    control.stopL(10.0)
-    time.sleep(0.05)
-    result["after stop"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
-    result["stopped"] = receive.getActualTCPPose()
-    for i in range(100):
-        height = pose[2] + 0.0001 * i
-        result["ok"].append(control.servoL([*pose[:2], height, *pose[3:]], 0.1, 0.1, 0.002, 0.03, 300))
-        time.sleep(0.003)
-    time.sleep(0.3)
-    result["servoL"] = receive.getActualTCPPose()
-    result["ok"].append(control.servoStop(10.0))
-    result["ok"].append(control.speedJ([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0, 0.0))
-    time.sleep(0.3)
-    result["speedJ"] = receive.getActualQd()
-    result["ok"].append(control.speedStop(10.0))
-    control.stopScript()
-    return result
-
-
-def questions(pipe: Connection, address: str) -> dict[str, Any]:
-    """Ask and set what does not move the arm."""
+def tour(pipe: Connection, address: str) -> dict[str, Any]:
+    """Use every emulated command, the outputs and the dashboard once."""
     import dashboard_client
     import rtde_control
     import rtde_io
@@ -139,31 +88,64 @@ def questions(pipe: Connection, address: str) -> dict[str, Any]:
     dashboard = dashboard_client.DashboardClient(address)
     dashboard.connect()
     pose, joints = receive.getActualTCPPose(), receive.getActualQ()
-    result: dict[str, Any] = {"pose": pose, "joints": joints}
-    result["inverse"] = control.getInverseKinematics(pose)
-    result["inverse near"] = control.getInverseKinematics(pose, joints)
-    result["has"] = control.getInverseKinematicsHasSolution(pose)
-    result["has not"] = control.getInverseKinematicsHasSolution([3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    result["safe"] = control.isPoseWithinSafetyLimits(pose), control.isJointsWithinSafetyLimits(joints)
-    result["unsafe"] = control.isJointsWithinSafetyLimits([7.0] * 6)
-    result["forward"] = control.getForwardKinematics(joints, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
-    result["trans"] = control.poseTrans(pose, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
-    result["step"] = _later(control.getStepTime)
-    result["flange"] = _later(control.getActualToolFlangePose)
-    result["history"] = _later(lambda: control.getActualJointPositionsHistory(5))
-    result["steady"] = control.isSteady()
-    result["tcp set"] = control.setTcp([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    there = [pose[0] + 0.02, pose[1], pose[2] - 0.03, *pose[3:]]
+    turned = [joints[0] + 0.1, *joints[1:5], joints[5] - 0.1]
+    result: dict[str, Any] = {"pose": pose, "there": there, "joints": joints, "turned": turned, "ok": []}
+    accept = result["ok"].append
+    accept(control.moveL(there, 0.25, 1.2))
+    result["moveL"] = receive.getActualTCPPose()
+    accept(control.moveJ(turned, 1.05, 1.4))
+    result["moveJ"] = receive.getActualQ()
+    accept(control.moveL_FK(joints, 0.25, 1.2))
+    result["moveL_FK"] = receive.getActualTCPPose()
+    accept(control.moveJ_IK(there, 1.05, 1.4))
+    result["moveJ_IK"] = receive.getActualTCPPose()
+    accept(control.moveL([[*pose, 0.25, 1.2, 0.0], [*there, 0.25, 1.2, 0.0]]))
+    result["path"] = receive.getActualTCPPose()
+    accept(control.moveL(pose, 0.02, 1.2, True))
+    time.sleep(0.1)
+    result["running"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
+    control.stopL(10.0)
+    time.sleep(0.05)
+    result["after stop"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()
+    result["stopped"] = receive.getActualTCPPose()
+    accept(control.moveJ(joints, 1.05, 1.4))
+    goal = [joints[0] + 0.01, *joints[1:]]
+    for _ in range(100):
+        accept(control.servoJ(goal, 0.1, 0.1, 0.002, 0.03, 300))
+        time.sleep(0.003)
+    until(lambda: abs(receive.getActualQ()[0] - goal[0]) < 1e-4)
+    accept(control.servoStop(10.0))
+    accept(control.speedJ([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0, 0.0))
+    until(lambda: abs(receive.getActualQd()[0] - 0.1) < 2e-3)
+    accept(control.speedStop(10.0))
+    accept(control.jogStart([0.0, 0.0, 0.01, 0.0, 0.0, 0.0], rtde_control.RTDEControlInterface.FEATURE_TOOL))
+    until(lambda: abs(receive.getActualTCPSpeed()[2] + 0.01) < 1e-4)
+    accept(control.jogStop())
+    until(control.isSteady)
+    accept(control.startContactDetection())
+    result["contact"] = control.readContactDetection(), control.stopContactDetection()
+    accept(control.forceMode([0.0] * 6, [0, 0, 1, 0, 0, 0], [0.0, 0.0, -8.0, 0.0, 0.0, 0.0], 2, [0.1] * 6))
+    until(lambda: abs(receive.getActualTCPForce()[2] - 8.0) < 0.05)
+    result["pressed"] = receive.getActualTCPPose()
+    accept(control.forceModeStop())
+    accept(control.moveL(pose, 0.25, 1.2))
+    accept(control.moveUntilContact([0.0, 0.0, -0.02, 0.0, 0.0, 0.0]))
+    result["touched"] = receive.getActualTCPForce()
+    accept(control.moveL(pose, 0.25, 1.2))
+    accept(control.setTcp([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]))
     time.sleep(0.02)
     result["tcp"], result["moved tcp"] = control.getTCPOffset(), receive.getActualTCPPose()
-    result["payload set"] = control.setPayload(1.2, [0.0, 0.0, 0.05])
+    accept(control.setTcp([0.0] * 6))
+    accept(control.setPayload(1.2, [0.0, 0.0, 0.05]))
     time.sleep(0.02)
     result["payload"], result["weight"] = receive.getPayload(), receive.getActualTCPForce()
-    result["zeroed"] = control.zeroFtSensor()
+    accept(control.zeroFtSensor())
     time.sleep(0.02)
     result["force"] = receive.getActualTCPForce()
-    result["freedrive"] = control.freedriveMode(), control.getFreedriveStatus()
-    result["driven"] = control.endFreedriveMode(), control.getFreedriveStatus()
-    result["teach"] = control.teachMode(), control.endTeachMode()
+    control.getActualJointPositionsHistory(5)
+    time.sleep(0.2)  # real-time getters return what the registers held before
+    result["history"] = receive.getActualQ(), control.getActualJointPositionsHistory(5)
     io.setStandardDigitalOut(3, True)
     io.setConfigurableDigitalOut(2, True)
     io.setToolDigitalOut(1, True)
@@ -183,8 +165,7 @@ def questions(pipe: Connection, address: str) -> dict[str, Any]:
         dashboard.isProgramSaved(),
         dashboard.getSerialNumber(),
     ]
-    # what outlives a program
-    control.setTcp([0.0] * 6)
+    # settings outlive a program
     control.setPayload(0.0, [0.0, 0.0, 0.0])
     control.zeroFtSensor()
     io.setSpeedSlider(1.0)
@@ -197,7 +178,7 @@ def questions(pipe: Connection, address: str) -> dict[str, Any]:
 
 
 def stream_speed(pipe: Connection, address: str, frequency: float, speed: float) -> None:
-    """Set the watchdog, move downwards for ever; say so after a while."""
+    """Set the watchdog, move downwards for ever; report after a while."""
     import rtde_control
 
     control = rtde_control.RTDEControlInterface(address)
@@ -210,43 +191,24 @@ def stream_speed(pipe: Connection, address: str, frequency: float, speed: float)
             pipe.send("moving")
 
 
-def press(pipe: Connection, address: str, force: float) -> dict[str, Any]:
-    """Press downwards in force mode."""
-    import rtde_control
-    import rtde_receive
-
-    receive = rtde_receive.RTDEReceiveInterface(address)
-    control = rtde_control.RTDEControlInterface(address)
-    control.forceMode([0.0] * 6, [0, 0, 1, 0, 0, 0], [0.0, 0.0, -force, 0.0, 0.0, 0.0], 2, [0.1] * 6)
-    time.sleep(2.0)
-    result = {"force": receive.getActualTCPForce(), "pose": receive.getActualTCPPose()}
-    result["left"] = control.forceModeStop()
-    return result
-
-
-def connect(pipe: Connection, address: str, rate: float) -> dict[str, Any]:
-    """Connect and do next to nothing."""
+def connect(pipe: Connection, address: str, rate: float) -> list[float]:
+    """Connect both interfaces; return time stamps of the controller, from reading them for 0.5 s of its time."""
     import rtde_control
     import rtde_receive
 
     receive = rtde_receive.RTDEReceiveInterface(address, rate)
-    alive = receive.isConnected()
-    control = rtde_control.RTDEControlInterface(address, rate)
-    begun = time.monotonic()
-    seen = {receive.getTimestamp()}
-    while time.monotonic() < begun + 0.5:
-        seen.add(receive.getTimestamp())
-        time.sleep(0.0005)
-    return {
-        "alive": alive,
-        "steady": control.isSteady(),
-        "states": len(seen),
-        "pose": receive.getActualTCPPose(),
-    }
+    if not (receive.isConnected() and rtde_control.RTDEControlInterface(address, rate).isSteady()):
+        raise RuntimeError("not connected")
+    stamps = [receive.getTimestamp()]
+    while stamps[-1] < stamps[0] + 0.5:
+        stamp = receive.getTimestamp()
+        if stamp != stamps[-1]:
+            stamps.append(stamp)
+    return stamps
 
 
 def hold(pipe: Connection, address: str) -> str:
-    """Connect, say so, and keep the control interface until asked to go on; then report whether it still works."""
+    """Connect, report it, wait to go on, and report whether the control interface still works."""
     import rtde_control
 
     control = rtde_control.RTDEControlInterface(address)
@@ -256,7 +218,7 @@ def hold(pipe: Connection, address: str) -> str:
 
 
 def protective_stop(pipe: Connection, address: str) -> dict[str, Any]:
-    """Move until stopped by somebody else; then recover."""
+    """Move until stopped by the controller; then recover."""
     import dashboard_client
     import rtde_control
     import rtde_receive
@@ -265,7 +227,8 @@ def protective_stop(pipe: Connection, address: str) -> dict[str, Any]:
     control = rtde_control.RTDEControlInterface(address)
     pose = receive.getActualTCPPose()
     pipe.send("moving")
-    result: dict[str, Any] = {"moved": control.moveL([*pose[:2], pose[2] - 0.2, *pose[3:]], 0.05, 1.2)}
+    result: dict[str, Any] = {"pose": pose}
+    result["moved"] = control.moveL([pose[0] + 0.2, *pose[1:]], 0.05, 1.2)
     result["stopped"] = receive.isProtectiveStopped(), receive.getRuntimeState(), receive.isEmergencyStopped()
     result["at"] = receive.getActualTCPPose()
     dashboard = dashboard_client.DashboardClient(address)
@@ -276,5 +239,4 @@ def protective_stop(pipe: Connection, address: str) -> dict[str, Any]:
     result["still"] = receive.getActualTCPPose()
     result["again"] = control.moveL(pose, 0.25, 1.2)
     result["back"] = receive.getActualTCPPose()
-    result["pose"] = pose
     return result

@@ -1,4 +1,4 @@
-"""Rubbish to an emulated UR controller, and a controller that talks rubbish: nobody hangs, and nobody dies."""
+"""Random bytes to an emulated UR controller, and from a controller: neither hangs nor ends the other."""
 
 import contextlib
 import itertools
@@ -9,16 +9,16 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from palpate.hw.emulators.ur.framing import PackageType, package
-from palpate.hw.ur.hello import controller_version
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
+from palpate.hw.emulators.ur.rtde import PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from palpate.hw.ur import UrArm, UrSettings
+from palpate.hw.ur.rtde import controller_version
 from support.ur_wire_sessions import own_address
 from support.waiting import WITHIN, until
 
@@ -52,7 +52,7 @@ def any_package(g: np.random.Generator) -> bytes:
 
 
 def any_script(g: np.random.Generator) -> bytes:
-    """Return something like a program, or nothing like one."""
+    """Return text that resembles a program, or does not."""
     parts = [
         b"def f():\n",
         b"end\n",
@@ -95,7 +95,7 @@ def clients(control: EmulatorControl) -> object:
 
 
 def sent(port: int, burst: list[bytes]) -> None:
-    """Say it all on one connection, which the other side may end; hear what it says, in passing."""
+    """Send all of it on one connection, which the other side may end; read its replies in passing."""
     with contextlib.suppress(OSError), socket.create_connection((ADDRESS, port), timeout=WITHIN) as client:
         for one in burst:
             client.sendall(one)
@@ -109,10 +109,10 @@ def sent(port: int, burst: list[bytes]) -> None:
 @pytest.mark.parametrize(
     ("port", "some"), [(RTDE_PORT, any_package), (SCRIPT_PORT, any_script), (DASHBOARD_PORT, any_line)]
 )
-def test_an_emulated_controller_takes_anything_and_goes_on(
+def test_an_emulated_controller_accepts_anything_and_goes_on(
     port: int, some: Callable[[np.random.Generator], bytes], count: int
 ) -> None:
-    """The arm stays where it is, connections are let go of, and the next client is served."""
+    """The arm stays, connections are released, and the next client is served."""
     g = np.random.default_rng(port)
     with served() as (control, _):
         before = control.state()["position"]
@@ -124,7 +124,7 @@ def test_an_emulated_controller_takes_anything_and_goes_on(
 
 
 class RudeServer:
-    """Accepts connections at all ports and replies whatever it likes, until it is closed."""
+    """Accepts connections at all ports and sends any replies, until it is closed."""
 
     def __init__(self, say: Callable[[np.random.Generator], bytes], ports: tuple[int, ...] = (RTDE_PORT,)) -> None:
         self._say, self._g = say, np.random.default_rng(4)
@@ -160,7 +160,7 @@ class RudeServer:
 
 
 @pytest.mark.parametrize("count", [300, pytest.param(ALL, marks=pytest.mark.slow)])
-def test_a_version_is_only_believed_from_a_controller(count: int) -> None:
+def test_only_a_controller_s_version_is_accepted(count: int) -> None:
     """Anything else is a `DeviceError`: never another exception, never a wait without end."""
 
     def say(g: np.random.Generator) -> bytes:
@@ -182,7 +182,7 @@ def test_a_version_is_only_believed_from_a_controller(count: int) -> None:
 def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Byte by byte it may come, within the time for all of it; each read takes `step` by the clock."""
     clock = itertools.count()
-    monkeypatch.setattr("palpate.hw.ur.hello.monotonic", lambda: step * next(clock))
+    monkeypatch.setattr("palpate.hw.ur.rtde.monotonic", lambda: step * next(clock))
     greeting = package(PackageType.VERSION, b"\x01")
     greeting += package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1))
     real, reads = socket.socket.recv, []

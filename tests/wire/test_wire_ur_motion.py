@@ -165,7 +165,12 @@ def test_a_linear_move_is_straight_keeps_its_speed_and_takes_its_time_which_the_
         assert np.linalg.norm(np.cross(points, way / length), axis=1).max() < 1e-9
         speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / bench.plant.period
         assert speeds.max() < fraction * 0.1 * 1.05
-    # ramps of v^2 / 2a each, and the arm's lag; but for the settling at the end, half the speed takes twice as long
+        # another TCP does not move the arm that has arrived
+        flange = bench.robot.arm.flange.position
+        bench.wait(SET_TCP, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+        bench.run(0.5)
+        assert bench.robot.arm.flange.position == pytest.approx(flange, abs=1e-4)
+    # ramps of v^2 / 2a each, and the arm's lag; half the speed takes twice as long, but for the settling
     assert took[0] == pytest.approx(length / 0.1 + 0.1 / 0.5, abs=0.25)
     assert took[1] == pytest.approx(2.0 * took[0], abs=0.3)
 

@@ -266,7 +266,7 @@ def check(state: PlantState) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("packages", "seed"), [(6_000, 1), (50_000, 2)])
+@pytest.mark.parametrize(("packages", "seed"), [(6_000, 1), (100_000, 2)])
 def test_rubbish_neither_stops_nor_misleads_the_controller(packages: int, seed: int) -> None:
     random_ = random.Random(seed)
     robot, plant = standing()

@@ -21,6 +21,7 @@ from palpate.hw.emulators.ur.motion import (
     JointServo,
     JointSpeed,
     LinearMove,
+    Rest,
     ToolSpeed,
 )
 from palpate.hw.emulators.ur.script import DONE, READY, PathStep, Registers, Script, UploadedProgram
@@ -294,7 +295,10 @@ def _set_payload(script: Script) -> None:
 
 
 def _set_tcp(script: Script) -> None:
-    script.robot.arm.set_tcp(pose_of(script.registers.doubles(0)))
+    robot = script.robot
+    if isinstance(robot.motion, LinearMove):
+        robot.motion = Rest()  # a move that still holds its target would take the new TCP there
+    robot.arm.set_tcp(pose_of(script.registers.doubles(0)))
 
 
 def _tcp_offset(script: Script) -> None:
