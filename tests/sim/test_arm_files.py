@@ -191,7 +191,7 @@ def test_it_does_not_sag_follows_without_lag_and_keeps_to_its_speeds(name, tmp_p
     go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
 
 
-def test_what_people_write_is_read(tmp_path):
+def test_a_file_with_degrees_frames_defaults_and_a_gripper_is_read(tmp_path):
     model = written(tmp_path, SCARA).read()
     assert model.joints == ("a", "b", "c", "d")
     assert [joint.kind for joint in model.arm.joints].count(JointKind.SLIDE) == 1
@@ -273,11 +273,11 @@ BAD = {
     "no XML": ("<mujoco", "flange", "line 1: this is no well-formed XML"),
     "empty": ("", "flange", "the file is empty"),
 }
-"""What is wrong: text, flange, message."""
+"""Files that are refused: text, flange, message."""
 
 
 @pytest.mark.parametrize("what", BAD)
-def test_what_is_no_arm_is_refused_in_one_line(what, tmp_path):
+def test_a_file_that_describes_no_arm_is_refused_in_one_line(what, tmp_path):
     text, flange, message = BAD[what]
     with pytest.raises(InvalidValueError, match=message) as refused:
         written(tmp_path, text, flange=flange).read()
