@@ -3,8 +3,8 @@
     python benchmarks/exploration.py [--quick]
 
 Accuracy against the simulation's truth on the stage (1 kHz, 2 N, mu 0.3, 20 kN/m), the radius of a sphere with
-sensor noise, and what the parts of a period cost. The sensed contact against MuJoCo's own at 100 kN/m, with spin,
-is checked in tests/sim/test_turntable.py.
+sensor noise, and what the parts of a period cost. The sensed contact against the true one at 100 kN/m, with spin,
+is checked in tests/sim/test_friction_plant.py.
 """
 
 import argparse

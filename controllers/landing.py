@@ -72,7 +72,7 @@ class LandingModel:
         or 2 v sqrt(K m) if that is more. Both do not add up: a contact that takes up the knock by damping does so
         before the limit is reached again. For elastic contacts of 1 to 100 kN/m on servos of 30 to 80 kN/m this is
         15 % more than the linear model of both gives; on the simulated stage and UR5e 0 to 40 % more
-        (`tests/sim/test_largest_force.py`).
+        (`tests/sim/test_force_limits.py`).
 
         Args:
             speed: Of the tip [m/s].

@@ -24,7 +24,7 @@ IMPRATIO = 1e6
 (benchmarks/simulation)."""
 
 LARGEST_CONTACT_STEP = 0.5
-"""Of sqrt(K A) dt, the contact's own angle per time step; see tests/sim/test_hand_grasp.py."""
+"""Of sqrt(K A) dt, the contact's own angle per time step; see tests/sim/test_holding.py."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Arms from files: makers' kinematics, the same in MJCF and URDF and in a scene; what is no arm is refused."""
+"""Arms from files: makers' kinematics, the same in MJCF, URDF and a scene; step tests; refused files."""
 
 import math
 import warnings
@@ -9,11 +9,22 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, JointKind, Pose, TipReference
-from palpate.sim import ArmFile, ServoedArm
+from palpate.kinematics import (
+    UR5E,
+    ArmKinematics,
+    FollowingErrorLimit,
+    InverseVelocity,
+    JointKind,
+    Pose,
+    TipReference,
+)
+from palpate.sensing.compensation import SensorPayload
+from palpate.sim import ArmCarrier, ArmFile, Fidelity, ServoedArm
+from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.arm_file import ARMS
 from palpate.sim.carriers.servoed_arm import FLANGE, PREFIX
+from palpate.sim.carriers.step_test import step_test
 from support.file_arms import GANTRY, MOBILE, OWN, SCARA, own_arm, written
 
 PANDA = [
@@ -180,7 +191,7 @@ def test_it_does_not_sag_follows_without_lag_and_keeps_to_its_speeds(name, tmp_p
     go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
 
 
-def test_what_people_write_is_read(tmp_path):
+def test_a_file_with_degrees_frames_defaults_and_a_gripper_is_read(tmp_path):
     model = written(tmp_path, SCARA).read()
     assert model.joints == ("a", "b", "c", "d")
     assert [joint.kind for joint in model.arm.joints].count(JointKind.SLIDE) == 1
@@ -194,7 +205,9 @@ def test_what_people_write_is_read(tmp_path):
 
 
 MESH = '<asset><mesh name="m" file="nope.stl"/></asset><worldbody>'
+
 WELD = "<equality>\n<weld body1='x' body2='z'/></equality></mujoco>"
+
 BAD = {
     "missing site": (GANTRY, "tool", r"flange = 'tool': no site, body or link is called so; .*there are flange"),
     "nearly": (GANTRY, "flang", "did you mean flange"),
@@ -260,11 +273,11 @@ BAD = {
     "no XML": ("<mujoco", "flange", "line 1: this is no well-formed XML"),
     "empty": ("", "flange", "the file is empty"),
 }
-"""What is wrong: text, flange, message."""
+"""Files that are refused: text, flange, message."""
 
 
 @pytest.mark.parametrize("what", BAD)
-def test_what_is_no_arm_is_refused_in_one_line(what, tmp_path):
+def test_a_file_that_describes_no_arm_is_refused_in_one_line(what, tmp_path):
     text, flange, message = BAD[what]
     with pytest.raises(InvalidValueError, match=message) as refused:
         written(tmp_path, text, flange=flange).read()
@@ -275,9 +288,11 @@ def test_what_is_no_arm_is_refused_in_one_line(what, tmp_path):
 
 
 URDF = (ARMS / "xarm6.urdf").read_text()
+
 SECOND = URDF[URDF.index('  <joint name="joint2"') : URDF.index('  <link name="link3"')].replace(
     "joint2", "again", 1
 )
+
 BAD_URDF = [
     (URDF.replace("</robot>", SECOND + "</robot>"), r"line \d+: a link with two parents .* chain; must be serial"),
     (URDF.replace('lower="-6.', 'lower="9.'), "the range of a joint is empty .joint1.; give it one"),
@@ -337,3 +352,42 @@ def test_a_urdf_finds_the_meshes_of_its_package_and_leaves_out_what_cannot_be_re
     assert model.spec.compile().nmesh == 1
     assert model.arm.limits[0].upper == 2.0 * math.pi
     assert "does not read such meshes: b" in "; ".join(model.assumptions)
+
+
+TIP = SensorPayload(0.03, (0.0, 0.0, 0.01))
+
+HEAVY = GANTRY.replace('mass="1"', 'mass="60"').replace("-300 300", "-3000 3000")
+
+
+def step_tested(model, behind, start, bandwidth, period=1e-3):
+    """What the step test finds; stiffness by the servos' gains [N/m] and 2 / w [s]."""
+    limit = FollowingErrorLimit(0.002)
+    arm = ServoedArm(model, Pose((behind, 0.0, 0.0)), Pose((0.0, 0.0, 0.1), LOOKING_DOWN), bandwidth, limit)
+    carrier = ArmCarrier(arm)
+    joints = carrier.joint_start(start)
+    computed = [arm.push(joints, tuple(axis)) / limit.distance for axis in np.eye(3).tolist()]
+    return step_test(carrier, TIP, start, Fidelity(), period), computed, 2.0 / bandwidth
+
+
+@pytest.mark.parametrize(
+    ("name", "behind", "start", "bandwidth"),
+    [
+        ("panda.xml", -0.45, (0.0, 0.0, 0.03), 130.0),
+        ("xarm6.xml", -0.45, (0.02, -0.01, 0.03), 60.0),
+        ("sluggish", 0.0, (0.1, -0.1, 0.55), 6.0),
+    ],
+)
+def test_it_finds_what_the_servos_gains_give(name, behind, start, bandwidth, tmp_path):
+    """Three slides that carry 180 kg at 6 rad/s are twenty times as slow as the Panda."""
+    model = written(tmp_path, HEAVY).read() if name == "sluggish" else own_arm(name)
+    servos, stiffness, response = step_tested(model, behind, start, bandwidth)
+    assert servos.stiffness == pytest.approx(stiffness, rel=0.006)  # of three digits, and how far it leans
+    assert servos.response == pytest.approx([response] * 3, abs=0.4e-3, rel=0.005)
+    assert servos.lag == (0.0, 0.0, 0.0)
+    assert "N/mm along x, y and z, response" in str(servos)
+
+
+def test_motors_that_do_not_hold_their_own_weight_are_refused(tmp_path):
+    weak = GANTRY.replace("-300 300", "-5 5")
+    with pytest.raises(InvalidValueError, match=r"gantry, pushed with .* does not come to rest: .*;"):
+        step_tested(written(tmp_path, weak).read(), 0.0, (0.1, -0.1, 0.55), 30.0)

@@ -144,7 +144,7 @@ def test_a_raster_over_the_rim_sweeps_what_there_is():
     check_on_surface(e, target, 5e-6)
     for row in (-4e-3, 0.0, 4e-3):
         swept = np.abs(e.tip[:, 1] - row) < 2e-4
-        assert np.ptp(e.tip[swept, 0]) > 4e-3  # what is left out doubles from miss to miss
+        assert np.ptp(e.tip[swept, 0]) > 4e-3  # the gap doubles from miss to miss
     assert {PathEvent.STEEP, PathEvent.UNREACHABLE} <= set(events(e))
 
 

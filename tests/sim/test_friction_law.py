@@ -48,7 +48,7 @@ def laws(draw):
 
 
 def sticking_or_slipping(law, force, torque, normal_force, factor=1.0):
-    """What is borne of a trial load (force [N], torque [N m])."""
+    """Return the part of a trial load (force [N], torque [N m]) that friction carries, and the drag."""
     drag = law.stiffness * DT + DAMPING
     return borne(force, torque, normal_force, drag, np.array(packed(law, DAMPING)), factor), drag
 
@@ -101,7 +101,7 @@ def test_the_nearest_point_fulfils_the_variational_inequality(a, b, w, p):
 @pytest.mark.slow
 @settings(deadline=None)
 @given(laws(), st.floats(0.0, 10.0), st.floats(0.0, 0.05), st.floats(0.01, 10.0), st.floats(0.5, 2.0))
-def test_a_load_inside_is_borne_whole_and_one_outside_slips_along_the_normal(law, force, torque, f_n, factor):
+def test_a_load_inside_is_carried_whole_and_one_outside_slips_along_the_normal(law, force, torque, f_n, factor):
     (borne_force, borne_torque, speed), drag = sticking_or_slipping(law, force, torque, f_n, factor)
     if law.load_ratio(f_n, force, torque, factor * law.static_friction) < 1.0 - 1e-12:
         assert (borne_force, borne_torque, speed) == (force, torque, 0.0)

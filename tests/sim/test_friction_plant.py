@@ -215,7 +215,7 @@ def test_without_pairs_it_is_mujoco_bit_for_bit():
         assert ours.data.sensordata.tobytes() == theirs.data.sensordata.tobytes()
 
 
-def test_a_load_of_somebody_elses_acts_besides_and_stays():
+def test_a_foreign_load_acts_besides_the_plants_and_stays():
     table = Turntable()
     tip = table.model.body("tip").id
     plant = table.plant(FrictionLaw())

@@ -20,7 +20,7 @@ from palpate.sim.hand.hand import finger_name, three_finger_hand, two_finger_han
 from palpate.sim.hand.hand_file import HANDS, HandFile
 from palpate.sim.hand.load import NO_LOAD, LoadDrive, RampLoad, ShakenLoad, SumOfLoads
 from palpate.sim.hand.scene import OBJECT, HeldObject, build_grasp_scene
-from palpate.sim.hand.turning_hand import sideways_name, turning_hand
+from palpate.sim.hand.turning_hand import TurningHand, sideways_name, turning_hand
 from palpate.sim.sensor.model import white_noise
 from palpate.sim.tip import Tip
 from palpate.spatial import IDENTITY, ZERO, cross, subtract
@@ -65,6 +65,7 @@ JOINTS = {
     "two": (TWO, [finger_name(i) for i in range(2)]),
     "three": (THREE, [finger_name(i) for i in range(3)]),
     "sideways": (SIDEWAYS, [name(i) for name in (finger_name, sideways_name) for i in range(3)]),
+    "two sideways": (TurningHand(fingers=2), [name(i) for name in (finger_name, sideways_name) for i in range(2)]),
     "from a file": (INDEX, [name for i in range(3) for name in INDEX.joint_names(i)]),
 }
 MODELS = {
@@ -92,7 +93,7 @@ def test_the_kinematics_of_a_hand_are_its_scenes(name, shares):
         assert site.xmat.reshape(3, 3) == pytest.approx(np.array(pose.rotation), abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["two", "three", "sideways"])
+@pytest.mark.parametrize("name", ["two", "three", "sideways", "two sideways"])
 def test_a_hand_knows_its_mass_and_its_centre_of_mass(name):
     (hand, _), model = JOINTS[name], MODELS[name]
     data = mujoco.MjData(model)
@@ -100,6 +101,8 @@ def test_a_hand_knows_its_mass_and_its_centre_of_mass(name):
     palm = model.body("palm").id
     assert model.body_subtreemass[palm] == pytest.approx(hand.mass, rel=1e-12)
     assert data.subtree_com[palm] - data.xpos[palm] == pytest.approx(hand.center_of_mass, abs=1e-12)
+    # palm, six servos, racks, fingers, tips
+    assert SIDEWAYS.mass == pytest.approx(0.05 + 6 * 0.018 + 3 * (0.03 + 0.03 + 0.015))
 
 
 @pytest.mark.parametrize("hand", [TWO, THREE])

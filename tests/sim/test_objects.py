@@ -1,13 +1,24 @@
-"""Distances to the simulated objects: exact on points whose distance is known by construction."""
+"""Objects: distances and inertia against closed forms, meshes and their files, prescribed motion."""
 
+import math
+
+import mujoco
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from palpate.sim import Box, CylinderObject, EllipsoidObject
+from palpate.errors import InvalidValueError
+from palpate.sim import Box, ContactLaw, CylinderObject, EllipsoidObject, SphereObject
+from palpate.sim.objects.body import ObjectBody
+from palpate.sim.objects.mesh import ConvexMesh
+from palpate.sim.objects.mesh_file import Triangles, read_triangles
+from palpate.sim.objects.motion import Ramp, Sine
+from palpate.sim.objects.table import Table
 
 FLAT, NEEDLE, ROUND = (0.05, 0.04, 0.0005), (0.001, 0.001, 0.1), (0.03, 0.03, 0.03)
+
 DEFAULT = (0.05, 0.04, 0.03)
 
 
@@ -40,6 +51,7 @@ def nearest_by_sampling(axes, point, n=200):
 
 
 axes_strategy = st.one_of(st.tuples(*[st.floats(0.005, 0.1)] * 3), st.sampled_from([FLAT, NEEDLE, ROUND, DEFAULT]))
+
 octant = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
@@ -103,3 +115,129 @@ def test_a_cylinder_lies_along_x():
         [0.063, 0.0, 0.034],  # 3-4-5 over the rim
     ]
     assert np.allclose(cylinder.signed_distance(np.array(points)), [-0.03, 0.0, 0.01, -0.0001, 0.005])
+
+
+TRIANGLES = {n: trimesh.creation.icosphere(subdivisions=n, radius=0.04) for n in (2, 3, 4)}
+
+
+def ball(n):
+    return Triangles(np.array(TRIANGLES[n].vertices), np.array(TRIANGLES[n].faces))
+
+
+CLOSED_FORMS = {
+    "sphere": (SphereObject(0.03), [0.4 * 0.03**2] * 3),
+    "ellipsoid": (
+        EllipsoidObject((0.05, 0.04, 0.03)),
+        [(0.04**2 + 0.03**2) / 5, (0.05**2 + 0.03**2) / 5, (0.05**2 + 0.04**2) / 5],
+    ),
+    "box": (
+        Box((0.08, 0.06, 0.04)),
+        [(0.06**2 + 0.04**2) / 12, (0.08**2 + 0.04**2) / 12, (0.08**2 + 0.06**2) / 12],
+    ),
+    "cylinder": (CylinderObject(0.03, 0.12), [0.03**2 / 2, *[0.03**2 / 4 + 0.12**2 / 12] * 2]),
+    "table": (Table(0.0, (0.4, 0.3, 0.02)), [(0.3**2 + 0.02**2) / 12, (0.4**2 + 0.02**2) / 12, 0.5**2 / 12]),
+}
+
+
+@pytest.mark.parametrize("kind", CLOSED_FORMS)
+def test_inertia_is_the_solid_s(kind):
+    shape, moments = CLOSED_FORMS[kind]
+    found = ObjectBody(shape, mass=0.2).inertia()
+    assert np.allclose(found, 0.2 * np.diag(moments), rtol=0, atol=1e-10 * max(moments))
+
+
+def test_a_box_as_a_mesh_has_the_box_s_inertia_and_distances():
+    box, mesh = Box((0.08, 0.06, 0.04)), trimesh.creation.box((0.08, 0.06, 0.04))
+    same = ConvexMesh(Triangles(np.array(mesh.vertices), np.array(mesh.faces)))
+    assert np.allclose(
+        ObjectBody(same).inertia(), ObjectBody(box).inertia(), rtol=0, atol=1e-11
+    )  # float32 vertices
+    points = np.random.default_rng(0).uniform(-0.08, 0.08, (500, 3))
+    assert np.allclose(same.signed_distance(points), box.signed_distance(points), rtol=0, atol=1e-12)
+    x, y = points[:, 0], points[:, 1]
+    assert np.allclose(same.height(x, y), box.height(x, y), equal_nan=True)
+
+
+SOLIDS = [SphereObject(), EllipsoidObject(), Box(), CylinderObject(), Table(0.05), ConvexMesh(ball(3))]
+
+
+@pytest.mark.parametrize("target", SOLIDS, ids=lambda target: type(target).__name__)
+def test_geom_and_exact_surface_agree(target):
+    spec = mujoco.MjSpec()
+    target.add_assets(spec, "object")
+    target.add_geom(spec.worldbody.add_body(name="object"), "object")
+    probe = spec.worldbody.add_body(name="probe", mocap=True)
+    probe.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0.0, 0.0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    points = np.random.default_rng(2).uniform(-0.1, 0.1, size=(200, 3))
+    points = points[target.signed_distance(points) > 5e-3]
+    assert len(points) > 50
+    for point in points:
+        data.mocap_pos[0] = point
+        mujoco.mj_forward(model, data)
+        found = mujoco.mj_geomDistance(model, data, model.geom("probe").id, model.geom("object").id, 1.0, None)
+        assert found + 1e-3 == pytest.approx(target.signed_distance(point[None])[0], abs=2e-6)
+    x = np.linspace(-0.02, 0.02, 5)
+    surface = np.stack([x, 0.0 * x, target.height(x, 0.0 * x)], axis=1)
+    assert np.allclose(target.signed_distance(surface), 0.0, atol=1e-12)
+    assert surface[:, 2].max() == pytest.approx(target.top, abs=1e-15)
+    above = np.random.default_rng(3).uniform(-0.2, 0.2, size=(500, 3))
+    above[:, 2] = target.top + 1e-6 + np.abs(above[:, 2])
+    assert np.all(target.signed_distance(above) > 0.0)
+    assert not target.reachable(0.3, 0.0, 0.008)
+
+
+def test_an_object_brings_its_friction_and_nothing_else_to_a_law():
+    press = ContactLaw(stiffness=50e3)
+    law = ObjectBody(Box(), friction=0.7, spin_length=0.002).law(press)
+    assert (law.friction, law.spin_length, law.stiffness) == (0.7, 0.002, 50e3)
+
+
+@pytest.mark.parametrize("motion", [Ramp(0.03), Sine(0.004, 2.0, 0.3)])
+def test_velocity_and_acceleration_are_derivatives(motion):
+    h = 1e-5
+    for t in (0.1, 0.37):
+        (a, va, _), (_, v, acc), (b, vb, _) = motion.at(t - h), motion.at(t), motion.at(t + h)
+        assert (b - a) / (2 * h) == pytest.approx(v, abs=1e-7)
+        assert (vb - va) / (2 * h) == pytest.approx(acc, abs=1e-6)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply"])
+def test_a_file_in_millimetres_is_read_with_its_unit_and_refused_without(tmp_path, suffix):
+    path = tmp_path / f"ball.{suffix}"
+    big = TRIANGLES[3].copy()
+    big.apply_scale(1000.0)
+    big.export(path)
+    mesh = ConvexMesh(read_triangles(path, 0.001))
+    assert mesh.top == pytest.approx(0.04, rel=1e-3)
+    assert mesh.triangles.volume == pytest.approx(4.0 / 3.0 * math.pi * 0.04**3, rel=0.02)
+    with pytest.raises(InvalidValueError, match=rf"ball\.{suffix}: 80 m across.*metres_per_unit=0\.001"):
+        read_triangles(path)
+
+
+GOOD, FLIPPED, BROKEN = TRIANGLES[2], TRIANGLES[2].faces.copy(), TRIANGLES[2].vertices.copy()
+
+FLIPPED[0], BROKEN[5] = FLIPPED[0][::-1], np.nan
+
+BAD_MESHES = [
+    (GOOD.vertices, GOOD.faces[1:], r"bad\.ply: not watertight, 3 edges"),
+    (GOOD.vertices, FLIPPED, r"bad\.ply: not watertight.*senses"),
+    (GOOD.vertices, GOOD.faces[:, ::-1], r"bad\.ply: volume -.*turn its triangles"),
+    (BROKEN, GOOD.faces, r"bad\.ply: vertex 5 is \[nan"),
+]
+
+
+def test_bad_files_are_refused_by_name(tmp_path):
+    path = tmp_path / "bad.ply"
+    for vertices, faces, message in BAD_MESHES:
+        trimesh.Trimesh(vertices, faces, process=False).export(path)
+        with pytest.raises(InvalidValueError, match=message):
+            read_triangles(path)
+    for name, content in (("empty.obj", b""), ("noise.stl", b"\x00\x01\x02"), ("folder/missing.stl", None)):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        with pytest.raises(InvalidValueError, match=name.rpartition("/")[2]):
+            read_triangles(tmp_path / name)
+    with pytest.raises(InvalidValueError, match="mesh: empty"):
+        Triangles(np.empty((0, 3)), np.empty((0, 3), np.int64))

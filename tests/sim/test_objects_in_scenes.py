@@ -136,7 +136,7 @@ def test_a_block_is_pushed_over_a_table_with_coulomb_s_force(mass, mu, rubs):
     assert -x == pytest.approx(mu * mass * GRAVITY, rel=0.01)
     # what the tip rubs downwards on the block's side adds to its weight
     assert -x == pytest.approx(mu * (mass * GRAVITY + z), rel=2e-4)
-    # behind what is commanded by the servo's lag, and by how far contact and servo give way
+    # behind the command by the servo's lag, and by how far contact and servo give way
     stage = Stage()
     behind = 0.01 * stage.lag - x / 5e3 - x / stage.stiffness(TIP.mass)
     pose = backend.truth().pose_base_object
@@ -145,7 +145,7 @@ def test_a_block_is_pushed_over_a_table_with_coulomb_s_force(mass, mu, rubs):
     assert backend.truth().position_object[0] == pytest.approx(-0.03, abs=2e-4)
 
 
-def test_a_block_that_nobody_pushes_stays_and_weighs_on_the_table():
+def test_a_block_without_a_push_stays_and_weighs_on_the_table():
     backend = pushing(0.5)
     backend.start()
     run(backend, 1000)
@@ -291,7 +291,7 @@ def test_the_surface_is_that_of_all_of_them():
 
 
 def test_what_would_start_inside_something_else_is_refused_with_where_to_put_it():
-    """A block half inside its table was shot 80 mm up, and nobody was told."""
+    """A block half inside its table was shot 80 mm up without a message."""
     law, above, table = ContactLaw(stiffness=10e3), (0.0, 0.0, 0.2), Table(top=0.01)
     for shape, height in ((Box((0.06, 0.06, 0.04)), 0.03), (SphereObject(0.03), 0.04)):
 
@@ -359,7 +359,7 @@ joints = st.builds(
 @settings(max_examples=25, deadline=None)
 @given(st.lists(joints, min_size=1, max_size=3))
 def test_a_target_accelerates_as_prescribed_whatever_its_joints_do_to_one_another(joints):
-    """What it was told is what contacts reckon with: neither inertia that axes share nor centrifugal forces."""
+    """Contacts see the prescribed motion: neither inertia that axes share nor centrifugal forces change it."""
     backend = MujocoBackend(build_scene(TIP, MovingTarget(Box(), joints), ContactLaw(), (0.0, 0.0, 0.5)))
     backend.start()
     model, data = backend.scene.model, backend._data

@@ -55,7 +55,7 @@ def bump_points(n=200):
 
 
 class Touching:
-    """A spherical tip on a stage over an object, put where one wants it."""
+    """A spherical tip on a stage over an object, placed anywhere."""
 
     def __init__(self, target, start=(0.0, 0.0, 0.1), law=None, surface=None):
         scene = build_scene(Tip(surface or Sphere(RADIUS)), target, law or ContactLaw(), start)

@@ -1,4 +1,4 @@
-"""Lines through meshes: inside and outside are told apart through edges and corners, too; pieces may overlap."""
+"""Vertical lines through meshes tell inside from outside, also through edges and corners; pieces may overlap."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Pictures of a scene: what is seen is where it is, and the arrow is the force."""
+"""Pictures of a scene: every body is drawn where it is, and the arrow is the force."""
 
 import ctypes.util
 

@@ -254,15 +254,15 @@ def test_each_back_end_gives_the_same_run_bit_for_bit_in_another_process(alone):
 
 def interleaved(runs):
     """Periods of several runs that are stepped in turns."""
-    said = [[] for _ in runs]
+    logs = [[] for _ in runs]
     for periods in zip_longest(*map(steps, runs)):
-        for told, period in zip(said, periods, strict=True):
+        for shown, period in zip(logs, periods, strict=True):
             if period is not None:
-                told.append(repr(period))
-    return said
+                shown.append(repr(period))
+    return logs
 
 
 @pytest.mark.slow
 def test_all_back_ends_at_once_do_not_disturb_one_another(alone):
-    said = ["\n".join(periods) for periods in interleaved(RUNS)]
-    assert [hashlib.sha256(text.encode()).hexdigest() for text in said] == [told for told, _ in alone.values()]
+    logs = ["\n".join(periods) for periods in interleaved(RUNS)]
+    assert [hashlib.sha256(text.encode()).hexdigest() for text in logs] == [shown for shown, _ in alone.values()]

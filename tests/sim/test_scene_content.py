@@ -50,7 +50,7 @@ except NoRendererError as error:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("asked", ["nonsense", "osmesa", "egl"])
-def test_a_platform_that_is_not_there_stops_nobody_but_who_wants_pictures(asked):
+def test_a_missing_graphics_platform_stops_pictures_only(asked):
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT], env={**os.environ, "MUJOCO_GL": asked}, capture_output=True, text=True
     )

@@ -146,7 +146,7 @@ def test_inertia_is_that_of_the_solid(kind):
     body = tip.add_to(spec.worldbody.add_body(name="carrier"))
     # whatever the body says
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-    body.geoms[-1].mass = 0.05  # what is seen of it, where a sphere rolls in it
+    body.geoms[-1].mass = 0.05  # the visible shape, where a sphere rolls in the tip
     for geom in body.geoms[:-1]:
         geom.mass = 0.0
     truth = spec.compile()

@@ -101,7 +101,7 @@ def test_a_tip_that_turns_with_the_surface_holds_the_force_and_stays_in_its_join
     errors, tilts, joints = swept(target, found, raster, orientation=Orientation(NormalAxis(), PERIOD))
     assert rms(errors) < 0.05
     assert rms(still_errors) < 0.05
-    # the lag of a gain of 4/s is what is left
+    # the lag of a gain of 4/s remains
     assert rms(tilts) < 0.65 * rms(still)
     for angles, limits in zip(joints.T, UR5E.limits, strict=True):
         assert limits.lower + 0.1 < angles.min() <= angles.max() < limits.upper - 0.1
