@@ -17,7 +17,7 @@ from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, UrServer
 from palpate.hw.emulators.ur.rtde import PackageReader, PackageType, package
-from palpate.hw.emulators.ur.server import DASHBOARD_PORT, MOST_CLIENTS, RTDE_PORT, SCRIPT_PORT
+from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from support.ur_wire_sessions import own_address
 from support.waiting import WITHIN, until
 
@@ -208,18 +208,6 @@ def test_a_stream_that_cannot_be_read_on_is_closed_and_its_inputs_are_free_again
     serving.becomes(rtde_clients=1, dropped=1)
     assert second.ask(PackageType.INPUTS, names) == b"\x01INT32"
     second.socket.close()
-
-
-def test_one_client_too_many_is_refused_with_a_message(serving: Serving) -> None:
-    clients = [socket.create_connection((ADDRESS, RTDE_PORT), timeout=WITHIN) for _ in range(MOST_CLIENTS)]
-    serving.becomes(clients=MOST_CLIENTS)
-    for port in (RTDE_PORT, DASHBOARD_PORT):
-        with socket.create_connection((ADDRESS, port), timeout=WITHIN) as refused:
-            reply = b"".join(iter(lambda: refused.recv(4096), b""))
-            assert b"100 connections to this controller already" in reply
-    for client in clients:
-        client.close()
-    serving.becomes(clients=0)
 
 
 def test_a_program_is_killed_and_a_late_one_starts_at_its_time(serving: Serving) -> None:
