@@ -76,11 +76,6 @@ class Rtde:
             self.waiting = self.reader.feed(data)
         return self.waiting.pop(0)
 
-    def until_it_ends(self) -> None:
-        """Read on, for a minute of packages at most."""
-        for _ in range(30_000):
-            self.next()
-
     def stream(self, count: int = 0) -> list[float]:
         """Start a stream of time stamps, and return as many."""
         self.ask(PackageType.OUTPUTS, struct.pack(">d", 500.0) + b"timestamp")
@@ -146,33 +141,6 @@ def test_the_controller_streams_every_cycle_whatever_the_plants_step(period: flo
     assert max(b - a for a, b in pairwise(times)) < cycle + period
     if period == cycle:
         assert [b - a for a, b in pairwise(times)] == pytest.approx([cycle] * 59, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("fault", "end"), [(ControllerFault.DROP_FIN, EOFError), (ControllerFault.DROP_RST, ConnectionResetError)]
-)
-def test_connections_are_dropped_either_way_and_accepted_again(
-    serving: Serving, rtde: Rtde, fault: ControllerFault, end: type[Exception]
-) -> None:
-    rtde.stream()
-    assert serving.fault(fault) == "1 connections closed"
-    with pytest.raises(end):
-        rtde.until_it_ends()
-    again = Rtde()
-    assert again.ask(PackageType.VERSION, b"\x00\x02") == b"\x01"
-    again.socket.close()
-
-
-def test_a_stalled_stream_keeps_its_connection(serving: Serving, rtde: Rtde) -> None:
-    rtde.stream()
-    serving.fault(ControllerFault.STALL_STREAM)
-    rtde.socket.settimeout(0.2)
-    with pytest.raises(TimeoutError):
-        rtde.until_it_ends()
-    rtde.socket.settimeout(WITHIN)
-    assert rtde.ask(PackageType.VERSION, b"\x00\x02") == b"\x01"
-    serving.fault(ControllerFault.STALL_STREAM, 0.0)
-    assert rtde.next()[0] == PackageType.DATA
 
 
 @pytest.mark.slow
