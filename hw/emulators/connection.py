@@ -189,9 +189,8 @@ class TcpServer:
 
     @property
     def port(self) -> int:
-        """First port."""
-        listener, _ = next(iter(self._listeners.values()))
-        return int(listener.getsockname()[1])
+        """First port; 0 if there is none."""
+        return next((int(listener.getsockname()[1]) for listener, _ in self._listeners.values()), 0)
 
     def files(self) -> Sequence[int]:
         """Return listeners and connections."""

@@ -179,7 +179,7 @@ class NetFtServer:
 
     @property
     def calibration_port(self) -> int:
-        """TCP port of the calibration."""
+        """TCP port of the calibration; 0 if it has none."""
         return self._calibration.port
 
     @property

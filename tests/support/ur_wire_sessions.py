@@ -41,10 +41,6 @@ class ClientProcess:
             raise result
         return result
 
-    def go_on(self) -> None:
-        """Let the session go on."""
-        self._ours.send("go on")
-
     def end(self, within: float = 10.0) -> None:
         """Wait for its end, or kill it."""
         self._ours.close()
@@ -177,66 +173,8 @@ def tour(pipe: Connection, address: str) -> dict[str, Any]:
     return result
 
 
-def stream_speed(pipe: Connection, address: str, frequency: float, speed: float) -> None:
-    """Set the watchdog, move downwards for ever; report after a while."""
+def connect(pipe: Connection, address: str) -> str:
+    """Connect the control interface."""
     import rtde_control
 
-    control = rtde_control.RTDEControlInterface(address)
-    if frequency > 0.0 and not control.setWatchdog(frequency):
-        raise RuntimeError("no watchdog")
-    for i in range(7500):
-        control.speedL([0.0, 0.0, -speed, 0.0, 0.0, 0.0], 1.0, 0.0)
-        time.sleep(0.004)
-        if i == 75:
-            pipe.send("moving")
-
-
-def connect(pipe: Connection, address: str, rate: float) -> list[float]:
-    """Connect both interfaces; return time stamps of the controller, from reading them for 0.5 s of its time."""
-    import rtde_control
-    import rtde_receive
-
-    receive = rtde_receive.RTDEReceiveInterface(address, rate)
-    if not (receive.isConnected() and rtde_control.RTDEControlInterface(address, rate).isSteady()):
-        raise RuntimeError("not connected")
-    stamps = [receive.getTimestamp()]
-    while stamps[-1] < stamps[0] + 0.5:
-        stamp = receive.getTimestamp()
-        if stamp != stamps[-1]:
-            stamps.append(stamp)
-    return stamps
-
-
-def hold(pipe: Connection, address: str) -> str:
-    """Connect, report it, wait to go on, and report whether the control interface still works."""
-    import rtde_control
-
-    control = rtde_control.RTDEControlInterface(address)
-    pipe.send("connected")
-    pipe.poll(20.0)
-    return "works" if control.isSteady() else "does not work"
-
-
-def protective_stop(pipe: Connection, address: str) -> dict[str, Any]:
-    """Move until stopped by the controller; then recover."""
-    import dashboard_client
-    import rtde_control
-    import rtde_receive
-
-    receive = rtde_receive.RTDEReceiveInterface(address)
-    control = rtde_control.RTDEControlInterface(address)
-    pose = receive.getActualTCPPose()
-    pipe.send("moving")
-    result: dict[str, Any] = {"pose": pose}
-    result["moved"] = control.moveL([pose[0] + 0.2, *pose[1:]], 0.05, 1.2)
-    result["stopped"] = receive.isProtectiveStopped(), receive.getRuntimeState(), receive.isEmergencyStopped()
-    result["at"] = receive.getActualTCPPose()
-    dashboard = dashboard_client.DashboardClient(address)
-    dashboard.connect()
-    dashboard.unlockProtectiveStop()
-    result["uploaded"] = control.reuploadScript()
-    until(control.isProgramRunning)
-    result["still"] = receive.getActualTCPPose()
-    result["again"] = control.moveL(pose, 0.25, 1.2)
-    result["back"] = receive.getActualTCPPose()
-    return result
+    return "connected" if rtde_control.RTDEControlInterface(address).isConnected() else "not connected"

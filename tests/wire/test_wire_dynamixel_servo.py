@@ -149,23 +149,14 @@ def test_writes_are_refused_as_the_manual_says_and_then_change_nothing(client, i
         assert after[0] == value
 
 
+def test_instructions_that_are_not_emulated_are_refused(client):
+    assert client.packets.clearMultiTurn(client.port, 1) == (OK, 2)
+    assert client.packets.factoryReset(client.port, 1, 0xFF) == (OK, 2)
+
+
 def test_reads_outside_are_refused(client):
     assert client.packets.readTxRx(client.port, 1, 200, 100)[1:] == (OK, DynamixelRefusal.RANGE)
     assert client.packets.readTxRx(client.port, 1, 132, 0)[1:] == (OK, DynamixelRefusal.LENGTH)
-
-
-def test_a_registered_write_waits_for_its_action(client):
-    data = list(reg.GOAL_POSITION.bytes_of(1234))
-    assert client.packets.regWriteTxRx(client.port, 1, 116, 4, data) == (OK, 0)
-    assert client.value(1, reg.REGISTERED_INSTRUCTION) == 1
-    assert client.value(1, reg.GOAL_POSITION) != 1234
-    client.packets.action(client.port, 1)
-    until(lambda: client.value(1, reg.GOAL_POSITION) == 1234)  # the library does not wait for the reply
-    assert client.value(1, reg.REGISTERED_INSTRUCTION) == 0
-
-
-def test_an_action_without_a_registered_write_is_an_error(bus):
-    assert bus.servos[0].act() is DynamixelRefusal.INSTRUCTION
 
 
 def test_sync_and_bulk_reads_and_writes(client):
@@ -268,9 +259,9 @@ def test_a_hardware_error_that_is_not_in_the_mask_only_alerts(bus, client):
 def test_a_servo_that_starts_up_is_deaf():
     servo = EmulatedServo(XL330, 1)
     servo.reboot(100.0)
-    assert servo.deaf(100.0)
-    assert servo.deaf(99.99 + START_UP)
-    assert not servo.deaf(100.0 + START_UP)
+    assert servo.starting(100.0)
+    assert servo.starting(99.99 + START_UP)
+    assert not servo.starting(100.0 + START_UP)
 
 
 def test_the_watchdog_stops_a_servo_that_nobody_speaks_to():
@@ -293,7 +284,7 @@ def test_the_watchdog_stops_a_servo_that_nobody_speaks_to():
         return motor
 
     for i in range(6):  # fed, it goes on
-        servo.heard(0.02 * i)
+        servo.feed_watchdog(0.02 * i)
         assert run(0.02 * i, 0.02 * (i + 1)).velocity > 0.0
         assert servo.table.get(reg.BUS_WATCHDOG) == 3
     run(0.12, 0.16)
@@ -322,31 +313,6 @@ def test_a_stalled_motor_draws_its_goal_current():
         client.put(1, reg.TORQUE_ENABLE, 1)
         client.put(1, reg.GOAL_POSITION, 4000)
         until(lambda: client.value(1, reg.PRESENT_CURRENT) == 150)
-
-
-def test_a_factory_reset_keeps_what_it_is_asked_to_keep(client):
-    client.put(1, reg.RETURN_DELAY, 0)
-    assert client.packets.factoryReset(client.port, 1, 7) == (OK, DynamixelRefusal.RANGE)
-    assert client.packets.factoryReset(client.port, 1, 2) == (OK, 0)
-    until(lambda: client.packets.ping(client.port, 1)[1] == OK)
-    assert client.value(1, reg.RETURN_DELAY) == 250  # and it still has its id and its rate, or nobody would say so
-
-
-@pytest.mark.parametrize("turns", [-1, 1, 3])
-def test_cleared_turns_leave_the_angle(turns):
-    angle = 6.283185307 * turns + 0.5
-    with (
-        EmulatedBus([EmulatedServo(XL330, 1)], [still(angle)]) as emulated,
-        Client(emulated.bus.address) as client,
-    ):
-        before = client.value(1, reg.PRESENT_POSITION)
-        assert client.packets.clearMultiTurn(client.port, 1) == (OK, 0)
-        after = client.value(1, reg.PRESENT_POSITION)
-        assert 0 <= after < 4096
-        assert (after - before) % 4096 == 0
-        client.put(1, reg.OPERATING_MODE, Mode.EXTENDED_POSITION)
-        client.put(1, reg.TORQUE_ENABLE, 1)
-        assert emulated.servos[0].goal().position == pytest.approx(angle, abs=2e-3)
 
 
 def test_a_terminal_has_its_own_link_and_takes_it_along(tmp_path):

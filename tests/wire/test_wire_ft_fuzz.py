@@ -184,9 +184,9 @@ def test_emulated_serial_sensors_hear_anything_and_go_on(count: int) -> None:
                 message = g.bytes(int(g.integers(0, 30)))
             else:
                 message = bytes(alphabet[i] for i in g.integers(0, len(alphabet), int(g.integers(0, 30))))
-            server._hear(message, 1.0)
-    assert len(bota._heard) <= 64
-    bota._hear(b",,,Cc,0,1,0,4f,51,0,0,0R", 2.0)
+            server._obey(message, 1.0)
+    assert len(bota._received) <= 64
+    bota._obey(b",,,Cc,0,1,0,4f,51,0,0,0R", 2.0)
     assert bota.due() == pytest.approx(2.0 + 51 * 19.53125e-6)
     bota.close()
     resense.close()

@@ -307,7 +307,7 @@ def test_a_factory_that_fails_says_why() -> None:
 def test_an_emulator_dies_with_its_parent() -> None:
     parent = ClientProcess(stand_behind, ADDRESS)
     try:
-        (child,) = parent.hear()
+        (child,) = parent.result()
         parent.process.kill()
         until(lambda: not psutil.pid_exists(child) or psutil.Process(child).status() == psutil.STATUS_ZOMBIE)
     finally:
@@ -327,7 +327,7 @@ def test_a_start_that_is_broken_off_leaves_no_emulator(monkeypatch: pytest.Monke
         found = psutil.Process().children(recursive=True)
         return {its.pid for its in found if "resource_tracker" not in " ".join(its.cmdline())}
 
-    monkeypatch.setattr(EmulatorProcess, "_heard", interrupted)
+    monkeypatch.setattr(EmulatorProcess, "_first_message", interrupted)
     before = emulators()
     with pytest.raises(KeyboardInterrupt), EmulatorProcess(no_robot_today):
         pass

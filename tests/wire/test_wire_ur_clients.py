@@ -11,20 +11,16 @@ import pytest
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_plant import ElasticPlane
-from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, SimpleUr
+from palpate.hw.emulators.ur import ControllerFault, SimpleUr
 from palpate.hw.emulators.ur.arm import pose_of
 from support.ur_library import needs_ur
 from support.ur_wire_sessions import (
     ClientProcess,
     connect,
-    hold,
     own_address,
-    protective_stop,
     session_result,
-    stream_speed,
     tour,
 )
-from support.waiting import until
 
 pytestmark = needs_ur
 
@@ -54,10 +50,6 @@ def same_pose(got: Sequence[float], expected: Sequence[float], within: float) ->
 
 def device(process: EmulatorProcess) -> dict[str, Any]:
     return process.control.state()["devices"]["ur"]  # type: ignore[index,call-overload,no-any-return]
-
-
-def plant(process: EmulatorProcess, name: str) -> Any:
-    return process.control.state()[name]
 
 
 @pytest.mark.slow
@@ -97,86 +89,6 @@ def test_every_emulated_command_works_with_the_real_clients(robot: EmulatorProce
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("version", "rate", "scale"),
-    [
-        (ControllerVersion(3, 15, 8, 0), 125.0, 1.0),
-        (ControllerVersion(5, 23, 0, 0), 500.0, 4.0),
-        (ControllerVersion(10, 10, 0, 0), 500.0, 1.0),
-    ],
-    ids=str,
-)
-def test_versions_have_their_cycle_at_any_speed_of_time(
-    version: ControllerVersion, rate: float, scale: float
-) -> None:
-    with EmulatorProcess(SimpleUr(OTHER, version=version, scale=scale)) as process:
-        stamps = session_result(connect, OTHER, rate)
-        wall, given_up, time = (plant(process, name) for name in ("wall", "given_up", "time"))
-    # every time stamp is a whole number of cycles after the first, however many a busy machine misses
-    cycles = (np.array(stamps) - stamps[0]) * rate
-    assert cycles == pytest.approx(np.round(cycles), abs=1e-6)
-    assert np.diff(cycles).min() >= 1.0 - 1e-6
-    # a stall that could not be caught up with is reported
-    assert time == pytest.approx(scale * (wall - given_up), rel=0.05, abs=0.3)
-
-
-@pytest.mark.slow
-def test_a_second_control_client_is_refused_and_the_first_goes_on(robot: EmulatorProcess) -> None:
-    first = ClientProcess(hold, ADDRESS)
-    try:
-        assert first.result() == "connected"
-        with pytest.raises(RuntimeError, match=r"(?i)in use|setup|fail|input"):
-            session_result(connect, ADDRESS, 500.0)
-        first.go_on()
-        assert first.result() == "works"
-    finally:
-        first.end()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("frequency", [2.0, 0.0])
-def test_only_the_watchdog_stops_the_arm_of_a_killed_client(robot: EmulatorProcess, frequency: float) -> None:
-    """By the clock of the controller, which a stalled machine stops, too."""
-    client = ClientProcess(stream_speed, ADDRESS, frequency, 0.01)
-    try:
-        assert client.result() == "moving"
-        client.process.kill()
-        client.process.join(5.0)
-        killed = plant(robot, "time")
-        if frequency:
-            until(lambda: device(robot)["runtime"] == "STOPPED" and max(map(abs, plant(robot, "velocity"))) < 1e-6)
-            (*_, ended) = (line for line in robot.control.log("ur") if "ended why=watchdog" in line)
-            assert float(ended.split()[0]) < killed + 1.0 / frequency + 0.01
-        rest, since = plant(robot, "position")[2], plant(robot, "time")
-        until(lambda: plant(robot, "time") > since + 0.5)
-        passed, moved = plant(robot, "time") - since, rest - plant(robot, "position")[2]
-    finally:
-        client.end()
-        robot.control.fault("ur", ControllerFault.KILL_PROGRAM)
-    # without it, the arm goes on: this is what makes the watchdog a duty
-    assert moved == pytest.approx(0.0 if frequency else 0.01 * passed, rel=0.1, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_a_protective_stop_freezes_the_arm_until_it_is_recovered(robot: EmulatorProcess) -> None:
-    client = ClientProcess(protective_stop, ADDRESS)
-    try:
-        assert client.result() == "moving"
-        until(lambda: max(map(abs, plant(robot, "velocity"))) > 0.04)
-        robot.control.fault("ur", ControllerFault.PROTECTIVE_STOP)
-        result = client.result()
-    finally:
-        client.end()
-    assert not result["moved"]
-    assert result["stopped"] == (True, 4, False)
-    # the lag of the plant at 50 mm/s
-    assert same_pose(result["still"], result["at"], 0.05 * 0.012)
-    assert result["uploaded"]
-    assert result["again"]
-    assert same_pose(result["back"], result["pose"], 2e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
     ("fault", "value", "starts"),
     [
         (ControllerFault.REJECT_START, 1.0, False),
@@ -191,7 +103,7 @@ def test_faults_of_the_start_reach_the_client(
     robot: EmulatorProcess, fault: ControllerFault, value: float, starts: bool
 ) -> None:
     robot.control.fault("ur", fault, value)
-    client = ClientProcess(hold, ADDRESS)
+    client = ClientProcess(connect, ADDRESS)
     try:
         if starts:
             assert client.result() == "connected"

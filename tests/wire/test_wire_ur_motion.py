@@ -20,7 +20,7 @@ from palpate.kinematics import UR5E, ArmKinematics, Pose
 from palpate.kinematics.pose import rotation_from_rotvec
 
 MOVE_L, FORCE_MODE, FORCE_STOP, ZERO, SPEED_J, SPEED_L, SERVO_J, SPEED_STOP = 3, 6, 7, 8, 9, 10, 11, 15
-SET_PAYLOAD, SET_TCP, STOP_L, WATCHDOG, JOG, JOG_STOP, STEADY = 17, 29, 33, 35, 41, 42, 47
+SET_PAYLOAD, SET_TCP, STOP_L, WATCHDOG, STEADY = 17, 29, 33, 35, 47
 UNTIL_CONTACT, DETECT, END_DETECT, DETECTED, STOP_SCRIPT = 51, 62, 63, 64, 255
 TABLE = ArmKinematics(UR5E).pose(HOME).position[2]
 """Height of the tip at the beginning [m]."""
@@ -299,19 +299,6 @@ def test_a_move_until_contact_stops_where_something_pushes_back_and_detection_re
     bench.wait(END_DETECT)
     bench.wait(DETECTED)
     assert bench.reply == 0
-
-
-def test_jogging_goes_along_the_axes_of_its_frame_until_stopped() -> None:
-    bench = Bench()
-    before = bench.tcp
-    bench.write(JOG, (0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 1.0, 0.5))
-    bench.run(0.5)
-    # the tool's z axis points down
-    assert bench.tcp[2] - before[2] == pytest.approx(-0.01 * 0.5, rel=0.1)
-    assert bench.tcp[:2] == pytest.approx(before[:2], abs=1e-6)
-    bench.wait(JOG_STOP)
-    bench.run(0.1)
-    assert math.hypot(*bench.robot.arm.twist[0]) < 1e-6
 
 
 def test_force_is_that_of_the_object_about_the_tcp_without_the_payload() -> None:

@@ -17,7 +17,7 @@ from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, UrServer
 from palpate.hw.emulators.ur.rtde import PackageReader, PackageType, package
-from palpate.hw.emulators.ur.server import DASHBOARD_PORT, MOST_CLIENTS, RTDE_PORT, SCRIPT_PORT
+from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from support.ur_wire_sessions import own_address
 from support.waiting import WITHIN, until
 
@@ -75,11 +75,6 @@ class Rtde:
                 raise EOFError
             self.waiting = self.reader.feed(data)
         return self.waiting.pop(0)
-
-    def until_it_ends(self) -> None:
-        """Read on, for a minute of packages at most."""
-        for _ in range(30_000):
-            self.next()
 
     def stream(self, count: int = 0) -> list[float]:
         """Start a stream of time stamps, and return as many."""
@@ -148,33 +143,6 @@ def test_the_controller_streams_every_cycle_whatever_the_plants_step(period: flo
         assert [b - a for a, b in pairwise(times)] == pytest.approx([cycle] * 59, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("fault", "end"), [(ControllerFault.DROP_FIN, EOFError), (ControllerFault.DROP_RST, ConnectionResetError)]
-)
-def test_connections_are_dropped_either_way_and_accepted_again(
-    serving: Serving, rtde: Rtde, fault: ControllerFault, end: type[Exception]
-) -> None:
-    rtde.stream()
-    assert serving.fault(fault) == "1 connections closed"
-    with pytest.raises(end):
-        rtde.until_it_ends()
-    again = Rtde()
-    assert again.ask(PackageType.VERSION, b"\x00\x02") == b"\x01"
-    again.socket.close()
-
-
-def test_a_stalled_stream_keeps_its_connection(serving: Serving, rtde: Rtde) -> None:
-    rtde.stream()
-    serving.fault(ControllerFault.STALL_STREAM)
-    rtde.socket.settimeout(0.2)
-    with pytest.raises(TimeoutError):
-        rtde.until_it_ends()
-    rtde.socket.settimeout(WITHIN)
-    assert rtde.ask(PackageType.VERSION, b"\x00\x02") == b"\x01"
-    serving.fault(ControllerFault.STALL_STREAM, 0.0)
-    assert rtde.next()[0] == PackageType.DATA
-
-
 @pytest.mark.slow
 def test_a_client_that_does_not_read_misses_packages_and_delays_no_other(serving: Serving) -> None:
     with socket.socket() as lazy:
@@ -208,18 +176,6 @@ def test_a_stream_that_cannot_be_read_on_is_closed_and_its_inputs_are_free_again
     serving.becomes(rtde_clients=1, dropped=1)
     assert second.ask(PackageType.INPUTS, names) == b"\x01INT32"
     second.socket.close()
-
-
-def test_one_client_too_many_is_refused_with_a_message(serving: Serving) -> None:
-    clients = [socket.create_connection((ADDRESS, RTDE_PORT), timeout=WITHIN) for _ in range(MOST_CLIENTS)]
-    serving.becomes(clients=MOST_CLIENTS)
-    for port in (RTDE_PORT, DASHBOARD_PORT):
-        with socket.create_connection((ADDRESS, port), timeout=WITHIN) as refused:
-            reply = b"".join(iter(lambda: refused.recv(4096), b""))
-            assert b"100 connections to this controller already" in reply
-    for client in clients:
-        client.close()
-    serving.becomes(clients=0)
 
 
 def test_a_program_is_killed_and_a_late_one_starts_at_its_time(serving: Serving) -> None:
