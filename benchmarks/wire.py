@@ -43,7 +43,6 @@ CYCLES = 300.0
 
 SOME = (
     "no. 2: states stay away",
-    "no. 5: five joints",
     "protective stop",
     "emergency stop",
     "client process killed",

@@ -48,10 +48,10 @@ BIAS_ON, BIAS_OFF = 255, 0
 """Values of the bias command."""
 
 FIRST_RATE = 100.0
-"""Of records when it is switched on [1/s]."""
+"""Rate of records when it is switched on [1/s]."""
 
 RANGES = (200.0, 200.0, 200.0, 10.0, 6.5, 6.5)
-"""Of a HEX-E 70 [N, N m]: about those of its data sheet."""
+"""Ranges of a HEX-E 70 [N, N m]: about those of its data sheet."""
 
 MOST_CALIBRATIONS = 8
 """Clients of the calibration at a time; the oldest makes room for one more."""
@@ -134,7 +134,7 @@ class NetFtServer:
 
     Attributes:
         name: Name for messages and faults.
-        address: Its IP address.
+        address: IP address of the box.
         ignored: Datagrams that were no request.
     """
 

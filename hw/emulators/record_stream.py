@@ -28,9 +28,9 @@ class NetFtFault(StrEnum):
     GAP = "gap"
     """Once, records that are never sent; the counters of both kinds jump (how many)."""
     RESTARTED = "restarted"
-    """Once, both counters begin anew while the stream goes on."""
+    """Once, both counters restart while the stream goes on."""
     REBOOTED = "rebooted"
-    """Once, counters begin anew and the stream has no destination any more."""
+    """Once, counters restart and the stream has no destination any more."""
     DROPPED = "dropped"
     """Every k-th record is lost (k)."""
     REORDERED = "reordered"
@@ -115,13 +115,13 @@ class RecordStream:
         self._values = (status, *(min(max(c, _INT_MIN), _INT_MAX) for c in counts))
 
     def skip(self, records: int) -> None:
-        """Lose the next ones, as if all of them had been sent at once."""
+        """Lose the next records; both counters advance by them."""
         self._sequence += records
         self._first_sample += round(records * self._internal_rate / self._rate)
         self._switched_on -= records / self._rate
 
     def count_anew(self, now: float) -> None:
-        """Begin both counters anew, as a box that was switched off."""
+        """Restart both counters, as after switching on."""
         self._switched_on, self._sequence = now, 0
         self._first_sample = -self._samples()
 

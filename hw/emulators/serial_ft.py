@@ -58,7 +58,7 @@ class SerialFault(StrEnum):
     OUT_OF_RANGE = "out_of_range"
     """Shows a load beyond its range (1: on)."""
     DEAF = "deaf"
-    """Ignores what the client sends (1: on)."""
+    """Ignores its client (1: on)."""
     REBOOTED = "rebooted"
     """Once, as if it were switched off and on."""
     UNPLUGGED = "unplugged"
@@ -185,7 +185,7 @@ class TerminalServer(ABC):
         return math.inf
 
     def _idle(self, now: float) -> None:  # noqa: B027 -- most sensors are silent then
-        """Send what is due while it does not stream."""
+        """Send the report that is due while it does not stream."""
 
     def _stream(self, now: float) -> None:
         self._began, self._slot, self._streams = now, 0, True
@@ -236,7 +236,7 @@ class TerminalServer(ABC):
 class BotaServer(TerminalServer):
     """Bota sensor: reports that it has booted until a dialogue sets it up, then streams frames.
 
-    Of the settings only the sinc length has an effect: on the rate.
+    The only setting with an effect is the sinc length, which sets the rate.
     """
 
     def __init__(
@@ -312,7 +312,7 @@ def _may_become_one(received: bytearray) -> bool:
 
 
 class ResenseServer(TerminalServer):
-    """Resense HEX: frames of seven numbers, from the moment it is switched on. It ignores what it is sent."""
+    """Resense HEX: frames of seven numbers, from the moment it is switched on. It ignores its client."""
 
     def __init__(
         self,

@@ -165,7 +165,7 @@ class SimpleServo:
     Attributes:
         motor: Properties of the motor.
         wall: Stop that it may run into; None for nothing.
-        state: Its measurements.
+        state: Measurements of the servo.
     """
 
     motor: ServoMotor = field(default_factory=ServoMotor)

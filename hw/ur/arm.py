@@ -1,4 +1,4 @@
-"""A UR arm: its states, its motion, and what it reports of its condition.
+"""A UR arm: states, motion and condition.
 
 The library runs in a child process (see `client`); this module uses shared memory and a pipe only, so that reading
 and moving take microseconds and never wait.

@@ -93,11 +93,11 @@ class ClientPhase(IntEnum):
 
     STARTING = 0
     LISTENING = 1
-    """It receives states; nothing commands the arm yet."""
+    """The process receives states; nothing commands the arm yet."""
     READY = 2
     """The arm follows commands."""
     LEAVING = 3
-    """It releases the arm and ends."""
+    """The process releases the arm and ends."""
 
 
 @dataclass(frozen=True, slots=True)

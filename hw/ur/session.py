@@ -129,7 +129,7 @@ class Session:
         """Undo protective stop, power-off and brakes as far as possible; then bring the arm up again.
 
         Raises:
-            UrRefusal: If that is not possible: the message says what is.
+            UrRefusal: If that is not possible; the message gives the remedy.
         """
         sleep(_REASON_WITHIN)  # a repair made just now has arrived by then
         if self._problem() is Problem.PROTECTIVE_STOP:

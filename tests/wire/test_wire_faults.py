@@ -38,7 +38,6 @@ ATTEMPTS = 3
 QUICK = {
     "no. 2: states stay away",
     "no. 5: velocity of two numbers",
-    "no. 5: five joints",
     "velocity above the limit",
     "protective stop",
     "client process killed",

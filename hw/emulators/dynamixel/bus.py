@@ -65,7 +65,7 @@ class LineFaults:
     """Faults of the wire back.
 
     Attributes:
-        random: Generator of what is drawn.
+        random: Generator of the faults that are drawn.
         values: Number of each fault that is switched on.
         harmed: Number of distorted replies.
     """

@@ -30,7 +30,7 @@ HOME: Joints = (-_QUARTER, -_QUARTER, _QUARTER, -_QUARTER, -_QUARTER, 0.0)
 """[rad] -90, -90, 90, -90, -90, 0 deg: the tool hangs over the work place, far from singular poses."""
 
 _DAMPING = 1e-3
-"""Of least squares: joints follow the tip to 1e-4 per step where the smallest singular value is 0.1."""
+"""Damping of least squares: joints follow the tip to 1e-4 per step at a smallest singular value of 0.1."""
 
 MAX_FOLLOWING_ERROR = 1e-3
 """[m, rad] by which the joints may fail to follow the plant's tip before it counts as out of their reach."""
@@ -39,8 +39,8 @@ MAX_MOUNTING_ERROR = 0.005
 """[m, rad] between the plant's tip and where its joints hold it: more than factory calibrations differ by."""
 
 _LONGEST_STEP = 0.1
-"""[rad] of a joint between two measurements: sixteen times what 180 deg/s makes in a cycle of 2 ms, so that only
-what has diverged is held back."""
+"""Largest motion of a joint between two measurements [rad]: sixteen times 180 deg/s in a cycle of 2 ms, so that
+only divergence is limited."""
 
 GRAVITY = 9.82
 """Gravity that a UR controller assumes [m/s^2] [A]."""

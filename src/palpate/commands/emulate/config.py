@@ -110,7 +110,7 @@ class EmulateNetftConfig:
     """Address at which it listens: UDP port 49152, and for the calibration TCP port 49151. All of 127.x.y.z is
     this computer alone; others can read it at any other address."""
     make: Literal["ati", "onrobot"] = "ati"
-    """Whose box: they differ in units, commands and calibration."""
+    """Make of the box: units, commands and calibration differ."""
     rate: float = option(1000.0, "1/s")
     """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

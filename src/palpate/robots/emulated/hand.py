@@ -16,8 +16,8 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.server import PlantState, ServoGoal, ServoState
-from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur import UrServer
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.ft_stream.streamed_sensor import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings
 from palpate.hw.rig import FingerSensor, FramedArm, PolledHand, Rig, RigSettings

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
-from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur import UrServer
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.robot import Robot
