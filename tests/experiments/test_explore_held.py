@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.commands.typed_options import read_experiment
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.kinematics import Pose
 from palpate.robots.in_scene import check
 from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime import Command, Ending
@@ -62,15 +60,6 @@ def test_the_object_is_held_where_it_was_put_until_it_is_pushed():
     assert np.abs(backend.truth().pose_base_object.position).max() < 1e-7
 
 
-def test_holding_fingers_press_with_the_grip_that_the_file_says():
-    backend = plan_of(ExploreConfig(size=(0.025,), **SMALL)).backend()
-    assert isinstance(backend, ExploringFinger)
-    sample = backend.start()
-    for given in sample.wrenches[1:]:
-        assert np.linalg.norm(given.wrench[:3]) == pytest.approx(10.0, rel=0.05)
-    assert isinstance(backend.truth().pose_base_object, Pose)
-
-
 def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
     config = ExploreConfig(size=(0.025,), **SMALL)
     with pytest.raises(
@@ -91,17 +80,3 @@ def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
 def test_a_hand_that_cannot_be_is_refused(change, match):
     with pytest.raises(InvalidValueError, match=match):
         check(changed(change))
-
-
-@pytest.mark.parametrize("what", ["bumps", "torus"])
-def test_what_fingers_cannot_hold_is_refused(what):
-    with pytest.raises(InvalidValueError, match="take a sphere, an ellipsoid, a box or a cylinder"):
-        plan_of(ExploreConfig(object=what, **SMALL))
-
-
-def test_what_lies_out_of_the_finger_s_reach_is_refused():
-    config, _ = read_experiment(
-        ExploreConfig, "explore", "palpate explore", ("--robot", "pinch-and-index", "--size", "0.09"), ()
-    )[:2]
-    with pytest.raises(InvalidValueError, match=r"reach|inside|off"):
-        plan_of(config)

@@ -32,7 +32,6 @@ from palpate.runtime import Finger, Phase
 from palpate.surfaces import Sphere
 
 SHORT = [scene for scene in SCENES if "drift" not in scene.name]
-SMOOTH, ROUGH = "prism", "icosphere 3"
 BALL = ExploreConfig(object="sphere", size=(0.03,), width=0.006, depth=0.002)
 
 
@@ -117,13 +116,6 @@ def test_at_the_stated_speed_a_wall_is_hit_with_the_limit(stiffness, delay, mass
 def test_a_wall_is_hit_with_no_more_than_is_stated():
     found = Wall("stage", 20e3, 0.02).hit()
     assert 0.7 * found.plan.wall.force < most_force(found) <= found.plan.wall.force < found.plan.wall.limit
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [SMOOTH, ROUGH])
-def test_a_mesh_that_nobody_knew_explores_to_the_same_figures(name, tmp_path):
-    (case,) = (case for case in CASES if case.name == name)
-    assert not list(missed(case, explored(case, tmp_path, "stage", "raster")))
 
 
 # --- at length ---

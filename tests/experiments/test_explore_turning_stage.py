@@ -3,34 +3,13 @@
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
 from palpate.open_kinds import as_written
 from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot
 from palpate.robots.robot_file import read_robot_file
 from palpate.robots.simulated_stage import TurningStageEntry
-from palpate.runtime import Ending
 from palpate.sim import TurningStage
 from palpate.yaml_text import yaml_text
-from support.explore_runs import carried_out, plan_of, planned_again
-
-
-@pytest.mark.slow
-def test_it_holds_the_force_and_finds_the_surface():
-    config = ExploreConfig(robot="turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
-    found = carried_out(plan_of(config))
-    assert found.run.ending is Ending.DONE
-    assert found.run.at_rest
-    assert found.truth.touching[found.scanning].all()
-    assert found.force_rms < 0.05
-    assert found.point_rms < 0.01e-3
-
-
-def test_it_can_be_planned_again_from_its_texts():
-    planned = plan_of(ExploreConfig(robot="turning-stage", width=0.01, depth=0.004))
-    again = planned_again(planned)
-    assert again.parameters == planned.parameters
-    assert again.limits == planned.limits
 
 
 def test_what_its_file_leaves_out_is_what_the_stage_is_by_itself():

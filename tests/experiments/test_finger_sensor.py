@@ -10,24 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.cli import main
-from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer
 from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import check_known, described, known_sensor
-from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.robots.robot import ROBOT_TEXT, read_robot
 from palpate.robots.simulated_sensor_entry import PresetSensor, SimulatedSensorEntry
-from palpate.robots.values import on_robot, values_of
+from palpate.robots.values import values_of
 from palpate.runtime import Command, Ending, SensorFinger
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
 from palpate.sim import SeededSensor
 from palpate.sim.fidelity import GRAVITY
-from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import nano17, sensor_preset
 from palpate.sim.sensor.simulation import simulated_sensor
 from support.explore_runs import carried_out, plan_of, planned_again
@@ -231,17 +226,6 @@ def test_a_wrist_sensor_is_too_coarse_for_a_fingertip_and_2_N(preset):
     sensor_for(robot, strong)
 
 
-def test_noise_of_the_force_weighs_with_its_lever():
-    """Where it touches is moment over force: on a tip that reaches 108 mm, 50 mN are as bad as 5.4 mN m."""
-    long = HEAD.replace("RADIUS", "0.008, center_m: [0, 0, 0.1]")
-    payload = "    payload: {mass_kg: 0.03, center_of_mass_m: [0, 0, 0.1]}\n"
-    for force, moment in ((0.05, 1e-9), (1e-9, 0.0054)):
-        noise = f"    noise: {{force_N: {force}, moment_Nm: {moment}}}\n"
-        robot = read_robot({ROBOT_TEXT: long + payload + noise})
-        with pytest.raises(InvalidValueError, match=r"moves the contact by 0\.0027 m, 0\.0008 m is the limit"):
-            sensor_for(robot, config_of(robot))
-
-
 def test_what_is_drawn_for_the_tare_is_not_drawn_again_in_the_run():
     """Else the zero would be exactly right for the run's first second, noise and all."""
     finger = robot_with("{preset: nano17, cross_talk: 0, quantisation: {}, tare_s: 1}").file.fingers[0]
@@ -286,23 +270,6 @@ def test_noise_that_is_typed_replaces_the_noise_and_nothing_else():
 # --- it runs ---
 
 
-def test_a_robot_without_flaws_feels_as_ever():
-    robot = load_robot("stage")
-    assert sensor_for(robot, on_robot(ExploreConfig(**SMALL), robot)).model == SensorModel()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["stage-nano17", "ur5e-nano17"])
-def test_the_shipped_nano17_is_one(name):
-    robot = load_robot(name)
-    check(robot)
-    assert model_of_finger(robot.file.fingers[0]) == nano17(0)
-    found = carried_out(plan_of(ExploreConfig(robot=name, **SMALL)))
-    assert found.run.ending is Ending.DONE
-    assert found.force_rms < 0.2
-    assert found.point_rms < 5e-5
-
-
 @pytest.mark.slow
 def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
     robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
@@ -325,34 +292,3 @@ def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     assert isinstance(again.finger, SensorFinger)
     assert isinstance(one.finger, SensorFinger)
     assert again.finger.sensor.bias == one.finger.sensor.bias
-
-
-@pytest.mark.slow
-def test_a_recorded_run_with_every_imperfection_comes_out_bit_for_bit(tmp_path):
-    (tmp_path / "all.yaml").write_text(text_of(EVERYTHING))
-    robot = load_robot(str(tmp_path / "all.yaml"))
-    config = replace(config_of(robot, seed=11, out=tmp_path / "o"), robot=str(tmp_path / "all.yaml"))
-    planned = plan_of(config, robot)
-    (tmp_path / "o").mkdir()
-    log = log_writer(Explore(), planned, config.out)
-    assert RecordedRun(planned).run((), (log,)).ending is Ending.DONE
-    (tmp_path / "all.yaml").unlink()  # the log knows enough
-    found = replay_log(tmp_path / "o")
-    assert found.identical
-    assert found.commands.identical == found.commands.count > 500
-    stamps = {sample.wrenches[0].time for sample in found.log.samples()}
-    assert len(stamps) < 0.75 * found.extent.count  # slower than it is read
-
-
-# --- from the shell ---
-
-
-def test_what_is_known_of_a_preset_can_be_printed_for_a_start(tmp_path, capsys):
-    (tmp_path / "r.yaml").write_text(text_of("{preset: ft300s}", radius=0.025))
-    assert main(["robot", "show", str(tmp_path / "r.yaml"), "--sensor", "0"]) == 0
-    text = capsys.readouterr().out
-    assert read_sensor(text).device_rate == 100.0
-    (tmp_path / "mine.yaml").write_text(text)
-    (tmp_path / "r.yaml").write_text(text_of("{preset: ft300s}", "    sensor: mine.yaml\n", radius=0.025))
-    assert main(["robot", "check", str(tmp_path / "r.yaml")]) == 0
-    assert "sensor of finger 0: Robotiq FT 300-S" in capsys.readouterr().out

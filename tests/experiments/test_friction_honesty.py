@@ -4,15 +4,12 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
 from palpate.experiments.friction.measured import frictions, speeds
 from palpate.experiments.friction.pictures import speed_picture, stroke_picture
-from palpate.experiments.friction.result import listed
 from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.words import no_spin_length, outcome
 from palpate.friction.friction_file import How, friction_file_text, read_friction_file
@@ -61,25 +58,6 @@ def test_static_friction_is_at_least_what_was_felt_where_mu_still_rises(falling)
     assert read_friction_file(friction_file_text(falling.file)) == falling.file
 
 
-def test_static_friction_has_an_interval_that_holds_it_where_mu_has_levelled():
-    law = {"static_friction": 0.6, "stribeck_speed": 0.02}
-    static = rubbed(loads=(2.0,), **law).file.static_friction
-    assert static.how is How.MEASURED
-    assert static.lower <= 0.6 <= static.upper
-    assert static.upper - static.lower < 0.03
-    assert static.lower <= static.value <= static.upper
-
-
-def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
-    """One speed alone would make e 11 % too long, and nobody could know."""
-    found = rubbed(quick=True, loads=(2.0,), static_friction=0.7)
-    speeds = sorted({pair.rub.speed for pair in found.pairs if pair.rub.spin == 0.0})
-    slip = 0.003 * next(abs(pair.rub.spin) for pair in found.pairs if pair.rub.spin)
-    assert speeds[0] < slip < speeds[-1]
-    assert found.file.spin_length.lower <= 0.003 <= found.file.spin_length.upper
-    assert found.file.spin_length.value == pytest.approx(0.003, rel=0.04)
-
-
 def test_the_picture_of_speeds_says_what_it_shows(falling):
     caption = speed_picture(speeds(falling), None).caption
     assert "mu goes from 0.5 at" in caption
@@ -121,14 +99,6 @@ def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     assert least.how is How.BOUND
     assert 0.0 < least.value <= 0.5 * 0.003
     assert figures["mu e"].text.startswith("at least")
-
-
-def test_who_needs_e_is_told_that_it_turned_and_did_not_slip(short):
-    with pytest.raises(InvalidValueError, match=r"turned, but did not slip.*--most-travel"):
-        short.file.limit_surface()
-    bare = msgspec.structs.replace(short.file, loads=())
-    with pytest.raises(InvalidValueError, match="did not turn"):
-        bare.limit_surface()
 
 
 def test_a_robot_that_turns_is_not_said_to_be_one_that_cannot():
@@ -196,10 +166,3 @@ def test_figures_have_the_digits_that_their_interval_is_worth(value, half):
     assert "e" not in told
     assert abs(float(told) - value) <= 0.1 * half
     assert float(interval_words(value, lower, upper).split()[2]) == pytest.approx(lower, abs=0.1 * half)
-
-
-def test_noise_is_written_as_noise():
-    assert value_words(9.461e-05, 0.0, 0.013) == "0.0001"
-    assert value_words(0.8, 0.8, math.inf) == "0.8000"
-    assert listed(["1"]) == "1"
-    assert listed(["1", "2", "4"]) == "1, 2 and 4"

@@ -1,21 +1,7 @@
 """What is held for long, or suddenly pulled at: no slip beyond what is claimed, and its grip is told."""
 
-import pytest
-
-from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.price import growth_in_hold, held_before, price_of_preload
-from palpate.robots.drift_rate_entry import DriftRateEntry
 from support.grasp_runs import plan_of, run_grasp
-
-STEP = {"load": "step", "rise": 0.005}
-
-
-@pytest.mark.parametrize(("option", "most"), [({}, 1e-3), ({"announced": 0.015}, 1e-5), ({"preload": 2.5}, 1e-5)])
-def test_a_step_within_5_ms_slides_no_farther_than_is_claimed(option, most):
-    done = run_grasp(**STEP, **option)
-    assert not done.dropped
-    assert done.slip <= most
 
 
 def test_what_is_held_while_zeros_wander_fast_does_not_slip_and_its_grip_is_told():
@@ -37,17 +23,3 @@ def test_the_price_of_a_preload_is_told_before_the_run():
     planned = plan_of(preload=1.5)
     factor = 1.0 + price_of_preload(planned) / held_before(planned)
     assert any(f"steps up to 1.5 N in 5 ms, 6 mm aside: grip x {factor:.2g}" in n for n in planned.dry_run().notes)
-
-
-@pytest.mark.parametrize(
-    "wrong", [{"preload": -1.0}, {"preload": 9.0}, {"announced": 0.0}, {"announced": 0.1, "load": "none"}]
-)
-def test_what_cannot_be_is_refused(wrong):
-    with pytest.raises(InvalidValueError):
-        GraspConfig(**wrong)
-
-
-@pytest.mark.parametrize("wrong", [{"force": -1e-3}, {"force": 10.0}, {"moment": 1.0}])
-def test_a_drift_that_cannot_be_is_refused(wrong):
-    with pytest.raises(InvalidValueError):
-        DriftRateEntry(**wrong)

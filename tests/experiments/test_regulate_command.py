@@ -61,11 +61,3 @@ def test_a_regulation_that_is_interrupted_is_written_all_the_same(tmp_path, monk
     assert main(["regulate", "--out", str(tmp_path)]) == 130
     assert (tmp_path / "report.html").exists()
     assert (tmp_path / "forces.csv").exists()
-
-
-@pytest.mark.slow
-def test_pressing_is_told_of_where_something_is_pressed(tmp_path, capsys):
-    """Where it is not, nothing is said to be."""
-    for typed, told in ((["--identify"], 1), ([], 0)):
-        assert main(["regulate", "--duration", "0.2", *typed, "--out", str(tmp_path / "run")]) == 0
-        assert capsys.readouterr().out.count("pressing, to find stiffness and delay") == told

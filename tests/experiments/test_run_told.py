@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,13 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.controllers.paths import StopReason
-from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.contour_picture import contour_picture
 from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
-from palpate.experiments.kit.change_names import EXPLORED
 from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.marks import Line
@@ -25,16 +22,10 @@ from palpate.reporting.solids import Surface
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
 from support.drawn import panels
-from support.explore_runs import pictures, plan_of, section, untrue
+from support.explore_runs import pictures, section, untrue
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
-
-
-@pytest.mark.slow
-def test_what_to_type_next_names_the_folder():
-    found = explore(ExploreConfig(width=0.006, depth=0.002, speed=0.04, out=Path("my runs")))
-    assert "palpate compare 'my runs/contacts.ply' part.stl" in " ".join(exploration_report(found).advice)
 
 
 # --- changes ---
@@ -83,15 +74,6 @@ def test_what_became_of_changes_is_said():
     assert never == "NOT changed: force to 2.5 N after 500 s; the run took 0.2 s."
     assert [value for _, value in change_rows(told)][2] == "force to 2.5 N after 500 s: not reached"
     assert change_sentences((), 0.2, "") == ()
-
-
-def test_a_misspelt_change_is_refused_before_anything_is_planned():
-    """And nothing is refused that the controller knows."""
-    with pytest.raises(
-        InvalidValueError, match="change after 5 s: no live parameter is called 'forse'; did you mean"
-    ):
-        ExploreConfig(change=((5.0, "forse", 4.0),))
-    assert tuple(plan_of(ExploreConfig()).controller().live.parameters) == EXPLORED
 
 
 # --- nothing is claimed of a line ---
@@ -267,10 +249,3 @@ def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, e
     if found.map.claimed.any():
         figures = {figure.name: figure.value for figure in exploration_report(found).figures}
         assert figures["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
-
-
-def test_a_file_that_is_no_mesh_is_told_so(tmp_path):
-    file = tmp_path / "garbage.stl"
-    file.write_text("this is no mesh\n")
-    with pytest.raises(InvalidValueError, match=r"garbage\.stl: .*STL"):
-        plan_of(ExploreConfig(object="mesh", file=file))

@@ -12,7 +12,6 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.scene_texts import SCENE_FILES_TEXT, SCENE_TEXT
-from palpate.experiments.regulate.config import RegulateConfig
 from palpate.runtime.log import read_log
 from palpate.sim.contact_truth import OBJECT_ROTATION
 from palpate.viewing.frames import frames_of_log
@@ -91,19 +90,3 @@ def test_the_spring_of_a_hinge_is_what_the_gain_is_made_for():
     with pytest.raises(InvalidValueError, match=r"contact stiffness = 20000 N/m.*take a stiffness of at most"):
         planned(object="scene", file=SCENES / "handle.xml", touch="lever")
     assert planned(object="scene", file=SCENES / "handle.xml", touch="leaf").contact.mounting is None
-
-
-@pytest.mark.parametrize(
-    ("kind", "fields", "words"),
-    [
-        (ExploreConfig, {"object": "scene"}, "a file must describe it"),
-        (ExploreConfig, {"touch": "ball"}, "touch = ball: is for --object scene"),
-        (ExploreConfig, {"object": "scene", "file": "a.xml", "scale": 0.001}, "a scene is in metres"),
-        (RegulateConfig, {"object": "scene"}, "a file must describe it"),
-        (RegulateConfig, {"file": "a.xml"}, "file = a.xml: is for --object scene"),
-        (RegulateConfig, {"object": "scene", "file": "a.xml", "surface": "soft"}, "stands in its file"),
-    ],
-)
-def test_options_that_do_not_go_together_are_refused(kind, fields, words):
-    with pytest.raises(InvalidValueError, match=words):
-        kind(**fields)

@@ -5,7 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from palpate.robots.simulated_sensor import model_of, with_noise
+from palpate.robots.simulated_sensor import model_of
 from palpate.robots.simulated_sensor_entry import (
     BiasEntry,
     DriftEntry,
@@ -35,11 +35,6 @@ def differences(one, other):
 @pytest.mark.parametrize("preset", PresetSensor)
 def test_a_preset_alone_is_that_specimen(preset):
     assert model_of(SimulatedSensorEntry(preset=preset, specimen=4), None) == sensor_preset(preset, 4)
-
-
-def test_without_an_entry_it_is_perfect():
-    assert model_of(None, None).is_perfect
-    assert model_of(None, NoiseEntry()).is_perfect
 
 
 @pytest.mark.parametrize(
@@ -113,9 +108,3 @@ def test_cross_talk_is_the_specimens_own_scaled():
         entry = SimulatedSensorEntry(preset=PresetSensor.NANO17, specimen=5, cross_talk=share)
         own.append(np.array(model_of(entry, None).cross_talk.matrix) - np.eye(6))
     assert own[1] == pytest.approx(2.0 * own[0])
-
-
-def test_noise_of_the_experiment_replaces_only_the_noise():
-    model = sensor_preset(PresetSensor.AXIA80)
-    assert differences(with_noise(model, 0.3, 0.01), model) == {"noise"}
-    assert with_noise(model, 0.0, 0.0).noise is None

@@ -124,7 +124,3 @@ def test_a_ball_is_not_all_of_the_last_colour_and_what_is_no_difference_looks_al
     assert (ball.low, ball.high) == (pytest.approx(20.0), pytest.approx(30.0))
     alike = layer("stiffness", 4e4 + 100.0 * np.sin(np.arange(100)), sd=2e3)
     assert alike.high - alike.low == pytest.approx(4.0)
-
-
-def test_a_layer_of_which_nothing_is_known_is_no_choice():
-    assert layer("stiffness", np.nan) is None
