@@ -12,9 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.bounded_file import Bounds, read_array, read_bytes, read_text
-from palpate.csv_table import read_csv_table
 from palpate.errors import InvalidValueError, PalpateError
-from palpate.mesh_file import load_geometry
 from palpate.plain_text import inert, inert_cell
 from palpate.strict_yaml import DEEPEST, read_yaml
 
@@ -84,22 +82,6 @@ def test_an_array_comes_back_as_numpy_wrote_it(order, dtype, tmp_path):
 def test_nesting_is_refused_before_there_is_stack_for_it(opening):
     with pytest.raises(InvalidValueError, match=f"nested too deep.*at most {DEEPEST} levels"):
         read_yaml(opening * 50_000)
-
-
-def test_a_document_of_too_many_values_is_refused():
-    with pytest.raises(InvalidValueError, match="values"):
-        read_yaml("[" + "[]," * 60_000 + "]")
-
-
-def test_a_line_of_too_many_columns_is_refused():
-    with pytest.raises(InvalidValueError, match="more than 10000 columns"):
-        read_csv_table("1," * 20_000, "a.csv", "numbers")
-
-
-def test_an_archive_is_no_mesh(tmp_path):
-    (tmp_path / "a.zip").write_bytes(b"PK")
-    with pytest.raises(InvalidValueError, match=r"ends in \.zip, must be one of"):
-        load_geometry(tmp_path / "a.zip", process=False)
 
 
 @given(st.text())

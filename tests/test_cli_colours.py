@@ -11,6 +11,7 @@ from rich.console import Console
 
 from palpate.commands.colours import coloured
 from palpate.commands.progress import lively
+from support import warm_process
 
 ESCAPE = "\x1b["
 HELP = ("robot", "--help")
@@ -55,31 +56,15 @@ def test_nothing_moves_where_only_colours_are_forced(monkeypatch):
 
 def piped(words, **environment):
     """What a command writes into pipes."""
-    kept = {
-        name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR", "COLUMNS")
-    }
-    done = subprocess.run(
-        [sys.executable, "-m", "palpate", *words],
-        capture_output=True,
-        text=True,
-        env={**kept, "TERM": "xterm", **environment},
-    )
+    done = warm_process.palpate(*words, environment={"TERM": "xterm", **environment})
     return done.stdout, done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("words", "which"), [(HELP, 0), (MISTAKE, 1)])
 def test_pipes_get_no_colours_unless_they_are_forced(words, which):
     assert ESCAPE not in "".join(piped(words))
     assert ESCAPE in piped(words, FORCE_COLOR="1")[which]
     assert ESCAPE not in "".join(piped(words, FORCE_COLOR="1", NO_COLOR="1"))
-
-
-def test_boxes_in_a_pipe_are_as_wide_as_a_terminal_is():
-    lines = piped(("explore", "--help"))[0].splitlines()
-    boxes = [line for line in lines if line.startswith(("│", "╭", "╰"))]
-    assert boxes
-    assert {len(line) for line in boxes} == {80}
 
 
 def test_a_refusal_is_coloured_by_where_it_goes_and_help_by_where_that_goes():

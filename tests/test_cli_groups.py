@@ -53,11 +53,6 @@ def test_it_makes_a_group_if_there_is_none_and_both_ways_of_typing_it_do(declare
     assert "expected duration" in capsys.readouterr().out
 
 
-def test_a_command_keeps_its_name(declared):
-    declared("replay.mine")
-    assert not isinstance(typed_commands()["replay"], CommandGroup)
-
-
 def test_what_a_report_says_to_type_is_what_can_be_typed():
     assert typed_words("group.word") == ("group", "word")
     assert typed_words("mine.py:Mine") == ("mine.py:Mine",)

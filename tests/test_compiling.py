@@ -53,12 +53,6 @@ def test_what_is_not_kept_is_not_called_kept(said):
     assert before == module.KEPT
 
 
-def test_what_is_done_in_time_is_not_said(said):
-    with compiling("a thing", warn_after=NEVER):
-        pass
-    assert said[0] == []
-
-
 def test_nothing_is_said_after_an_error_and_nothing_counts_as_kept(said):
     before = list(module.KEPT)
     with pytest.raises(ValueError, match="no"), compiling("a thing", warn_after=NEVER):
@@ -78,10 +72,6 @@ def test_nothing_is_said_after_an_error_and_nothing_counts_as_kept(said):
 )
 def test_a_kernel_has_a_name_for_people(kernel, words):
     assert name_for_people(kernel.py_func) == words
-
-
-def test_of_a_function_of_somebody_else_it_is_said_where_it_is():
-    assert name_for_people(textwrap.dedent) == "textwrap.dedent"
 
 
 def test_closures_over_different_functions_have_different_names_in_memory_and_in_files():

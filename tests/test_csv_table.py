@@ -62,8 +62,3 @@ def test_columns_are_taken_by_name_whatever_the_others_hold():
 def test_mistakes_are_named_with_their_line_and_what_it_must_hold(text, told):
     with pytest.raises(InvalidValueError, match=told):
         read(text).numbers()
-
-
-def test_a_line_of_another_width_than_must_be_is_told_at_once():
-    with pytest.raises(InvalidValueError, match="line 1, '1;2': has 1 fields: must be 2"):
-        read("1;2\n", width=2)

@@ -6,9 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-import yaml
 
-from palpate import __version__
 from palpate.cli import typed_commands
 from support.cli_samples import leaves
 from support.document_blocks import DOCS, ROOT, blocks, pages, words_of
@@ -37,18 +35,6 @@ def test_pictures_are_white_or_say_their_ground():
         assert re.search(r'<rect width="\d+" height="\d+" fill="white"/>', text), drawing.name
         assert "<title>" in text
     assert "background: white" in (DOCS / "_static" / "palpate.css").read_text(encoding="utf-8")
-
-
-def test_the_citation_file_says_what_is_needed():
-    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    assert cited["cff-version"] == "1.2.0"
-    assert {"message", "title", "authors", "version", "license"} <= set(cited)
-    assert str(cited["version"]) == __version__
-    assert cited["license"] == "MIT"
-    assert cited["authors"] == [{"name": "The palpate developers"}]
-    (paper,) = cited["references"]
-    assert paper["authors"][0]["family-names"] == "Bicchi"
-    assert (paper["year"], paper["type"]) == (1990, "conference-paper")
 
 
 @pytest.fixture(scope="module")

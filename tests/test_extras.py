@@ -8,7 +8,6 @@ from importlib.metadata import requires
 import pytest
 
 from palpate.extras import MissingLibraryError, require
-from palpate.hw.ur.support import refuse_unsupported
 
 
 def python_without(library: str, program: str, *typed: str) -> subprocess.CompletedProcess[str]:
@@ -25,10 +24,6 @@ def palpate_without(library: str, *typed: str) -> subprocess.CompletedProcess[st
     """Type a command where a library is not installed."""
     run = "sys.argv = ['palpate', *sys.argv[1:]]; from palpate.__main__ import main; sys.exit(main())"
     return python_without(library, run, *typed)
-
-
-def test_what_is_there_is_not_refused():
-    require("numpy", "parquet", "nothing")
 
 
 def test_what_is_missing_is_named_with_its_remedy():
@@ -76,11 +71,6 @@ def test_without_the_library_of_a_ur_all_else_imports():
     )
     done = python_without("rtde_control", f"sys.modules.update(rtde_receive=None, rtde_io=None)\n{program}")
     assert done.returncode == 0, done.stderr
-
-
-def test_where_the_library_of_a_ur_is_it_is_not_refused():
-    pytest.importorskip("rtde_control")
-    refuse_unsupported()
 
 
 @pytest.mark.parametrize("found", ["'3.17.0'", "'5.0.0'", "None"])

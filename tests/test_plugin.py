@@ -68,13 +68,6 @@ def test_a_class_in_a_script_does_all_that_too(palpate):
     assert "Texture" in palpate(f"{SCRIPT}:Textur", fails=True), "a mistyped class is told what there is"
 
 
-def test_it_is_small():
-    files = [path for path in PLUGIN.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    assert len(files) <= 6, "five, and a test"
-    assert sum(len(path.read_text().splitlines()) for path in files) <= 300
-    assert len(SCRIPT.read_text().splitlines()) <= 80
-
-
 # --- nothing built in has a way in that a stranger's package lacks ---
 
 
@@ -83,11 +76,6 @@ def trees():
     """Every module of the source, parsed."""
     folders = (ROOT / "src", ROOT / "controllers", ROOT / "hw", ROOT / "sim")
     return {path: ast.parse(path.read_text()) for folder in folders for path in folder.resolve().rglob("*.py")}
-
-
-def outside(name):
-    """Modules that are not of an experiment's package."""
-    return ((path, tree) for path, tree in trees().items() if f"/experiments/{name}/" not in path.as_posix())
 
 
 GENERIC = ("cli", "commands", "reporting", "robots", "experiments/kit", "learning")

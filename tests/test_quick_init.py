@@ -25,16 +25,6 @@ class Quick:
     c: float | None = None
 
 
-@quick_init
-@dataclass(frozen=True, slots=True)
-class Checked:
-    a: float
-
-    def __post_init__(self) -> None:
-        if self.a < 0.0:
-            raise ValueError("a")
-
-
 def test_is_what_dataclasses_make_of_it() -> None:
     one = Quick(1.0, c=2.0)
     assert str(inspect.signature(Quick)) == str(inspect.signature(Plain))
@@ -48,11 +38,6 @@ def test_is_what_dataclasses_make_of_it() -> None:
         del one.a  # type: ignore[misc]
     with pytest.raises(TypeError, match="a"):
         Quick()  # type: ignore[call-arg]
-
-
-def test_checks_of_the_class_run() -> None:
-    with pytest.raises(ValueError, match="a"):
-        Checked(-1.0)
 
 
 def test_refuses_what_it_cannot_make() -> None:

@@ -1,8 +1,6 @@
 """`palpate compare` as people type it."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -63,16 +61,6 @@ def test_alignment_is_said(folder, capsys):
     assert "first moved onto the reference" in (folder / "compare.html").read_text()
 
 
-@pytest.mark.slow
-def test_a_reference_elsewhere_is_remarked_on(folder, capsys):
-    away = trimesh.load_mesh(folder / "ball.stl")
-    away.apply_translation((0.0, 0.0, 0.1))
-    away.export(folder / "away.stl")
-    for name, remarked in (("away.stl", True), ("ball.stl", False)):
-        assert main(["compare", str(folder / "contacts.ply"), str(folder / name), "--samples", "500"]) == 0
-        assert ("is it in another place?" in capsys.readouterr().out) is remarked
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -86,12 +74,3 @@ def test_mistakes_are_said_in_one_line(folder, words, said, capsys):
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1
-
-
-def test_a_wrong_name_is_said_before_anything_heavy_is_loaded(tmp_path):
-    none = str(tmp_path / "none.ply")
-    asked = f"import sys; from palpate.cli import main; main(['compare', {none!r}, 'x.stl']); "
-    asked += "print([name for name in ('numba', 'trimesh', 'mujoco', 'scipy') if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
-    assert "there is no such file" in done.stdout + done.stderr
-    assert done.stdout.strip().endswith("[]")

@@ -15,11 +15,6 @@ def left(folder, *names):
     return folder
 
 
-def test_of_an_empty_or_missing_folder_nothing_is_said(tmp_path):
-    assert earlier_run(tmp_path, "regulate", NAMES) == ()
-    assert earlier_run(tmp_path / "none", "regulate", NAMES) == ()
-
-
 def test_a_sweep_is_never_written_over(tmp_path):
     with pytest.raises(InvalidValueError, match=r"holds a run of `palpate sweep.*another folder \(--out\)"):
         earlier_run(left(tmp_path, "report.html", "sweep.json"), "regulate", NAMES)
@@ -28,11 +23,6 @@ def test_a_sweep_is_never_written_over(tmp_path):
 def test_the_files_that_go_are_counted(tmp_path):
     (said,) = earlier_run(left(tmp_path, "report.html", *NAMES, "mine.txt"), "regulate", NAMES)
     assert said == f"{tmp_path / 'report.html'} and 1 more file are overwritten."
-
-
-def test_a_log_that_nobody_can_read_stands_in_no_ones_way(tmp_path):
-    (tmp_path / "latest.mcap").write_bytes(b"no log")
-    assert earlier_run(tmp_path, "explore", NAMES) == ()
 
 
 @pytest.mark.slow

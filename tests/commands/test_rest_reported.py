@@ -11,8 +11,8 @@ from palpate.cli import main
 from palpate.commands import run
 from palpate.commands.command_result import ExitCode
 from palpate.runtime import RestState
-from palpate.runtime.log import Event, Level, log_in, read_log
-from palpate.runtime.rest import CLAUSES, LOOK, WATCHDOG, rest_in
+from palpate.runtime.log import log_in, read_log
+from palpate.runtime.rest import CLAUSES, LOOK, rest_in
 from palpate.sim import MujocoBackend
 
 FIRST_LOST = 150
@@ -69,13 +69,6 @@ def test_terminal_report_log_and_json_have_the_same_clause_on_rest(ending, tmp_p
 def test_the_documents_have_the_same_clauses():
     page = (Path(__file__).parents[2] / "docs" / "running.md").read_text()
     assert [clause for clause in (*CLAUSES.values(), LOOK) if clause not in page] == []
-
-
-def test_of_a_log_that_breaks_off_it_is_not_known():
-    """And what stops the robot then, as the run stated when it began."""
-    stated = Event(0.0, Level.INFO, WATCHDOG, "the arm is stopped by its drives")
-    assert rest_in((stated,)).words == f"{CLAUSES[RestState.NOT_KNOWN]}: {stated.text}"
-    assert rest_in(()).words.endswith(LOOK)
 
 
 @pytest.mark.parametrize("error", [MemoryError(), ImportError("failed to map segment from shared object")])

@@ -3,7 +3,6 @@
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +19,6 @@ from palpate.commands.compare.runs_compared_report import (
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.registry import experiment_named
-from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.kit.script import perform
 from support.explore_runs import section
 
@@ -117,26 +115,6 @@ def test_as_people_type_it(explored, regulated, tmp_path, capsys):
     assert "only runs of the same experiment" in capsys.readouterr().err
 
 
-def test_a_command_is_what_was_not_left_out():
-    line = command_line(
-        "explore", experiment_named("explore").Config(object="box", force=3.0, identify=True, tip=(0.01,))
-    )
-    for typed in ("palpate explore --object box", " --force 3.0", " --identify", " --tip 0.01"):
-        assert typed in line
-    assert "--speed" not in line
-    regulate = experiment_named("regulate").Config
-    assert command_line("regulate", regulate()) == "palpate regulate"
-    assert "'a $(rm) b'" in command_line("regulate", regulate(out=Path("a $(rm) b")))
-
-
-@pytest.mark.parametrize("typed", [("--align",), ("--within", "0.002"), ("--map-unit", "mm")])
-def test_options_that_are_for_maps_are_refused_with_runs(explored, typed, capsys):
-    assert main(["compare", *map(str, explored), *typed]) == ExitCode.MISTAKE
-    said = capsys.readouterr().err
-    assert typed[0] in said
-    assert "leave" in said
-
-
 def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_set(tmp_path):
     asked = {"duration": 1.5, "drift": 0.6, "robot": "stage-nano17"}
     performed("regulate", tmp_path / "steady", **asked)
@@ -151,3 +129,11 @@ def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_s
     assert dict(report.settings)["drift"] == "0.6 N/min", "of a grasp it is N/s"
     alike = comparison_report((runs[0], replace(runs[0], name="again")), tmp_path)
     assert section(alike, "Options that differ").parts[0].text == "All options are the same."
+
+
+@pytest.mark.parametrize("typed", [("--align",), ("--within", "0.002"), ("--map-unit", "mm")])
+def test_options_that_are_for_maps_are_refused_with_runs(explored, typed, capsys):
+    assert main(["compare", *map(str, explored), *typed]) == ExitCode.MISTAKE
+    said = capsys.readouterr().err
+    assert typed[0] in said
+    assert "leave" in said

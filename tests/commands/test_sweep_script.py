@@ -3,8 +3,6 @@
 import pytest
 
 from palpate.commands.sweep import SweepConfig, sweep
-from palpate.errors import InvalidValueError
-from palpate.runtime.batch import quiet
 from support.tiny_experiment import TINY
 
 FIXED = ("time=0.02", "surface=soft")
@@ -30,9 +28,3 @@ def test_a_script_gets_the_records_and_the_files_are_there(tmp_path, capfd):
     assert [record.figures for record in again.records] == [record.figures for record in result.records]
     assert [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())] == before
     assert told == []
-
-
-def test_a_mistake_leaves_nothing(tmp_path):
-    with pytest.raises(InvalidValueError, match="force"):
-        sweep(SweepConfig(TINY, vary=(("force=1,-2",),), out=tmp_path / "b"), quiet)
-    assert not (tmp_path / "b").exists()

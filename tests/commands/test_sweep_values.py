@@ -17,7 +17,6 @@ from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.options import option
 from palpate.experiments.kit.registry import experiment_names
 from support.sweep_runs import SHORT, config_of, planned
-from support.tiny_experiment import TINY
 
 typed_numbers = st.decimals(-1000, 1000, allow_nan=False, allow_infinity=False, places=3)
 
@@ -55,23 +54,14 @@ def test_a_range_has_the_floats_nearest_to_the_true_numbers_ends_included(first,
     assert values(f"force={last}:{first}:{count}") == found[::-1]
 
 
-def test_a_range_of_tenths_is_what_people_write():
-    assert values("force=0.1:0.5:5") == (0.1, 0.2, 0.3, 0.4, 0.5)
-    assert values("force=1e-3:3e-3:3") == (0.001, 0.002, 0.003)
-
-
-def test_whole_numbers_stay_whole_where_an_option_is_one():
-    found = values("repeats=1:5:5")
-    assert found == (1, 2, 3, 4, 5)
-    assert {type(each) for each in found} == {int}
-
-
 # --- lists
 
 
 @pytest.mark.parametrize(
     ("word", "expected"),
     [
+        ("force=0.1:0.5:5", (0.1, 0.2, 0.3, 0.4, 0.5)),
+        ("repeats=1:5:5", (1, 2, 3, 4, 5)),
         ("force=1, 2", (1.0, 2.0)),
         ("surface=still,sine", ("still", "sine")),
         ("identify=false,true", (False, True)),
@@ -84,13 +74,6 @@ def test_whole_numbers_stay_whole_where_an_option_is_one():
 )
 def test_a_list_has_values_of_the_options_type(word, expected):
     assert values(word) == expected
-
-
-def test_what_is_set_takes_several_numbers_as_one_value():
-    assert set_options(["tip=0.008,0.008,0.012", "mu=0.3"], Kinds, {}) == {
-        "tip": (0.008, 0.008, 0.012),
-        "friction": 0.3,
-    }
 
 
 # --- places and seeds
@@ -142,12 +125,6 @@ def test_an_experiment_file_goes_before_defaults_and_behind_what_is_typed(tmp_pa
     assert (config_of(run).force, config_of(run).speed, config_of(run).reach) == (3.0, 0.02, 0.015)
 
 
-def test_a_robot_is_the_same_whether_set_or_varied():
-    perfect, honest = planned("robot=stage,stage-nano17").runs
-    (alone,) = planned(fixed=(*SHORT, "robot=stage-nano17")).runs
-    assert alone.case.digest == honest.case.digest != perfect.case.digest
-
-
 # --- mistakes
 
 
@@ -175,6 +152,8 @@ def test_a_robot_is_the_same_whether_set_or_varied():
         (["out=a,b"], ["--out"]),
         (["force=1,2", "speed=0.01,-0.01"], ["with force=1, speed=-0.01", "above 0"]),
         (["force=[1"], ["no valid YAML"]),
+        (["time=1,2"], ["time is varied and set"]),
+        (["force=1:2:1000", "speed=0.01:0.02:1000"], [f"at most {MOST_RUNS}"]),
     ],
 )
 def test_a_mistake_is_named_with_what_would_be_right(vary, words):
@@ -182,11 +161,6 @@ def test_a_mistake_is_named_with_what_would_be_right(vary, words):
         planned(*vary)
     for word in words:
         assert word in str(refused.value)
-
-
-def test_an_option_is_varied_or_set():
-    with pytest.raises(InvalidValueError, match="force is varied and set"):
-        planned("force=1,2", fixed=("force=3",))
 
 
 @pytest.mark.parametrize(
@@ -203,22 +177,6 @@ def test_what_cannot_be_set_is_refused(words, told):
     with pytest.raises(InvalidValueError) as refused:
         set_options(words, Kinds, {"out": "not here"})
     assert told in str(refused.value)
-
-
-def test_far_too_many_runs_are_refused_before_they_are_made():
-    with pytest.raises(InvalidValueError, match=f"at most {MOST_RUNS}"):
-        planned("force=1:2:1000", "speed=0.01:0.02:1000")
-
-
-@pytest.mark.parametrize(("name", "value"), [("seeds", 0), ("jobs", 0), ("ray", " ")])
-def test_counts_begin_with_one(name, value):
-    with pytest.raises(InvalidValueError, match=name):
-        SweepConfig(TINY, **{name: value})
-
-
-def test_what_only_the_world_can_tell_is_found_out_before_anything_runs():
-    with pytest.raises(InvalidValueError, match=r"with force=20: force = 20 N: must be at most 15 N"):
-        expected_durations(planned("force=1,20"))
 
 
 @pytest.mark.parametrize("robot", ["ur5e-netft", "emulated-ur5e"])

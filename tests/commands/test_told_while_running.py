@@ -13,7 +13,7 @@ from palpate.cli import main
 from palpate.commands import progress
 from palpate.commands.command_result import ExitCode
 from palpate.commands.progress import doing, run_progress, step_progress
-from palpate.commands.run_shown import STOPPED, kept_if_interrupted, run_shown
+from palpate.commands.run_shown import STOPPED, run_shown
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending
 from support.friction_runs import planned
@@ -52,27 +52,6 @@ def test_every_phase_and_every_so_often_a_run_is_a_line_of_its_own(monkeypatch):
     assert not any("\x1b" in line or not line for line in told)
 
 
-def test_a_run_of_a_few_seconds_is_one_line(monkeypatch):
-    monkeypatch.setattr(progress, "LINE_INTERVAL", 1e3)
-    console = captured()
-    with run_progress(console, 5.0) as observer:
-        RecordedRun(planned(**SHORT)).run((observer,))
-    assert lines(console) == ["running, about 5 s on the robot's clock"]
-
-
-@pytest.mark.slow
-def test_whoever_stops_reading_ends_no_run(tmp_path):
-    """`palpate friction | head -1`: the robot goes on, and the report is written."""
-    words = ["friction", "--quick", "--loads", "2", "--robot", "stage", "--out", str(tmp_path)]
-    with subprocess.Popen(
-        [sys.executable, "-m", "palpate", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        process.stdout.close()
-        assert process.stderr.read() == ""
-    assert (tmp_path / "report.html").exists()
-    assert (tmp_path / "friction.yaml").exists()
-
-
 # --- Ctrl-C
 
 
@@ -98,22 +77,6 @@ def run_over():
 def test_an_interrupted_run_is_over_and_told_of(run_over):
     assert run_over.ending is Ending.INTERRUPTED
     assert run_over.at_rest
-
-
-def test_without_a_run_or_at_the_second_request_nothing_goes_on():
-    def interrupted(observer):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_shown(captured(), 5.0, interrupted)
-
-
-def test_a_report_that_is_interrupted_says_what_is_kept(run_over):
-    told = r"not finished; the run was over, the robot is at rest; there is no"
-    with pytest.raises(KeyboardInterrupt, match=told), kept_if_interrupted(run_over):
-        raise KeyboardInterrupt
-    with kept_if_interrupted(run_over):
-        pass
 
 
 @pytest.mark.slow
@@ -182,3 +145,16 @@ def test_ctrl_c_while_it_starts_is_one_line(before, within, code, out, err):
     assert done.stdout == out
     assert done.stderr.endswith(err) if code == ExitCode.INTERRUPTED else err in done.stderr
     assert ("Traceback" in done.stderr) is (within != "")
+
+
+@pytest.mark.slow
+def test_whoever_stops_reading_ends_no_run(tmp_path):
+    """`palpate friction | head -1`: the robot goes on, and the report is written."""
+    words = ["friction", "--quick", "--loads", "2", "--robot", "stage", "--out", str(tmp_path)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "palpate", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "friction.yaml").exists()

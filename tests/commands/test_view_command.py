@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 import urllib.request
-from pathlib import Path
 
 import pytest
 from PIL import Image, ImageSequence
@@ -64,15 +63,6 @@ def ended(process):
 
 def url_in(said):
     return next(word for word in said.split() if word.startswith("http://"))
-
-
-@pytest.mark.slow
-def test_a_log_is_shown_until_ctrl_c(folder):
-    process, said = started("View:", str(folder))
-    with urllib.request.urlopen(url_in(said)) as page:
-        assert page.status == 200
-    assert "127.0.0.1" in said
-    assert ended(process) == (0, "", "")
 
 
 @pytest.mark.slow
@@ -137,39 +127,6 @@ def test_without_a_renderer_the_remedy_is_told(folder, tmp_path, monkeypatch, ca
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("what", "wrong", "message"),
-    [
-        ("explore", {"time_scale": 0.0}, "time_scale = 0"),
-        ("explore", {"port": 70000}, "port = 70000"),
-        ("explore", {"video": Path("a.gif")}, "name one"),
-        ("a.mcap", {"set": ("force=3",)}, "leave them out"),
-        ("a.mcap", {"video": Path("a.mp4")}, r"must end in \.gif"),
-        ("a.mcap", {"picture": Path("a.jpg")}, r"must end in \.png"),
-        ("a.mcap", {"video": Path("a.gif"), "time_scale": float("inf")}, "finite"),
-    ],
-)
-def test_mistakes(what, wrong, message):
-    with pytest.raises(InvalidValueError, match=message):
-        ViewConfig(what, **wrong)
-
-
-def test_without_an_argument_it_is_shown_what_to_type(capsys):
-    with pytest.raises(SystemExit):
-        main(["view"])
-    assert "Example: palpate view explore --set " in capsys.readouterr().err
-
-
-def test_what_is_neither_an_experiment_nor_a_folder_is_refused_with_what_there_is():
-    with pytest.raises(InvalidValueError, match=r"neither an experiment nor a folder .*; experiments are"):
-        run_view(ViewConfig("nothing"))
-
-
-def test_no_such_log(tmp_path):
-    with pytest.raises(InvalidValueError, match="no such file"):
-        run_view(ViewConfig(str(tmp_path / "nothing")))
-
-
 def test_the_pace_is_what_was_asked_for_but_of_devices():
     plan = plan_of(ExploreConfig())
     assert isinstance(watched_backend(plan, float("inf")).pacer, SimulatedTime)
@@ -196,18 +153,6 @@ def test_set_takes_what_it_takes_elsewhere():
     assert (config.friction, config.tip, config.object) == (0.5, (0.008, 0.008, 0.012), "ellipsoid")
     with pytest.raises(InvalidValueError, match=r"--config FILE\.YAML"):
         asked("config=a.yaml")
-
-
-@pytest.mark.slow
-def test_ctrl_c_while_the_run_is_evaluated_names_its_log(tmp_path, monkeypatch, capsys):
-    def interrupted(*told):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Explore, "found", interrupted)
-    typed = ["view", "explore", "--time-scale", "inf", "--port", "0", "--set", *SMALL, f"out={tmp_path}"]
-    assert main(typed) == ExitCode.INTERRUPTED
-    (log,) = (path for path in tmp_path.glob("*.mcap") if not path.is_symlink())
-    assert f"its log is kept: {log}" in capsys.readouterr().err
 
 
 def test_a_view_does_not_record_among_the_files_of_another_command(tmp_path, capsys):

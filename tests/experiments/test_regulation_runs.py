@@ -1,4 +1,4 @@
-"""Regulation runs and the bounds that they keep: moving, soft, stiff and rough surfaces on every simulated robot."""
+"""Regulation runs and the bounds that they keep: moving, soft, stiff and rough surfaces."""
 
 import math
 from dataclasses import replace

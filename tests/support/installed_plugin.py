@@ -5,6 +5,8 @@ import subprocess
 import sys
 import tomllib
 
+from support import warm_process
+
 
 class InstalledPlugin:
     """The command as whoever has installed the package types it, in a folder of its own."""
@@ -25,11 +27,8 @@ class InstalledPlugin:
         self._environment = {"PYTHONPATH": str(place), "PATH": "", "COLUMNS": "200", "HOME": str(self.folder)}
 
     def __call__(self, *words, fails=False):
-        """Run it; return what it prints, or what it refuses."""
-        command = (sys.executable, "-m", "palpate", *map(str, words))
-        done = subprocess.run(
-            command, cwd=self.folder, capture_output=True, text=True, timeout=300, env=self._environment
-        )
+        """Carry out a command; return what it prints, or what it refuses."""
+        done = warm_process.palpate(*words, folder=self.folder, environment=self._environment)
         assert bool(done.returncode) is fails, done.stderr + done.stdout
         return done.stderr if fails else done.stdout
 
