@@ -27,7 +27,7 @@ from scipy.stats import beta
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.controllers.grip.need import NeedWithoutSpin
 from palpate.controllers.grip.nudge import NudgedSurface
-from palpate.runtime.batch import Workers, progress_bar, results_of, run_batch
+from palpate.runtime.batch import Workers, batch_bar, results_of, run_batch
 
 TOUCHED, UNTOUCHED = Surface(), Surface(friction_spread=0.3, spin_spread=0.5)
 MAX_PULL_DISTANCE = 0.008
@@ -183,7 +183,7 @@ def main() -> int:
     for head in ("case", "runs", "drops", "slip mm", "spin deg", "grip", "tightest", "failures", "as asked"):
         table.add_column(head, justify="left" if head == "case" else "right")
     good = True
-    with progress_bar(console) as show, Workers(options.processes) as workers:
+    with batch_bar(console) as show, Workers(options.processes) as workers:
         for case in cases():
             if options.only not in case.name or (options.asked and case.asked is None):
                 continue

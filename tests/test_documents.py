@@ -3,7 +3,6 @@
 import contextlib
 import io
 import re
-from collections.abc import Iterator
 
 import pytest
 
@@ -13,27 +12,6 @@ from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, n
 
 DOCUMENTS = documents()
 BY_NAME = {name_of(document): document for document in DOCUMENTS}
-
-AFTER_COMMANDS = {"docs/friction.md"}
-"""Documents whose Python reads what their commands have left."""
-
-QUICK = [
-    "docs/calibrate.md",
-    "docs/contact.md",
-    "docs/replay.md",
-    "docs/robot-files.md",
-]
-"""Documents whose commands take a few seconds."""
-
-SILENT = {
-    "docs/calibrate-tip.md",
-    "docs/compare.md",
-    "docs/data-sets.md",
-    "docs/regulate.md",
-    "docs/reports.md",
-    "docs/view.md",
-}
-"""Documents whose Python only makes a file, or what the text goes on to explain."""
 
 UNMARKED = {
     "README.md": ("palpate view", "palpate doctor", "palpate recover", "palpate explore --robot emulated-ur5e"),
@@ -50,13 +28,6 @@ def note(*asked: object) -> int:
     """Stand in for what carries a command out."""
     NOTED.append(asked)
     return 0
-
-
-def run_python(document) -> None:
-    names: dict[str, object] = {}
-    for block in blocks(document):
-        if block.kind is Kind.PYTHON and not block.reason:
-            exec(compile(block.text, str(document), "exec"), names)
 
 
 def carry_out(command: str) -> None:
@@ -84,16 +55,13 @@ def run_in_order(document) -> None:
                 carry_out(command)
 
 
-def with_commands() -> Iterator[str]:
-    for name, document in BY_NAME.items():
-        if any(is_run(document, block, command) for block in blocks(document) for command in block.commands):
-            yield name
-
-
-def with_python() -> Iterator[str]:
-    for name, document in BY_NAME.items():
-        if any(block.kind is Kind.PYTHON for block in blocks(document)):
-            yield name
+def runs(document) -> bool:
+    """Whether anything of a document is run."""
+    return any(
+        (block.kind is Kind.PYTHON and not block.reason)
+        or any(is_run(document, block, command) for command in block.commands)
+        for block in blocks(document)
+    )
 
 
 @pytest.fixture
@@ -108,21 +76,8 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(with_python()) - AFTER_COMMANDS - set(QUICK)))
-def test_the_code_runs(name, folder, capsys):
-    run_python(BY_NAME[name])
-    assert name in SILENT or capsys.readouterr().out.strip()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", [name for name, document in BY_NAME.items() if runs(document)])
 def test_code_and_commands_run_from_top_to_bottom(name, folder):
-    run_in_order(BY_NAME[name])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(with_commands()) - set(QUICK)))
-def test_long_commands_run_from_top_to_bottom(name, folder):
     run_in_order(BY_NAME[name])
 
 
@@ -158,8 +113,10 @@ def test_marks_have_a_block_and_a_reason():
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
-def test_every_path_that_it_links_to_exists(document):
+def test_every_path_that_it_links_to_exists_and_no_line_is_a_comment(document):
+    """A line of Markdown that begins with a per cent sign is a comment on the site."""
     text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert not re.findall(r"^ {0,3}%.*", text, flags=re.MULTILINE)
     for path, _, anchor in re.findall(r"\]\((?!http)([^)#]*)(#([^)]+))?\)", text):
         target = document.parent / path if path else document
         assert target.exists(), path
@@ -171,13 +128,6 @@ def anchors(text: str) -> set[str]:
     """What headings are linked by, on a code host and on the site."""
     headings = re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
-@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
-def test_no_line_gets_lost(document):
-    """A line of Markdown that begins with a per cent sign is a comment on the site, and gone."""
-    text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert not re.findall(r"^ {0,3}%.*", text, flags=re.MULTILINE)
 
 
 def test_the_guide_names_every_limit():
