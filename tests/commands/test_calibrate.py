@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import random
 
 import msgspec
 import numpy as np
@@ -636,82 +635,7 @@ def test_the_examples_in_the_help_texts_are_understood():
 
 # --- fuzz --------------------------------------------------------------------------------------------------------
 
-# fmt: off
-WORDS = (
-    "nan", "-inf", "1e999", "1e308", "-1e308", "1e-320", "0", "", " ", "x", '"', '""', ",", "\n", "\r", "\x00",
-    "#", ";", "1_000", "0x1F", "\u0663", "fx", "raw_0", "gx", "qw", "r00", "fx_mN", "mz_kNm", "\ufeff", "é", "-",
-    "1,2", "9" * 400,
-)
 # fmt: on
-
-
-def damaged(text, rng):
-    kind = rng.randrange(5)
-    if kind == 0:
-        data = bytearray(text.encode())
-        for _ in range(rng.choice((1, 2, 5, 50))):
-            data[rng.randrange(len(data))] = rng.randrange(256)
-        return bytes(data)
-    if kind == 1:
-        return text.encode()[: rng.randrange(len(text) + 1)]
-    lines = text.splitlines()
-    for _ in range(rng.randrange(1, 4)):
-        i = rng.randrange(len(lines))
-        if kind == 2:
-            j = rng.randrange(len(lines))
-            lines[i], lines[j] = lines[j], lines[i]
-        else:
-            fields = lines[0 if kind == 3 else i].split(",")
-            fields[rng.randrange(len(fields))] = rng.choice(WORDS)
-            lines[0 if kind == 3 else i] = ",".join(fields)
-    return "\n".join(lines).encode("utf-8", "surrogatepass")
-
-
-def try_files(count, seed, folder):
-    """Return how many damaged files were refused and how many went through; anything else raises."""
-    rng = random.Random(seed)
-    data = np.random.default_rng(seed)
-    texts = [
-        ("matrix", loads_csv(data, n=24)),
-        *(("payload", pose_csv(data, kind, n=8)) for kind in POSE_KINDS),
-        ("tare", rest_csv(data, n=110)),
-    ]
-    sensor = sensor_in(folder)
-    before = sensor.read_bytes()
-    path, out = folder / "in.csv", folder / "out.yaml"
-    refusals = passes = 0
-    for _ in range(count):
-        task, text = rng.choice(texts)
-        path.write_bytes(damaged(text, rng))
-        out.unlink(missing_ok=True)
-        if task == "matrix":
-            config = MatrixConfig(path, sensor, out, raw_unit="V", raw_range=(-10.0, 10.0))
-        elif task == "payload":
-            config = PayloadConfig(path, sensor, out)
-        else:
-            config = TareConfig(sensor=sensor, readings=path, out=out)
-        try:
-            code = run(config)
-        except InvalidValueError as error:
-            refusals, message = refusals + 1, str(error)
-            named = "in.csv" in message and "\n" not in message
-            if not named or out.exists():
-                raise
-        else:
-            passes += code == 0
-            assert out.exists() == (code == 0)
-            if out.exists():
-                FTPipeline(load_sensor_file(out))
-        assert sensor.read_bytes() == before
-    assert not list(folder.glob(".*"))
-    return refusals, passes
-
-
-@pytest.mark.slow
-def test_damaged_files_give_a_sensor_that_can_be_or_a_clear_refusal(tmp_path):
-    refusals, passes = try_files(300, 1, tmp_path)
-    assert refusals > 100
-    assert passes > 10
 
 
 def test_the_old_file_is_kept_or_left_alone(tmp_path):

@@ -3,14 +3,22 @@
 import numpy as np
 import pytest
 
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_marks import not_felt
 from palpate.mapping import PrimitiveKind
+from palpate.open_kinds import as_written
 from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot
+from palpate.robots.robot_file import read_robot_file
+from palpate.robots.simulated_stage import TurningStageEntry
 from palpate.runtime import Ending
+from palpate.sim import TurningStage
 from palpate.sim.sensor.presets import nano17
-from support.explore_runs import carried_out, check_held, plan_of
+from palpate.yaml_text import yaml_text
+from support.explore_runs import carried_out, check_held, plan_of, planned_again
 from support.run_bounds import below, check_bounds
 
 ROWS = {"spacing": 0.008}
@@ -152,3 +160,63 @@ def test_stiffness_is_found_by_both_robots_and_with_a_real_sensor(robot, name):
     off = np.abs(layer.mean - 2.0 * ExploreConfig().stiffness)[known] / layer.sd[known]
     assert not known.any() or np.median(off) < 2.5
     assert robot == "stage-nano17" or known.mean() > 0.5
+
+
+# --- Explorations against the simulation's truth: force held, surface found, contact kept ---
+
+
+@pytest.mark.slow
+def test_force_and_speed_follow_changes_while_it_runs_and_points_stay_on_the_surface():
+    """The tip is compressed more by a larger force: the map must not show it."""
+    found = explore(ExploreConfig(width=0.03, depth=0.004, change=((1.0, "force", 4.0), (1.5, "speed", 0.03))))
+    assert found.run.ending is Ending.DONE
+    late = found.scanning & (found.record.time > 2.0)
+    assert np.all(found.set_force[late] == 4.0)
+    assert np.median(found.true_normal_force[late]) == pytest.approx(4.0, abs=0.1)
+    assert np.median(np.linalg.norm(found.record.velocity[late], axis=1)) == pytest.approx(0.03, rel=0.05)
+    assert found.point_rms < 0.005e-3
+
+
+# --- The same exploration by a UR5e: one word is changed ---
+
+
+def test_it_can_be_planned_again_from_its_texts():
+    planned = plan_of(ExploreConfig(robot="ur5e-sim", width=0.01, depth=0.004))
+    again = planned_again(planned)
+    assert again.parameters == planned.parameters
+    assert again.limits == planned.limits
+
+
+# --- The same exploration by a stage that can also turn: one word is changed ---
+
+
+def test_what_its_file_leaves_out_is_what_the_stage_is_by_itself():
+    entry, stage = TurningStageEntry(), TurningStage()
+    assert (entry.mass, entry.inertia, entry.bandwidth) == (stage.mass, stage.inertia, stage.bandwidth)
+    assert (entry.following_error_limit, entry.angular_following_error) == (
+        stage.following_error_limit.distance,
+        stage.following_error_limit.angle,
+    )
+
+
+def test_its_file_reads_back_to_the_same():
+    robot = load_robot("turning-stage")
+    check(robot)
+    assert isinstance(robot.file.backend, TurningStageEntry)
+    assert read_robot_file(yaml_text(as_written(robot.file))) == robot.file
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("inertia_kg_m2", "0"),
+        ("inertia_kg_m2", "1e3"),
+        ("angular_following_error_rad", "3.4"),
+        ("angular_following_error_rad", "-1"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_key(key, value):
+    text = yaml_text(as_written(load_robot("turning-stage").file))
+    line = next(line for line in text.splitlines() if line.strip().startswith(key))
+    with pytest.raises(InvalidValueError, match=rf"{key} = .*must be from"):
+        read_robot_file(text.replace(line, f"{line.split(':')[0]}: {value}"))

@@ -1,8 +1,6 @@
 """Explorations from files: default < robot file < experiment file < command line, and again from a log's texts."""
 
-import math
-import random
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -347,67 +345,3 @@ def test_any_fingertip_explores_as_a_sphere_does(surface):
     reference = carried_out(plan_of(ExploreConfig(object="sphere", **SMALL), STAGE))
     assert found.run.ending is Ending.DONE
     assert found.claimed_map.rms <= 1.3 * reference.claimed_map.rms
-
-
-# --- fuzz ---
-
-WORDS = ("1e999", ".nan", "-1", "0", "9" * 40, "true", "null", "", "[]", "{}", "[1, 2]", "*x", "!!int", "3 N",
-         "stage", "'x'", "\t", "é", "1_000", "0x1F", "[" * 300)  # fmt: skip
-
-
-def damaged(rng):
-    lines = config_text("explore", ExploreConfig()).splitlines()
-    for _ in range(rng.choice((1, 1, 2, 3))):
-        i = rng.randrange(len(lines))
-        key = lines[i].partition(":")[0]
-        lines[i] = rng.choice(
-            (
-                f"{key}: {rng.choice(WORDS)}",
-                f"{key}x: 1",
-                f"{key}_mm: 1",
-                lines[rng.randrange(len(lines))],
-                lines[i][: rng.randrange(len(lines[i]) + 1)],
-                lines[i].replace(rng.choice(lines[i] or ":"), rng.choice("\x00\x7f:[#&é1 "), 1),
-            )
-        )
-    return "\n".join(lines)
-
-
-def try_overlays(count, seed, folder):
-    """Return how many were read and refused; the values that were read are what plain Python reads."""
-    rng = random.Random(seed)
-    read = refused = 0
-    names = {field.name for field in fields(ExploreConfig)}
-    for _ in range(count):
-        text = damaged(rng)
-        (folder / "e.yaml").write_text(text)
-        try:
-            values = load_overlay(folder / "e.yaml", "explore", ExploreConfig)
-        except InvalidValueError as error:
-            if not str(error).isprintable():
-                raise AssertionError(text) from error
-            refused += 1
-            continue
-        read += 1
-        assert set(values) <= names
-        # a key without a value says null, which a file that need not be given may be
-        parted = (line.partition(":") for line in text.splitlines() if ":" in line and not line.startswith("#"))
-        said = {key: value.strip() for key, _, value in parted}
-        assert set(values) == set(said) - {"experiment"}, text
-        for key, value in values.items():
-            if type(value) is float:
-                word = said[key].partition(" #")[0].strip()
-                assert math.isnan(value) if word == ".nan" else float(word) == value, (key, text)
-        try:
-            config = ExploreConfig(**values)
-        except InvalidValueError:
-            continue
-        assert read_config(config_text("explore", config), ExploreConfig) == config
-    return read, refused
-
-
-@pytest.mark.slow
-def test_500_damaged_experiment_files_are_refused_or_read_right(tmp_path):
-    read, refused = try_overlays(500, 1, tmp_path)
-    assert read > 20
-    assert refused > 100

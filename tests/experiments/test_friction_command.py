@@ -24,7 +24,6 @@ from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.registry import experiment_named
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
     FrictionEstimate,
@@ -318,30 +317,10 @@ def test_what_was_recorded_is_named_although_it_tells_of_no_friction(tmp_path, m
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("mu", "e"), [(0.5, 0.004), (0.7, 0.003)])
-def test_what_rubbing_wrote_holds_an_object_that_is_pulled_at(tmp_path, mu, e):
-    """`palpate friction`, then `palpate grasp --friction-file`: neither slip nor spin, though p is assumed."""
-    rubbed, held = tmp_path / "friction", tmp_path / "grasp"
-    true = ["--friction", str(mu), "--spin-length", str(e)]
-    assert main(["friction", "--quick", *true, "--force-noise", "0.01", "--moment-noise", "1e-4",
-                 "--seed", "4", "--out", str(rubbed)]) == 0  # fmt: skip
-    path = rubbed / "friction.yaml"
-    assert main(["grasp", "--friction-file", str(path), *true, "--out", str(held)]) == 0
-    assert (held / "report.html").is_file()
-    log = read_log(log_in(held))
-    assert friction_file_text(load_friction_file(path)) in log.attachments.values()
-    figures = figures_of(experiment_named("grasp"), LoggedRun.of(log).found())
-    assert figures["slip_m"] < 2e-5
-    assert figures["spin_rad"] < math.radians(0.2)
-    # 1.12 of margin, and what 1, the worst that p may be, instead of MuJoCo's 2 costs
-    assert 1.1 < figures["grip_ratio"] < 1.75
-
-
-@pytest.mark.slow
 def test_intervals_hold_the_truth_over_many_surfaces():
     rng = np.random.default_rng(20)
     held, close = [], []
-    for seed in range(20):
+    for seed in range(10):
         mu, e = math.exp(rng.uniform(*np.log((0.1, 1.2)))), math.exp(rng.uniform(*np.log((1e-3, 8e-3))))
         load = max(1.0, 0.3e-3 / (mu * e))
         if load > 5.0:

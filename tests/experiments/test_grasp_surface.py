@@ -17,9 +17,10 @@ from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces,
 from palpate.experiments.grasp.notes import notes_on
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.plan import nudge_time
+from palpate.experiments.grasp.price import growth_in_hold, held_before, price_of_preload
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load, weight_of
 from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant
-from palpate.experiments.grasp.words import outcome
+from palpate.experiments.grasp.words import against_slip, outcome
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.friction_file import How
 from palpate.friction.limit_surface import LimitSurface
@@ -261,3 +262,61 @@ def test_what_a_nudge_found_is_told_against_the_truth(nudged):
         low, high = (float(word) for word in figure.note.split("err: ")[1].split(";")[0].split(" to "))
         assert low < true < high
         assert f"true {true:g}" in figure.note
+
+
+# --- What keeps a grip from giving way again depends on why it did ---
+
+
+@pytest.mark.parametrize(
+    ("options", "told", "unheard"),
+    [
+        ({"known": "touched"}, ("--margin",), ("palpate friction",)),
+        (
+            {"known": "touched", "believed_friction": 0.9},
+            ("mu was believed to be 0.9, and is 0.5", "palpate friction", "--known nudged"),
+            ("--margin",),
+        ),
+        (
+            {"known": "touched", "believed_spin_length": 0.008},
+            ("e was believed to be 8 mm, and is ", "palpate friction"),
+            ("--margin",),
+        ),
+        ({"known": "nudged", "believed_friction": 0.9}, ("palpate friction",), ("--known nudged",)),
+        ({"controller": "coulomb", "believed_friction": 0.9}, ("--controller limit-surface",), ("mu",)),
+        ({"friction": 0.05}, ("--pull",), ("--margin", "believed")),
+    ],
+)
+def test_advice_fits_the_cause(options, told, unheard):
+    advice = against_slip(plan_of(**options), known=True)
+    assert all(words in advice for words in told)
+    assert not any(words in advice for words in unheard)
+
+
+def test_on_a_robot_nobody_knows_why():
+    advice = against_slip(plan_of(), known=False)
+    assert "--margin" in advice
+    assert "palpate friction" in advice
+
+
+# --- What is held for long, or suddenly pulled at: no slip beyond what is claimed, and its grip is told ---
+
+
+def test_what_is_held_while_zeros_wander_fast_does_not_slip_and_its_grip_is_told():
+    done = run_grasp(load="none", rise=4.0, drift=0.1)
+    assert not done.dropped
+    assert not done.gave_way
+    assert 0.9 <= done.growth <= growth_in_hold(done.planned)
+    assert any("grip may grow" in note for note in done.planned.dry_run().notes)
+
+
+def test_where_nothing_wanders_far_nothing_is_told_or_paid():
+    quiet = plan_of(load="none", drift=0.0)
+    assert growth_in_hold(quiet) == 1.0
+    assert price_of_preload(quiet) == 0.0
+    assert not quiet.dry_run().notes
+
+
+def test_the_price_of_a_preload_is_told_before_the_run():
+    planned = plan_of(preload=1.5)
+    factor = 1.0 + price_of_preload(planned) / held_before(planned)
+    assert any(f"steps up to 1.5 N in 5 ms, 6 mm aside: grip x {factor:.2g}" in n for n in planned.dry_run().notes)

@@ -1,11 +1,14 @@
 """Regulation of force from configuration to report: figures, hostile cases, logs, refusals."""
 
 import math
+import os
+import signal
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from palpate.cli import main
 from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
@@ -22,7 +25,7 @@ from palpate.experiments.regulate.report import regulation_report, series_of
 from palpate.experiments.regulate.words import WORDS, limits, outcome
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.page import report_page
-from palpate.runtime import Ending, Phase
+from palpate.runtime import Command, Ending, Phase
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget
 from support.regulate_runs import REGULATE, carried_out, planned, regulated
 
@@ -313,3 +316,39 @@ def test_a_misspelt_change_is_refused_before_anything_is_planned():
 def test_pressing_on_nothing_is_no_identification():
     with pytest.raises(InvalidValueError, match="identify: nothing was identified"):
         regulated(surface="missing", identify=True)
+
+
+# --- `palpate regulate` as people type it ---
+
+
+def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
+    out = tmp_path / "new"
+    words = ["regulate", "--profile", "step", "--hold", "0.3", "--duration", "0.9", "--out", str(out)]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "overshoot" in said
+    assert "report.html" in said
+    names = {path.name for path in out.iterdir() if path.suffix != ".mcap"}
+    assert names == {"report.html", "forces.csv"}
+    html = (out / "report.html").read_text()
+    assert "Step response" in html
+    assert "http://" not in html.replace("http://www.w3.org", "")
+    assert "What limits it" in html
+    assert main(["replay", str(out)]) == 0
+    assert "identical, bit for bit; all that was felt is the same" in capsys.readouterr().out
+    assert main(["replay", str(out), "--set", "force=3"]) == 0
+    assert "commanded velocity apart" in capsys.readouterr().out
+    assert main(["replay", str(out), "--set", "stiffness=3"]) == 2
+    assert "assumed_stiffness is what the gain is made for" in capsys.readouterr().err
+    assert main(["regulate", "--surface", "missing", "--out", str(out)]) == 1
+
+
+def test_a_regulation_that_is_interrupted_is_written_all_the_same(tmp_path, monkeypatch):
+    def interrupt(*_):
+        os.kill(os.getpid(), signal.SIGINT)
+        return Command()
+
+    monkeypatch.setattr("palpate.controllers.RegulateController.step", interrupt)
+    assert main(["regulate", "--out", str(tmp_path)]) == 130
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "forces.csv").exists()

@@ -240,6 +240,6 @@ def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim", "ur5e-nano17"])
+@pytest.mark.parametrize("robot", ["stage", "ur5e-nano17"])
 def test_other_robots_find_theirs(tmp_path, robot):
     calibrated(tmp_path, robot, touch_count=24)
