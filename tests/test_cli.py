@@ -1,22 +1,38 @@
 """The command line as a newcomer types it, mistakes included."""
 
+import io
+import json
+import os
+import pty
 import re
 import signal
 import subprocess
 import sys
 import types
 from dataclasses import dataclass
+from itertools import pairwise
 from time import sleep
+from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 
 from palpate import __version__
-from palpate.cli import CommandGroup, TypedCommand, main
+from palpate.cli import CommandGroup, TypedCommand, main, typed_commands
+from palpate.commands.colours import coloured
 from palpate.commands.command_result import ExitCode
+from palpate.commands.progress import lively
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.estimation import Assumption, BrokenAssumption
+from palpate.experiments.kit import registry
+from palpate.experiments.kit.registry import experiment_named, typed_words
+from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
+from support import warm_process
+from support.cli_samples import leaves
+from support.typed_mistakes import answer_to
 from support.waiting import until
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
@@ -246,3 +262,156 @@ def test_an_exploration_whose_map_is_not_to_be_used_exits_with_1(tmp_path, monke
     monkeypatch.setattr("palpate.mapping.surface_map.surface_map.at_bounds", lambda *_: (broken,))
     assert main(["explore", *SMALL, "--json", "--out", str(tmp_path)]) == 1
     assert "WITHIN_BOUNDS" in capsys.readouterr().out
+
+
+# --- Colours and moving bars: on a terminal and nowhere else, unless the environment says so ---
+
+
+ESCAPE = "\x1b["
+HELP = ("robot", "--help")
+MISTAKE = ("explore", "--speed", "20")
+PLAIN = ("NO_COLOR", "FORCE_COLOR", "COLUMNS")
+
+
+class Screen(io.StringIO):
+    """A terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(
+    ("stream", "environment", "wanted"),
+    [
+        (Screen(), {}, True),
+        (io.StringIO(), {}, False),
+        (Screen(), {"NO_COLOR": "1"}, False),
+        (Screen(), {"NO_COLOR": ""}, True),
+        (io.StringIO(), {"FORCE_COLOR": "1"}, True),
+        (io.StringIO(), {"FORCE_COLOR": "1", "NO_COLOR": "1"}, False),
+        (Screen(), {"TERM": "dumb"}, False),
+    ],
+)
+def test_who_gets_colours(stream, environment, wanted, monkeypatch):
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert coloured(stream) is wanted
+
+
+def test_nothing_moves_where_only_colours_are_forced(monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert Console(file=io.StringIO()).is_terminal, "rich has changed its mind: `lively` may go"
+    assert not lively(Console(file=io.StringIO()))
+    assert lively(Console(file=Screen(), force_terminal=True))
+
+
+def piped(words, **environment):
+    """What a command writes into pipes."""
+    done = warm_process.palpate(*words, environment={"TERM": "xterm", **environment})
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(("words", "which"), [(HELP, 0), (MISTAKE, 1)])
+def test_pipes_get_no_colours_unless_they_are_forced(words, which):
+    assert ESCAPE not in "".join(piped(words))
+    assert ESCAPE in piped(words, FORCE_COLOR="1")[which]
+    assert ESCAPE not in "".join(piped(words, FORCE_COLOR="1", NO_COLOR="1"))
+
+
+def test_a_refusal_is_coloured_by_where_it_goes_and_help_by_where_that_goes():
+    """A terminal for the one and a pipe for the other."""
+    ours, theirs = pty.openpty()
+    kept = {name: value for name, value in os.environ.items() if name not in PLAIN}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "palpate", *MISTAKE],
+            stdout=theirs,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**kept, "TERM": "xterm"},
+        )
+    finally:
+        os.close(theirs)
+        os.close(ours)
+    assert ESCAPE not in done.stderr
+
+
+# --- An experiment whose name has a dot belongs to a group of commands: one that is there, or one of its own ---
+
+
+@pytest.fixture
+def declared(monkeypatch):
+    """Packages that declare experiments of these names, all of which hold a force."""
+
+    def declare(*names):
+        made = {
+            name: SimpleNamespace(
+                load=lambda name=name: type("Other", (Regulate,), {"name": name}), value="mine:Other"
+            )
+            for name in names
+        }
+        monkeypatch.setattr(registry, "declared_in", lambda group: made)
+        monkeypatch.setattr("palpate.cli.experiment_names", lambda: tuple(made))
+
+    typed_commands.cache_clear()
+    experiment_named.cache_clear()
+    yield declare
+    typed_commands.cache_clear()
+    experiment_named.cache_clear()
+
+
+def test_it_joins_a_group_that_is_there(declared, capsys):
+    declared("calibrate.mine")
+    group = typed_commands()["calibrate"]
+    assert isinstance(group, CommandGroup)
+    assert {"mine", "new", "tare"} <= set(group.commands)
+    assert main(["calibrate", "mine", "--dry-run", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["command"], told["dry_run"]) == ("calibrate mine", True)
+
+
+def test_it_makes_a_group_if_there_is_none_and_both_ways_of_typing_it_do(declared, capsys):
+    declared("mine.first", "mine.second", "plain")
+    group = typed_commands()["mine"]
+    assert isinstance(group, CommandGroup)
+    assert set(group.commands) == {"first", "second"}
+    for typed in (["mine", "first"], ["mine.first"], ["plain"]):
+        assert main([*typed, "--dry-run"]) == 0
+    assert "expected duration" in capsys.readouterr().out
+
+
+def test_what_a_report_says_to_type_is_what_can_be_typed():
+    assert typed_words("group.word") == ("group", "word")
+    assert typed_words("mine.py:Mine") == ("mine.py:Mine",)
+    assert command_line("group.word", Regulate.Config(force=3.0)) == "palpate group word --force 3.0"
+
+
+# --- Slips of the fingers: what the command line says to them; and help that reads well where it is narrow ---
+
+
+NARROW = 80
+
+
+@pytest.mark.parametrize("typed", ["explore --out sphere --speed 20", "explore --sped 1", "explore --object qqqq"])
+def test_what_is_no_slip_of_that_kind_gets_no_advice(typed, capsys):
+    assert not re.search("(D|d)id you mean", answer_to(typed.split(), capsys))
+
+
+@pytest.mark.parametrize("name", ["", *typed_commands(), *(name for name in leaves() if " " in name)])
+def test_help_fills_its_lines(name, capsys, monkeypatch):
+    """In a box, no line ends where the first word of the next would still have had room."""
+    monkeypatch.setenv("COLUMNS", str(NARROW))
+    with pytest.raises(SystemExit):
+        main([*name.split(), "--help"])
+    # boxes fill the width, with spaces where there are no lines to draw; what stands above them is not wrapped
+    inside = [line[2:-2] for line in capsys.readouterr().out.splitlines() if len(line) == NARROW]
+    assert any("--help" in line for line in inside)
+    for line, following in pairwise(inside):
+        column = len(following) - len(following.lstrip())
+        if not 4 <= column < len(following) or line[column - 2 : column].strip() or line[column] == " ":
+            continue  # another option, or the words above belong to none of its help
+        room = NARROW - 4 - len(line.rstrip()) - 1
+        assert len(following.split()[0]) > room, f"{line!r} could hold more of {following!r}"

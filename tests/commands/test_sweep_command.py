@@ -1,5 +1,6 @@
 """`palpate sweep` as it is typed: every run once, whatever comes between; the same numbers whoever does them."""
 
+import copy
 import csv
 import json
 import os
@@ -9,19 +10,27 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import psutil
 import pytest
 
 from palpate.cli import main
-from palpate.commands.sweep import picture, run
+from palpate.commands.sweep import SweepConfig, picture, run, sweep
+from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.record import RunStatus, read_record
+from palpate.experiments.explore import exploration
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.registry import experiment_named
 from palpate.reporting import page
 from palpate.robots.values import load_named_robot
+from palpate.runtime.batch import Workers, quiet, results_of, run_batch
 from palpate.runtime.log import log_in, read_log
+from palpate.sim import ContactLaw, SphereObject, Tip, Torus, build_scene
+from palpate.surfaces import Sphere
+from support.logged_runs import into, logged
 from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, config_of, planned
 from support.tiny_experiment import TINY
 from support.waiting import until
@@ -277,3 +286,101 @@ def test_every_experiment_gives_the_same_in_one_process_and_in_two(typed, tmp_pa
     assert figures(tmp_path / "1") == figures(tmp_path / "2")
     first, second = ({**row, "run": "", "seed": ""} for row in figures(tmp_path / "1")[:2])
     assert first != second, "seeds matter"
+
+
+# --- A script gets what a sweep came to, and nothing is printed; what is finished is not done again ---
+
+
+FIXED = ("time=0.02", "surface=soft")
+
+
+def small(out, **options):
+    return SweepConfig(TINY, vary=(("force=1,2",),), set=(FIXED,), out=out, jobs=1, **options)
+
+
+@pytest.mark.slow
+def test_a_script_gets_the_records_and_the_files_are_there(tmp_path, capfd):
+    told = []
+    result = sweep(small(tmp_path / "a"), told.append)
+    assert [record.run for record in result.records] == [0, 1]
+    assert not result.failures
+    assert told[-1].done == told[-1].cases == 2
+    assert {path.name for path in (tmp_path / "a").iterdir()} >= {"runs.csv", "report.html", "summary.png"}
+    assert capfd.readouterr().out == ""
+
+    before = [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())]
+    told.clear()
+    again = sweep(small(tmp_path / "a"), told.append)
+    assert [record.figures for record in again.records] == [record.figures for record in result.records]
+    assert [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())] == before
+    assert told == []
+
+
+# --- A worker keeps scenes, arms and kernels from run to run, and no run can tell ---
+
+
+SMALL = ("width=0.004", "depth=0.002", "speed=0.05", "force_noise=0.01")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("vary", [("object=sphere,torus,bumps",), ("robot=ur5e-sim,panda-sim",)])
+def test_a_run_after_others_in_one_worker_is_the_run_alone_bit_for_bit(vary, tmp_path):
+    cases = [run.case for run in planned(*vary, fixed=SMALL, experiment="explore").runs]
+    # there and back: each after every other, and all but the last twice
+    order = [*range(len(cases)), *reversed(range(len(cases)))]
+    with Workers(1) as one:
+        warm = results_of(
+            run_batch(logged, [into(cases[i], tmp_path / f"warm-{k}") for k, i in enumerate(order)], one, quiet)
+        )
+    for i, case in enumerate(cases):
+        (alone,) = results_of(run_batch(logged, [into(case, tmp_path / f"alone-{i}")], 1, quiet))
+        assert all(found == alone for found, of in zip(warm, order, strict=True) if of == i)
+
+
+def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
+    def unasked(*given, **options):
+        raise AssertionError("no figure of merit needs it")
+
+    for name in ("map_growth", "fit_sphere", "HeightMap"):
+        monkeypatch.setattr(exploration, name, unasked)
+    (run,) = planned(fixed=SMALL, experiment="explore").runs
+    found = attempt(run.case)
+    assert (found.status, found.message) == (RunStatus.DONE, "")
+    assert None not in {found.figures[name] for name in ("map_rms_m", "force_rms_n", "contacts")}
+
+
+def scene(target=None, stiffness=20e3):
+    law = ContactLaw(stiffness=stiffness)
+    return build_scene(Tip(Sphere(0.008)), target or SphereObject(0.04), law, (0.0, 0.0, 0.1))
+
+
+def bytes_of(model):
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+@pytest.mark.parametrize("target", [None, Torus()], ids=["sphere", "torus"])
+def test_a_scene_that_was_compiled_before_is_a_copy_that_nobody_else_has(target):
+    first = scene(target)
+    fresh = bytes_of(first.model)
+    first.model.opt.gravity[2] = 7.0
+    again = scene(copy.copy(target))
+    assert again.model is not first.model
+    assert bytes_of(again.model) == fresh
+    assert bytes_of(scene(target, 10e3).model) != fresh
+
+
+def test_a_kind_of_object_that_is_defined_anew_is_compiled_anew():
+    """As in a notebook: the same name and the same values, but other code."""
+
+    def defined(radius):
+        class Ball(SphereObject):
+            def add_geom(self, body, name):
+                SphereObject(radius).add_geom(body, name)
+
+        Ball.__qualname__ = "Ball"
+        return Ball(0.04)
+
+    small, large = (scene(defined(radius)).model.geom("object").size[0] for radius in (0.03, 0.05))
+    assert (small, large) == (0.03, 0.05)
