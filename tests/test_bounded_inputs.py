@@ -207,3 +207,13 @@ def test_a_folder_is_tried_without_touching_what_is_in_it(tmp_path):
     make_folder(tmp_path)
     assert (tmp_path / ".writable").read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == [".writable", "link"]
+
+
+def test_a_document_of_too_many_values_is_refused():
+    with pytest.raises(InvalidValueError, match="values"):
+        read_yaml("[" + "[]," * 60_000 + "]")
+
+
+def test_a_line_of_too_many_columns_is_refused():
+    with pytest.raises(InvalidValueError, match="more than 10000 columns"):
+        read_csv_table("1," * 20_000, "a.csv", "numbers")

@@ -208,9 +208,6 @@ def test_a_sphere_is_turned_in_the_hand_and_touch_tells_how_far(tmp_path):
     assert numbers_after("in truth by", said) == [pytest.approx(10.0, abs=0.1)]
 
 
-SHORT = ("--vary", "surface_speed=0.02", "assumed_stiffness=10e3,40e3")
-
-
 def sweep_errors(folder):
     """Return the error [N] of every run by speed [m/s] and stiffness [N/m]."""
     with (folder / "runs" / "example-sweep" / "runs.csv").open(encoding="utf-8", newline="") as file:
@@ -219,18 +216,14 @@ def sweep_errors(folder):
 
 
 @pytest.mark.slow
-def test_a_sweep_does_nothing_twice(tmp_path):
-    printed_by("sweep.py", *SHORT, folder=tmp_path)
-    runs = tmp_path / "runs" / "example-sweep" / "runs"
-    kept = [(path.name, path.stat().st_mtime_ns) for path in sorted(runs.iterdir())]
-    assert len(kept) >= 2
-    printed_by("sweep.py", *SHORT, folder=tmp_path)
-    assert [(path.name, path.stat().st_mtime_ns) for path in sorted(runs.iterdir())] == kept
-
-
-@pytest.mark.slow
-def test_the_whole_sweep_shows_what_its_text_claims(tmp_path):
+def test_the_whole_sweep_shows_what_its_text_claims_and_does_nothing_twice(tmp_path):
+    said = printed_by("sweep.py", folder=tmp_path)
+    assert "All 6 runs got to their end" in said
+    folder = tmp_path / "runs" / "example-sweep"
+    assert (folder / "own.png").read_bytes().startswith(b"\x89PNG")
+    kept = {path.name: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()}
     printed_by("sweep.py", folder=tmp_path)
+    assert {path.name: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()} == kept
     errors = sweep_errors(tmp_path)
     assert len(errors) == 6
     slow, fast = ([errors[speed, stiffness] for stiffness in (10e3, 20e3, 40e3)] for speed in (0.01, 0.02))
@@ -299,3 +292,9 @@ def load_module(path):
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
     return module
+
+
+@pytest.mark.slow
+def test_a_notebook_is_a_script_as_well(tmp_path):
+    said = printed_by("notebook.py", folder=tmp_path)
+    assert numbers_after("within", said)[0] < 0.1

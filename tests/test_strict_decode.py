@@ -216,3 +216,7 @@ def test_advice_prefers_the_same_quantity_to_the_same_letters():
     assert "write force_N, in N" in advice_on_key("force", ["force_N", "forces"])
     assert "did you mean force_N?" in advice_on_key("Force_N", ["force_N"])
     assert advice_on_key("zzzzz", ["force_N", "kind"]) == "unknown key; known are force_N, kind"
+
+
+def test_half_a_character_cannot_be_written():
+    assert "half a character" in told(yaml_text, {"out": "\ud83d"})

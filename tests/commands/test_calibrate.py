@@ -673,3 +673,24 @@ def test_a_sensor_without_payload_is_calibrated_as_such(tmp_path):
     text = pose_csv(np.random.default_rng(4), "gravity", payload=SensorPayload())
     assert run(PayloadConfig(written(tmp_path, text), sensor)) == 0
     assert load_sensor_file(sensor).payload.mass == 0.0
+
+
+def test_channels_by_name_in_the_order_given(tmp_path):
+    text = loads_csv(np.random.default_rng(3))
+    for i in range(8):
+        text = text.replace(f"raw_{i}", f"gauge {7 - i}", 1)
+    names = tuple(f"gauge {7 - i}" for i in range(8))
+    sensor = sensor_in(tmp_path)
+    loads = written(tmp_path, text)
+    run(MatrixConfig(loads, sensor, channels=names, raw_unit="V", raw_range=(-10.0, 10.0)))
+    np.testing.assert_allclose(load_sensor_file(sensor).calibration.offset, OFFSET, atol=2e-4)
+    known = {"raw_unit": "V", "raw_range": (-10.0, 10.0)}
+    refused(MatrixConfig(loads, sensor, channels=("gauge 9", *names), **known), "gauge 9", "'gauge 0'")
+
+
+def test_a_missing_or_wrong_sensor_file_is_said(tmp_path):
+    rest = written(tmp_path, rest_csv(np.random.default_rng(2)))
+    refused(TareConfig(sensor=tmp_path / "no.yaml", readings=rest), "no.yaml", "calibrate new")
+    refused(TareConfig(sensor=rest, readings=rest), "in.csv")
+    with pytest.raises(InvalidValueError, match="directory"):
+        run(TareConfig(sensor=tmp_path, readings=rest))

@@ -170,3 +170,8 @@ def test_a_refusal_loses_its_box(sides):
     box = f"╭─ Value error ─╮\n{sides} Error parsing palpate robot show: a = 1 {sides}\n{sides} ------- {sides}\n"
     box += f"{sides} For full helptext, see palpate --help {sides}\n╰────╯\n"
     assert unboxed(box) == "a = 1"
+
+
+def test_what_json_cannot_hold_is_an_error_of_ours():
+    with pytest.raises(TypeError, match="object cannot be JSON"):
+        plain(object())

@@ -272,3 +272,8 @@ def test_a_map_that_lies_further_out_by_so_much_is_shown_so():
     assert "0 % within both bands" in picture.caption
     assert [space.title for space in picture.panels] == ["c less a"]
     assert plots(picture)
+
+
+def test_maps_of_other_places_are_not_compared():
+    assert difference_picture([felt(), felt(aside=0.02)], NAMES[:2]) is None
+    assert difference_picture([None, felt()], NAMES[:2]) is None

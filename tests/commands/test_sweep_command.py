@@ -19,6 +19,7 @@ from palpate.cli import main
 from palpate.commands.sweep import SweepConfig, picture, run, sweep
 from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.record import RunStatus, read_record
+from palpate.errors import InvalidValueError
 from palpate.experiments.explore import exploration
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
@@ -384,3 +385,18 @@ def test_a_kind_of_object_that_is_defined_anew_is_compiled_anew():
 
     small, large = (scene(defined(radius)).model.geom("object").size[0] for radius in (0.03, 0.05))
     assert (small, large) == (0.03, 0.05)
+
+
+def test_a_mistake_leaves_nothing(tmp_path):
+    with pytest.raises(InvalidValueError, match="force"):
+        sweep(SweepConfig(TINY, vary=(("force=1,-2",),), out=tmp_path / "b"), quiet)
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_path, capsys):
+    assert main(["sweep", TINY, "--vary", "reach=0.01,0.0005", "--out", str(tmp_path)]) == 1
+    there, missing = table(tmp_path)
+    assert (there["status"], missing["status"]) == ("done", "unfinished")
+    assert missing["message"]
+    assert missing["contact"] == "nothing was there"
+    assert "1 of 2 runs" in capsys.readouterr().out

@@ -28,6 +28,7 @@ from palpate.commands.sweep.report import (
 )
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
 from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
+from palpate.commands.sweep.words import time_text
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, experiment_names
@@ -360,3 +361,19 @@ def test_a_report_of_nothing_but_failures_says_so():
     text = html(SweepResult(result.plan, result.records, ()))
     assert "0 of 2 runs got to their end" in text
     assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
+
+
+def test_of_words_there_is_no_median():
+    result = replace(made("force=1,2", value=lambda run: "never lost"))
+    assert "see force_mean_n in runs.csv" in result.outcome
+    assert pictures(result)
+
+
+def test_times_are_in_units_that_suit_them():
+    assert [time_text(t) for t in (0.123, 45.0, 600.0, 7200.0, 1e6)] == [
+        "0.12 s",
+        "45 s",
+        "10 min",
+        "2 h",
+        "12 days",
+    ]

@@ -18,7 +18,7 @@ from palpate.commands import progress, run
 from palpate.commands.command_result import ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing, run_progress, step_progress
-from palpate.commands.run_shown import STOPPED, run_shown
+from palpate.commands.run_shown import STOPPED, kept_if_interrupted, run_shown
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending, RestState
@@ -278,3 +278,19 @@ def test_a_log_tells_whose_folder_it_is(tmp_path, capsys):
     for typed in (["explore", *out], ["friction", "--dry-run", *out]):
         assert main(typed) == 2
         assert "holds a run of `palpate regulate`" in capsys.readouterr().err
+
+
+def test_without_a_run_or_at_the_second_request_nothing_goes_on():
+    def interrupted(observer):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_shown(captured(), 5.0, interrupted)
+
+
+def test_a_report_that_is_interrupted_says_what_is_kept(run_over):
+    told = r"not finished; the run was over, the robot is at rest; there is no"
+    with pytest.raises(KeyboardInterrupt, match=told), kept_if_interrupted(run_over):
+        raise KeyboardInterrupt
+    with kept_if_interrupted(run_over):
+        pass

@@ -345,3 +345,8 @@ def test_any_fingertip_explores_as_a_sphere_does(surface):
     reference = carried_out(plan_of(ExploreConfig(object="sphere", **SMALL), STAGE))
     assert found.run.ending is Ending.DONE
     assert found.claimed_map.rms <= 1.3 * reference.claimed_map.rms
+
+
+def test_an_empty_experiment_file_changes_nothing(tmp_path):
+    (tmp_path / "e.yaml").write_text("# nothing yet\n")
+    assert load_overlay(tmp_path / "e.yaml", "explore", ExploreConfig) == {}

@@ -396,3 +396,14 @@ def test_cross_talk_is_the_specimens_own_scaled():
         entry = SimulatedSensorEntry(preset=PresetSensor.NANO17, specimen=5, cross_talk=share)
         own.append(np.array(model_of(entry, None).cross_talk.matrix) - np.eye(6))
     assert own[1] == pytest.approx(2.0 * own[0])
+
+
+def test_what_is_known_of_a_preset_can_be_printed_for_a_start(tmp_path, capsys):
+    (tmp_path / "r.yaml").write_text(text_of("{preset: ft300s}", radius=0.025))
+    assert main(["robot", "show", str(tmp_path / "r.yaml"), "--sensor", "0"]) == 0
+    text = capsys.readouterr().out
+    assert read_sensor(text).device_rate == 100.0
+    (tmp_path / "mine.yaml").write_text(text)
+    (tmp_path / "r.yaml").write_text(text_of("{preset: ft300s}", "    sensor: mine.yaml\n", radius=0.025))
+    assert main(["robot", "check", str(tmp_path / "r.yaml")]) == 0
+    assert "sensor of finger 0: Robotiq FT 300-S" in capsys.readouterr().out

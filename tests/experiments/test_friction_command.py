@@ -333,3 +333,8 @@ def test_intervals_hold_the_truth_over_many_surfaces():
             close.append(abs(found.value / true - 1.0) <= within)
     assert np.mean(held) >= 0.93
     assert np.mean(close) >= 0.95
+
+
+def test_a_length_in_millimetres_is_refused():
+    with pytest.raises(InvalidValueError, match="metres are meant"):
+        msgspec.structs.replace(KEPT, spin_length=finding(3.0))

@@ -11,6 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.cli import main
+from palpate.commands.replay.run import replay_log
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption, BrokenAssumption
@@ -505,3 +507,13 @@ def test_letting_go_that_is_interrupted_does_not_keep_the_grip():
 def test_least_is_known_wherever_fingers_alone_bear_it(heavy):
     assert np.isfinite(heavy.least[heavy.carried]).all()
     assert not heavy.carried[heavy.truth.clearance <= 0.0].any()
+
+
+def test_the_command_writes_a_log_from_which_every_command_comes_out_again(tmp_path, capsys):
+    out = tmp_path / "grasp"
+    assert main(["grasp", "--load", "none", "--rise", "0.1", "--lift-height", "0.01", "--out", str(out)]) == 0
+    assert "neither slipped nor spun" in " ".join(capsys.readouterr().out.split())
+    assert (out / "report.html").exists()
+    again = replay_log(out)
+    assert again.identical
+    assert again.commands.count > 2000

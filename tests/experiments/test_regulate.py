@@ -352,3 +352,16 @@ def test_a_regulation_that_is_interrupted_is_written_all_the_same(tmp_path, monk
     assert main(["regulate", "--out", str(tmp_path)]) == 130
     assert (tmp_path / "report.html").exists()
     assert (tmp_path / "forces.csv").exists()
+
+
+@pytest.mark.parametrize("surface", ["sine", "yielding"])
+def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface):
+    scene = planned(surface=surface).view()
+    assert {"tip", "object"} <= {part.body for part in scene.parts}
+    start = scene.placement.start
+    heights = [
+        scene.placement.poses(replace(start, time=time))["object"].position[2] for time in (0.0, math.pi / 2.0)
+    ]
+    assert heights[0] == pytest.approx(0.0, abs=1e-9)
+    # half a period of a sine of 10 mm and 20 mm/s
+    assert heights[1] == pytest.approx(-0.02 if surface == "sine" else 0.0, abs=1e-6)

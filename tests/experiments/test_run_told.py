@@ -22,7 +22,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer, tell_log
+from palpate.experiments.kit.recording import log_writer, notes_in, tell_log
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import plan_for
 from palpate.experiments.regulate.report import outcome as regulation_outcome
@@ -31,6 +31,7 @@ from palpate.reporting.marks import Line
 from palpate.runtime import Ending, Trip
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges, live_parameters_of
 from palpate.runtime.log import log_in, read_log
+from palpate.runtime.log.standard.topics import PLAIN_ROBOT
 from palpate.runtime.replay import RecordedChanges
 from runtime.log.test_standard_topics import messages, numbers
 from support.drawn import panels
@@ -323,3 +324,8 @@ def test_the_fingers_of_a_hand_are_where_its_geometry_says(tmp_path):
             assert tuple(numbers(transform.transform.translation)) == pose.position
     assert "/map" not in told
     assert found.run.done
+
+
+def test_of_a_log_of_no_experiment_nothing_is_noted():
+    assert notes_in({}) is PLAIN_ROBOT
+    assert notes_in({"experiment.yaml": "experiment: nothing_like_that\n"}) is PLAIN_ROBOT

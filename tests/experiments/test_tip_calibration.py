@@ -243,3 +243,8 @@ def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp
 @pytest.mark.parametrize("robot", ["stage", "ur5e-nano17"])
 def test_other_robots_find_theirs(tmp_path, robot):
     calibrated(tmp_path, robot, touch_count=24)
+
+
+def test_a_plan_of_touches_moves_nothing(tmp_path):
+    assert main([CALIBRATE, "--plan", "--touch-count", "20", "--out", str(tmp_path)]) == 0
+    assert len((tmp_path / "next_touches.csv").read_text().splitlines()) == 21
