@@ -125,6 +125,7 @@ def test_a_kernel_is_told_once_with_what_it_calls_and_from_the_cache_not_at_all(
     assert tiny() == ("6.0 8.0 []", [])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(config, "CACHE_LOCATOR_CLASSES"), reason="numba has no such setting yet")
 def test_where_no_folder_can_be_written_it_goes_on_and_says_what_to_do(tiny):
     printed, lines = tiny(NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator")  # none that would do

@@ -38,6 +38,7 @@ def test_its_name_and_its_options_are_shown(palpate):
     assert "texture" in palpate("sweep", "nothing-like-it", fails=True)
 
 
+@pytest.mark.slow
 def test_it_runs_and_is_replayed_with_another_force(palpate):
     figures = json.loads(palpate("texture", *SHORT, "--out", "one", "--json"))["figures"]
     assert figures["strokes"] == 1
@@ -88,20 +89,30 @@ GENERIC = ("cli", "commands", "reporting", "robots", "experiments/kit", "learnin
 """What carries out, reports and compares experiments of any package. (A view draws friction, the quantity.)"""
 
 
+@functools.cache
+def mentioned():
+    """Names that each module imports, and its constants: path, imported, constants."""
+    found = []
+    for path, tree in trees().items():
+        nodes = list(ast.walk(tree))
+        imports = [node for node in nodes if isinstance(node, ast.ImportFrom | ast.Import)]
+        names = {getattr(node, "module", None) or "" for node in imports}
+        names |= {each.name for node in imports for each in node.names}
+        constants = {repr(node.value) for node in nodes if isinstance(node, ast.Constant)}
+        found.append((path.as_posix(), names, constants))
+    return found
+
+
 @pytest.mark.parametrize("point", entry_points(group="palpate.experiments"), ids=lambda point: point.name)
 def test_no_module_outside_an_experiment_names_it(point):
-    """Neither imports it nor has its name as a text; docstrings may, as examples of what to type."""
+    """No module imports it or holds its name as a text; docstrings may, as examples of what to type."""
     package = point.module.rpartition(".")[0]
-    for path, tree in trees().items():
-        if package.replace(".", "/") + "/" in path.as_posix():
+    for path, names, constants in mentioned():
+        if package.replace(".", "/") + "/" in path:
             continue
-        generic = any(f"palpate/{room}" in path.as_posix() for room in GENERIC)
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom | ast.Import):
-                imported = [getattr(node, "module", None) or "", *(each.name for each in node.names)]
-                assert not any(package in each for each in imported), f"{path}:{node.lineno}"
-            elif generic and isinstance(node, ast.Constant):
-                assert node.value != point.name, f"{path}:{node.lineno}"
+        assert not any(package in name for name in names), path
+        if any(f"palpate/{room}" in path for room in GENERIC):
+            assert repr(point.name) not in constants, path
 
 
 def test_a_public_class_has_a_name_of_its_own():
@@ -150,6 +161,7 @@ def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpat
         assert all(word in refused for word in words), refused
 
 
+@pytest.mark.slow
 @pytest.mark.xdist_group("wire")
 def test_its_fingertip_is_swept_in_simulation_and_its_devices_are_refused(palpate_cell):
     (palpate_cell.folder / "bench-sim.yaml").write_text((CELL / "bench-sim.yaml").read_text())

@@ -305,6 +305,7 @@ def test_a_fault_just_before_letting_go_keeps_the_grip():
     assert min(min(grip) for time, grip in commands if time > let_go - 0.1) > 0.5
 
 
+@pytest.mark.slow
 def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
     """Along the line of the contacts the fingers yield: a blow of 12 N takes one of them off, by the truth."""
     planned = plan_of(**QUICK, known="touched", load="none")
@@ -509,6 +510,7 @@ def test_least_is_known_wherever_fingers_alone_bear_it(heavy):
     assert not heavy.carried[heavy.truth.clearance <= 0.0].any()
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_log_from_which_every_command_comes_out_again(tmp_path, capsys):
     out = tmp_path / "grasp"
     assert main(["grasp", "--load", "none", "--rise", "0.1", "--lift-height", "0.01", "--out", str(out)]) == 0

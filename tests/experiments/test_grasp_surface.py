@@ -301,6 +301,7 @@ def test_on_a_robot_nobody_knows_why():
 # --- What is held for long, or suddenly pulled at: no slip beyond what is claimed, and its grip is told ---
 
 
+@pytest.mark.slow
 def test_what_is_held_while_zeros_wander_fast_does_not_slip_and_its_grip_is_told():
     done = run_grasp(load="none", rise=4.0, drift=0.1)
     assert not done.dropped

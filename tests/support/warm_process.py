@@ -7,6 +7,7 @@ pipes and what imports load are for real processes, not for forks.
 import contextlib
 import functools
 import gc
+import importlib
 import io
 import os
 import runpy
@@ -18,6 +19,8 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from palpate.experiments.kit.registry import experiment_named, experiment_names
 
 TIMEOUT = 300
 """Of a fork [s]."""
@@ -59,6 +62,7 @@ def script(path: Path, *words: str, folder: Path, environment: Mapping[str, str]
 
 def forked(run: Callable[[], int], folder: Path | None, environment: Mapping[str, str] | None) -> Ended:
     """Call a function in a fork of this process, and wait for its end."""
+    _warm()
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         child = os.fork()
         if child == 0:
@@ -66,6 +70,15 @@ def forked(run: Callable[[], int], folder: Path | None, environment: Mapping[str
         _, status = os.waitpid(child, 0)
         said, told = (_whole(file) for file in (out, err))
     return Ended(os.waitstatus_to_exitcode(status), said, told)
+
+
+@functools.cache
+def _warm() -> None:
+    """Import once what most commands import: experiments with their simulators, and the runner of commands."""
+    for name in experiment_names():
+        experiment_named(name)
+    for module in ("run", "replay.command", "sweep.command", "compare.command"):
+        importlib.import_module(f"palpate.commands.{module}")
 
 
 def _whole(file: io.BufferedRandom) -> str:
