@@ -137,7 +137,7 @@ MAPPED = {
     "sphere, Nano17": ({"robot": "stage-nano17", "seed": 3}, PrimitiveKind.SPHERE),
     "torus, Nano17": ({"object": "torus", "robot": "stage-nano17", "seed": 4}, PrimitiveKind.TORUS),
     "ellipsoid, arm, Nano17": (
-        {"object": "ellipsoid", "robot": "ur5e-nano17", "width": 0.03, "depth": 0.03},
+        {"object": "ellipsoid", "robot": "ur5e-nano17"},
         PrimitiveKind.ELLIPSOID,
     ),
     "bumps, arm, Nano17": (

@@ -324,7 +324,7 @@ def test_files_of_heights_that_are_none_are_refused_by_name(name, text, message,
     ("name", "robot", "size"),
     [
         ("heights", "stage", {"depth": 0.02}),
-        ("heights", "ur5e-sim", {"width": 0.02, "depth": 0.004, "center": (0.01, 0.0)}),
+        ("heights", "ur5e-sim", {"width": 0.02, "depth": 0.004, "spacing": 0.004, "center": (0.01, 0.0)}),
         ("ball", "ur5e-sim", {}),
         ("rounded box", "stage", {}),
         ("ring", "stage", {"width": 0.034, "depth": 0.034}),
