@@ -1,5 +1,6 @@
 """A stranger's package, installed beside palpate for the commands of a test."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -24,7 +25,8 @@ class InstalledPlugin:
         points = ((group, *point) for group, its in project["entry-points"].items() for point in its.items())
         lines = "".join(f"[{group}]\n{name} = {at}\n" for group, name, at in points)
         (info / "entry_points.txt").write_text(lines)
-        self._environment = {"PYTHONPATH": str(place), "PATH": "", "COLUMNS": "200", "HOME": str(self.folder)}
+        beside = os.pathsep.join(filter(None, (str(place), os.environ.get("PYTHONPATH"))))
+        self._environment = {"PYTHONPATH": beside, "PATH": "", "COLUMNS": "200", "HOME": str(self.folder)}
 
     def __call__(self, *words, fails=False):
         """Carry out a command; return what it prints, or what it refuses."""
