@@ -1,5 +1,7 @@
 """What comes from outside is bounded before there is room for it, and inert on its way out."""
 
+import io
+import math
 import os
 import struct
 import sys
@@ -8,20 +10,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fuzzed.damage import damaged
+from fuzzed.readers import READERS
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.atomic_file import replacing
 from palpate.bounded_file import Bounds, read_array, read_bytes, read_text
 from palpate.csv_table import read_csv_table
 from palpate.errors import InvalidValueError, PalpateError
-from palpate.mesh_file import load_geometry
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.plain_text import inert, inert_cell
 from palpate.strict_yaml import DEEPEST, read_yaml
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "benchmarks"))
 
-from fuzzed.damage import damaged
-from fuzzed.readers import READERS
 
 SMALL = Bounds(size=1000, lines=10, fields=20)
 MOST_MEMORY = 300e6
@@ -86,22 +89,6 @@ def test_nesting_is_refused_before_there_is_stack_for_it(opening):
         read_yaml(opening * 50_000)
 
 
-def test_a_document_of_too_many_values_is_refused():
-    with pytest.raises(InvalidValueError, match="values"):
-        read_yaml("[" + "[]," * 60_000 + "]")
-
-
-def test_a_line_of_too_many_columns_is_refused():
-    with pytest.raises(InvalidValueError, match="more than 10000 columns"):
-        read_csv_table("1," * 20_000, "a.csv", "numbers")
-
-
-def test_an_archive_is_no_mesh(tmp_path):
-    (tmp_path / "a.zip").write_bytes(b"PK")
-    with pytest.raises(InvalidValueError, match=r"ends in \.zip, must be one of"):
-        load_geometry(tmp_path / "a.zip", process=False)
-
-
 @given(st.text())
 def test_what_is_printed_steers_no_terminal(text):
     shown = inert(text)
@@ -137,3 +124,96 @@ def test_damaged_inputs_are_read_or_refused_in_one_sentence(name, tmp_path):
         assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
     finally:
         tracemalloc.stop()
+
+
+# --- Numbers from CSV text: what is read, to the bit, and mistakes by line ---
+
+
+NUMBERS = st.lists(st.lists(st.floats(), min_size=2, max_size=2), min_size=1, max_size=20)
+HOLDS = "two numbers, time [s] and force [N]"
+
+
+def read(text, width=None):
+    return read_csv_table(text, "a.csv", HOLDS, width)
+
+
+@given(NUMBERS, st.booleans(), st.sampled_from(["\n", "\r\n"]))
+def test_numbers_read_back_to_the_same_bits(rows, named, end):
+    lines = (["time_s,force_N"] if named else []) + [f"{a!r},{b!r}" for a, b in rows]
+    table = read(end.join(lines))
+    assert table.columns == (("time_s", "force_N") if named else ())
+    assert np.array_equal(table.numbers(), np.array(rows), equal_nan=True)
+
+
+def test_comments_empty_lines_spaces_quotes_and_byte_order_marks_are_passed_over():
+    table = read('\ufeff# measured\n\n "time, s", b \n1, "2.5"\r\n  # more\n -.5e1,+INF\n')
+    assert table.columns == ("time, s", "b")
+    assert table.lines == [4, 6]
+    assert table.numbers().tolist() == [[1.0, 2.5], [-5.0, math.inf]]
+
+
+def test_columns_are_taken_by_name_whatever_the_others_hold():
+    table = read("kind,z,x\nedge,3,1\nface,4,2\n")
+    assert table.numbers("x", "z").tolist() == [[1.0, 3.0], [2.0, 4.0]]
+    with pytest.raises(InvalidValueError, match=r"a\.csv: no column y: there are kind, z, x; give two numbers"):
+        table.numbers("x", "y")
+    with pytest.raises(InvalidValueError, match=r"a\.csv, line 2: 'edge' is no number: must hold two numbers"):
+        table.numbers()
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "a.csv: no line with numbers; write two numbers"),
+        ("# nothing\n\n", "a.csv: no line with numbers"),
+        ("time,force\n", "a.csv: no line with numbers"),
+        ("1,2\n3\n", "a.csv, line 2, '3': has 1 fields: must be 2, two numbers, time"),
+        ("a,b\n1,2,3\n", "line 2, '1,2,3': has 3 fields: must be 2"),
+        ("a,1\n1,2\n", "line 1: 'a' is no number"),
+        ("1,2\n1,\n", "line 2: '' is no number"),
+        ("1,2\n1,1_0\n", "line 2: '1_0' is no number"),
+        ("1,2\n1,٣\n", "line 2: '٣' is no number"),
+        ('1,2\n"1,2\n', "line 2: .*; a quoted field must be closed on its line"),
+        ("1,2\n\0,2\n", r"line 2: holds the control character '\\x00'; this is not CSV text"),
+        ("1;2\n3;4\n5,6", "line 3, '5,6': has 2 fields: must be 1"),
+    ],
+)
+def test_mistakes_are_named_with_their_line_and_what_it_must_hold(text, told):
+    with pytest.raises(InvalidValueError, match=told):
+        read(text).numbers()
+
+
+# --- Files that appear whole or not at all ---
+
+
+@pytest.mark.parametrize("unnamed", [True, False])
+def test_a_file_is_replaced_when_it_is_whole_and_nothing_else_is_left(unnamed, tmp_path, monkeypatch):
+    if not unnamed:
+        monkeypatch.setattr(os, "O_TMPFILE", 0, raising=False)
+    path = tmp_path / "a"
+    for text in ("one", "two"):
+        with replacing(path) as file, io.TextIOWrapper(file) as words:  # which closes the file under it
+            words.write(text)
+        assert path.read_text() == text
+    with pytest.raises(TypeError), replacing(path) as file:
+        file.write("three")
+    assert path.read_text() == "two"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_is_tried_without_touching_what_is_in_it(tmp_path):
+    (tmp_path / ".writable").write_text("mine")
+    (tmp_path / "link").symlink_to(tmp_path / "elsewhere")
+    make_folder(tmp_path)
+    assert (tmp_path / ".writable").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".writable", "link"]
+
+
+def test_a_document_of_too_many_values_is_refused():
+    with pytest.raises(InvalidValueError, match="values"):
+        read_yaml("[" + "[]," * 60_000 + "]")
+
+
+def test_a_line_of_too_many_columns_is_refused():
+    with pytest.raises(InvalidValueError, match="more than 10000 columns"):
+        read_csv_table("1," * 20_000, "a.csv", "numbers")

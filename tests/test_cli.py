@@ -1,22 +1,37 @@
 """The command line as a newcomer types it, mistakes included."""
 
+import io
+import json
+import os
+import pty
 import re
 import signal
 import subprocess
 import sys
 import types
 from dataclasses import dataclass
+from itertools import pairwise
 from time import sleep
+from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 
 from palpate import __version__
-from palpate.cli import CommandGroup, TypedCommand, main
+from palpate.cli import CommandGroup, TypedCommand, main, typed_commands
+from palpate.commands.colours import coloured
 from palpate.commands.command_result import ExitCode
+from palpate.commands.progress import lively
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.estimation import Assumption, BrokenAssumption
+from palpate.experiments.kit import registry
+from palpate.experiments.kit.registry import experiment_named, typed_words
+from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
+from support import warm_process
+from support.cli_samples import leaves
 from support.typed_mistakes import answer_to
 from support.waiting import until
 
@@ -49,28 +64,12 @@ def test_exploration_leaves_its_files_and_says_where(tmp_path):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Reports take longer than all else of a small run, and say nothing here."""
-    monkeypatch.setattr("palpate.reporting.page.write_report", lambda report, path: None)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
-def test_the_same_seed_gives_the_same_points(tmp_path):
-    noisy = [*SMALL, "--force-noise", "0.01", "--moment-noise", "1e-4"]
-    for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
-        assert main(["explore", *noisy, "--seed", seed, "--out", str(tmp_path / name)]) == 0
-    a, b, c = ((tmp_path / name / "contacts.csv").read_bytes() for name in "abc")
-    assert a == b
-    assert a != c
-
-
-def test_help_explains_the_command_and_its_units():
-    done = run("explore", "--help")
-    assert done.returncode == 0
-    for word in ("[N]", "[m/s]", "Example:", "--object", "sphere"):
-        assert word in done.stdout
+    # where it is used: a module that is first imported meanwhile would keep a stand-in from where it is defined
+    monkeypatch.setattr("palpate.experiments.kit.recording.write_report", lambda report, path: None)
 
 
 def test_version():
+    """By the command that is installed, a process of its own."""
     assert run("--version").stdout.strip() == f"palpate {__version__}"
 
 
@@ -86,78 +85,6 @@ def test_help_does_not_load_the_simulator():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--speed", "20"], ["speed = 20 m/s", "0.1 m/s", "for 20 mm/s give 0.02"]),
-        (["--speed", "0"], ["speed = 0 m/s"]),
-        (["--force", "-2"], ["force = -2 N", "between 0.3 and 15 N"]),
-        (["--force", "nan"], ["force = nan N"]),
-        (["--force", "100"], ["force = 100 N"]),
-        (["--force", "0.5", "--force-noise", "0.1"], ["force = 0.5 N", "with a force noise of 0.1 N"]),
-        (["--object", "ellipsoid", "--size", "0.05"], ["takes 3 numbers", "three semi-axes", "0.05 0.04 0.03"]),
-        (["--size", "-0.04"], ["size = -0.04 m"]),
-        (["--tip", "0.008", "0.01"], ["tip = 0.008 0.01", "one number", "three"]),
-        (["--tip", "1e-6"], ["tip = 1e-06 m", "compression"]),
-        (["--tip", "8"], ["tip = 8 m", "at most 2 m", "for 8 mm give 0.008"]),
-        (["--size", "40"], ["size = 40 m", "for 40 mm give 0.04"]),
-        (["--width", "20"], ["width = 20 m", "for 20 mm give 0.02"]),
-        (["--width", "0.2"], ["0.2 x 0.04 m", "at most", "--size"]),
-        (["--spacing", "0.1"], ["raster spacing = 0.1 m", "depth = 0.04 m"]),
-        (["--spacing", "2"], ["raster spacing = 2 m", "depth = 0.04 m; for 2 mm give 0.002"]),
-        (["--strategy", "spiral", "--spacing", "2"], ["spiral spacing = 2 m", "= 0.02 m; for 2 mm give 0.002"]),
-        (["--friction", "0"], ["friction = 0"]),
-        (["--stiffness", "1e6"], ["stiffness = 1e+06 N/m", "at most 120000 N/m", "time step"]),
-        (["--friction", "0.005"], ["friction = 0.005", "at least 0.01"]),
-        (["--seed", "-1"], ["seed = -1"]),
-        (["--period", "0.5"], ["period = 0.5 s", "0.008 s"]),
-        (["--spacing", "1e-5"], ["spacing = 1e-05 m", "rows at least"]),
-        (["--speed", "1e-4"], ["speed = 0.0001 m/s", "creeps"]),
-        (["--period", "0.0003"], ["period = 0.0003 s", "whole number of time steps"]),
-    ],
-)
-def test_wrong_values_are_named_with_what_would_be_right(arguments, words, capsys, tmp_path):
-    said = answer_to(["explore", *arguments, "--out", str(tmp_path / "run")], capsys)
-    for word in words:
-        assert word in said
-    assert "Traceback" not in said
-    assert not (tmp_path / "run").exists(), "nothing half written"
-
-
-@pytest.mark.parametrize(
-    "typed",
-    ["explore --speed 20", "regulate --force=-1", "view run.mcap --port=-1", "robot show stage --sensor=-1"],
-)
-def test_what_cannot_be_is_said_of_the_command_and_of_no_class(typed, capsys):
-    command = typed.split(" -")[0].removesuffix(" run.mcap").removesuffix(" stage")
-    said = answer_to(typed.split(), capsys)
-    assert f"Error parsing palpate {command}: " in said
-    assert not re.search("Options|Config", said)
-
-
-def test_nothing_typed_shows_the_help(capsys):
-    with pytest.raises(SystemExit) as stop:
-        main([])
-    assert stop.value.code == 0
-    assert "explore" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["explore", "--object", "cube"],
-        ["explore", "--sped", "1"],
-        ["explor"],
-        ["robot", "chek"],
-        ["log", "exprot"],
-        ["robot", "check"],
-    ],
-)
-def test_misspelt_words_are_refused_with_the_alternatives(arguments, capsys):
-    said = answer_to(arguments, capsys)
-    assert any(word in said for word in ("sphere", "--speed", "explore", "check", "ROBOT", "export"))
 
 
 def test_a_folder_that_cannot_be_made_is_named_before_anything_moves(tmp_path, monkeypatch, capsys):
@@ -211,45 +138,15 @@ def test_check_says_what_is_risked_without_a_second_channel_of_force(robot, risk
     assert ("No second channel: " in capsys.readouterr().out) is risky
 
 
-def test_a_sensor_file_can_be_shown_too(capsys):
-    assert main(["robot", "show", "stage-nano17", "--sensor", "0"]) == 0
-    assert "palpate_sensor: 1" in capsys.readouterr().out
-    for words, reason in (
-        (["stage", "--sensor", "0"], "no sensor file"),
-        (["stage", "--sensor", "1"], "last finger is 0"),
-    ):
-        assert main(["robot", "show", *words]) == ExitCode.MISTAKE
-        assert reason in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
-    file = tmp_path / "mine.yaml"
-    file.write_text(
-        f"force: 3\nspeed: 0.05\nwidth: 0.01\ndepth: 0.004\nrobot: stage-nano17\nout: {tmp_path / 'run'}\n"
-    )
-    assert main(["explore", "--config", str(file), "--force", "2.5"]) == 0
-    assert "set 2.5 N" in capsys.readouterr().out
-    assert (tmp_path / "run" / "report.html").exists()
-    with pytest.raises(SystemExit):
-        main(["explore", "--config", str(file), "--help"])
-    shown = capsys.readouterr().out
-    assert "(default: 3.0)" in shown, "help shows what holds with this file"
-    assert "what the robot file says" in " ".join(shown.split())
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["explore", "--robot", "stge"], ["robot = 'stge'", "did you mean stage?", "stage-nano17"]),
         (
             ["explore", "--robot", "BAD"],
             ["bad.yaml: backend.mas_kg: unknown key", "did you mean mass_kg?", "line "],
         ),
-        (["explore", "--config", "none.yaml"], ["config = none.yaml", "No such file"]),
         (["explore", "--config", "BAD"], ["bad.yaml", "this is a robot file", "--robot"]),
         (["robot", "check", "BAD"], ["bad.yaml: backend.mas_kg"]),
-        (["robot", "check", "."], ["is a folder"]),
         (
             ["robot", "show", "ur5e"],
             ["robot = 'ur5e'", "palpate comes with emulated-hand, emulated-ur5e, panda-hand, panda-sim"],
@@ -346,16 +243,6 @@ def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
     assert "Traceback" not in said
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
-def test_a_folder_whose_name_looks_like_markup_is_named_as_it_is(tmp_path, capsys):
-    out = tmp_path / "[bold]a[" / "]"
-    assert main(["explore", *SMALL, "--out", str(out)]) == 0
-    assert str(out / "report.html") in capsys.readouterr().out
-    assert main(["log", "export", str(out), "--out", str(out / "[/b]")]) == 0
-    assert str(out / "[/b]" / "period.csv") in capsys.readouterr().out
-
-
 @pytest.mark.parametrize("command", ["explore", "regulate", "friction"])
 def test_a_robot_file_that_cannot_be_read_is_wrong_input_everywhere(command, tmp_path, monkeypatch, capsys):
     file = tmp_path / "mine.yaml"
@@ -376,3 +263,156 @@ def test_an_exploration_whose_map_is_not_to_be_used_exits_with_1(tmp_path, monke
     monkeypatch.setattr("palpate.mapping.surface_map.surface_map.at_bounds", lambda *_: (broken,))
     assert main(["explore", *SMALL, "--json", "--out", str(tmp_path)]) == 1
     assert "WITHIN_BOUNDS" in capsys.readouterr().out
+
+
+# --- Colours and moving bars: on a terminal and nowhere else, unless the environment says so ---
+
+
+ESCAPE = "\x1b["
+HELP = ("robot", "--help")
+MISTAKE = ("explore", "--speed", "20")
+PLAIN = ("NO_COLOR", "FORCE_COLOR", "COLUMNS")
+
+
+class Screen(io.StringIO):
+    """A terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(
+    ("stream", "environment", "wanted"),
+    [
+        (Screen(), {}, True),
+        (io.StringIO(), {}, False),
+        (Screen(), {"NO_COLOR": "1"}, False),
+        (Screen(), {"NO_COLOR": ""}, True),
+        (io.StringIO(), {"FORCE_COLOR": "1"}, True),
+        (io.StringIO(), {"FORCE_COLOR": "1", "NO_COLOR": "1"}, False),
+        (Screen(), {"TERM": "dumb"}, False),
+    ],
+)
+def test_who_gets_colours(stream, environment, wanted, monkeypatch):
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert coloured(stream) is wanted
+
+
+def test_nothing_moves_where_only_colours_are_forced(monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert Console(file=io.StringIO()).is_terminal, "rich has changed its mind: `lively` may go"
+    assert not lively(Console(file=io.StringIO()))
+    assert lively(Console(file=Screen(), force_terminal=True))
+
+
+def piped(words, **environment):
+    """What a command writes into pipes."""
+    done = warm_process.palpate(*words, environment={"TERM": "xterm", **environment})
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(("words", "which"), [(HELP, 0), (MISTAKE, 1)])
+def test_pipes_get_no_colours_unless_they_are_forced(words, which):
+    assert ESCAPE not in "".join(piped(words))
+    assert ESCAPE in piped(words, FORCE_COLOR="1")[which]
+    assert ESCAPE not in "".join(piped(words, FORCE_COLOR="1", NO_COLOR="1"))
+
+
+def test_a_refusal_is_coloured_by_where_it_goes_and_help_by_where_that_goes():
+    """A terminal for the one and a pipe for the other."""
+    ours, theirs = pty.openpty()
+    kept = {name: value for name, value in os.environ.items() if name not in PLAIN}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "palpate", *MISTAKE],
+            stdout=theirs,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**kept, "TERM": "xterm"},
+        )
+    finally:
+        os.close(theirs)
+        os.close(ours)
+    assert ESCAPE not in done.stderr
+
+
+# --- An experiment whose name has a dot belongs to a group of commands: one that is there, or one of its own ---
+
+
+@pytest.fixture
+def declared(monkeypatch):
+    """Packages that declare experiments of these names, all of which hold a force."""
+
+    def declare(*names):
+        made = {
+            name: SimpleNamespace(
+                load=lambda name=name: type("Other", (Regulate,), {"name": name}), value="mine:Other"
+            )
+            for name in names
+        }
+        monkeypatch.setattr(registry, "declared_in", lambda group: made)
+        monkeypatch.setattr("palpate.cli.experiment_names", lambda: tuple(made))
+
+    typed_commands.cache_clear()
+    experiment_named.cache_clear()
+    yield declare
+    typed_commands.cache_clear()
+    experiment_named.cache_clear()
+
+
+def test_it_joins_a_group_that_is_there(declared, capsys):
+    declared("calibrate.mine")
+    group = typed_commands()["calibrate"]
+    assert isinstance(group, CommandGroup)
+    assert {"mine", "new", "tare"} <= set(group.commands)
+    assert main(["calibrate", "mine", "--dry-run", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["command"], told["dry_run"]) == ("calibrate mine", True)
+
+
+def test_it_makes_a_group_if_there_is_none_and_both_ways_of_typing_it_do(declared, capsys):
+    declared("mine.first", "mine.second", "plain")
+    group = typed_commands()["mine"]
+    assert isinstance(group, CommandGroup)
+    assert set(group.commands) == {"first", "second"}
+    for typed in (["mine", "first"], ["mine.first"], ["plain"]):
+        assert main([*typed, "--dry-run"]) == 0
+    assert "expected duration" in capsys.readouterr().out
+
+
+def test_what_a_report_says_to_type_is_what_can_be_typed():
+    assert typed_words("group.word") == ("group", "word")
+    assert typed_words("mine.py:Mine") == ("mine.py:Mine",)
+    assert command_line("group.word", Regulate.Config(force=3.0)) == "palpate group word --force 3.0"
+
+
+# --- Slips of the fingers: what the command line says to them; and help that reads well where it is narrow ---
+
+
+NARROW = 80
+
+
+@pytest.mark.parametrize("typed", ["explore --out sphere --speed 20", "explore --sped 1", "explore --object qqqq"])
+def test_what_is_no_slip_of_that_kind_gets_no_advice(typed, capsys):
+    assert not re.search("(D|d)id you mean", answer_to(typed.split(), capsys))
+
+
+@pytest.mark.parametrize("name", ["", *typed_commands(), *(name for name in leaves() if " " in name)])
+def test_help_fills_its_lines(name, capsys, monkeypatch):
+    """In a box, no line ends where the first word of the next would still have had room."""
+    monkeypatch.setenv("COLUMNS", str(NARROW))
+    with pytest.raises(SystemExit):
+        main([*name.split(), "--help"])
+    # boxes fill the width, with spaces where there are no lines to draw; what stands above them is not wrapped
+    inside = [line[2:-2] for line in capsys.readouterr().out.splitlines() if len(line) == NARROW]
+    assert any("--help" in line for line in inside)
+    for line, following in pairwise(inside):
+        column = len(following) - len(following.lstrip())
+        if not 4 <= column < len(following) or line[column - 2 : column].strip() or line[column] == " ":
+            continue  # another option, or the words above belong to none of its help
+        room = NARROW - 4 - len(line.rstrip()) - 1
+        assert len(following.split()[0]) > room, f"{line!r} could hold more of {following!r}"

@@ -1,7 +1,6 @@
 """Commands that go on until Ctrl-C, or need devices: each once, as a process of its own."""
 
 import json
-import re
 import signal
 import subprocess
 import sys
@@ -22,27 +21,6 @@ def ended_by_ctrl_c(process):
     """Press Ctrl-C; the exit code."""
     process.send_signal(signal.SIGINT)
     return process.wait(60.0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("typed", "value"),
-    [
-        (("ur", "--address", "127.0.0.78"), "0"),
-        (("dynamixel", "--servos", "1"), "1"),  # which servo
-        (("netft", "--address", "127.0.0.78"), "0"),
-    ],
-)
-def test_an_emulator_runs_until_ctrl_c_and_its_faults_are_switched(typed, value, tmp_path, capsys):
-    with going_on(("emulate", *typed), "Runs until Ctrl-C", tmp_path) as (process, said):
-        port, device = re.search(r"palpate emulate fault '(\S+)' '(.+?)'", said).groups()
-        fault = re.search(r"NAME: '?([\w ]+)", said).group(1)
-        capsys.readouterr()
-        assert main(["emulate", "fault", port, device, fault, value, "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["status"] == "done"
-        assert main(["emulate", "fault", port, device, "nonsense", "--json"]) == 2
-        assert "nonsense" in json.loads(capsys.readouterr().out)["error"]
-        assert ended_by_ctrl_c(process) == 0
 
 
 @pytest.mark.slow

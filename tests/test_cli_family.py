@@ -81,14 +81,6 @@ def test_help_ends_well_has_an_example_and_names_what_all_commands_take(name, ca
         assert "(no help)" not in told.out
 
 
-def test_help_says_what_exit_codes_mean(capsys):
-    with pytest.raises(SystemExit):
-        main(["--help"])
-    told = words_of(capsys.readouterr().out)
-    for code in ExitCode:
-        assert f"{int(code)} " in told[told.index("Exit code") :]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_a_command_succeeds_and_its_document_is_all_there_is_on_standard_output(name, here, capsys):
@@ -121,13 +113,6 @@ def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(
         assert word in found["error"]
     assert not re.search("[│╭╮╰╯─]|For full help", found["error"])
     assert listing(here) == before
-
-
-def test_a_word_that_is_no_command_is_a_document_too(capsys):
-    assert ended(["explor", "--json"]) == ExitCode.MISTAKE
-    found = json.loads(capsys.readouterr().out)
-    assert found["status"] == "wrong_input"
-    assert "explore" in found["error"]
 
 
 @pytest.fixture
@@ -205,9 +190,3 @@ def test_a_run_gives_its_figures_and_writes_what_the_dry_run_said(name, here, ca
     written = {file for file in listing(here) if file not in before and Path(file).is_file()}
     wanted = {str(here / file) for file in done["files"]}
     assert wanted == {file for file in written if not file.endswith("latest.mcap")}
-
-
-@pytest.mark.parametrize("spelt", ["--dry-run", "--dry_run"])
-def test_however_it_is_spelt_a_dry_run_moves_nothing(spelt, here, capsys, still):
-    assert main(["explore", spelt]) == 0
-    assert "nothing was moved" in capsys.readouterr().out

@@ -3,37 +3,19 @@
 import contextlib
 import io
 import re
-from collections.abc import Iterator
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from palpate.cli import CommandGroup, main, typed_commands
 from palpate.robots.robot import shipped_robots
-from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
+from support.cli_samples import leaves
+from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, pages, words_of
 
 DOCUMENTS = documents()
 BY_NAME = {name_of(document): document for document in DOCUMENTS}
-
-AFTER_COMMANDS = {"docs/friction.md"}
-"""Documents whose Python reads what their commands have left."""
-
-QUICK = [
-    "docs/calibrate.md",
-    "docs/contact.md",
-    "docs/replay.md",
-    "docs/robot-files.md",
-]
-"""Documents whose commands take a few seconds."""
-
-SILENT = {
-    "docs/calibrate-tip.md",
-    "docs/compare.md",
-    "docs/data-sets.md",
-    "docs/regulate.md",
-    "docs/reports.md",
-    "docs/view.md",
-}
-"""Documents whose Python only makes a file, or what the text goes on to explain."""
 
 UNMARKED = {
     "README.md": ("palpate view", "palpate doctor", "palpate recover", "palpate explore --robot emulated-ur5e"),
@@ -50,13 +32,6 @@ def note(*asked: object) -> int:
     """Stand in for what carries a command out."""
     NOTED.append(asked)
     return 0
-
-
-def run_python(document) -> None:
-    names: dict[str, object] = {}
-    for block in blocks(document):
-        if block.kind is Kind.PYTHON and not block.reason:
-            exec(compile(block.text, str(document), "exec"), names)
 
 
 def carry_out(command: str) -> None:
@@ -84,16 +59,13 @@ def run_in_order(document) -> None:
                 carry_out(command)
 
 
-def with_commands() -> Iterator[str]:
-    for name, document in BY_NAME.items():
-        if any(is_run(document, block, command) for block in blocks(document) for command in block.commands):
-            yield name
-
-
-def with_python() -> Iterator[str]:
-    for name, document in BY_NAME.items():
-        if any(block.kind is Kind.PYTHON for block in blocks(document)):
-            yield name
+def runs(document) -> bool:
+    """Whether anything of a document is run."""
+    return any(
+        (block.kind is Kind.PYTHON and not block.reason)
+        or any(is_run(document, block, command) for command in block.commands)
+        for block in blocks(document)
+    )
 
 
 @pytest.fixture
@@ -108,21 +80,8 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(with_python()) - AFTER_COMMANDS - set(QUICK)))
-def test_the_code_runs(name, folder, capsys):
-    run_python(BY_NAME[name])
-    assert name in SILENT or capsys.readouterr().out.strip()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", [name for name, document in BY_NAME.items() if runs(document)])
 def test_code_and_commands_run_from_top_to_bottom(name, folder):
-    run_in_order(BY_NAME[name])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(with_commands()) - set(QUICK)))
-def test_long_commands_run_from_top_to_bottom(name, folder):
     run_in_order(BY_NAME[name])
 
 
@@ -158,8 +117,10 @@ def test_marks_have_a_block_and_a_reason():
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
-def test_every_path_that_it_links_to_exists(document):
+def test_every_path_that_it_links_to_exists_and_no_line_is_a_comment(document):
+    """A line of Markdown that begins with a per cent sign is a comment on the site."""
     text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert not re.findall(r"^ {0,3}%.*", text, flags=re.MULTILINE)
     for path, _, anchor in re.findall(r"\]\((?!http)([^)#]*)(#([^)]+))?\)", text):
         target = document.parent / path if path else document
         assert target.exists(), path
@@ -171,13 +132,6 @@ def anchors(text: str) -> set[str]:
     """What headings are linked by, on a code host and on the site."""
     headings = re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
-@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
-def test_no_line_gets_lost(document):
-    """A line of Markdown that begins with a per cent sign is a comment on the site, and gone."""
-    text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert not re.findall(r"^ {0,3}%.*", text, flags=re.MULTILINE)
 
 
 def test_the_guide_names_every_limit():
@@ -205,3 +159,67 @@ def test_every_command_that_it_names_exists(document):
 def test_the_documents_are_found():
     assert len(DOCUMENTS) > 30
     assert (ROOT / "docs" / "robots.md") in DOCUMENTS
+
+
+# --- The site of the documents: it builds without a warning or a fetch, and leaves nothing out ---
+
+
+def test_every_page_is_in_the_contents():
+    listed = {"index"}
+    for page in pages():
+        for contents in re.findall(r"```\{toctree\}\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL):
+            for entry in contents.splitlines():
+                if entry and not entry.startswith((":", "examples/", "api/")):
+                    listed.add((page.parent / entry).relative_to(DOCS).as_posix())
+    assert listed == {page.relative_to(DOCS).with_suffix("").as_posix() for page in pages()}
+
+
+def test_every_command_is_shown_on_some_page():
+    """Where to read about it, besides its own help: a command that no page shows is one that nobody finds."""
+    shown = {words_of(command)[0][0] for page in pages() for block in blocks(page) for command in block.commands}
+    assert set(typed_commands()) - shown == set()
+
+
+def test_pictures_are_white_or_say_their_ground():
+    """On a dark page black letters on a clear ground cannot be read."""
+    for drawing in DOCS.glob("*.svg"):
+        text = drawing.read_text(encoding="utf-8")
+        assert re.search(r'<rect width="\d+" height="\d+" fill="white"/>', text), drawing.name
+        assert "<title>" in text
+    assert "background: white" in (DOCS / "_static" / "palpate.css").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site, built as `make docs` does."""
+    pytest.importorskip("sphinx")
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-d", str(out / "cache")]
+    done = subprocess.run([*command, str(DOCS), str(out / "html")], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    return out / "html"
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_warnings_and_holds_every_page(site):
+    for page in pages():
+        assert (site / page.relative_to(DOCS).with_suffix(".html")).exists(), page
+
+
+@pytest.mark.slow
+def test_every_command_has_its_help_on_the_site(site):
+    text = (site / "commands.html").read_text(encoding="utf-8")
+    for typed in leaves():
+        assert f'id="palpate-{typed.replace(" ", "-")}"' in text, typed
+        assert f"usage: palpate {typed}" in re.sub(r"<[^>]+>", "", text), typed
+
+
+@pytest.mark.slow
+def test_nothing_is_fetched_and_no_path_of_this_machine_is_told(site):
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert not re.findall(r'<(?:script|img|iframe)[^>]+src="(?:https?:)?//', text), page
+        assert not re.findall(r'<link[^>]+rel="(?:stylesheet|preload|icon)"[^>]+href="(?:https?:)?//', text), page
+        assert str(ROOT) not in text, page
+        assert str(Path.home()) + "/" not in text, page

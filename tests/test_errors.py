@@ -1,6 +1,10 @@
 """Checks let through exactly what can be right, and say of the rest what it was and what would have been."""
 
+import copy
+import inspect
 import math
+import pickle
+from dataclasses import FrozenInstanceError, dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -10,12 +14,12 @@ from hypothesis import strategies as st
 from palpate.errors import (
     ORTHONORMAL_TOLERANCE,
     InvalidValueError,
-    PalpateError,
     not_negative,
     positive,
     rotation_matrix,
     vector,
 )
+from palpate.quick_init import quick_init
 
 any_float = st.floats(allow_nan=True, allow_infinity=True)
 checked = settings(max_examples=200, deadline=None, derandomize=True)
@@ -27,11 +31,6 @@ def accepted(check, *args, **more):
     except InvalidValueError:
         return False
     return True
-
-
-def test_an_invalid_value_is_both_ours_and_a_value_error():
-    assert issubclass(InvalidValueError, PalpateError)
-    assert issubclass(InvalidValueError, ValueError)
 
 
 @checked
@@ -104,7 +103,51 @@ def test_a_matrix_that_bends_is_refused_with_the_size_of_its_defect():
     assert not accepted(rotation_matrix, "R", (1 + 0.6 * ORTHONORMAL_TOLERANCE) * np.eye(3))
 
 
-@pytest.mark.parametrize("value", [np.eye(2), np.eye(4), [1.0] * 9, np.full((3, 3), np.nan), "R", None])
-def test_what_is_no_3x3_matrix_is_refused(value):
-    with pytest.raises(InvalidValueError, match="R"):
-        rotation_matrix("R", value)
+# --- Classes with the quicker constructor behave as `dataclasses` made them ---
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    a: float
+    b: tuple[float, ...] = ()
+    c: float | None = None
+
+
+@quick_init
+@dataclass(frozen=True, slots=True)
+class Quick:
+    a: float
+    b: tuple[float, ...] = ()
+    c: float | None = None
+
+
+def test_is_what_dataclasses_make_of_it() -> None:
+    one = Quick(1.0, c=2.0)
+    assert str(inspect.signature(Quick)) == str(inspect.signature(Plain))
+    assert repr(one) == repr(Plain(1.0, c=2.0)).replace("Plain", "Quick")
+    assert one == Quick(1.0, (), 2.0) == replace(Quick(3.0, c=2.0), a=1.0)
+    assert hash(one) == hash(Plain(1.0, c=2.0))
+    assert pickle.loads(pickle.dumps(one)) == copy.deepcopy(one) == one
+    with pytest.raises(FrozenInstanceError):
+        one.a = 3.0  # type: ignore[misc]
+    with pytest.raises(FrozenInstanceError):
+        del one.a  # type: ignore[misc]
+    with pytest.raises(TypeError, match="a"):
+        Quick()  # type: ignore[call-arg]
+
+
+def test_refuses_what_it_cannot_make() -> None:
+    class Bare:
+        a: float
+
+    @dataclass(frozen=True)
+    class WithoutSlots:
+        a: float
+
+    @dataclass(frozen=True, slots=True)
+    class WithFactory:
+        a: list[float] = field(default_factory=list)
+
+    for cls in (Bare, WithoutSlots, WithFactory):
+        with pytest.raises(TypeError, match=cls.__name__):
+            quick_init(cls)

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -86,7 +85,3 @@ def test_it_says_where_and_what_instead_and_leaves_services_alone(tmp_path):
     assert (found.returncode, found.stdout) == (1, f"tests/test_a.py:8: {no_wall_clock.DIFFERENCE}\n")
     (tests / "test_a.py").unlink()
     assert subprocess.run(command, cwd=tmp_path, timeout=60).returncode == 0
-
-
-def test_every_service_that_is_let_be_is_there():
-    assert all((Path(__file__).parents[1] / name).is_file() for name in no_wall_clock.SERVICES)

@@ -16,7 +16,6 @@ import serial
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
 from palpate.commands.emulate.config import (
-    EmulateDynamixelConfig,
     EmulateNetftConfig,
     EmulateUrConfig,
     version_numbers,
@@ -180,42 +179,6 @@ def test_without_being_told_nobody_else_reaches_it(kind):
     assert kind().address.startswith("127.")
 
 
-@pytest.mark.parametrize(
-    ("kind", "given"),
-    [
-        (EmulateUrConfig, {"address": "localhost"}),
-        (EmulateUrConfig, {"version": "4.3"}),
-        (EmulateUrConfig, {"scale": 0.0}),
-        (EmulateUrConfig, {"plane": float("nan")}),
-        (EmulateUrConfig, {"stiffness": -1.0}),
-        (EmulateDynamixelConfig, {"servos": 0}),
-        (EmulateDynamixelConfig, {"scale": 100.0}),
-        (EmulateDynamixelConfig, {"wall": float("inf")}),
-        (EmulateDynamixelConfig, {"control_port": 22}),
-        (EmulateUrConfig, {"control_port": 70000}),
-        (EmulateNetftConfig, {"rate": 0.0}),
-        (EmulateNetftConfig, {"load": (float("nan"), 0.0, 0.0, 0.0, 0.0, 0.0)}),
-    ],
-)
-def test_what_cannot_be_is_refused_by_its_name(kind, given):
-    with pytest.raises(ValueError, match=next(iter(given))):
-        kind(**given)
-
-
 def test_versions_may_be_short():
     assert version_numbers("5.14") == (5, 14, 0, 0)
     assert version_numbers("10") == (10, 0, 0, 0)
-
-
-@pytest.mark.parametrize(
-    ("typed", "right"),
-    [
-        ("ur --address 127.0.9.97 --fault nonsense 1", "drop_rst"),
-        ("dynamixel --baud-rate 1234", "1000000"),
-        ("netft --address 127.0.9.98 --rate 9000", "7000"),
-        ("netft --address 127.0.9.99 --fault nonsense 1", "out_of_range"),
-    ],
-)
-def test_mistakes_end_it_with_what_would_be_right(typed, right, capsys):
-    assert main(["emulate", *typed.split()]) == ExitCode.MISTAKE
-    assert right in capsys.readouterr().err

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.cli import main
 from palpate.commands.replay.report import key_figures
 from palpate.commands.replay.run import replay_log
-from palpate.commands.replay.settings import changeable
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.kit.recorded_run import carry_out
@@ -84,21 +81,11 @@ def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
     assert figures["commanded grip apart, largest"].value == pytest.approx(np.nanmax(everywhere))
 
 
-def test_a_control_that_ignores_spin_can_be_tried_on_what_was_recorded(grasped):
-    found = replay_log(grasped["two"], {"controller": "coulomb"})
-    assert not found.identical
-    assert found.sensing.first is None
-
-
 def test_a_controller_of_ones_own_is_given_the_plan_of_the_hand(grasped):
     found = replay_log(grasped["three"], controller=lambda planned: planned.controller())
     assert found.identical
     assert isinstance(found.planned, GraspPlan)
     assert found.planned.config.fingers == 3
-
-
-def test_what_sensing_and_control_go_by_can_be_changed():
-    assert {"margin", "known", "controller", "friction_file"} <= set(changeable(GraspConfig))
 
 
 @pytest.mark.parametrize(
@@ -114,8 +101,3 @@ def test_what_sensing_and_control_go_by_can_be_changed():
 def test_what_cannot_be_changed_is_refused_with_its_reason(grasped, settings, told):
     with pytest.raises(InvalidValueError, match=told):
         replay_log(grasped["two"], settings)
-
-
-def test_the_command_says_that_all_is_the_same(grasped, capsys):
-    assert main(["replay", str(grasped["two"].parent)]) == 0
-    assert "all that was felt is the same" in " ".join(capsys.readouterr().out.split())

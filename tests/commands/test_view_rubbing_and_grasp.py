@@ -16,7 +16,6 @@ from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.plan import watched_backend
-from palpate.errors import InvalidValueError
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.experiments.kit.recording import log_writer
@@ -99,12 +98,6 @@ def test_what_the_log_does_not_know_is_said_and_stands_still(spun, monkeypatch, 
     assert run_view(ViewConfig(str(spun[0]))).exit_code == 0
     assert "no log has where the object was" in " ".join(capsys.readouterr().out.split())
     assert Shown.given[1].layout.free == 0
-
-
-def test_poses_of_another_run_are_refused(spun):
-    log = read_log(log_in(spun[0]))
-    with pytest.raises(InvalidValueError, match="free_poses has shape"):
-        frames_of_log(log, spun[1][:-1])
 
 
 @pytest.mark.parametrize("name", ["rubbed", "spun"])

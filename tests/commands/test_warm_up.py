@@ -53,16 +53,6 @@ def document(capsys):
     return json.loads(capsys.readouterr().out)
 
 
-def test_it_says_what_is_compiled_how_much_it_was_and_where_it_is_kept(pretend, capsys):
-    solvers, kernels = pretend()
-    assert main(["warm-up"]) == 0
-    told = capsys.readouterr().out
-    assert "1 of 1: a thing" in told
-    assert "Compiled 2 functions in" in told
-    assert str(solvers) in told
-    assert str(kernels) in told
-
-
 def test_run_again_it_has_nothing_to_compile_until_something_is_gone(pretend, capsys):
     solvers, _ = pretend()
     assert main(["warm-up", "--json"]) == 0
@@ -77,30 +67,11 @@ def test_run_again_it_has_nothing_to_compile_until_something_is_gone(pretend, ca
     assert document(capsys)["figures"]["compiled"] == 2
 
 
-def test_where_nothing_can_be_kept_it_says_what_to_do(pretend, capsys):
-    pretend(kept=0)
-    assert main(["warm-up", "--json"]) == ExitCode.UNFINISHED
-    assert any("set NUMBA_CACHE_DIR" in each for each in document(capsys)["warnings"])
-    assert main(["warm-up", "--json"]) == ExitCode.UNFINISHED, "and the next time, too"
-
-
 def test_a_folder_that_numba_passed_over_is_told(pretend, capsys, monkeypatch):
     pretend()
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/dev/null/kernels")
     assert main(["warm-up", "--json"]) == ExitCode.UNFINISHED
     assert "NUMBA_CACHE_DIR = /dev/null/kernels cannot be written" in document(capsys)["warnings"][0]
-
-
-def test_without_a_compiler_it_says_so(pretend, capsys):
-    pretend(DONE.replace('solver / "made.so", ', ""))
-    assert main(["warm-up", "--json"]) == ExitCode.UNFINISHED
-    assert "it needs a C compiler" in document(capsys)["warnings"][0]
-
-
-def test_what_cannot_be_compiled_is_told_in_a_line(pretend, capsys):
-    pretend("raise OSError('No space left on device')")
-    assert main(["warm-up", "--json"]) == ExitCode.UNFINISHED
-    assert "No space left on device" in document(capsys)["error"]
 
 
 def test_every_step_has_a_name_of_its_own():
@@ -219,3 +190,18 @@ def test_after_it_nothing_is_compiled(tmp_path):
             missing.append(str(error))
     assert not missing, "\n".join(missing)
     assert kept() == before
+
+
+@pytest.mark.parametrize(
+    ("then", "kept", "message"),
+    [
+        (DONE, 0, "set NUMBA_CACHE_DIR"),
+        (DONE.replace('solver / "made.so", ', ""), 1, "it needs a C compiler"),
+        ("raise OSError('No space left on device')", 1, "No space left on device"),
+    ],
+)
+def test_what_cannot_be_compiled_or_kept_is_named_every_time(then, kept, message, pretend, capsys):
+    pretend(then, kept)
+    for _ in range(2):
+        assert main(["warm-up", "--json"]) == ExitCode.UNFINISHED
+        assert message in capsys.readouterr().out

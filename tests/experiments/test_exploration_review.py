@@ -107,28 +107,34 @@ def test_ramps_of_a_sample_or_two_are_refused_as_too_short():
             identify(PressRecord(row, row, row, np.zeros(count, bool), 1e-3), (), 0.0)
 
 
-def test_what_is_no_number_gets_through_nowhere():
-    with pytest.raises(InvalidValueError, match="touch_force = nan"):
-        LandingModel(2e4, 0.02, 2e4).speed(2.0, math.nan)
-    mirrored = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    with pytest.raises(InvalidValueError, match="reflection"):
-        PathPlane(rotation_base_plane=mirrored)
-    with pytest.raises(InvalidValueError, match="finite"):
-        PathPlane(rotation_base_plane=((math.nan, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-    with pytest.raises(InvalidValueError, match="finite"):
-        PathPlane(origin=(0.0, math.inf, 0.0))
-    with pytest.raises(InvalidValueError, match="finite"):
-        Waypoints(((0.0, 0.0), (math.inf, 0.0)))
-    ball = sphere_mesh()
-    with pytest.raises(InvalidValueError, match=r"point 1 of the map is \[nan"):
-        compare(TouchedMap(np.array([[0.0, 0.0, 0.02], [np.nan, 0.0, 0.0]])), ball)
-    with pytest.raises(InvalidValueError, match="0 samples"):
-        ball.samples(0)
-
-
 def sphere_mesh(radius=0.02):
     made = trimesh.creation.icosphere(3, radius)
     return TriangleSurface(made.vertices, made.faces)
+
+
+MIRRORED = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+NOT_A_PLACE = np.array([[0.0, 0.0, 0.02], [np.nan, 0.0, 0.0]])
+NOT_FINITE = ((math.nan, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: LandingModel(2e4, 0.02, 2e4).speed(2.0, math.nan), "touch_force = nan"),
+        (lambda: PathPlane(rotation_base_plane=MIRRORED), "reflection"),
+        (lambda: PathPlane(rotation_base_plane=NOT_FINITE), "finite"),
+        (lambda: PathPlane(origin=(0.0, math.inf, 0.0)), "finite"),
+        (lambda: Waypoints(((0.0, 0.0), (math.inf, 0.0))), "finite"),
+        (
+            lambda: compare(TouchedMap(NOT_A_PLACE), sphere_mesh()),
+            r"point 1 of the map is \[nan",
+        ),
+        (lambda: sphere_mesh().samples(0), "0 samples"),
+    ],
+)
+def test_a_value_that_is_not_finite_is_refused(call, message):
+    with pytest.raises(InvalidValueError, match=message):
+        call()
 
 
 def test_a_closed_file_whose_triangles_face_inwards_is_measured_like_any_other(tmp_path):

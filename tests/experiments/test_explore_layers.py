@@ -19,7 +19,6 @@ from palpate.mapping.layers import VertexLayer
 from palpate.reporting.solids import quantities
 from palpate.runtime import Ending
 from support.explore_runs import pictures, plan_of, section
-from support.typed_mistakes import answer_to
 
 SMALL = ExploreConfig(width=0.012, depth=0.004, spacing=0.004)
 OBJECT = 2.0 * SMALL.stiffness
@@ -95,22 +94,6 @@ def test_a_force_that_swings_is_told():
         controller.live.request("force", 3.0)  # the profile goes its own way
 
 
-@pytest.mark.parametrize(
-    ("typed", "said"),
-    [
-        ("--force-swing 2", "force_swing = 2 N: about 2 N at most 1.7 N"),
-        ("--force-swing=-1", "force_swing = -1.0 N: must be a finite number, 0 or above"),
-        ("--force 14.8 --force-swing 0.5", "at most 0.2 N"),
-        ("--force-swing 0.5 --force-period 0.01", "force_period = 0.01 s: must be at least 0.1 s"),
-        ("--force-swing 0.5 --force-period 0", "force_period = 0"),
-        ("--force-swing 0.5 --change 1 force 3", "change after 1 s: force = 3 N: must lie between 2 and 2 N"),
-        ("--force-swing 1 --force 7 --robot stage-nano17", "the profile goes up to 8 N and must be at most 7.5 N"),
-    ],
-)
-def test_a_swing_that_cannot_be_is_refused_with_its_limit(typed, said, capsys, tmp_path):
-    assert said in answer_to(["explore", *typed.split(), "--out", str(tmp_path)], capsys)
-
-
 # --- curvature ---
 
 
@@ -153,17 +136,3 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path):
     assert figures["mean curvature of the map"].value == pytest.approx(25.0, rel=0.1)
     assert figures["true normal force, RMS error"].note == "set 2 N ± 0.5 N"
     assert dict(settings(swung))["normal force"] == "2 N, ± 0.5 N as a sine of 1 s"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "stage-nano17", "ur5e-sim"])
-@pytest.mark.parametrize("name", ["sphere", "bumps", "box"])
-def test_stiffness_on_both_robots_and_with_a_real_sensor(name, robot):
-    found = explore(ExploreConfig(robot=robot, object=name, depth=0.012, force_swing=0.5))
-    layer = found.map.stiffness
-    known = np.isfinite(layer.mean)
-    if known.any():
-        off = np.abs(layer.mean - OBJECT)[known] / layer.sd[known]
-        assert np.median(off) < 2.5
-    if robot != "stage-nano17":
-        assert known.mean() > 0.5

@@ -21,7 +21,8 @@ from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
 from palpate.sim.objects.traced import TracedObject
 from support.drawn import panels
-from support.explore_runs import carried_out, plan_of
+from support.explore_runs import carried_out, check_held, plan_of
+from support.run_bounds import below
 
 SMALL = {"width": 0.02, "depth": 0.004, "spacing": 0.004}
 X, Y = np.meshgrid(np.linspace(-0.03, 0.03, 61), np.linspace(-0.02, 0.02, 41))
@@ -56,42 +57,6 @@ def described(files, name):
     if name == "heights":
         return {"object": "height-field", "file": files / "z.csv"}
     return {"object": "mesh", "file": files / f"{name}.stl", "center": (0.06, 0.0) if name == "ring" else ()}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
-def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
-    found = carried_out(plan_of(ExploreConfig(robot="stage", **SMALL, **described(files, name))))
-    assert found.run.ending is Ending.DONE
-    assert found.truth.touching[found.scanning].all()
-    assert found.force_rms < 0.20
-    assert found.point_rms < (1e-6 if name in ("bumps", "torus", "heights") else 1e-5)
-    assert np.nanmax(found.true_normal_force) < 3.5
-    (true,) = (each for each in panels(surface_picture(found))[0].marks if each.name == "true surface")
-    assert np.isfinite(true.vertices).all()
-    assert len(true.triangles)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
-@pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
-def test_whole_objects_on_both_robots(name, files, robot):
-    size = {"ring": {"width": 0.034, "depth": 0.034}, "heights": {"depth": 0.02}}.get(name, {})
-    found = carried_out(
-        plan_of(ExploreConfig(robot=robot, speed=0.02, spacing=0.01, **{**size, **described(files, name)}))
-    )
-    assert found.run.ending is Ending.DONE
-    assert found.truth.touching[found.scanning].all()
-    assert found.force_rms < 0.20
-    assert found.point_rms < 1e-5
-
-
-@pytest.mark.slow
-def test_a_ur5e_explores_bumps():
-    found = carried_out(plan_of(ExploreConfig(robot="ur5e-sim", object="bumps", **SMALL)))
-    assert found.run.ending is Ending.DONE
-    assert found.truth.touching[found.scanning].all()
-    assert found.force_rms < 0.20
 
 
 # --- where it stands ---
@@ -206,11 +171,6 @@ def test_points_whose_columns_are_called_otherwise_are_told_what_to_call_them(tm
             load_heights(tmp_path / "other.csv", 1.0, ())
 
 
-def test_a_mesh_file_that_is_not_there_is_said_to_be_none(tmp_path):
-    with pytest.raises(InvalidValueError, match=r"none\.stl.*there is no such file"):
-        plan_of(ExploreConfig(object="mesh", file=tmp_path / "none.stl"))
-
-
 def map_with(tmp_path, points):
     path = tmp_path / "points.csv"
     path.write_text("\n".join(["x_m,y_m,z_m", *(f"{x!r},{y!r},{z!r}" for x, y, z in points)]))
@@ -223,13 +183,6 @@ def test_a_point_that_stands_twice_in_a_map_is_refused(tmp_path):
     assert map_with(tmp_path, points).heights.shape == (4, 5)
     with pytest.raises(InvalidValueError, match="1 points stand in it more than once"):
         map_with(tmp_path, [*points, (0.02, 0.01, 0.003)])
-
-
-def test_empty_lines_at_the_end_of_a_map_are_no_points(tmp_path):
-    write_height_map_csv(HeightMap(X[0], Y[:, 0], Z, np.zeros_like(Z), 0.0), tmp_path / "map.csv")
-    with (tmp_path / "map.csv").open("a") as file:
-        file.write("\n\n")
-    assert np.array_equal(load_heights(tmp_path / "map.csv", 1.0, ()).heights, Z)
 
 
 def test_points_along_a_diagonal_are_refused_without_room_for_their_square(tmp_path):
@@ -291,10 +244,6 @@ def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, t
         again_with(texts)
 
 
-def test_an_object_that_its_configuration_describes_needs_no_text():
-    assert not plan_of(ExploreConfig(object="torus")).texts()
-
-
 @pytest.mark.parametrize("text", ["", "OFF", "OFF\n1 1 0\n0 0 0\n", "OFF\nx y z", "solid"])
 def test_a_damaged_mesh_in_a_log_is_refused(text, files):
     planned = plan_of(ExploreConfig(**SMALL, **described(files, "ball")))
@@ -336,33 +285,6 @@ def test_a_raster_that_does_not_fit_is_refused_with_one_that_does(name, fields, 
     assert taken
 
 
-@pytest.mark.slow
-def test_rows_go_where_they_are_asked_to():
-    found = carried_out(plan_of(ExploreConfig(object="bumps", **SMALL, speed=0.05, center=(0.03, -0.02))))
-    touched = found.cloud.position
-    # up to a tip's radius times the steepest slope beside the path of its centre
-    assert np.allclose(0.5 * (touched.min(axis=0) + touched.max(axis=0))[:2], (0.03, -0.02), atol=3e-3)
-
-
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"object": "mesh"}, "a file must describe it (--file)"),
-        ({"object": "sphere", "file": "x.stl"}, "a sphere is described by --size"),
-        ({"object": "bumps", "scale": 0.001}, "scale = 0.001: is for files; bumps takes --size"),
-        ({"object": "mesh", "file": "x.stl", "scale": 0.0}, "scale = 0.0"),
-        ({"object": "mesh", "file": "x.stl", "size": (0.1,)}, "a mesh takes nothing, the file gives it"),
-        ({"object": "height-field", "file": "x.csv", "size": (0.1,)}, "takes width and depth"),
-        ({"object": "torus", "size": (0.1,)}, "its radius of the ring and of its tube"),
-        ({"center": (0.1,)}, "center = 0.1: give two numbers"),
-        ({"center": (0.1, float("nan"))}, "center = nan m"),
-    ],
-)
-def test_configurations_that_contradict_themselves_are_refused(fields, message):
-    with pytest.raises(InvalidValueError, match=re.escape(message)):
-        ExploreConfig(**fields)
-
-
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
@@ -392,3 +314,29 @@ def test_files_of_heights_that_are_none_are_refused_by_name(name, text, message,
     with pytest.raises(InvalidValueError, match=re.escape(message)) as refusal:
         scene_object(ExploreConfig(object="height-field", file=tmp_path / name))
     assert name in str(refusal.value)
+
+
+# --- runs ---
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "robot", "size"),
+    [
+        ("heights", "stage", {"depth": 0.02}),
+        ("heights", "ur5e-sim", {"width": 0.02, "depth": 0.004, "spacing": 0.004, "center": (0.01, 0.0)}),
+        ("ball", "ur5e-sim", {}),
+        ("rounded box", "stage", {}),
+        ("ring", "stage", {"width": 0.034, "depth": 0.034}),
+    ],
+)
+def test_an_object_from_a_file_is_explored_as_a_built_in_one_is(name, robot, size, files):
+    fields = {**described(files, name), "robot": robot, "speed": 0.02, "spacing": 0.01, **size}
+    found = carried_out(plan_of(ExploreConfig(**fields)))
+    check_held(found, below(force_rms=0.2, point_rms=1e-6 if name == "heights" else 1e-5))
+    (true,) = (each for each in panels(surface_picture(found))[0].marks if each.name == "true surface")
+    assert np.isfinite(true.vertices).all()
+    if "center" in size:
+        # up to a tip's radius times the steepest slope beside the path of its centre
+        middle = 0.5 * (found.cloud.position.min(axis=0) + found.cloud.position.max(axis=0))
+        assert middle[0] == pytest.approx(size["center"][0], abs=3e-3)

@@ -1,7 +1,7 @@
 """Explorations with sensors as they are: what is known of them, what is refused, and the same again from a log."""
 
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import msgspec
 import numpy as np
@@ -10,18 +10,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.cli import main
-from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.recording import log_writer
 from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import check_known, described, known_sensor
-from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
-from palpate.robots.simulated_sensor_entry import PresetSensor, SimulatedSensorEntry
-from palpate.robots.values import on_robot, values_of
+from palpate.robots.robot import ROBOT_TEXT, read_robot
+from palpate.robots.simulated_sensor import model_of
+from palpate.robots.simulated_sensor_entry import (
+    BiasEntry,
+    DriftEntry,
+    FirstOrderEntry,
+    NoiseEntry,
+    PresetSensor,
+    QuantisationEntry,
+    RangeEntry,
+    SaturationEntry,
+    SecondOrderEntry,
+    SimulatedSensorEntry,
+)
+from palpate.robots.values import values_of
 from palpate.runtime import Command, Ending, SensorFinger
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
@@ -30,6 +38,7 @@ from palpate.sim.fidelity import GRAVITY
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import nano17, sensor_preset
 from palpate.sim.sensor.simulation import simulated_sensor
+from palpate.sim.sensor.stages import FirstOrderLag, SampleClock, SecondOrderLag, alike
 from support.explore_runs import carried_out, plan_of, planned_again
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
@@ -231,17 +240,6 @@ def test_a_wrist_sensor_is_too_coarse_for_a_fingertip_and_2_N(preset):
     sensor_for(robot, strong)
 
 
-def test_noise_of_the_force_weighs_with_its_lever():
-    """Where it touches is moment over force: on a tip that reaches 108 mm, 50 mN are as bad as 5.4 mN m."""
-    long = HEAD.replace("RADIUS", "0.008, center_m: [0, 0, 0.1]")
-    payload = "    payload: {mass_kg: 0.03, center_of_mass_m: [0, 0, 0.1]}\n"
-    for force, moment in ((0.05, 1e-9), (1e-9, 0.0054)):
-        noise = f"    noise: {{force_N: {force}, moment_Nm: {moment}}}\n"
-        robot = read_robot({ROBOT_TEXT: long + payload + noise})
-        with pytest.raises(InvalidValueError, match=r"moves the contact by 0\.0027 m, 0\.0008 m is the limit"):
-            sensor_for(robot, config_of(robot))
-
-
 def test_what_is_drawn_for_the_tare_is_not_drawn_again_in_the_run():
     """Else the zero would be exactly right for the run's first second, noise and all."""
     finger = robot_with("{preset: nano17, cross_talk: 0, quantisation: {}, tare_s: 1}").file.fingers[0]
@@ -286,23 +284,6 @@ def test_noise_that_is_typed_replaces_the_noise_and_nothing_else():
 # --- it runs ---
 
 
-def test_a_robot_without_flaws_feels_as_ever():
-    robot = load_robot("stage")
-    assert sensor_for(robot, on_robot(ExploreConfig(**SMALL), robot)).model == SensorModel()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["stage-nano17", "ur5e-nano17"])
-def test_the_shipped_nano17_is_one(name):
-    robot = load_robot(name)
-    check(robot)
-    assert model_of_finger(robot.file.fingers[0]) == nano17(0)
-    found = carried_out(plan_of(ExploreConfig(robot=name, **SMALL)))
-    assert found.run.ending is Ending.DONE
-    assert found.force_rms < 0.2
-    assert found.point_rms < 5e-5
-
-
 @pytest.mark.slow
 def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
     robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
@@ -327,24 +308,94 @@ def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     assert again.finger.sensor.bias == one.finger.sensor.bias
 
 
-@pytest.mark.slow
-def test_a_recorded_run_with_every_imperfection_comes_out_bit_for_bit(tmp_path):
-    (tmp_path / "all.yaml").write_text(text_of(EVERYTHING))
-    robot = load_robot(str(tmp_path / "all.yaml"))
-    config = replace(config_of(robot, seed=11, out=tmp_path / "o"), robot=str(tmp_path / "all.yaml"))
-    planned = plan_of(config, robot)
-    (tmp_path / "o").mkdir()
-    log = log_writer(Explore(), planned, config.out)
-    assert RecordedRun(planned).run((), (log,)).ending is Ending.DONE
-    (tmp_path / "all.yaml").unlink()  # the log knows enough
-    found = replay_log(tmp_path / "o")
-    assert found.identical
-    assert found.commands.identical == found.commands.count > 500
-    stamps = {sample.wrenches[0].time for sample in found.log.samples()}
-    assert len(stamps) < 0.75 * found.extent.count  # slower than it is read
+# --- From a robot file to a simulated sensor: what is written replaces the preset's, nothing else changes ---
 
 
-# --- from the shell ---
+UP = (0.0, 0.0, 9.81)
+SIX = {"force": (1.0, 2.0, 3.0), "moment": (0.4, 0.5, 0.6)}
+ALL = (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)
+
+
+def differences(one, other):
+    return {f.name for f in fields(SensorModel) if getattr(one, f.name) != getattr(other, f.name)}
+
+
+@pytest.mark.parametrize("preset", PresetSensor)
+def test_a_preset_alone_is_that_specimen(preset):
+    assert model_of(SimulatedSensorEntry(preset=preset, specimen=4), None) == sensor_preset(preset, 4)
+
+
+@pytest.mark.parametrize(
+    ("said", "field"),
+    [
+        ({"range": RangeEntry(**SIX)}, "rated"),
+        ({"cross_talk": 0.02}, "cross_talk"),
+        ({"bandwidth": FirstOrderEntry(cutoff=50.0)}, "bandwidth"),
+        ({"bias": BiasEntry(**SIX)}, "bias"),
+        ({"drift": DriftEntry(**SIX, time_constant=5.0)}, "thermal_drift"),
+        ({"quantisation": QuantisationEntry(force=0.1, moment=0.01)}, "quantisation"),
+        ({"saturation": SaturationEntry(**SIX)}, "saturation"),
+        ({"sample_rate": 100.0}, "clock"),
+        ({"latency": 0.01}, "latency"),
+        ({"lost_share": 0.1}, "dropouts"),
+    ],
+)
+def test_one_key_changes_one_imperfection(said, field):
+    plain = sensor_preset(PresetSensor.NANO17, 2)
+    entry = SimulatedSensorEntry(preset=PresetSensor.NANO17, specimen=2, **said)
+    assert differences(model_of(entry, None), plain) == {field}
+    assert differences(model_of(entry, NoiseEntry(force=0.5)), plain) == {field, "noise"}
+
+
+def test_zeros_take_everything_away():
+    nothing = SimulatedSensorEntry(
+        preset=PresetSensor.NANO17,
+        cross_talk=0.0,
+        drift=DriftEntry(time_constant=1.0),
+        quantisation=QuantisationEntry(),
+        sample_rate=0.0,
+        latency=0.0,
+        lost_share=0.0,
+    )
+    model = model_of(nothing, NoiseEntry())
+    left = differences(model, SensorModel())
+    assert left == {"name", "source", "rated", "saturation"}
+
+
+def test_what_is_stated_is_what_is_simulated():
+    entry = SimulatedSensorEntry(
+        range=RangeEntry(**SIX),
+        bandwidth=SecondOrderEntry(natural_frequency=80.0, damping=0.5),
+        sample_rate=250.0,
+        latency=0.002,
+        lost_share=0.25,
+    )
+    model = model_of(entry, NoiseEntry(force=0.1, moment=0.02))
+    assert model.rated == ALL
+    assert model.bandwidth == SecondOrderLag(80.0, 0.5)
+    assert model.clock == SampleClock(250.0)
+    assert (model.latency, model.dropouts.probability) == (0.002, 0.25)
+    assert model.noise.sd == alike(0.1, 0.02)
+    assert model_of(SimulatedSensorEntry(bandwidth=FirstOrderEntry(cutoff=9.0)), None).bandwidth == FirstOrderLag(
+        9.0
+    )
+
+
+def test_a_drift_ends_where_it_is_stated_to_and_is_at_63_percent_after_its_time_constant():
+    model = model_of(SimulatedSensorEntry(drift=DriftEntry(**SIX, time_constant=2.0)), None)
+    sensor = simulated_sensor(model, 1.0)
+    shown = [np.array(sensor.step(float(t), (0.0,) * 6, UP).wrench) / ALL for t in range(41)]
+    assert shown[0] == pytest.approx(0.0, abs=1e-12)
+    assert shown[2] == pytest.approx(1.0 - np.exp(-1.0))
+    assert shown[40] == pytest.approx(1.0, abs=1e-8)
+
+
+def test_cross_talk_is_the_specimens_own_scaled():
+    own = []
+    for share in (0.01, 0.02):
+        entry = SimulatedSensorEntry(preset=PresetSensor.NANO17, specimen=5, cross_talk=share)
+        own.append(np.array(model_of(entry, None).cross_talk.matrix) - np.eye(6))
+    assert own[1] == pytest.approx(2.0 * own[0])
 
 
 def test_what_is_known_of_a_preset_can_be_printed_for_a_start(tmp_path, capsys):

@@ -24,17 +24,15 @@ from palpate.robots.hand_description import robots_with_hand
 from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot, shipped_robots
 from palpate.robots.robot_file import read_robot_file
-from palpate.runtime import Ending
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.watchdog import STEPPED
 from palpate.runtime.wrapped_backend import WrappedBackend
-from palpate.sim.hand.jointed_hand import JointedHand
 from palpate.spatial import IDENTITY
 from palpate.yaml_text import yaml_text
 from support.emulated_file import changed_file
-from support.grasp_runs import plan_of, planned_again, run_grasp
+from support.grasp_runs import plan_of, planned_again
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 
@@ -85,21 +83,6 @@ def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(t
         plan_of(robot=file, **BELIEVED)
     with pytest.raises(InvalidValueError, match="give --fingers 2"):
         plan_of(robot="emulated-hand", fingers=3, object="cylinder")
-
-
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ({}, "the friction of a real object is unknown"),
-        ({"believed_friction": 0.4}, "the friction of a real object is unknown"),
-        ({**BELIEVED, "friction": 0.5}, "friction = 0.5: is the truth of a simulated object"),
-        ({**BELIEVED, "load": "shake"}, "nothing is simulated that pulls at a real object"),
-        ({**BELIEVED, "against_ignoring_spin": True}, "leave them out on a robot"),
-    ],
-)
-def test_what_nobody_can_ask_of_a_real_hand_is_refused(values, said):
-    with pytest.raises(InvalidValueError, match=said):
-        plan_of(robot="ur5e-hand", **values)
 
 
 def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
@@ -202,12 +185,3 @@ class _Ended(WrappedBackend):
 
     def step(self, command: Command) -> Sample:
         raise OSError("over")
-
-
-@pytest.mark.slow
-def test_a_hand_from_its_file_holds_on_an_arm_from_its_file():
-    planned = plan_of(robot="panda-hand", rise=1.0)
-    found = run_grasp(planned)
-    assert found.run.ending is Ending.DONE
-    assert isinstance(planned.hand.geometry, JointedHand)
-    assert max(found.slip, found.slip_aloft) < 2e-4

@@ -1,21 +1,22 @@
 """Regulation of force from configuration to report: figures, hostile cases, logs, refusals."""
 
 import math
+import os
+import signal
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from palpate.cli import main
 from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.figure import figures_of
-from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
 from palpate.experiments.kit.pressing import identified_text, read_identified
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.config import LIVE, RegulateConfig
 from palpate.experiments.regulate.identified import Identified
 from palpate.experiments.regulate.key_figures import margins
@@ -24,10 +25,9 @@ from palpate.experiments.regulate.report import regulation_report, series_of
 from palpate.experiments.regulate.words import WORDS, limits, outcome
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.page import report_page
-from palpate.runtime import Ending, Phase
-from palpate.runtime.log import read_log
-from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
-from support.regulate_runs import REGULATE, carried_out, logged, planned, regulated
+from palpate.runtime import Command, Ending, Phase
+from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget
+from support.regulate_runs import REGULATE, carried_out, planned, regulated
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
 PLATE = Box((0.2, 0.2, 0.04))
@@ -35,33 +35,6 @@ SURFACES = {name: spec for name, spec in specs_of(RegulateConfig).items() if spe
 
 
 # --- figures ---
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
-def test_a_surface_that_moves_at_20_mm_per_s_is_pressed_steadily(robot):
-    found = regulated(robot=robot, surface="sine", duration=5.0, **NANO17)
-    assert found.run.ending is Ending.DONE
-    assert found.loss is Loss.NEVER
-    assert found.true_rms < 0.1
-    assert found.landing_peak < 8.0
-    assert found.planned.parameters.gain.gain_margin > 3.0
-
-
-def test_a_still_surface_is_pressed_to_within_20_mn_with_a_nano17():
-    found = regulated(robot="stage-nano17", duration=3.0)
-    assert found.true_rms < 0.02
-    assert found.landing_peak <= 2.0 + 1.0
-    assert found.record.phase[found.counted].tolist() == [Phase.HOLD.value] * int(found.counted.sum())
-
-
-def test_steps_hardly_overshoot_and_their_force_gets_there():
-    found = regulated(profile="step", duration=4.0, **NANO17)
-    steps = found.judged_steps
-    assert len(steps.each) == 3
-    assert steps.largest_overshoot <= 0.1
-    assert steps.rise_time < 0.15
-    assert steps.mean[-100:] == pytest.approx(1.0, abs=0.02)
 
 
 def test_what_is_along_the_surface_is_moved_by_the_one_who_moves_it():
@@ -84,70 +57,6 @@ def test_identified_the_answer_is_quicker_and_does_not_overshoot():
     assert found.planned.identified.contact_stiffness == pytest.approx(20e3, rel=0.02)
     assert after.rise_time < 0.7 * before.rise_time
     assert after.largest_overshoot <= 0.1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim", "stage-nano17"])
-@pytest.mark.parametrize("surface", ["still", "soft"])
-def test_identified_steps_on_hard_and_soft(robot, surface):
-    found = regulated(robot=robot, surface=surface, profile="step", identify=True, hold=2.0, duration=8.0)
-    assert found.run.ending is Ending.DONE
-    steps = found.judged_steps
-    assert steps.overshoot <= 0.1
-    assert steps.settling_time < 1.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
-def test_sines_are_followed_up_to_the_bandwidth(robot):
-    found = regulated(robot=robot, profile="sine", identify=True, **NANO17)
-    tones = found.judged_tones
-    assert tones.bandwidth > 6.0
-    assert tones.gain[:3] == pytest.approx(1.0, abs=0.05)
-    assert tones.peak < 1.1
-    assert found.guard_trips == 0
-
-
-@pytest.mark.slow
-def test_without_identification_a_soft_damped_contact_stays_below_the_limit():
-    """On the arm its damping makes the model's gain too high: the guard takes it back."""
-    found = regulated(robot="ur5e-sim", surface="soft", profile="step", duration=6.0)
-    assert found.run.ending is Ending.DONE
-    assert found.peak < 5.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("phase", np.arange(6) * math.pi / 3.0)
-def test_landing_on_a_moving_surface_is_bounded_wherever_it_is_met(phase):
-    course = Sine(0.01, 0.02 / (2.0 * math.pi * 0.01), phase)
-    joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), course)
-    plan = planned(surface="sine", duration=1.0)
-    found = carried_out(replace(plan, target=MovingTarget(PLATE, [joint], (0.0, 0.0, -0.01))))
-    assert found.run.ending is Ending.DONE
-    assert found.peak < 8.0
-
-
-@pytest.mark.parametrize("robot", ["stage", pytest.param("ur5e-sim", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("times", [1.0 / 3.0, 1.0, 3.0])
-@pytest.mark.parametrize("stiffness", [2e3, 20e3, pytest.param(100e3, marks=pytest.mark.slow)])
-def test_steps_do_not_overshoot_though_the_stiffness_be_off_by_three(robot, times, stiffness):
-    found = regulated(
-        robot=robot, stiffness=stiffness, assumed_stiffness=times * stiffness, profile="step", duration=2.0
-    )
-    steps = found.judged_steps
-    assert steps.largest_overshoot <= 0.1
-    assert found.guard_trips == 0
-    if times == 1.0:
-        assert steps.rise_time < 0.2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
-def test_a_sine_of_5_hz_is_followed_without_identification(robot):
-    found = regulated(robot=robot, profile="sine", frequencies=(5.0, 8.0, 16.0), swing=0.5)
-    tones = found.judged_tones
-    assert tones.gain[0] == pytest.approx(1.0, abs=0.1)
-    assert tones.bandwidth > 8.0
 
 
 def test_a_surface_on_a_mount_yields_and_is_pressed_as_wanted():
@@ -231,21 +140,6 @@ def test_figures_report_and_files_are_of_the_same_run(tmp_path):
 
 
 # --- hostile ---
-
-
-@pytest.mark.parametrize(("robot", "profile"), [("stage", "constant"), ("ur5e-sim", "step")])
-def test_a_contact_ten_times_as_stiff_as_assumed_stays_below_the_limit(robot, profile):
-    found = regulated(
-        robot=robot, stiffness=100e3, assumed_stiffness=10e3, profile=profile, duration=2.0, **NANO17
-    )
-    assert found.run.ending is Ending.DONE
-    assert found.peak < found.planned.limits.force
-
-
-def test_three_times_the_friction_disturbs_little():
-    found = regulated(object="sphere", friction=0.9, motion="sine", duration=2.5, **NANO17)
-    assert found.run.ending is Ending.DONE
-    assert found.true_rms < 0.02
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.1])
@@ -381,30 +275,6 @@ def test_a_plan_comes_back_from_its_texts_and_does_the_very_same(tmp_path):
     assert np.array_equal(first.record.command, second.record.command)
 
 
-@pytest.mark.parametrize("fields", [{"change": ((1.7, "force", 3.0),)}, {"profile": "step", "hold": 0.4}])
-def test_the_same_is_found_again_from_the_log_alone(fields, tmp_path):
-    path = tmp_path / "run.mcap"
-    found = logged(planned(duration=1.0, **fields), path)
-    again = LoggedRun.of(read_log(path)).found()
-    assert figures_of(REGULATE, again) == pytest.approx(figures_of(REGULATE, found), nan_ok=True)
-    for one in ("true_force", "sensed_force", "set_force"):
-        known = getattr(again, one)  # until the controller was done
-        assert np.array_equal(known, getattr(found, one)[: len(known)], equal_nan=True)
-
-
-@pytest.mark.parametrize("surface", ["sine", "yielding"])
-def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface):
-    scene = planned(surface=surface).view()
-    assert {"tip", "object"} <= {part.body for part in scene.parts}
-    start = scene.placement.start
-    heights = [
-        scene.placement.poses(replace(start, time=time))["object"].position[2] for time in (0.0, math.pi / 2.0)
-    ]
-    assert heights[0] == pytest.approx(0.0, abs=1e-9)
-    # half a period of a sine of 10 mm and 20 mm/s
-    assert heights[1] == pytest.approx(-0.02 if surface == "sine" else 0.0, abs=1e-6)
-
-
 def test_texts_read_back_the_same():
     sines = {"profile": "sine", "frequencies": (0.1, 7.3), "swing": 0.7}
     config = RegulateConfig(**sines, axis=(0.0, 0.6, -0.8), tip=(0.01,), drift=0.2)
@@ -418,60 +288,6 @@ def test_texts_read_back_the_same():
 
 
 # --- refusals ---
-
-
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        ({"force": 14.0, "profile": "step"}, "together at most 15 N"),
-        ({"profile": "sine", "swing": 2.0}, r"swing = 2 N: must be less than the force of 2 N"),
-        ({"profile": "step", "duration": 1.0}, "twice the hold"),
-        ({"motion": "table"}, "needs a file"),
-        ({"motion": "circle", "motion_size": 0.2}, "at most 0.05 m"),
-        ({"motion_size": 0.01}, "motion_size = 0.01: is for --motion sine or circle; still takes no such options"),
-        ({"motion": "sine", "motion_file": "a.csv"}, "motion_file = a.csv: is for --motion path or table"),
-        ({"profile": "sine", "duration": 3.0}, "duration = 3: is for --profile constant or step or ramp"),
-        ({"swing": 0.5}, "swing = 0.5: is for --profile step or ramp or sine; constant takes --duration"),
-        ({"profile": "step", "frequencies": (1.0,)}, "frequencies = 1: is for --profile sine"),
-        ({"profile": "hold"}, "must be one of constant, step, ramp, sine"),
-        ({"motion": "spiral"}, "must be one of still, sine, circle, path, table"),
-        ({"axis": (0.0, 0.0)}, "three numbers"),
-        ({"force": -1.0}, "force = -1.0 N"),
-        ({"profile": "sine", "frequencies": ()}, "give one at least"),
-        ({"surface": "sine", "surface_amplitude": 5.0}, r"at most 0.1 m; for 5 mm give 0.005"),
-        ({"surface": "sine", "surface_amplitude": 0.5}, r"surface_amplitude = 0.5 m: must be at most 0.1 m"),
-        ({"surface_amplitude": 5.0}, "is for --surface sine; still takes no such options"),
-        ({"surface": "leaving", "surface_speed": 20.0}, "at most 1 m/s; for 20 mm/s give 0.02"),
-        ({"surface": "wavy"}, "must be one of still, sine, soft"),
-    ],
-)
-def test_wrong_values_are_named_with_what_would_be_right(fields, words):
-    with pytest.raises(InvalidValueError, match=words):
-        RegulateConfig(**fields)
-
-
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        ({"force": 0.25}, "must stay above 0.3 N"),
-        ({"robot": "stage-nano17", "force": 7.0, "profile": "step"}, "must be at most 7.5 N"),
-        ({"motion": "circle", "motion_speed": 1.0}, "robot's limit, 0.25 m/s"),
-        ({"profile": "sine", "frequencies": (300.0,)}, "four periods of control"),
-        ({"drift": 0.2}, "no range"),
-        ({"robot": "stage-nano17", "surface": "sine", "landing_speed": 0.004}, "beyond the robot's limit of 10 N"),
-        ({"surface": "sine", "surface_speed": 0.08}, "at most 0.05 m/s, the fastest that is followed$"),
-        ({"surface": "sine", "surface_speed": 20.0}, "at most 0.05 m/s.*; for 20 mm/s give 0.02$"),
-        ({"stiffness": 100.0}, "must be larger than its compression"),
-    ],
-)
-def test_what_cannot_be_planned_is_refused(fields, words):
-    with pytest.raises(InvalidValueError, match=words):
-        planned(**fields)
-
-
-def test_what_to_type_to_repeat_a_run_with_changes():
-    config = RegulateConfig(change=((2.0, "force", 3.0), (5.0, "force", 2.5)))
-    assert command_line("regulate", config) == "palpate regulate --change 2.0 force 3.0 5.0 force 2.5"
 
 
 @pytest.mark.parametrize("surface", ["still", "sine", "soft", "yielding", "leaving", "missing"])
@@ -502,15 +318,50 @@ def test_pressing_on_nothing_is_no_identification():
         regulated(surface="missing", identify=True)
 
 
-@pytest.mark.parametrize("force", [0.35, 2.0, 14.0])
-def test_it_presses_first_within_the_limit_and_above_a_touch(force):
-    """As an exploration does: 14 N and half as much again would be beyond the limit of 20 N."""
-    plan = planned(force=force, identify=True)
-    pressing = plan.pressing()
-    assert plan.ready.touch_force < pressing.low < force < pressing.high < plan.limits.force
+# --- `palpate regulate` as people type it ---
 
 
-@pytest.mark.slow
-def test_a_controller_does_not_remember_its_last_run():
-    plan = planned(duration=0.5, surface="sine")
-    assert np.array_equal(carried_out(plan).record.command, carried_out(plan).record.command)
+def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
+    out = tmp_path / "new"
+    words = ["regulate", "--profile", "step", "--hold", "0.3", "--duration", "0.9", "--out", str(out)]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "overshoot" in said
+    assert "report.html" in said
+    names = {path.name for path in out.iterdir() if path.suffix != ".mcap"}
+    assert names == {"report.html", "forces.csv"}
+    html = (out / "report.html").read_text()
+    assert "Step response" in html
+    assert "http://" not in html.replace("http://www.w3.org", "")
+    assert "What limits it" in html
+    assert main(["replay", str(out)]) == 0
+    assert "identical, bit for bit; all that was felt is the same" in capsys.readouterr().out
+    assert main(["replay", str(out), "--set", "force=3"]) == 0
+    assert "commanded velocity apart" in capsys.readouterr().out
+    assert main(["replay", str(out), "--set", "stiffness=3"]) == 2
+    assert "assumed_stiffness is what the gain is made for" in capsys.readouterr().err
+    assert main(["regulate", "--surface", "missing", "--out", str(out)]) == 1
+
+
+def test_a_regulation_that_is_interrupted_is_written_all_the_same(tmp_path, monkeypatch):
+    def interrupt(*_):
+        os.kill(os.getpid(), signal.SIGINT)
+        return Command()
+
+    monkeypatch.setattr("palpate.controllers.RegulateController.step", interrupt)
+    assert main(["regulate", "--out", str(tmp_path)]) == 130
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "forces.csv").exists()
+
+
+@pytest.mark.parametrize("surface", ["sine", "yielding"])
+def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface):
+    scene = planned(surface=surface).view()
+    assert {"tip", "object"} <= {part.body for part in scene.parts}
+    start = scene.placement.start
+    heights = [
+        scene.placement.poses(replace(start, time=time))["object"].position[2] for time in (0.0, math.pi / 2.0)
+    ]
+    assert heights[0] == pytest.approx(0.0, abs=1e-9)
+    # half a period of a sine of 10 mm and 20 mm/s
+    assert heights[1] == pytest.approx(-0.02 if surface == "sine" else 0.0, abs=1e-6)

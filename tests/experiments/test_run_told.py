@@ -3,7 +3,8 @@
 import dataclasses
 import functools
 import math
-from pathlib import Path
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,30 +12,34 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.controllers.paths import StopReason
-from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.contour_picture import contour_picture
 from palpate.experiments.explore.report import exploration_report, outcome
+from palpate.experiments.explore.report import outcome as exploration_outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
-from palpate.experiments.kit.change_names import EXPLORED
+from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer, notes_in, tell_log
+from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.script import plan_for
+from palpate.experiments.regulate.report import outcome as regulation_outcome
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.marks import Line
-from palpate.reporting.solids import Surface
-from palpate.runtime import Ending
-from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
+from palpate.runtime import Ending, Trip
+from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges, live_parameters_of
+from palpate.runtime.log import log_in, read_log
+from palpate.runtime.log.standard.topics import PLAIN_ROBOT
+from palpate.runtime.replay import RecordedChanges
+from runtime.log.test_standard_topics import messages, numbers
 from support.drawn import panels
-from support.explore_runs import pictures, plan_of, section, untrue
+from support.explore_runs import pictures, section, untrue
+from support.regulate_runs import regulated
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
-
-
-@pytest.mark.slow
-def test_what_to_type_next_names_the_folder():
-    found = explore(ExploreConfig(width=0.006, depth=0.002, speed=0.04, out=Path("my runs")))
-    assert "palpate compare 'my runs/contacts.ply' part.stl" in " ".join(exploration_report(found).advice)
 
 
 # --- changes ---
@@ -85,15 +90,6 @@ def test_what_became_of_changes_is_said():
     assert change_sentences((), 0.2, "") == ()
 
 
-def test_a_misspelt_change_is_refused_before_anything_is_planned():
-    """And nothing is refused that the controller knows."""
-    with pytest.raises(
-        InvalidValueError, match="change after 5 s: no live parameter is called 'forse'; did you mean"
-    ):
-        ExploreConfig(change=((5.0, "forse", 4.0),))
-    assert tuple(plan_of(ExploreConfig()).controller().live.parameters) == EXPLORED
-
-
 # --- nothing is claimed of a line ---
 
 
@@ -118,20 +114,6 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
         assert claim not in told
     assert "extrapolated, not claimed" in told
     assert "friction" in told  # of which the line itself tells
-
-
-@pytest.mark.slow
-def test_pictures_of_a_line_claim_nothing():
-    report, growth = exploration_report(edge()), edge().growth
-    (mapped,) = pictures(report, "The surface").values()
-    (grown,) = pictures(report, "How the map grew").values()
-    assert not growth.curve.area.any()
-    for claim in ("95 % band", "true errors", "are observed", "area observed"):
-        assert claim not in mapped.caption + grown.caption
-    assert "nothing of the surface counts as observed" in grown.caption
-    assert not any("--spacing" in each for each in report.advice), "a contour has no rows"
-    (space,) = grown.panels
-    assert not any(isinstance(mark, Surface) for step in space.marks[0].marks for mark in step), "no ribbon"
 
 
 @pytest.mark.slow
@@ -269,8 +251,81 @@ def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, e
         assert figures["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
 
 
-def test_a_file_that_is_no_mesh_is_told_so(tmp_path):
-    file = tmp_path / "garbage.stl"
-    file.write_text("this is no mesh\n")
-    with pytest.raises(InvalidValueError, match=r"garbage\.stl: .*STL"):
-        plan_of(ExploreConfig(object="mesh", file=file))
+# --- What became of a retreat is told wherever a trip is ---
+
+
+AFTER = "backed off 5.0 mm within 0.31 s, felt at most 31 N and 0 N at the end"
+TRIP = Trip(1.25, "contact force", "31 N", "20 N")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("aftermath", ["", AFTER], ids=["stood still", "retreated"])
+def test_a_result_and_its_reports_tell_of_the_retreat(aftermath):
+    exploration = explore(ExploreConfig(width=0.006, depth=0.002))
+    regulation = regulated(duration=0.2)
+    trip = replace(TRIP, aftermath=aftermath)
+    run = replace(exploration.run, ending=Ending.TRIPPED, trip=trip)
+    said = f"{TRIP}; {AFTER}" if aftermath else str(TRIP)
+    assert run.why == said
+    assert str(run).startswith(f"stopped by the supervisor ({said}) after ")
+    for told in (
+        exploration_outcome(replace(exploration, run=run)),
+        regulation_outcome(replace(regulation, run=run)),
+    ):
+        assert told.startswith(f"Stopped by the supervisor: {said}; the robot is at rest.")
+    assert replace(run, trip=None).why == ""
+
+
+# --- Logs of experiments as other tools see them once a run is over; palpate replays them as before ---
+
+
+def carried_out(name, config, folder) -> Any:
+    """A run, its log told to all; returns what was found."""
+    experiment = experiment_named(name)
+    plan = plan_for(experiment, config).prepared()
+    run = RecordedRun(plan)
+    result = run.run(sinks=(log_writer(experiment, plan, folder),))
+    before = read_log(log_in(folder))
+    found = experiment.found(plan, run.recorded(result))
+    tell_log(plan, result, experiment.cloud(found))
+    after = read_log(log_in(folder))
+    assert after.rows.tobytes() == before.rows.tobytes()
+    return found
+
+
+@pytest.mark.slow
+def test_an_exploration_has_its_map_and_is_replayed_bit_for_bit(tmp_path):
+    found = carried_out("explore", ExploreConfig(width=0.01, depth=0.004, force_noise=0.01), tmp_path)
+    told = messages(log_in(tmp_path))
+    ((_, cloud),) = told["/map"]
+    points = np.frombuffer(bytes(cloud.data), "<f4").reshape(cloud.width, -1)
+    assert points[:, :3] == pytest.approx(found.map.mesh.vertices, abs=1e-7)
+    assert [field.name for field in cloud.fields][3:7] == ["normal_x", "normal_y", "normal_z", "band"]
+    assert len(told["/finger_0/contact"]) > 100
+    logged = LoggedRun.of(read_log(log_in(tmp_path)))
+    again = RecordedRun(logged.plan(), logged.backend())
+    again.run(live=RecordedChanges(live_parameters_of(again.controller), logged.log.changes))
+    commands = again._memory.kept_rows()[:, again._memory.codec.columns["command.velocity"]]
+    columns = logged.log.codec.columns["command.velocity"]
+    assert commands.tobytes() == logged.log.rows[: len(commands), columns].tobytes()
+    assert len(commands) > 1000
+
+
+@pytest.mark.slow
+def test_the_fingers_of_a_hand_are_where_its_geometry_says(tmp_path):
+    found = carried_out("grasp", GraspConfig(), tmp_path)
+    hand = plan_for(experiment_named("grasp"), GraspConfig()).hand_kinematics
+    log, told = read_log(log_in(tmp_path)), messages(log_in(tmp_path))
+    rows = log.rows[log.sequence % 10 == 0][:, log.codec.columns["hand.joint_position"]]
+    for joints, (_, message) in zip(rows[::50].tolist(), told["/tf"][::50], strict=True):
+        poses = hand.sensor_poses(tuple(joints))
+        for pose, transform in zip(poses, message.transforms[1:], strict=True):
+            assert transform.header.frame_id == "hand"
+            assert tuple(numbers(transform.transform.translation)) == pose.position
+    assert "/map" not in told
+    assert found.run.done
+
+
+def test_of_a_log_of_no_experiment_nothing_is_noted():
+    assert notes_in({}) is PLAIN_ROBOT
+    assert notes_in({"experiment.yaml": "experiment: nothing_like_that\n"}) is PLAIN_ROBOT

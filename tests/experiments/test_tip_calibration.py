@@ -57,15 +57,6 @@ def test_touches_end_at_their_targets_and_begin_clear_of_them(turn, center):
         assert step.height > target.place[2] + tip.shape.sizes[0]
 
 
-def test_plate_and_rod_are_touched_in_more_than_one_place():
-    tip, targets = typed_tip(CONFIG, NANO17), believed_targets(CONFIG)
-    planned = first_touches(tip, targets, 1.0, 0.0)
-    steps = Approach(tip, targets, 0.004, (1.0,)).steps(planned)
-    of_plate = np.array([step.standoff for step, each in zip(steps, planned, strict=True) if each.target == 0])
-    assert np.ptp(of_plate, axis=0)[:2].min() > 0.01
-    assert np.linalg.matrix_rank(of_plate[:, :2] - of_plate[:, :2].mean(axis=0), tol=1e-3) == 2
-
-
 def test_simulated_things_are_off_as_the_seed_says():
     one, again, other = (true_targets(replace(CONFIG, scene_error=seed)) for seed in (1, 1, 2))
     assert one == again
@@ -224,11 +215,6 @@ def test_touches_that_do_not_tell_enough_are_not_to_be_used(tmp_path, capsys):
     assert not (tmp_path / "c" / "robot.yaml").exists()
 
 
-def test_a_plan_of_touches_moves_nothing(tmp_path):
-    assert main([CALIBRATE, "--plan", "--touch-count", "20", "--out", str(tmp_path)]) == 0
-    assert len((tmp_path / "next_touches.csv").read_text().splitlines()) == 21
-
-
 # --- whole runs ---
 
 
@@ -254,11 +240,11 @@ def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim", "ur5e-nano17"])
+@pytest.mark.parametrize("robot", ["stage", "ur5e-nano17"])
 def test_other_robots_find_theirs(tmp_path, robot):
     calibrated(tmp_path, robot, touch_count=24)
 
 
-def test_a_force_that_no_touch_has_is_refused():
-    with pytest.raises(InvalidValueError, match=r"the least is 0\.01 N and must be at least"):
-        calibrate_tip(TipConfig(forces=(0.01, 1.0)))
+def test_a_plan_of_touches_moves_nothing(tmp_path):
+    assert main([CALIBRATE, "--plan", "--touch-count", "20", "--out", str(tmp_path)]) == 0
+    assert len((tmp_path / "next_touches.csv").read_text().splitlines()) == 21

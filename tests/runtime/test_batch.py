@@ -21,7 +21,7 @@ from palpate.runtime.batch import (
     Failure,
     FailureKind,
     Success,
-    progress_bar,
+    batch_bar,
     quiet,
     results_of,
     run_batch,
@@ -169,7 +169,7 @@ def test_work_that_cannot_be_loaded_elsewhere_is_refused():
 def shown(elapsed, terminal=True):
     screen = io.StringIO()
     console = Console(file=screen, force_terminal=terminal, width=100)
-    with progress_bar(console) as show:
+    with batch_bar(console) as show:
         for done, time in enumerate(np.linspace(0.0, elapsed, 5)):
             show(BatchProgress(4, done, min(done, 1), float(time)))
     return screen.getvalue()

@@ -13,7 +13,9 @@ from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.robots.values import load_named_robot
+from palpate.runtime import Ending
 from palpate.runtime.truth import TruthTable
+from support.run_bounds import check_bounds
 
 
 def plan_of(config, robot=None) -> ExplorationPlan:
@@ -27,6 +29,15 @@ def planned_again(planned) -> ExplorationPlan:
 
 def carried_out(planned) -> Exploration:
     return found_by(planned, carry_out(planned))
+
+
+def check_held(found, bounds) -> None:
+    """Check that a run finished at rest, never left the surface, landed softly, and kept its bounds."""
+    assert found.run.ending is Ending.DONE
+    assert found.run.at_rest
+    assert found.truth.touching[found.scanning].all()
+    assert np.nanmax(found.true_normal_force[~found.scanning]) < found.config.force + 1.5
+    check_bounds(found, bounds)
 
 
 def section(report, heading) -> Any:

@@ -1,9 +1,12 @@
 """A stranger's package, installed beside palpate for the commands of a test."""
 
+import os
 import shutil
 import subprocess
 import sys
 import tomllib
+
+from support import warm_process
 
 
 class InstalledPlugin:
@@ -22,14 +25,12 @@ class InstalledPlugin:
         points = ((group, *point) for group, its in project["entry-points"].items() for point in its.items())
         lines = "".join(f"[{group}]\n{name} = {at}\n" for group, name, at in points)
         (info / "entry_points.txt").write_text(lines)
-        self._environment = {"PYTHONPATH": str(place), "PATH": "", "COLUMNS": "200", "HOME": str(self.folder)}
+        beside = os.pathsep.join(filter(None, (str(place), os.environ.get("PYTHONPATH"))))
+        self._environment = {"PYTHONPATH": beside, "PATH": "", "COLUMNS": "200", "HOME": str(self.folder)}
 
     def __call__(self, *words, fails=False):
-        """Run it; return what it prints, or what it refuses."""
-        command = (sys.executable, "-m", "palpate", *map(str, words))
-        done = subprocess.run(
-            command, cwd=self.folder, capture_output=True, text=True, timeout=300, env=self._environment
-        )
+        """Carry out a command; return what it prints, or what it refuses."""
+        done = warm_process.palpate(*words, folder=self.folder, environment=self._environment)
         assert bool(done.returncode) is fails, done.stderr + done.stdout
         return done.stderr if fails else done.stdout
 

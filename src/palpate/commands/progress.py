@@ -5,14 +5,16 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 
 from palpate.commands.say import say
 from palpate.experiments.kit.run_bar import run_bar
 from palpate.runtime import Command, Observation, Observer, Sample
+from palpate.runtime.progress_bar import progress_bar
 
 LINE_INTERVAL = 10.0
 """Wall time between two lines of a run [s], where the output is captured: CI takes longer silence for a hang."""
+
+STEPS = "step {task.completed:.0f} of {task.total:.0f}"
 
 
 def lively(console: Console) -> bool:
@@ -56,7 +58,11 @@ def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]
 @contextmanager
 def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
     with run_bar(console, expected_duration) as bar:
-        yield bar.observe
+
+        def observe(sample: Sample, now: Observation, command: Command) -> None:
+            bar.show(min(now.time, expected_duration), words=command.phase.value)
+
+        yield observe
 
 
 @contextmanager
@@ -65,15 +71,5 @@ def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[
     if not lively(console):
         yield lambda step: say(console, step)
         return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("step {task.completed:.0f} of {task.total:.0f}"),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("", total=len(steps))
-
-        def announce(step: str) -> None:
-            progress.update(task, completed=steps.index(step) + 1, description=step)
-
-        yield announce
+    with progress_bar(console, "", len(steps), STEPS) as bar:
+        yield lambda step: bar.show(steps.index(step) + 1, words=step)

@@ -1,13 +1,11 @@
 """`palpate log info`, `export` and `ros2`: what is in the log of a run."""
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rich.console import Console
-from rich.progress import Progress
 
 from palpate.commands.command_result import CommandResult
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig, LogRos2Config
@@ -24,6 +22,7 @@ from palpate.exporting.exporter import Exporter
 from palpate.open_kinds import kind_named
 from palpate.runtime.log import LogReader, log_in
 from palpate.runtime.log.ros2_bag import write_bag
+from palpate.runtime.progress_bar import PERCENT, progress_bar
 
 BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""
@@ -129,13 +128,6 @@ def _path(place: Path) -> Path:
 @contextmanager
 def _patient_progress(what: str) -> Iterator[Callable[[float], None]]:
     """Yield the function to call with the fraction done; a bar appears after `BAR_DELAY`."""
-    started = time.monotonic()
     console = Console(stderr=True)
-    with Progress(console=console, transient=True, auto_refresh=False, disable=not lively(console)) as bar:
-        task = bar.add_task(what, total=1.0, visible=False)
-
-        def show(fraction: float) -> None:
-            if time.monotonic() - started > BAR_DELAY:
-                bar.update(task, completed=fraction, visible=True, refresh=True)
-
-        yield show
+    with progress_bar(console, what, 1.0, PERCENT, after=BAR_DELAY, drawn=lively(console)) as bar:
+        yield bar.show

@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
 from palpate.commands.progress import doing, lively
@@ -33,6 +32,7 @@ from palpate.reporting.page import write_report
 from palpate.reporting.terminal import figure_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
+from palpate.runtime.progress_bar import PERCENT, progress_bar
 
 SHOWN_EVERY = 500
 """Periods between two updates of the progress bar: a few times a second."""
@@ -148,20 +148,5 @@ def _new_report_path(folder: Path, stem: str) -> Path:
 @contextmanager
 def _progress(console: Console) -> Iterator[Callable[[str, float], None]]:
     """Show progress; yields the function to call with the current work and the fraction done."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:.0f} %"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not lively(console)) as progress:
-        task, doing = progress.add_task("reading", total=1.0), "reading"
-
-        def show(what: str, share: float) -> None:
-            nonlocal doing
-            if what != doing:
-                doing = what
-                progress.reset(task, description=what)
-            progress.update(task, completed=share)
-
-        yield show
+    with progress_bar(console, "reading", 1.0, PERCENT, drawn=lively(console)) as bar:
+        yield lambda words, share: bar.show(share, words=words)

@@ -32,14 +32,14 @@ def sweep(config: "SweepConfig", progress: "ShowProgress | None" = None) -> "Swe
     from palpate.commands.sweep.plan import sweep_plan
     from palpate.commands.sweep.run import SweepAtWork, check, finished
     from palpate.commands.sweep.store import SweepFolder
-    from palpate.runtime.batch import progress_bar
+    from palpate.runtime.batch import batch_bar
 
     checked = check(sweep_plan(config))
     folder = SweepFolder(checked.plan.folder)
     with folder.alone():
         work = SweepAtWork(checked, folder, finished(checked, folder))
         if progress is None:
-            with progress_bar() as show:
+            with batch_bar() as show:
                 work.carry_out(show)
         else:
             work.carry_out(progress)

@@ -22,7 +22,7 @@ from palpate.commands.sweep.store import SweepFolder
 from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import plain
 from palpate.experiments.kit.figure import Figure, number
-from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, progress_bar
+from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, batch_bar
 
 START_UP = 3.0
 """For a worker to import the simulator [s]."""
@@ -176,7 +176,7 @@ def _expected_duration(config: SweepConfig, expected: float, runs: int) -> str:
 def _progress(console: Console) -> Iterator[ShowProgress]:
     """A bar on a terminal, else a line every now and then."""
     if console.is_terminal:
-        with progress_bar(console) as show:
+        with batch_bar(console) as show:
             yield show
         return
     shown = time.perf_counter()

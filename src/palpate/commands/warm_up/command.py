@@ -12,13 +12,13 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.commands.warm_up.record import WarmUpRecord
+from palpate.runtime.progress_bar import progress_bar
 
 STEPS = "palpate.commands.warm_up.steps"
 
@@ -128,7 +128,5 @@ def _progress(console: Console) -> Iterator[ShowStep]:
     if not lively(console):
         yield lambda step, number, total: say(console, f"{number} of {total}: {step}")
         return
-    columns = (TextColumn("compiling for {task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("the first time", total=None)
-        yield lambda step, number, total: progress.update(task, description=step, completed=number, total=total)
+    with progress_bar(console, "compiling for the first time", None, "{task.completed:.0f}/{task.total}") as bar:
+        yield lambda step, number, total: bar.show(number, words=f"compiling for {step}", total=total)

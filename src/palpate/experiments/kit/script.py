@@ -13,7 +13,7 @@ from palpate.experiments.kit.recording import log_writer, tell_log, write_result
 from palpate.experiments.kit.run_bar import run_bar
 from palpate.experiments.kit.run_report import run_report
 from palpate.robots.values import load_named_robot
-from palpate.runtime import Observer
+from palpate.runtime import Command, Observation, Observer, Sample
 
 
 def plan_for(experiment: Experiment, config: Any) -> Plan:
@@ -51,9 +51,16 @@ def perform(
     plan = plan_for(experiment, config).prepared()
     sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
     if progress:
-        with run_bar(Console(), plan.expected_duration) as bar:
-            recorded = carry_out(plan, (*observers, bar.observe), sinks)
-            result = experiment.found(plan, replace(recorded, progress=bar.step))
+        expected = plan.expected_duration
+        with run_bar(Console(), expected) as bar:
+
+            def observe(sample: Sample, now: Observation, command: Command) -> None:
+                bar.show(min(now.time, expected), words=command.phase.value)
+
+            recorded = carry_out(plan, (*observers, observe), sinks)
+            result = experiment.found(
+                plan, replace(recorded, progress=lambda name: bar.show(expected, words=name))
+            )
     else:
         result = experiment.found(plan, carry_out(plan, observers, sinks))
     if out is not None:

@@ -1,6 +1,6 @@
 """Many independent runs over processes: cases in, outcomes out, in the same order and with the same numbers."""
 
-from palpate.runtime.batch.bar import progress_bar, quiet
+from palpate.runtime.batch.bar import batch_bar, quiet
 from palpate.runtime.batch.outcome import (
     BatchError,
     BatchProgress,
@@ -23,7 +23,7 @@ __all__ = [
     "ShowProgress",
     "Success",
     "Workers",
-    "progress_bar",
+    "batch_bar",
     "quiet",
     "results_of",
     "run_batch",

@@ -4,16 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from palpate.runtime.batch.outcome import BatchProgress, ShowProgress
+from palpate.runtime.progress_bar import progress_bar
 
 SHOWN_AFTER = 2.0
 """What is over sooner needs no bar [s]."""
@@ -24,29 +17,18 @@ def quiet(progress: BatchProgress) -> None:
 
 
 @contextmanager
-def progress_bar(console: Console | None = None) -> Iterator[ShowProgress]:
-    """Show how far a batch is, from two seconds on; yields what `run_batch` is to tell it to.
+def batch_bar(console: Console | None = None) -> Iterator[ShowProgress]:
+    """Show how far a batch is, from two seconds on; yields the function that `run_batch` calls.
 
     Args:
         console: Where to; standard error if not given. Only a terminal gets a bar.
     """
     console = Console(stderr=True) if console is None else console
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    # refreshed by each update: no thread of its own
-    with_time = (*columns, TimeElapsedColumn(), TimeRemainingColumn())
-    bar = Progress(*with_time, console=console, transient=True, auto_refresh=False)
-    task = bar.add_task("cases", total=None)
+    amount = "{task.completed:.0f}/{task.total}"
+    with progress_bar(console, "cases", None, amount, after=SHOWN_AFTER, drawn=console.is_terminal) as bar:
 
-    def show(progress: BatchProgress) -> None:
-        failed = f", {progress.failed} failed" if progress.failed else ""
-        bar.update(task, completed=progress.done, total=progress.cases, description=f"cases{failed}")
-        if bar.live.is_started:
-            bar.refresh()
-        elif progress.elapsed > SHOWN_AFTER and console.is_terminal:
-            bar.start()
+        def show(progress: BatchProgress) -> None:
+            failed = f", {progress.failed} failed" if progress.failed else ""
+            bar.show(progress.done, words=f"cases{failed}", total=progress.cases, elapsed=progress.elapsed)
 
-    try:
         yield show
-    finally:
-        if bar.live.is_started:
-            bar.stop()

@@ -11,7 +11,7 @@ from multiprocessing.connection import wait
 from typing import Any, Generic
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.batch.bar import progress_bar
+from palpate.runtime.batch.bar import batch_bar
 from palpate.runtime.batch.outcome import (
     BatchError,
     BatchProgress,
@@ -96,7 +96,7 @@ def run_batch(
         )
         if prepare is not None:
             prepare()
-        with progress_bar() if progress is None else nullcontext(progress) as show:
+        with batch_bar() if progress is None else nullcontext(progress) as show:
             batch.run(show)
     return batch.outcomes()
 

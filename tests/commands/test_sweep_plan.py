@@ -1,5 +1,9 @@
-"""What is typed for a sweep becomes the runs that it says, each with its place and its seed, or is refused."""
+"""Sweeps before and between their runs: values, places, seeds and the folder that keeps what is finished."""
 
+import itertools
+import os
+import signal
+import time
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import permutations
@@ -11,13 +15,15 @@ from hypothesis import strategies as st
 
 from palpate.commands.sweep import SweepConfig
 from palpate.commands.sweep.plan import MOST_RUNS, expected_durations, sweep_plan
+from palpate.commands.sweep.record import RunRecord, RunStatus, read_record, record_text
+from palpate.commands.sweep.store import SweepFolder
 from palpate.commands.typed_values import set_options, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.options import option
 from palpate.experiments.kit.registry import experiment_names
 from support.sweep_runs import SHORT, config_of, planned
-from support.tiny_experiment import TINY
+from support.waiting import until
 
 typed_numbers = st.decimals(-1000, 1000, allow_nan=False, allow_infinity=False, places=3)
 
@@ -55,23 +61,14 @@ def test_a_range_has_the_floats_nearest_to_the_true_numbers_ends_included(first,
     assert values(f"force={last}:{first}:{count}") == found[::-1]
 
 
-def test_a_range_of_tenths_is_what_people_write():
-    assert values("force=0.1:0.5:5") == (0.1, 0.2, 0.3, 0.4, 0.5)
-    assert values("force=1e-3:3e-3:3") == (0.001, 0.002, 0.003)
-
-
-def test_whole_numbers_stay_whole_where_an_option_is_one():
-    found = values("repeats=1:5:5")
-    assert found == (1, 2, 3, 4, 5)
-    assert {type(each) for each in found} == {int}
-
-
 # --- lists
 
 
 @pytest.mark.parametrize(
     ("word", "expected"),
     [
+        ("force=0.1:0.5:5", (0.1, 0.2, 0.3, 0.4, 0.5)),
+        ("repeats=1:5:5", (1, 2, 3, 4, 5)),
         ("force=1, 2", (1.0, 2.0)),
         ("surface=still,sine", ("still", "sine")),
         ("identify=false,true", (False, True)),
@@ -84,13 +81,6 @@ def test_whole_numbers_stay_whole_where_an_option_is_one():
 )
 def test_a_list_has_values_of_the_options_type(word, expected):
     assert values(word) == expected
-
-
-def test_what_is_set_takes_several_numbers_as_one_value():
-    assert set_options(["tip=0.008,0.008,0.012", "mu=0.3"], Kinds, {}) == {
-        "tip": (0.008, 0.008, 0.012),
-        "friction": 0.3,
-    }
 
 
 # --- places and seeds
@@ -142,12 +132,6 @@ def test_an_experiment_file_goes_before_defaults_and_behind_what_is_typed(tmp_pa
     assert (config_of(run).force, config_of(run).speed, config_of(run).reach) == (3.0, 0.02, 0.015)
 
 
-def test_a_robot_is_the_same_whether_set_or_varied():
-    perfect, honest = planned("robot=stage,stage-nano17").runs
-    (alone,) = planned(fixed=(*SHORT, "robot=stage-nano17")).runs
-    assert alone.case.digest == honest.case.digest != perfect.case.digest
-
-
 # --- mistakes
 
 
@@ -175,6 +159,8 @@ def test_a_robot_is_the_same_whether_set_or_varied():
         (["out=a,b"], ["--out"]),
         (["force=1,2", "speed=0.01,-0.01"], ["with force=1, speed=-0.01", "above 0"]),
         (["force=[1"], ["no valid YAML"]),
+        (["time=1,2"], ["time is varied and set"]),
+        (["force=1:2:1000", "speed=0.01:0.02:1000"], [f"at most {MOST_RUNS}"]),
     ],
 )
 def test_a_mistake_is_named_with_what_would_be_right(vary, words):
@@ -182,11 +168,6 @@ def test_a_mistake_is_named_with_what_would_be_right(vary, words):
         planned(*vary)
     for word in words:
         assert word in str(refused.value)
-
-
-def test_an_option_is_varied_or_set():
-    with pytest.raises(InvalidValueError, match="force is varied and set"):
-        planned("force=1,2", fixed=("force=3",))
 
 
 @pytest.mark.parametrize(
@@ -205,22 +186,6 @@ def test_what_cannot_be_set_is_refused(words, told):
     assert told in str(refused.value)
 
 
-def test_far_too_many_runs_are_refused_before_they_are_made():
-    with pytest.raises(InvalidValueError, match=f"at most {MOST_RUNS}"):
-        planned("force=1:2:1000", "speed=0.01:0.02:1000")
-
-
-@pytest.mark.parametrize(("name", "value"), [("seeds", 0), ("jobs", 0), ("ray", " ")])
-def test_counts_begin_with_one(name, value):
-    with pytest.raises(InvalidValueError, match=name):
-        SweepConfig(TINY, **{name: value})
-
-
-def test_what_only_the_world_can_tell_is_found_out_before_anything_runs():
-    with pytest.raises(InvalidValueError, match=r"with force=20: force = 20 N: must be at most 15 N"):
-        expected_durations(planned("force=1,20"))
-
-
 @pytest.mark.parametrize("robot", ["ur5e-netft", "emulated-ur5e"])
 def test_no_sweep_moves_a_robot_that_is_real_or_seems_so(robot):
     plan = planned("force=1,2", fixed=(f"robot={robot}",))
@@ -232,3 +197,132 @@ def test_no_sweep_moves_a_robot_that_is_real_or_seems_so(robot):
 def test_every_experiment_tells_how_long_it_takes_and_needs_no_options(experiment):
     (duration,) = expected_durations(sweep_plan(SweepConfig(experiment)))
     assert 1.0 < duration < 3600.0
+
+
+# --- The folder of a sweep: whatever kills its writer, what is finished is there, whole, and nothing else is ---
+
+
+LARGE = 1_000_000
+"""Letters that take long to write."""
+
+figure_values = (
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**53), 2**53)
+    | st.text()
+    | st.floats(allow_nan=False, allow_infinity=False)
+)
+
+
+def record_for(plan, number, **more):
+    case = plan.runs[number].case
+    fields = {"status": RunStatus.DONE, "figures": {"x": 0.1 + number}, "duration": 1.0}
+    return RunRecord(run=number, digest=case.digest, seed=case.seed, **(fields | more))
+
+
+@given(st.dictionaries(st.text(), figure_values), st.text(), st.sampled_from(RunStatus))
+def test_a_record_reads_back_to_the_last_bit(figures, message, status):
+    record = RunRecord(run=3, digest="a", seed=2**62, status=status, message=message, figures=figures)
+    back = read_record(record_text(record))
+    assert back == record
+    assert [type(value) for value in back.figures.values()] == [type(value) for value in figures.values()]
+
+
+def test_finished_runs_are_there_again_and_what_cannot_be_read_is_run_again(tmp_path):
+    plan, folder = planned("force=1:4:4"), SweepFolder(tmp_path)
+    assert folder.begin(plan) == {}
+    kept = [record_for(plan, number) for number in (0, 2, 3)]
+    for record in kept:
+        folder.keep(record)
+    (tmp_path / "runs" / "000003.json").write_bytes(b"")  # as after a loss of power
+    (tmp_path / "runs" / ".000001.json.0123abcd.part").write_bytes(b"{")  # as after a kill
+    assert folder.begin(plan) == {0: kept[0], 2: kept[1]}
+    assert not list((tmp_path / "runs").glob(".*"))
+
+
+def test_a_record_of_another_run_is_not_taken_for_this_one(tmp_path):
+    plan, other, folder = planned("force=1,2"), planned("force=3,4"), SweepFolder(tmp_path)
+    folder.begin(plan)
+    folder.keep(record_for(other, 1))
+    folder.keep(record_for(plan, 0))
+    (tmp_path / "runs" / "000000.json").rename(tmp_path / "runs" / "000001.json")
+    assert folder.finished(plan) == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"vary": ("force=1,2,3",)}, ["force 1,2 there, 1,2,3 now"]),
+        ({"vary": ("speed=0.02",)}, ["force 1,2 there, not varied now", "speed not varied there, 0.02 now"]),
+        ({"seeds": 5}, ["seeds 1 there, 5 now"]),
+        ({"fixed": (*SHORT, "seed=4")}, ["first seed 0 there, 4 now", "seed not set there, 4 now"]),
+        ({"fixed": ("time=0.03", "noise=0.01")}, ["time 0.02 there, 0.03 now"]),
+    ],
+)
+def test_another_sweep_is_refused_and_told_what_differs(tmp_path, change, words):
+    SweepFolder(tmp_path).begin(planned("force=1,2"))
+    now = {"vary": ("force=1,2",), **change}
+    with pytest.raises(InvalidValueError, match="holds another sweep") as refused:
+        SweepFolder(tmp_path).begin(planned(*now.pop("vary"), **now))
+    for word in (*words, "--out"):
+        assert word in str(refused.value)
+
+
+def test_a_file_that_a_sweep_reads_must_be_the_same(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("speed: 0.02\n")
+    folder = SweepFolder(tmp_path / "out")
+    folder.begin(planned("force=1,2", config=file))
+    folder.begin(planned("force=1,2", config=file))
+    file.write_text("speed: 0.03\n")
+    with pytest.raises(InvalidValueError, match="typed alike, but not the same"):
+        folder.begin(planned("force=1,2", config=file))
+
+
+def test_two_at_once_in_a_folder_are_one_too_many(tmp_path):
+    first, second = SweepFolder(tmp_path), SweepFolder(tmp_path)
+    with first.alone(), pytest.raises(InvalidValueError, match="at work there"), second.alone():
+        pass
+    with second.alone():
+        pass
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_a_writer_that_is_killed_at_whatever_instant_leaves_whole_records_and_no_lock(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "O_TMPFILE", 0, raising=False)  # with it, nothing shows that a kill came in time
+    plan, folder = planned("force=1:4:4"), SweepFolder(tmp_path)
+    torn = 0
+    for kill in range(300):
+        if torn == 3:
+            return
+        with folder.alone():
+            folder.begin(plan)
+            assert not list(folder.runs.glob("*.part")), "what the one before was writing is cleared away"
+        writer = os.fork()
+        if writer == 0:
+            write_for_ever(plan, folder)
+        until(lambda: len(list(folder.runs.glob("*.json"))) >= 4)
+        time.sleep(0.0007 * (kill % 10))
+        os.kill(writer, signal.SIGKILL)
+        os.waitpid(writer, 0)
+        torn += len(list(folder.runs.glob(".*.part")))
+        for file in folder.runs.glob("*.json"):
+            record = read_record(file.read_bytes())
+            assert record is not None
+            assert record.digest == plan.runs[record.run].case.digest
+    pytest.fail("hardly a kill came while something was being written: that shows nothing")
+
+
+def write_for_ever(plan, folder):
+    """Overwrite four large records, with the folder locked."""
+    try:
+        with folder.alone():
+            for turn in itertools.count():
+                folder.keep(record_for(plan, turn % 4, message=str(turn % 10) * LARGE))
+    finally:
+        os._exit(1)
+
+
+@given(st.binary(max_size=200))
+def test_what_is_no_record_is_none(text):
+    assert read_record(text) is None

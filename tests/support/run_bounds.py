@@ -1,0 +1,22 @@
+"""Bounds on what a run achieved, for tables of runs: dotted attribute path -> (lowest, highest)."""
+
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+INF = float("inf")
+
+Bounds = dict[str, tuple[float, float]]
+
+
+def below(**limits: float) -> Bounds:
+    """Upper bounds of attributes; a double underscore stands for a dot."""
+    return {name.replace("__", "."): (-INF, limit) for name, limit in limits.items()}
+
+
+def check_bounds(found: Any, bounds: Bounds) -> None:
+    """Check every element of each attribute of a result against its bounds."""
+    for path, (low, high) in bounds.items():
+        value = np.asarray(attrgetter(path)(found), float)
+        assert ((low <= value) & (value <= high)).all(), f"{path} = {value}: must be from {low} to {high}"
