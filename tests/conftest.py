@@ -40,8 +40,8 @@ def pytest_runtest_setup():
 def pytest_collection_modifyitems(items):
     """Mark groups of tests that run in one worker (`--dist loadgroup`).
 
-    The tests of a file are a group, so that they share their runs. All tests of devices on wires are one group: two
-    at a time would share ports and processors.
+    The tests of a file are a group, so that they share their runs. All tests of devices on wires are one group:
+    two at a time would share ports and processors.
     """
     for item in items:
         if item.get_closest_marker("xdist_group") is None:
