@@ -15,7 +15,7 @@ def no_robot_today() -> Host:
 
 
 def stand_behind(pipe: Connection, address: str) -> None:
-    """Start an emulator, tell its process, and hang."""
+    """Start an emulator, send its process id, and wait."""
     with EmulatorProcess(SimpleUr(address)):
         pipe.send([child.pid for child in multiprocessing.active_children()])
         time.sleep(60.0)

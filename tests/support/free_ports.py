@@ -1,13 +1,13 @@
-"""Whether TCP ports can be had: nobody listens there."""
+"""Check whether TCP ports are free."""
 
 import socket
 
 PORTS = (30004, 30003, 29999, 49151)
-"""Of an emulated robot: its controller's and its F/T box's."""
+"""Ports of an emulated robot: controller and F/T box."""
 
 
 def free(address: str, *ports: int) -> bool:
-    """Return whether all of them can."""
+    """Return whether all ports are free."""
     for port in ports:
         with socket.socket() as tried:
             tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -1,4 +1,4 @@
-"""Tests that talk through the client library of UR arms, where it exists."""
+"""Mark of tests that need the client library of UR arms."""
 
 import pytest
 
