@@ -5,13 +5,11 @@ import json
 import os
 import pty
 import re
-import signal
 import subprocess
 import sys
 import types
 from dataclasses import dataclass
 from itertools import pairwise
-from time import sleep
 from types import SimpleNamespace
 
 import pytest
@@ -33,7 +31,6 @@ from palpate.sim.backend import MujocoBackend
 from support import warm_process
 from support.cli_samples import leaves
 from support.typed_mistakes import answer_to
-from support.waiting import until
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
 
@@ -42,23 +39,6 @@ def run(*arguments):
     return subprocess.run(
         [sys.executable, "-m", "palpate", *arguments], capture_output=True, text=True, timeout=120
     )
-
-
-def test_exploration_leaves_its_files_and_says_where(tmp_path):
-    done = run("explore", *SMALL, "--out", str(tmp_path / "new" / "folder"))
-    assert done.returncode == 0, done.stderr
-    names = {path.name for path in (tmp_path / "new" / "folder").iterdir() if path.suffix != ".mcap"}
-    assert names == {
-        "report.html",
-        "contacts.ply",
-        "contacts.csv",
-        "marks.csv",
-        "map.ply",
-        "map.stl",
-        "height_map.csv",
-    }
-    assert "report.html" in done.stdout
-    assert "\x1b[" not in done.stdout, "colours in a pipe"
 
 
 @pytest.fixture
@@ -221,26 +201,6 @@ def ending(monkeypatch):
 def test_every_ending_has_its_exit_code_and_one_line(result, code, said, ending, capsys):
     assert ending(result) == code
     assert capsys.readouterr().err == said
-
-
-@pytest.mark.slow
-def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
-    out = tmp_path / "run"
-    endless = ["--speed", "0.002", "--spacing", "0.001", "--out", str(out)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "palpate", "explore", *endless],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    until(lambda: any(out.glob("*.mcap")))  # there is a log as soon as the run has begun
-    sleep(0.5)
-    process.send_signal(signal.SIGINT)
-    said, _ = process.communicate(timeout=60)
-    assert process.returncode == ExitCode.INTERRUPTED
-    assert "interrupted" in said
-    assert "the robot was stopped" in said or "the robot is at rest" in said
-    assert "Traceback" not in said
 
 
 @pytest.mark.parametrize("command", ["explore", "regulate", "friction"])

@@ -25,7 +25,7 @@ from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.typed_options import read_typed
 from palpate.errors import InvalidValueError
 from palpate.runtime import Command
-from palpate.runtime.pacing import SimulatedTime
+from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft import HEALTHY, FTPipeline, PayloadEntry, load_sensor_file, save_sensor_file
 from sensing.ft.sensor_examples import fingertip
@@ -523,35 +523,26 @@ def test_live_refuses_noise_that_the_sensor_does_not_have_and_overload(tmp_path)
     refused(TareConfig(sensor=sensor, live="stage", duration=0.05), "50 readings: give 100")
 
 
-class SlowSensor:
+class SlowSensor(WrappedBackend):
     """A back end whose sensor answers every third period only."""
 
-    pacer = SimulatedTime()
-
     def __init__(self, backend):
-        self.backend, self.period, self.count, self.closed = backend, backend.period, 0, False
-        self.commands = []
+        super().__init__(backend)
+        self.commands, self.closed = [], False
 
     def start(self):
-        self.kept = self.backend.start()
+        self.kept = super().start()
         return self.kept
 
     def step(self, command):
         self.commands.append(command)
-        sample = self.backend.step(command)
-        self.count += 1
-        if self.count % 3 == 0:
+        sample = super().step(command)
+        if len(self.commands) % 3 == 0:
             self.kept = sample
         return dataclasses.replace(sample, wrenches=self.kept.wrenches)
 
     def close(self):
         self.closed = True
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
 
 
 def test_a_stale_sample_counts_once_and_the_back_end_stands_still_and_is_closed(tmp_path):

@@ -14,26 +14,18 @@ from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.kit.config_file import config_text, experiment_in, load_overlay, read_config
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
-from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.robots.robot import ROBOT_TEXT, load_robot
 from palpate.robots.simulated_stage import StageEntry
 from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending
 from palpate.sim import Stage
+from support.emulated_file import changed_robot
 from support.explore_runs import carried_out, plan_of, planned_again
 from support.typed_mistakes import answer_to
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NANO17 = load_robot("stage-nano17")
 STAGE = load_robot("stage")
-
-
-def changed(robot, *changes, file=ROBOT_TEXT):
-    """The robot with words of one of its files replaced."""
-    texts = dict(robot.texts)
-    for before, after in changes:
-        assert before in texts[file]
-        texts[file] = texts[file].replace(before, after, 1)
-    return read_robot(texts)
 
 
 def felt(planned, periods=50):
@@ -209,7 +201,7 @@ def test_a_configuration_names_its_experiment_and_is_refused_without():
 @pytest.mark.parametrize("robot", [STAGE, NANO17], ids=["stage", "nano17"])
 def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
     config = ExploreConfig(robot="gone.yaml", **SMALL, seed=5)
-    planned = plan_of(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
+    planned = plan_of(config, changed_robot(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
     again = planned_again(planned)
     assert again.config == planned.config
     assert again.robot == planned.robot
@@ -223,7 +215,7 @@ def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
 
 
 def test_what_the_robot_file_says_an_exploration_need_not_be_told():
-    other = changed(
+    other = changed_robot(
         STAGE,
         ("kind: sphere", "kind: ellipsoid"),
         ("radius_m: 0.008", "semi_axes_m: [0.01, 0.008, 0.012]"),
@@ -238,7 +230,7 @@ def test_what_the_robot_file_says_an_exploration_need_not_be_told():
 def test_the_robot_file_makes_the_stage():
     heavy = plan_of(
         ExploreConfig(),
-        changed(
+        changed_robot(
             STAGE,
             ("mass_kg: 5.0", "mass_kg: 8"),
             ("rad_per_s: 100.0", "rad_per_s: 50"),
@@ -257,7 +249,7 @@ def test_limits_of_the_robot_hold_and_only_its_workspace_is_narrowed():
     assert limits.spin_torque == 0.1
     for axis in range(3):
         assert -1.0 <= limits.workspace_lower[axis] < limits.workspace_upper[axis] <= 1.0
-    narrow = changed(STAGE, ("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.03, 1, 1]"))
+    narrow = changed_robot(STAGE, ("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.03, 1, 1]"))
     assert plan_of(ExploreConfig(), narrow).limits.workspace_upper[0] == 0.03
 
 
@@ -265,7 +257,7 @@ def test_limits_of_the_robot_hold_and_only_its_workspace_is_narrowed():
 @pytest.mark.parametrize("center", ["0.003, -0.002, -0.02", "-0.05, 0.0, 0.03"])
 def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
     """The tip's centre takes the same path, whatever lever the sensor feels it through."""
-    moved = changed(
+    moved = changed_robot(
         STAGE,
         ("center_m: [0, 0, 0]", f"center_m: [{center}]"),
         ("center_of_mass_m: [0, 0, 0]", f"center_of_mass_m: [{center}]"),
@@ -285,20 +277,20 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ({"force": 8.0}, NANO17, ["force = 8 N", "at most 7.5 N", "limit of 10 N", "limits.force_N"]),
         ({"force_noise": 0.0}, NANO17, ["dead sensor", "force_N: 0.003125"]),
         ({"period": 2e-3}, NANO17, ["sample_rate_Hz = 1000", "write 500"]),
-        ({"speed": 0.05}, changed(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["limit, 0.04 m/s"]),
+        ({"speed": 0.05}, changed_robot(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["0.04 m/s"]),
         (
             {},
-            changed(STAGE, ("following_error_m: 0.0025", "following_error_m: 1e-5")),
+            changed_robot(STAGE, ("following_error_m: 0.0025", "following_error_m: 1e-5")),
             ["force = 2 N", "at most 0.5 N", "following_error_m"],
         ),
-        ({}, changed(STAGE, ("rad_per_s: 100.0", "rad_per_s: 5")), ["at most 0.31 N", "bandwidth_rad_per_s"]),
-        ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m"]),
-        ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [1, 1, 0.01]")), ["along z", "workspace"]),
-        ({}, changed(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), ["whole number of time steps"]),
-        ({}, changed(STAGE, ("mass_kg: 0.03", "mass_kg: 0")), ["payload", "weighs something"]),
-        ({}, changed(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensor-0.yaml"), ["bias"]),
-        ({}, changed(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensor-0.yaml"), ["device_delay_s"]),
-        ({"force": 0.4}, changed(NANO17, ("force_N: 0.05", "force_N: 0.4"), file="sensor-0.yaml"),
+        ({}, changed_robot(STAGE, ("rad_per_s: 100.0", "rad_per_s: 5")), ["0.31 N", "bandwidth_rad_per_s"]),
+        ({}, changed_robot(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m"]),
+        ({}, changed_robot(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [1, 1, 0.01]")), ["along z", "workspace"]),
+        ({}, changed_robot(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), ["whole number of time steps"]),
+        ({}, changed_robot(STAGE, ("mass_kg: 0.03", "mass_kg: 0")), ["payload", "weighs something"]),
+        ({}, changed_robot(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensor-0.yaml"), ["bias"]),
+        ({}, changed_robot(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensor-0.yaml"), ["device_delay_s"]),
+        ({"force": 0.4}, changed_robot(NANO17, ("force_N: 0.05", "force_N: 0.4"), file="sensor-0.yaml"),
          ["at least 0.6 N", "touch_force_N"]),
     ],
 )  # fmt: skip
@@ -314,9 +306,9 @@ def test_check_refuses_what_no_experiment_could_do():
     for robot in (STAGE, NANO17):
         check(robot)
     for bad, word in (
-        (changed(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), "whole number"),
-        (changed(NANO17, ("force_N: 0.003125", "force_N: 0")), "dead sensor"),
-        (changed(NANO17, ("period_s: 0.001", "period_s: 0.002")), "sample_rate_Hz"),
+        (changed_robot(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), "whole number"),
+        (changed_robot(NANO17, ("force_N: 0.003125", "force_N: 0")), "dead sensor"),
+        (changed_robot(NANO17, ("period_s: 0.001", "period_s: 0.002")), "sample_rate_Hz"),
     ):
         with pytest.raises(InvalidValueError, match=word):
             check(bad)
@@ -340,7 +332,7 @@ def test_any_fingertip_explores_as_a_sphere_does(surface):
     at = STAGE.texts[ROBOT_TEXT].index(sphere)
     before = STAGE.texts[ROBOT_TEXT][at : STAGE.texts[ROBOT_TEXT].index("    payload:", at)]
     found = carried_out(
-        plan_of(ExploreConfig(object="sphere", **SMALL), changed(STAGE, (before, f"surface: {surface}\n")))
+        plan_of(ExploreConfig(object="sphere", **SMALL), changed_robot(STAGE, (before, f"surface: {surface}\n")))
     )
     reference = carried_out(plan_of(ExploreConfig(object="sphere", **SMALL), STAGE))
     assert found.run.ending is Ending.DONE

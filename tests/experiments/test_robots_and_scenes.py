@@ -18,12 +18,13 @@ from palpate.experiments.kit.scene_texts import SCENE_FILES_TEXT, SCENE_TEXT
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.robots.in_scene import check
-from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.robots.robot import load_robot
 from palpate.runtime import Command, Ending
 from palpate.runtime.log import read_log
 from palpate.sim.contact_truth import OBJECT_ROTATION
 from palpate.sim.hand.exploring_finger import ExploringFinger
 from palpate.viewing.frames import frames_of_log
+from support.emulated_file import changed_robot
 from support.explore_runs import carried_out, plan_of
 from support.file_arms import GANTRY
 from support.regulate_runs import logged, planned
@@ -38,15 +39,6 @@ SHAPES = {
 }
 NEAR, SLIPPED = 0.02e-3, 0.02e-3
 """[m] of points from the true surface, RMS, and of the object in its fingers."""
-
-
-def changed(*changes):
-    """The robot with words of its file replaced."""
-    texts = dict(HAND.texts)
-    for before, after in changes:
-        assert before in texts[ROBOT_TEXT]
-        texts[ROBOT_TEXT] = texts[ROBOT_TEXT].replace(before, after, 1)
-    return read_robot(texts)
 
 
 @pytest.mark.slow
@@ -82,7 +74,7 @@ def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
     with pytest.raises(
         InvalidValueError, match=r"backend.grip_N = 2: must be at least [0-9.]+ for an object of 0.2 kg"
     ):
-        plan_of(config, changed(("grip_N: 10 ", "grip_N: 2 ")))
+        plan_of(config, changed_robot(HAND, ("grip_N: 10 ", "grip_N: 2 ")))
 
 
 @pytest.mark.parametrize(
@@ -96,7 +88,7 @@ def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
 )
 def test_a_hand_that_cannot_be_is_refused(change, match):
     with pytest.raises(InvalidValueError, match=match):
-        check(changed(change))
+        check(changed_robot(HAND, change))
 
 
 # --- Scenes from files in experiments: what is known of them, how they are replayed, what they yield ---

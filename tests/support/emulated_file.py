@@ -1,6 +1,15 @@
 """Robot files of emulated robots: a shipped one with texts of it replaced."""
 
-from palpate.robots.robot import robot_path
+from palpate.robots.robot import ROBOT_TEXT, read_robot, robot_path
+
+
+def changed_robot(robot, *changes, file=ROBOT_TEXT):
+    """Return the robot with words of one of its files replaced, each given as old and new."""
+    texts = dict(robot.texts)
+    for old, new in changes:
+        assert old in texts[file]
+        texts[file] = texts[file].replace(old, new, 1)
+    return read_robot(texts)
 
 
 def changed_file(folder, name, *changes):
