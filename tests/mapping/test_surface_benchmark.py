@@ -10,7 +10,7 @@ import pytest
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))
 
-from mapping_surface.shapes import SHAPES, STEP, Errors, along_path, felt  # noqa: E402
+from surface_shapes import SHAPES, STEP, Noise, along_path, felt  # noqa: E402
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
@@ -35,7 +35,7 @@ def test_noise_keeps_along_the_path_as_it_says():
 
 def test_without_errors_contacts_are_on_the_surface():
     points, normals = SHAPES[0].surface(*SHAPES[0].rows(4e-3))
-    cloud = felt(points, normals, Errors(noise=0.0, tilt=0.0), np.random.default_rng(0))
+    cloud = felt(points, normals, Noise(noise=0.0, tilt=0.0), np.random.default_rng(0))
     np.testing.assert_allclose(cloud.position, points)
     np.testing.assert_allclose(cloud.normal, normals)
 

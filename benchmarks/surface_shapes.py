@@ -1,4 +1,4 @@
-"""Surfaces known in closed form, felt along the rows of a raster by a finger that errs."""
+"""Surfaces known in closed form, touched along the rows of a raster with noise that is correlated along the path."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ class Shape:
     """A surface (u, v) -> (points, normals), scanned along u at rows of v.
 
     Attributes:
-        name: For tables.
+        name: Name in tables.
         surface: The map.
-        u: Range of a row.
-        v: Range of rows.
+        u: Range of u along a row.
+        v: Range of v over the rows.
     """
 
     name: str
@@ -65,15 +65,15 @@ def arc(points: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Errors:
-    """How a finger errs: noise keeps along the path as exp(-s / length).
+class Noise:
+    """Errors of contacts, with correlation exp(-s / length) along the path.
 
     Attributes:
-        noise: Of each coordinate of a position [m].
-        tilt: Of a normal about each tangent [rad].
-        length: [m].
-        bias: Constant, outward along the normal [m].
-        white_tilt: Whether normals err anew at every contact instead.
+        noise: Standard deviation of each coordinate of a position [m].
+        tilt: Standard deviation of a normal about each tangent [rad].
+        length: Correlation length [m].
+        bias: Constant error, outward along the normal [m].
+        white_tilt: Whether the tilts are independent from contact to contact instead.
     """
 
     noise: float = 0.03e-3
@@ -83,16 +83,16 @@ class Errors:
     white_tilt: bool = False
 
 
-def felt(points: FloatArray, normals: FloatArray, errors: Errors, rng: np.random.Generator) -> TouchCloud:
-    """Return what a finger reports of points along its path."""
+def felt(points: FloatArray, normals: FloatArray, noise: Noise, rng: np.random.Generator) -> TouchCloud:
+    """Return noisy contacts at points along a path."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    turn = rng.normal(size=points.shape) if errors.white_tilt else along_path(steps, errors.length, rng)
-    tilted = normals + errors.tilt * np.cross(turn, normals)
+    turn = rng.normal(size=points.shape) if noise.white_tilt else along_path(steps, noise.length, rng)
+    tilted = normals + noise.tilt * np.cross(turn, normals)
     tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
     n = len(points)
     return TouchCloud(
         time=np.arange(n) / RATE,
-        position=points + errors.noise * along_path(steps, errors.length, rng) + errors.bias * normals,
+        position=points + noise.noise * along_path(steps, noise.length, rng) + noise.bias * normals,
         normal=tilted,
         normal_force=np.full(n, 2.0),
         tangential_force=np.zeros((n, 3)),
