@@ -16,7 +16,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -57,15 +57,18 @@ class Limits:
     band_to_error: float = math.inf
 
 
+NO_LIMITS = Limits()
+
+
 @dataclass(frozen=True)
 class Assumption:
     """True noise, assumed noise, what learning may not change, and what is asked."""
 
     name: str
     noise: Noise
-    settings: MapSettings = MapSettings()
+    settings: MapSettings = field(default_factory=MapSettings)
     held: tuple[Parameter, ...] = ()
-    asked: Limits = Limits()
+    asked: Limits = NO_LIMITS
     rows: float = 1e-3
 
 

@@ -26,53 +26,57 @@ FLOOR = 1e-17
 COLUMNS, DOTS_PER_INCH = 3, 180
 
 
-def study_picture(study: Study) -> Picture | None:
+def study_picture(studies: Sequence[Study]) -> Picture | None:
     """Return a panel per case and quantity, both axes logarithmic; None without any error.
 
     The mark is the typical error, the line above it ends at the largest one.
     """
-    drawn = [row for row in study.rows if row.cost > 0.0 and any(map(_shown, _typical(row)))]
-    if not drawn:
-        return None
+    drawn = [row for study in studies for row in study.rows if _shown(row)]
     looks = {name: i for i, name in enumerate(dict.fromkeys(row.series or row.method for row in drawn))}
-    cost = scale_of(study.cost_unit, _middle([row.cost for row in drawn]))
-    panels = []
-    for k, (name, unit) in enumerate(study.quantities):
-        values = [max(_typical(row)[k], FLOOR) for row in drawn if _shown(_typical(row)[k])]
-        error = scale_of(unit, _middle(values)) if values else scale_of(unit, 1.0)
-        for case in dict.fromkeys(row.case for row in drawn):
-            marks: list[Mark] = []
-            for series, look in looks.items():
-                rows = [row for row in drawn if (row.case, row.series or row.method) == (case, series)]
-                rows = [row for row in rows if _shown(_typical(row)[k])]
-                marks += _marks(rows, k, cost.factor, error.factor, look, "" if panels else series)
-            axes = Axis(study.cost, cost.unit, logarithmic=True), Axis(name, error.unit, logarithmic=True)
-            panels.append(Panel(tuple(marks), *axes, title=case, height=300))
-    caption = (
-        "Cost against error, both logarithmic: lower left is better. The mark is typical, the bar the largest."
-    )
+    panels, named = list[Panel](), set[str]()
+    for study in studies:
+        rows = [row for row in study.rows if _shown(row)]
+        for k, (name, unit) in enumerate(study.quantities):
+            for case in dict.fromkeys(row.case for row in rows):
+                here = [row for row in rows if row.case == case and math.isfinite(row.errors[k].typical)]
+                cost = scale_of(study.cost_unit, _middle([row.cost for row in here]))
+                error = scale_of(unit, _middle([max(row.errors[k].typical, FLOOR) for row in here]))
+                marks: list[Mark] = []
+                for series in dict.fromkeys(row.series or row.method for row in here):
+                    some = [row for row in here if (row.series or row.method) == series]
+                    shown = "" if series in named else series
+                    marks += _marks(some, k, (cost.factor, error.factor), looks[series], shown)
+                    named.add(series)
+                axes = Axis(study.cost, cost.unit, logarithmic=True), Axis(name, error.unit, logarithmic=True)
+                panels.append(Panel(tuple(marks), *axes, title=case, height=300))
+    if not panels:
+        return None
+    caption = "Cost against error, both logarithmic: lower left is better. The bar ends at the largest error."
     columns = min(COLUMNS, len(panels))
-    return Picture(f"{study.title}: cost against error", caption, tuple(panels), columns, wide=True)
+    return Picture(f"{studies[0].title}: cost against error", caption, tuple(panels), columns, wide=True)
 
 
 def save_picture(studies: Sequence[Study], path: Path) -> None:
-    """Draw the first study that has a picture, with one legend below all panels."""
-    picture = next(drawn for study in studies if (drawn := study_picture(study)))
+    """Draw all studies, with one legend below all panels."""
+    picture = study_picture(studies)
+    if picture is None:
+        raise SystemExit("no part of this benchmark has a picture")
     with printing():
         figure = paper_figure(picture)
-        first = figure.axes[0]
-        handles, names = first.get_legend_handles_labels()
-        legend = first.get_legend()
-        assert legend is not None
-        legend.remove()
-        first.set_title(picture.panels[0].title, fontsize=8.0, loc="left")
+        handles, names = [], []
+        for axes, panel in zip(figure.axes, picture.panels, strict=True):
+            found = axes.get_legend_handles_labels()
+            handles += found[0]
+            names += found[1]
+            if (legend := axes.get_legend()) is not None:
+                legend.remove()
+            axes.set_title(panel.title, fontsize=8.0, loc="left")
         figure.legend(handles, names, loc="outside lower center", ncols=5, frameon=False)
         figure.savefig(path, dpi=DOTS_PER_INCH)
 
 
-def _marks(rows: list[Row], k: int, cost: float, error: float, look: int, name: str) -> list[Mark]:
-    if not rows:
-        return []
+def _marks(rows: list[Row], k: int, scale: tuple[float, float], look: int, name: str) -> list[Mark]:
+    cost, error = scale
     colour, symbol = SIDE_BY_SIDE[look % len(SIDE_BY_SIDE)], SYMBOLS[look % len(SYMBOLS)]
     x = cost * np.array([row.cost for row in rows])
     y = error * np.array([max(row.errors[k].typical, FLOOR) for row in rows])
@@ -111,17 +115,13 @@ def _section(study: Study) -> Section:
             cells += [quantity(error.typical, unit), quantity(error.largest, unit)]
         rows.append((*cells, row.note))
     columns = ("name", "name", *["value"] * (len(heads) - 2), "note")
-    drawn = Pictures(lambda: [study_picture(study)])
+    drawn = Pictures(lambda: [study_picture([study])])
     return Section(study.title, (Paragraph(study.about), drawn, TextTable(rows, columns, (*heads, ""))))
 
 
-def _typical(row: Row) -> tuple[float, ...]:
-    return tuple(each.typical for each in row.errors)
-
-
-def _shown(value: float) -> bool:
-    return math.isfinite(value)
+def _shown(row: Row) -> bool:
+    return row.drawn and row.cost > 0.0 and any(math.isfinite(each.typical) for each in row.errors)
 
 
 def _middle(values: Sequence[float]) -> float:
-    return float(np.exp(np.mean(np.log(values))))
+    return float(np.exp(np.mean(np.log(values)))) if values else 1.0

@@ -99,6 +99,7 @@ class Row:
         series: Rows of one series are joined by a line in the picture; the method's name if empty.
         ratio: Cost relative to the neighbour in time.
         note: Remark of the last column.
+        drawn: Whether the picture shows it.
     """
 
     case: str
@@ -108,6 +109,7 @@ class Row:
     series: str = ""
     ratio: Ratio | None = None
     note: str = ""
+    drawn: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,9 @@ def study_table(study: Study) -> Table:
     for row in study.rows:
         methods.setdefault(row.method, []).append(row)
     heads = ("method", study.cost, "ratio")
-    if len(cases) > 1 and all(len({row.cost for row in rows}) == 1 for rows in methods.values()):
+    if len(cases) > 1 and all(
+        len(rows) == len(cases) and len({row.cost for row in rows}) == 1 for rows in methods.values()
+    ):
         table = grid(study.title, *heads, *(case.replace(" ", "\n", 1) for case in cases))
         for name, rows in methods.items():
             by_case = {row.case: _errors(study, row, "\n") for row in rows}

@@ -1,4 +1,4 @@
-"""Surfaces seen from above, in closed form: curved all over, or smooth but for details that cover a given part."""
+"""Surfaces seen from above, in closed form: curved all over, or smooth with details on a given share of the field."""
 
 import math
 from collections.abc import Callable
@@ -116,11 +116,12 @@ class Detail:
     """A bump or dent, or with a length a ridge or groove with round ends.
 
     Attributes:
-        x, y: Middle [mm].
-        width: At half its height [mm].
+        x: Middle [mm].
+        y: Middle [mm].
+        width: Width at half its height [mm].
         half: Half its length, without the ends [mm].
-        direction: Of its length [rad].
-        height: Negative: dent or groove [mm].
+        direction: Direction of its length [rad].
+        height: Height; negative for a dent or groove [mm].
     """
 
     x: float
