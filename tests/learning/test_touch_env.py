@@ -457,7 +457,7 @@ def test_several_environments_at_once_are_those_of_their_seeds():
 @pytest.mark.slow
 def test_what_it_costs_is_measured_to_the_end():
     """Ratios depend on what else the machine does: they are shown, not judged."""
-    script = Path(__file__).parents[2] / "benchmarks" / "learning.py"
-    done = subprocess.run([sys.executable, str(script), "--quick"], capture_output=True, text=True, check=True)
+    costs = [sys.executable, str(Path(__file__).parents[2] / "benchmarks" / "costs"), "learning", "--quick"]
+    done = subprocess.run(costs, capture_output=True, text=True, check=True)
     for way in ("back end alone", "GuardedRobot", "TouchEnv", "a reset"):
         assert way in done.stdout

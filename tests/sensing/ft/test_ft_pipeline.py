@@ -204,7 +204,7 @@ def test_doubtful_results_do_not_get_into_a_file():
 
 @pytest.mark.slow
 def test_a_step_makes_less_than_a_hundred_calls_however_many_there_were_and_none_of_numpy():
-    """That takes some 15 us (benchmarks/loop.py), where a call of numpy alone takes one or more."""
+    """That takes some 15 us (benchmarks/costs), where a call of numpy alone takes one or more."""
     sensor, rng, calls = fingertip(8), np.random.default_rng(0), []
     pipeline = FTPipeline(sensor)
 
