@@ -172,17 +172,6 @@ def few_details(rng: np.random.Generator) -> list[Detail]:
             return found
 
 
-def details_covering(part: float, rng: np.random.Generator) -> list[Detail]:
-    """As many as it takes to cover this part of the field, drawn anew until they do within a fifth."""
-    wanted = part * (2.0 * HALF) ** 2
-    while True:
-        found: list[Detail] = []
-        while sum(d.area for d in found) < 0.8 * wanted:
-            found.append(one_detail(rng))
-        if sum(d.area for d in found) <= 1.2 * wanted:
-            return found
-
-
 # -- what is measured -------------------------------------------------------------------------------------------
 
 
@@ -220,13 +209,3 @@ FAMILIES = (
         ),
     ),
 )
-
-
-def covered(part: float) -> Family:
-    """Details that cover a part of something flat."""
-    return Family(
-        f"{100.0 * part:g} % covered",
-        True,
-        lambda r: with_details(flat, details_covering(part, r), gaussian),
-        lambda r: with_details(flat, details_covering(part, r), cosine),
-    )

@@ -6,8 +6,8 @@ period: what a control period at 1 kHz is made of, without physics; lateness: ho
 processes; recording: what a recorder and topics served to a page add to it, and megabytes per second of log;
 switching, collections: other threads and the garbage collector. simulated: the parts of a simulated period.
 learning: periods per second of an agent against the bare back end and the loop. arms: inverse velocity, its error, and
-MuJoCo's kinematics. start: start of commands against `import numpy`. batch, rollout: explorations over processes, and
-presses by MuJoCo's threads. sweep, sweep-ray: a sweep against commands of one run each, two jobs against one, and
+MuJoCo's kinematics. start: start of commands against `import numpy`. rollout: presses by
+MuJoCo's threads. sweep, sweep-ray: a sweep against commands of one run each, two jobs against one, and
 its cost against the number of runs.
 
 Alternatives take turns, so that other load hits all of them: trust ratios. Close other programs for period,

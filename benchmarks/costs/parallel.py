@@ -1,7 +1,6 @@
-"""Explorations over processes, presses by MuJoCo's threads, and sweeps."""
+"""Presses by MuJoCo's threads against back ends in processes, and sweeps."""
 
 import csv
-import hashlib
 import os
 import subprocess
 import sys
@@ -9,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,8 +18,6 @@ from harness.study import Check, Effort, Study
 from harness.tables import grid
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore import explore
-from palpate.experiments.explore.config import ExploreConfig
 from palpate.runtime.batch import quiet, results_of, run_batch
 from palpate.runtime.data import Command
 from palpate.sim import ContactLaw, MujocoBackend, Scene, SphereObject, Tip, build_scene, rollout_presses
@@ -61,49 +58,6 @@ def timed(call: Callable[[], object]) -> tuple[object, float, float]:
     began, computed = time.perf_counter(), time.process_time() + children_time()
     found = call()
     return found, time.perf_counter() - began, time.process_time() + children_time() - computed
-
-
-def digest(config: ExploreConfig) -> str:
-    """Explore; return a hash of every bit that was recorded."""
-    found, whole = explore(config), hashlib.sha256()
-    for part in (found.record, found.truth, found.cloud):
-        for field in fields(part):
-            value = getattr(part, field.name)
-            if isinstance(value, np.ndarray):
-                whole.update(field.name.encode() + np.ascontiguousarray(value).tobytes())
-    whole.update(found.set_force.tobytes() + found.point_error.tobytes())
-    return whole.hexdigest()
-
-
-def batch(effort: Effort) -> Study:
-    """Measure explorations in one and in two processes against a plain loop; all bits must agree."""
-    side, noise = (0.008 if effort.quick else 0.04), {"force_noise": 0.01, "moment_noise": 1e-4}
-    size = {"width": side, "depth": side, "spacing": 0.004}
-    configs = [
-        ExploreConfig(
-            speed=(0.02, 0.03, 0.05)[seed % 3], friction=(0.2, 0.3)[seed % 2], seed=seed, **size, **noise
-        )
-        for seed in range(effort.of(16, 4))
-    ]
-    plain = [digest(config) for config in configs]
-    table = grid(
-        f"{len(configs)} explorations", "round", "1: s", "2: s", "speed-up", "counting", "computed s", "bits"
-    )
-    ratios = []
-    for index in range(effort.of(3, 1)):
-        possible = counting_speed_up(2)
-        found = {
-            n: timed(lambda n=n: results_of(run_batch(digest, configs, n))) for n in ((1, 2), (2, 1))[index % 2]
-        }
-        same = all(results == plain for results, *_ in found.values())
-        ratios.append(found[1][1] / found[2][1] if same else np.nan)
-        computed = " / ".join(f"{found[n][2]:.1f}" for n in (1, 2))
-        seconds = (f"{found[n][1]:.1f}" for n in (1, 2))
-        cells = (f"{ratios[-1]:.2f}", f"{possible:.2f}", computed, "equal" if same else "DIFFERENT")
-        table.add_row(str(index + 1), *seconds, *cells)
-    median = float(np.median(ratios))
-    speed_up = Check("speed-up on two quiet cores", ">= 1.7", f"{median:.2f}", median >= 1.7)
-    return Study("Explorations over processes", checks=(speed_up,), tables=(table,))
 
 
 def press_scene(stiffness: float) -> Scene:
@@ -237,4 +191,4 @@ def sweeps_on_ray(effort: Effort) -> Study:
     return Study("Sweeps on ray", tables=(cost_against_runs(effort, (), "--ray", "local")[0],))
 
 
-COSTS = {"batch": batch, "rollout": rollout, "sweep": sweeps, "sweep-ray": sweeps_on_ray}
+COSTS = {"rollout": rollout, "sweep": sweeps, "sweep-ray": sweeps_on_ray}

@@ -102,17 +102,12 @@ def rounds(
 
 
 def interval(ratios: tuple[float, ...]) -> Ratio:
-    """Return the median of paired ratios and its 95 % interval."""
+    """Return the median of paired ratios and its 95 % interval; their whole range if there are fewer than six."""
     ordered, n = sorted(ratios), len(ratios)
-    rank = _rank(n)
-    return Ratio(statistics.median(ordered), ordered[rank], ordered[n - 1 - rank])
-
-
-def _rank(n: int) -> int:
-    """Largest k with P(Binomial(n, 1/2) <= k - 1) <= (1 - confidence) / 2; 0 if there is none."""
-    left, term, k = 0.0, 0.5**n, 0
-    while left + term <= (1.0 - CONFIDENCE) / 2.0:
-        left += term
+    below, term, k = 0.0, 0.5**n, 0
+    while below + term <= (1.0 - CONFIDENCE) / 2.0:  # largest k with P(Binomial(n, 1/2) < k) within one tail
+        below += term
         k += 1
         term *= (n - k + 1) / k
-    return k
+    rank = max(k - 1, 0)
+    return Ratio(statistics.median(ordered), ordered[rank], ordered[n - 1 - rank])

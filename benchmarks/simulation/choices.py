@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.compensation import SensorPayload
-from palpate.sim import Cone, Fidelity, Integrator, SeededSensor, SensorModel, Stage
+from palpate.sim import Cone, Fidelity, Integrator, SensorModel, Stage
 from palpate.sim.contact_law import pair_parameters
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.presets import ARM, EXPLORE, GRASP
@@ -96,14 +95,6 @@ def hold_choices() -> list[Choice]:
         other = replace(base, law=replace(base.law, stiffness=stiffness))
         found.append(Choice(f"{1e-3 * stiffness:g} kN/m", other, "stiffness", comparable=False))
     return found
-
-
-def sensor_choices() -> list[Choice]:
-    """Return the sensors that a stage may carry, and the lack of compensation."""
-    base = Touching()
-    found = [Choice(name, replace(base, sensor=SeededSensor(model)), name) for name, model in sensors()]
-    uncompensated = replace(base, payload=SensorPayload())
-    return [*found, Choice("weight and inertia left in", uncompensated, "weight and inertia left in")]
 
 
 def sensors() -> tuple[tuple[str, SensorModel], ...]:

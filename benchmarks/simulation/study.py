@@ -29,7 +29,6 @@ from simulation.choices import (
     Choice,
     hold_choices,
     reaches,
-    sensor_choices,
     touch_choices,
 )
 from simulation.exploring import ELLIPSOID, PERIOD, SPHERE, Exploration, Explored, Touching, explore, rms
@@ -298,7 +297,6 @@ PARTS = {
     "stage": lambda effort: choices_study("stage", touch_choices(STAGE_BASE), TOUCH_ERRORS, effort),
     "arm": lambda effort: choices_study("UR5e", touch_choices(ARM_BASE), TOUCH_ERRORS, effort),
     "hand": lambda effort: choices_study("hand", hold_choices(), HOLD_ERRORS, effort),
-    "sensors": lambda effort: choices_study("stage, by sensor", sensor_choices(), TOUCH_ERRORS, effort),
     "sensed": sensed,
     "asked": asked,
     "step": step_study,
