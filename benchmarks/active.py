@@ -2,15 +2,16 @@
 
     python benchmarks/active.py [report | tuning ...] [--quick] [--seed N] [--picture FILE]
 
-Pure geometry in millimetres: contacts at 500 Hz and 20 mm/s on 60 x 60 mm seen from above, position noise of 0.03 mm
-correlated over 1 mm of path, normals off by 0.5 degrees. Both explorations feed the same map (a smoothing spline
-through heights and slopes, smoothness by maximum likelihood) and stop by the same rule: true RMS error below 0.02 mm,
-or largest below 0.1 mm. Rasters of 2 to 41 rows are tried; the shortest path that meets the rule is the best one.
-The path of the active exploration includes what lies between its strokes.
+Pure geometry in millimetres: contacts at 500 Hz and 20 mm/s on 60 x 60 mm seen from above, position noise of 0.03
+mm correlated over 1 mm of path, normals off by 0.5 degrees. Both explorations feed the same map (a smoothing
+spline through heights and slopes, smoothness by maximum likelihood) and stop by the same rule: true RMS error
+below 0.02 mm, or largest below 0.1 mm. Rasters of 2 to 41 rows are tried; the shortest path that meets the rule is
+the best one. The path of the active exploration includes what lies between its strokes.
 
-Detail is local on something flat or gently curved with 1 to 4 bumps, dents, ridges or grooves, 2 to 8 mm wide at half
-height and 0.1 to 0.4 of that high, which together cover at most 5 % of the field. report: held-out shapes and seeds
-(2000 + N on). tuning: the shapes and seeds that the settings were chosen with. --picture draws one shape, the path over it and the errors.
+Detail is local on something flat or gently curved with 1 to 4 bumps, dents, ridges or grooves, 2 to 8 mm wide at
+half height and 0.1 to 0.4 of that high, which together cover at most 5 % of the field. report: held-out shapes and
+seeds (2000 + N on). tuning: the shapes and seeds that the settings were chosen with. --picture draws one shape,
+the path over it and the errors.
 """
 
 import math

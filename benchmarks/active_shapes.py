@@ -1,4 +1,5 @@
-"""Surfaces seen from above, in closed form: curved all over, or smooth with details on a given share of the field."""
+"""Surfaces seen from above, in closed form: curved all over, or smooth with details on a given share of the
+field."""
 
 import math
 from collections.abc import Callable

@@ -4,8 +4,9 @@
 
 The error is that of the centroid relative to its true length, against a reference in 180 digits: median, largest,
 share without an answer or wrong by more than 1e-6. Times stand between two measurements of their neighbour: for a
-batch a copy of as many bytes as palpate's answer (121 per contact: 15 float64 and a status) into equally fresh memory,
-for a single call palpate's `contact_from_wrench`. The other methods return the centroid alone. About one minute.
+batch a copy of as many bytes as palpate's answer (121 per contact: 15 float64 and a status) into equally fresh
+memory, for a single call palpate's `contact_from_wrench`. The other methods return the centroid alone. About one
+minute.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -30,7 +31,8 @@ SEMI_AXES = np.array([0.010, 0.012, 0.020])
 
 BYTES = 15 * 8 + 1
 CONTACTS, QUICK_CONTACTS = 1_000_000, 300_000
-"""Contacts in the timed batch. Its answer must exceed 32 MB, up to which the C library keeps memory for the next."""
+"""Contacts in the timed batch. Its answer must exceed 32 MB, up to which the C library keeps memory for the
+next."""
 
 ROUNDS = 15
 

@@ -1,8 +1,8 @@
 """Ways from wrenches to contact centroids on an ellipsoid: palpate, closed forms in numpy, and iterations.
 
-Equations are those of Bicchi 1990, "Intrinsic contact sensing for soft fingers", with the errata that the print needs.
-The surface is |A c| = R with A = diag(R / semi-axis). A method's `prepare` takes the semi-axes (3,) [m] and returns
-wrenches (n, 6) -> centroids (n, 3); the wrench is exerted by the object on the finger [N, N m].
+Equations are those of Bicchi 1990, "Intrinsic contact sensing for soft fingers", with the errata that the print
+needs. The surface is |A c| = R with A = diag(R / semi-axis). A method's `prepare` takes the semi-axes (3,) [m] and
+returns wrenches (n, 6) -> centroids (n, 3); the wrench is exerted by the object on the finger [N, N m].
 """
 
 from collections.abc import Callable

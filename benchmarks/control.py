@@ -4,10 +4,10 @@
 
 sweeps: noise of a Nano17-class sensor (white, 3.1 mN and 0.016 mNm), 2 N, 1 kHz, mu 0.3, 20 kN/m and a path's
 acceleration of 0.1 m/s^2 unless stated; forces are the simulation's own. "Identified": pressed on a plate of that
-stiffness first, with the law that this gives. Moving surfaces get 0.8 s after landing. "Stated" is the bound on the
-landing's peak that `LandingModel` gives beforehand; "as computed" the landing speed that keeps the peak to the set
-force and 1 N, but 5 mm/s at most. moving: a force held on a surface that goes up and down, the faster the harder.
---quick takes the stage alone.
+stiffness first, with the law that this gives. Moving surfaces get 0.8 s after landing. "Stated" is the bound on
+the landing's peak that `LandingModel` gives beforehand; "as computed" the landing speed that keeps the peak to the
+set force and 1 N, but 5 mm/s at most. moving: a force held on a surface that goes up and down, the faster the
+harder. --quick takes the stage alone.
 """
 
 import math
@@ -125,7 +125,8 @@ def turning(rate: float) -> MovingTarget:
 
 
 def cases(arm: bool) -> list[Case]:
-    """Return landings, sweeps and misjudged plates on the stage, or on the arm with the law that was identified."""
+    """Return landings, sweeps and misjudged plates on the stage, or on the arm with the law that was
+    identified."""
     ball, egg = SphereObject(0.04), EllipsoidObject()
     soft, hard, stiff = (ContactLaw(stiffness=stiffness) for stiffness in (1e3, 100e3, 200e3))
     short, hill = Raster(0.004, 0.002, 0.002), Raster(0.04, 0.008, 0.008, (0.0, 0.015))
@@ -316,8 +317,8 @@ def moving(effort: Effort) -> Study:
             errors = Errors.of(error.tolist() or [math.nan], rms=True)
             rows.append(Row("sine of 10 mm", f"{name}, {1e3 * speed:g} mm/s", speed, (errors,), name, note=note))
     about = (
-        "2 N on a plate that goes up and down by 10 mm as a sine, in simulation, with the noise of a Nano17 (3.1 mN). "
-        "The error is that of the true force, root mean square and largest, half a second after landing has settled."
+        "2 N on a plate that goes up and down by 10 mm as a sine, in simulation, noise of a Nano17 (3.1 mN). "
+        "The error is that of the true force, root mean square and largest, from 0.5 s after landing."
     )
     quantities = (("error of the true force", "N"),)
     return Study("A force on a moving surface", about, "largest surface speed", "m/s", quantities, tuple(rows))

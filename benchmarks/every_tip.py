@@ -44,7 +44,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 Rng = np.random.Generator
 LONG = np.longdouble
 SEAM_OFFSETS = (0.0, 1e-13, -1e-13, 1e-10, -1e-10)
-"""Offsets of contacts near a seam, relative to the size of the tip: below, at and above what float64 resolves there."""
+"""Offsets of contacts near a seam, relative to the size of the tip: below, at and above what float64 resolves
+there."""
 
 CONDITION = 1e3
 """Contacts of general quadrics beyond this condition number are not held to the limit."""

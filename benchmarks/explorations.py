@@ -2,10 +2,11 @@
 
     python benchmarks/explorations.py [sensors | coarse | arms | tips | objects ...] [--quick]
 
-sensors: each imperfection of a Nano17 alone, then all of them. coarse: wrist sensors, and noise at the limit of what
-is accepted. arms: beside the UR5e. tips: every kind of fingertip, the map beside the sphere's (at most 1.3 times).
-objects: shapes and noise on the stage. Errors are those of the true normal force, of the points against the true
-surface, and of the map; typical is the median over specimens. The cost is computing time per simulated second.
+sensors: each imperfection of a Nano17 alone, then all of them. coarse: wrist sensors, and noise at the limit of
+what is accepted. arms: beside the UR5e. tips: every kind of fingertip, the map beside the sphere's (at most 1.3
+times). objects: shapes and noise on the stage. Errors are those of the true normal force, of the points against
+the true surface, and of the map; typical is the median over specimens. The cost is computing time per simulated
+second.
 """
 
 import statistics

@@ -44,7 +44,8 @@ BLOCK = re.compile(r"(<!-- figures: (\w+) -->\n).*?(<!-- end of figures -->)", r
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A measured figure: name in the tables, value, unit ("" for a ratio), what was asked ("": nothing), meaning."""
+    """A measured figure: name in the tables, value, unit ("" for a ratio), what was asked ("": nothing),
+    meaning."""
 
     name: str
     value: float
@@ -112,7 +113,8 @@ def history(path: Path = HISTORY) -> list[dict[str, str]]:
 
 CASES, BATCH, ROUNDS = 300, 1_000_000, 9
 SECONDS, TRIES = 10.0, 3
-"""Duration of the paced loop [s]; tries of a simulated run, of which the fastest counts: other load only slows it."""
+"""Duration of the paced loop [s]; tries of a simulated run, of which the fastest counts: other load only slows
+it."""
 
 EXPLORED = pp.ExploreConfig(spacing=0.004)
 FACTORS = pp.ExploreConfig(object="sphere", force=2.0, speed=0.05, width=0.02, depth=0.02, force_noise=0.01)

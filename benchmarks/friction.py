@@ -2,15 +2,15 @@
 
     python benchmarks/friction.py [touch | slip | exponents | ways ...] [--quick] [--seed N]
 
-touch: runs in MuJoCo on a stage that turns: a plate of unknown mu (0.1 to 1.2) and e (1 to 8 mm), pressed with 1 to
-5 N so that mu e f_n >= 0.3 mN m; one stroke there and back, two twists there and back, 0.5 s each; white noise of 10 mN
-and 0.1 mN m at 500 Hz, zeros that drift by 1 mN/s and 0.01 mN m/s. In half of the figures the assumed normal is off
-by 2 degrees, and the sensor's origin by 0.5 mm, in random directions. slip: elastic surfaces that never slip, in
-closed form with the same noise, and on the friction plant. exponents: from 18 slips there and back, planned with e
-known within 15 %, loads by the plant's law with 3 % scatter; and on the plant in MuJoCo, where the sensor's zero,
-measured in free air before and after, is taken off: over 40 s it drifts by 40 mN, with 20 mm from sensor to contact
-0.5 mN m of a spin torque of 2. ways: ways to rub a surface, by the time that they take.
-Shares come with their 95 % interval (Clopper & Pearson 1934).
+touch: runs in MuJoCo on a stage that turns: a plate of unknown mu (0.1 to 1.2) and e (1 to 8 mm), pressed with 1
+to 5 N so that mu e f_n >= 0.3 mN m; one stroke there and back, two twists there and back, 0.5 s each; white noise
+of 10 mN and 0.1 mN m at 500 Hz, zeros that drift by 1 mN/s and 0.01 mN m/s. In half of the figures the assumed
+normal is off by 2 degrees, and the sensor's origin by 0.5 mm, in random directions. slip: elastic surfaces that
+never slip, in closed form with the same noise, and on the friction plant. exponents: from 18 slips there and back,
+planned with e known within 15 %, loads by the plant's law with 3 % scatter; and on the plant in MuJoCo, where the
+sensor's zero, measured in free air before and after, is taken off: over 40 s it drifts by 40 mN, with 20 mm from
+sensor to contact 0.5 mN m of a spin torque of 2. ways: ways to rub a surface, by the time that they take. Shares
+come with their 95 % interval (Clopper & Pearson 1934).
 """
 
 import math
@@ -50,7 +50,8 @@ def log_uniform(rng: Rng, low: float, high: float) -> float:
 
 
 def accuracy(name: str, limit: float, unit: float, errors: Sequence[float], held: Sequence[bool]) -> list[Check]:
-    """Return the checks of an estimate: errors within a limit in 95 % of the runs, and coverage of its interval."""
+    """Return the checks of an estimate: errors within a limit in 95 % of the runs, and coverage of its
+    interval."""
     sizes, n = np.abs(errors), len(errors)
     good, inside = int(np.count_nonzero(sizes <= limit)), int(np.count_nonzero(held))
     spread = ", ".join(f"{each / unit:.3g}" for each in np.nanquantile(sizes, (0.5, 0.95, 1.0)))
@@ -302,7 +303,7 @@ def ways(effort: Effort) -> Study:
         note = f"{sum(inside)} of {len(inside)} intervals hold mu"
         rows.append(Row("rubber on a plate", name, float(np.median(times)), errors, "rubbing", note=note))
     about = (
-        "A rubber fingertip on a plate in simulation (mu 0.3, 0.5 and 0.8, e 3 mm), sensor noise of 10 mN and 0.1 mN m. "
+        "A rubber fingertip on a plate in simulation (mu 0.3, 0.5 and 0.8, e 3 mm), noise of 10 mN and 0.1 mN m. "
         "The cost is the time of rubbing. Errors are relative, root mean square and largest over plates and seeds."
     )
     return Study("Ways to rub a surface", about, "time of rubbing", "s", (("mu", ""), ("e", "")), tuple(rows))

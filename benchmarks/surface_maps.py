@@ -6,8 +6,8 @@ map: surfaces in closed form, touched along a raster at 20 mm/s and 500 Hz, with
 path. Asked: RMS below 0.01 mm without noise, 0.012 mm and at most 0.05 mm with it, 90 to 99 % of errors inside the
 95 % band, a median band of at most 1.5 x the error under a bias. Five seeds from --seed on (0 to 4 were used while
 the map was written); worst of them. cost: processor seconds against contacts; asked at 100000 contacts: 5 s to
-build, 50 ms for 100 more, 3 s for a mesh, 400 MB. sphere: radius from contacts on a cap. choice: which shape explains
-the contacts. --picture draws error and standard deviation of the maps of bumps and a torus.
+build, 50 ms for 100 more, 3 s for a mesh, 400 MB. sphere: radius from contacts on a cap. choice: which shape
+explains the contacts. --picture draws error and standard deviation of the maps of bumps and a torus.
 
 Set OMP_NUM_THREADS=1: matrices of 200 rows gain nothing from threads and lose much where cores are shared.
 """
@@ -154,7 +154,8 @@ def map_study(effort: Effort) -> Study:
             inside = [each.inside for each in found]
             note = (
                 f"{min(inside):.3f} - {max(inside):.3f} inside, band/error "
-                f"{max(each.band_to_error for each in found):.2f}, observed {min(each.observed for each in found):.3f}"
+                f"{max(each.band_to_error for each in found):.2f}, "
+                f"observed {min(each.observed for each in found):.3f}"
             )
             errors = Errors(1e-3 * max(each.rms for each in found), 1e-3 * max(each.largest for each in found))
             rows.append(
@@ -304,8 +305,8 @@ def sphere_study(effort: Effort) -> Study:
             time_, ratio = timed[method.name].least, timed[method.name].ratio
             rows.append(Row(case.name, method.name, time_, (errors,), ratio=ratio))
     about = (
-        f"{POINTS} contacts on a cap of a sphere of {1e3 * RADIUS:g} mm radius, independent noise of {1e3 * NOISE:g} "
-        "mm and half a degree. The error is that of the radius, root mean square and largest over the seeds."
+        f"{POINTS} contacts on a cap of a sphere of {1e3 * RADIUS:g} mm radius, independent noise of "
+        f"{1e3 * NOISE:g} mm and half a degree. The error is that of the radius, root mean square and largest over the seeds."
     )
     return Study(
         "A sphere from a cap of it", about, "time per fit", "s", (("error of the radius", "m"),), tuple(rows)

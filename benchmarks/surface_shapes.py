@@ -1,4 +1,5 @@
-"""Surfaces known in closed form, touched along the rows of a raster with noise that is correlated along the path."""
+"""Surfaces known in closed form, touched along the rows of a raster with noise that is correlated along the
+path."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

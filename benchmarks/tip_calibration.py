@@ -2,10 +2,10 @@
 
     python benchmarks/tip_calibration.py [coverage | map ...] [--quick] [--picture docs/tip_calibration.png]
 
-coverage: tips typed wrong (size 5 %, centre 1 mm, tilt 3 degrees, stiffness twice or half) are touched 60 times, by
-geometry solved in another way than the estimator's, with noise and cross-talk of a Nano17 and of a wrist sensor.
-map: an ellipsoid is explored in MuJoCo with a tip typed
-wrong, the calibrated one, and the true one; --picture draws these maps.
+coverage: tips typed wrong (size 5 %, centre 1 mm, tilt 3 degrees, stiffness twice or half) are touched 60 times,
+by geometry solved in another way than the estimator's, with noise and cross-talk of a Nano17 and of a wrist
+sensor. map: an ellipsoid is explored in MuJoCo with a tip typed wrong, the calibrated one, and the true one;
+--picture draws these maps.
 """
 
 import os
@@ -63,7 +63,8 @@ CASES = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """One calibration: errors of sizes and centre [m], tilt [rad], stiffness; what its intervals cover; its verdict."""
+    """One calibration: errors of sizes and centre [m], tilt [rad], stiffness; what its intervals cover; its
+    verdict."""
 
     length: FloatArray
     tilt: float

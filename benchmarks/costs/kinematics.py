@@ -43,9 +43,9 @@ def calls(model: ArmModel) -> dict[str, Timed]:
 def errors(model: ArmModel, postures: int) -> tuple[str, str, str]:
     """Return results beyond a limit, share away from singularities, and the largest error there.
 
-    A quarter of the random postures has a joint at the end of its range, a quarter has a joint straight. The error is
-    that of MuJoCo's forward kinematics after one period of 1 ms at 50 mm/s; away from singularities means a smallest
-    singular value of at least the threshold.
+    A quarter of the random postures has a joint at the end of its range, a quarter has a joint straight. The error
+    is that of MuJoCo's forward kinematics after one period of 1 ms at 50 mm/s; away from singularities means a
+    smallest singular value of at least the threshold.
     """
     inverse = InverseVelocity(ArmKinematics(model.arm), home=model.home)
     compiled, rng = model.spec.compile(), np.random.default_rng(0)

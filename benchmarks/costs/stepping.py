@@ -72,7 +72,8 @@ class Resumed(WrappedBackend):
 
 @dataclass
 class Landed:
-    """A world in which the tip touches the object; `land` builds it anew, on a stage with a Nano17 over a sphere."""
+    """A world in which the tip touches the object; `land` builds it anew, on a stage with a Nano17 over a
+    sphere."""
 
     world: World
     robot: GuardedRobot

@@ -1,4 +1,5 @@
-"""Harness of all benchmarks of speed against error: methods x cases x judge, timing, tables, pictures, command line.
+"""Harness of all benchmarks of speed against error: methods x cases x judge, timing, tables, pictures, command
+line.
 
 A family (`contact.py`, `surface_maps.py`, ...) states its methods, its cases with known truth and its judge, and
 returns a `Study`. `harness.command.run` makes the table, the picture and the CSV file of it.

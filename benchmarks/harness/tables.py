@@ -29,7 +29,8 @@ def grid(title: str, *headings: str, rows: Iterable[Sequence[object]] = ()) -> T
 
 
 def study_table(study: Study) -> Table:
-    """Return rows of methods: columns of cases if a method costs the same in all cases, a row per case otherwise."""
+    """Return rows of methods: columns of cases if a method costs the same in all cases, a row per case
+    otherwise."""
     cases = list(dict.fromkeys(row.case for row in study.rows))
     methods: dict[str, list[Row]] = {}
     for row in study.rows:

@@ -2,11 +2,11 @@
 
     python benchmarks/simulation [stage | arm | hand | sensed | asked | step ...] [--quick]
 
-stage, arm, hand: integrator and time step, cone, impedance, impratio, stiffness, friction plant and collisions around
-the presets of palpate.sim.presets; processor time of a control period at 1 kHz, all choices in turns, and whether the
-preset lies on the front of speed and error. sensed: contacts sensed
-on a turning plate. asked: what the presets keep. step: a force held on a moving surface, by time step.
-About three minutes on a quiet core. Ends with 1 if a preset is beaten or a figure is missed.
+stage, arm, hand: integrator and time step, cone, impedance, impratio, stiffness, friction plant and collisions
+around the presets of palpate.sim.presets; processor time of a control period at 1 kHz, all choices in turns, and
+whether the preset lies on the front of speed and error. sensed: contacts sensed on a turning plate. asked: what
+the presets keep. step: a force held on a moving surface, by time step. About three minutes on a quiet core. Ends
+with 1 if a preset is beaten or a figure is missed.
 """
 
 import sys

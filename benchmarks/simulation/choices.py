@@ -41,7 +41,8 @@ REACH_STIFFNESS = 100e3
 """[N/m] A stiff fingertip, which a scene for touching must allow without another time step."""
 
 REACH_FRICTIONS, REACH_FORCE, REACH_MASS = (0.05, 1.0), 0.5, 2.0
-"""Friction from wet to rubber, from half a newton on, on a stage of 2 kg, which it must allow as well [-, N, kg]."""
+"""Friction from wet to rubber, from half a newton on, on a stage of 2 kg, which it must allow as well [-, N,
+kg]."""
 
 
 def common_choices(base: Touching | Holding, steps: Sequence[float], impedances: Sequence[float]) -> list[Choice]:

@@ -40,7 +40,8 @@ SCAN, PERIODS, STEPS = 800, 100, 300
 """Periods after which an exploration scans, periods of one measurement, and MuJoCo's steps of one."""
 
 RESOLUTION, SAME = 0.05, 1e-9
-"""Relative differences of times and errors that do not count, and up to which errors are those of the same path."""
+"""Relative differences of times and errors that do not count, and up to which errors are those of the same
+path."""
 
 SPEEDS = (0.02, 0.05, 0.1)  # [m/s]
 LIFT_FRICTIONS, LIFT_FORCES = (0.05, 0.3, 1.0), (0.5, 2.0, 5.0)
@@ -126,8 +127,8 @@ def choices_study(
         got = f"beaten by {', '.join(beaten)}" if beaten else "on it"
         checks.append(Check(f"preset, {scene}", "on the front of speed and error", got, not beaten))
     about = (
-        "Processor time of a whole control period, ratio to the preset in the same rounds. Forces and points against "
-        "the simulation's truth, RMS over scans at 2 N; a box of 0.2 kg held with 4 N. Remarks: what the scene cannot "
+        "Processor time of a whole control period, ratio to the preset by rounds. Forces and points against "
+        "the simulation's truth, RMS over scans at 2 N; a box of 0.2 kg held with 4 N. Remarks: what a scene cannot "
         "be built for without another time step; such choices do not compete with the preset."
     )
     return Study(f"Simulation, {scene}", about, "time per period", "s", quantities, tuple(rows), tuple(checks))
@@ -226,7 +227,8 @@ def lift_off(speeds: Sequence[float]) -> list[str]:
 
 
 def collisions(name: str, way: Touching | Holding, effort: Effort) -> Check:
-    """Compare a scene in which every shape may hit every other with the preset: time of MuJoCo's step, and errors."""
+    """Compare a scene in which every shape may hit every other with the preset: time of MuJoCo's step, and
+    errors."""
     both = way, replace(way, every_collision=True)
     runs = {}
     for each in both:
@@ -239,7 +241,8 @@ def collisions(name: str, way: Touching | Holding, effort: Effort) -> Check:
     ratio = rounds(runs, effort.of(60, 21))[True].ratio
     preset, other = (errors_of(each, Effort(quick=True))[0] for each in both)
     truer = any(a < b * (1.0 - SAME) for a, b in zip(other, preset, strict=True))
-    got = f"{ratio.median:.3f} ({ratio.low:.3f} to {ratio.high:.3f}) of its time, errors {'less' if truer else 'no less'}"
+    errors = "less" if truer else "no less"
+    got = f"{ratio.median:.3f} ({ratio.low:.3f} to {ratio.high:.3f}) of its time, errors {errors}"
     kept = ratio.high >= 1.0 and not truer
     return Check(f"{name}, every collision on", "never faster nor more accurate", got, kept)
 
@@ -285,9 +288,9 @@ def step_study(effort: Effort) -> Study:
             Row("moving surface", f"{1e3 * step:g} ms", float(np.median(costs[step])), (error,), "time step")
         )
     about = (
-        "2 N on a plate that goes up and down with 20 mm/s while the tip goes round on it, control at 1 kHz, contact "
-        "of 4 kN/m. The cost is that of one control period with all of sensing and control. The error is the distance "
-        "of the true force, period by period, from that of the same run in steps of 1/16 ms."
+        "2 N on a plate that goes up and down with 20 mm/s while the tip goes round on it, control at 1 kHz, "
+        "contact of 4 kN/m. The cost is that of one control period with all of sensing and control. The error is the "
+        "distance of the true force, period by period, from that of the same run in steps of 1/16 ms."
     )
     quantities = (("error of the true force", "N"),)
     return Study("Time step of a simulation", about, "time per control period", "s", quantities, tuple(rows))
