@@ -8,6 +8,7 @@ that was not among them, each by Student's t of its printed standard error.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri, stdtr
@@ -99,31 +100,19 @@ def nothing(bench: Bench) -> None:
     """Leave all as assumed."""
 
 
-def noted(change: Callable[[Bench], Rows]) -> Change:
+def noted(change: Callable[[Bench], Rows], bench: Bench) -> None:
     """Return a change of the loads as they are noted."""
-
-    def changed(bench: Bench) -> None:
-        bench.known = change(bench)
-
-    return changed
+    bench.known = change(bench)
 
 
-def read(change: Callable[[Bench], Rows]) -> Change:
+def read(change: Callable[[Bench], Rows], bench: Bench) -> None:
     """Return a change of the readings."""
-
-    def changed(bench: Bench) -> None:
-        bench.raw = change(bench)
-
-    return changed
+    bench.raw = change(bench)
 
 
-def one_wrong(factor: float) -> Change:
+def one_wrong(factor: float, bench: Bench) -> None:
     """Return one load that is noted wrongly."""
-
-    def change(bench: Bench) -> None:
-        bench.known[bench.rng.integers(len(bench.known))] *= factor
-
-    return change
+    bench.known[bench.rng.integers(len(bench.known))] *= factor
 
 
 def heaviest_wrong(bench: Bench) -> None:
@@ -175,47 +164,40 @@ def with_hysteresis(bench: Bench) -> Rows:
     return bench.raw + 0.01 * before @ bench.sensitivity.T
 
 
+def pull_stronger(bench: Bench) -> Rows:
+    """Return readings in which pull along z counts 5 % more than push."""
+    return bench.raw + 0.05 * np.outer(np.maximum(bench.loads[:, 2], 0.0), bench.sensitivity[:, 2])
+
+
 def one_dead(bench: Bench) -> Rows:
     """Return readings of which one channel shows noise alone."""
     noise = NOISE * bench.rng.normal(size=(len(bench.raw), 1))
     return np.where(np.arange(CHANNELS) == bench.rng.integers(CHANNELS), noise, bench.raw)
 
 
-def drift(shape: Callable[[Rng, int], Rows], amount: float) -> Change:
+def drift(shape: Callable[[Rng, int], Rows], amount: float, bench: Bench) -> None:
     """Return a zero that moves, by `amount` of the range."""
-
-    def change(bench: Bench) -> None:
-        course = shape(bench.rng, len(bench.raw))[:, None]
-        bench.raw += amount * course / np.ptp(course) * bench.rng.normal(size=bench.raw.shape[1])
-
-    return change
+    course = shape(bench.rng, len(bench.raw))[:, None]
+    bench.raw += amount * course / np.ptp(course) * bench.rng.normal(size=bench.raw.shape[1])
 
 
-def curved(amount: float, power: int, *, alike: bool = True) -> Change:
+def curved(amount: float, power: int, bench: Bench, alike: bool = True) -> None:
     """Return channels that are not linear, by `amount` at the largest reading."""
-
-    def change(bench: Bench) -> None:
-        scale = np.abs(bench.raw).max()
-        size = 1.0 if alike else bench.rng.normal(size=bench.raw.shape[1])
-        bench.bend = lambda raw: raw + size * amount * scale * (raw / scale) ** power
-
-    return change
+    scale = np.abs(bench.raw).max()
+    size = 1.0 if alike else bench.rng.normal(size=bench.raw.shape[1])
+    bench.bend = lambda raw: raw + size * amount * scale * (raw / scale) ** power
 
 
-def crossed(amount: float) -> Change:
+def crossed(amount: float, bench: Bench) -> None:
     """Return two channels that show a product of two others, by `amount` at the largest reading."""
-
-    def change(bench: Bench) -> None:
-        scale = np.abs(bench.raw).max()
-        a, b, c, d = bench.rng.permutation(bench.raw.shape[1])[:4]
-        bench.bend = lambda raw: (
-            raw
-            + amount
-            / scale
-            * np.eye(raw.shape[-1])[[a, b]].T.dot(np.array([raw[..., b] * raw[..., c], raw[..., d] ** 2])).T
-        )
-
-    return change
+    scale = np.abs(bench.raw).max()
+    a, b, c, d = bench.rng.permutation(bench.raw.shape[1])[:4]
+    bench.bend = lambda raw: (
+        raw
+        + amount
+        / scale
+        * np.eye(raw.shape[-1])[[a, b]].T.dot(np.array([raw[..., b] * raw[..., c], raw[..., d] ** 2])).T
+    )
 
 
 def calibrated(seed: int, change: Change, loads_of: Callable[[Rng, int], Rows], count: int, channels: int) -> Run:
@@ -283,55 +265,58 @@ STUDY = Study(
         case("three loads alone twist", loads=few_twists),
         case("loads of 2 % of the range", loads=small),
         case("loads that grow in time", loads=growing),
-        case("loads that grow in time, drift of 1 %", drift(COURSES["linear"], 0.01), loads=growing),
-        case("one load 10 % off", one_wrong(1.1)),
-        case("one load 3 % off", one_wrong(1.03)),
-        case("one load of the other sign", one_wrong(-1.0)),
-        case("one load 10 % off, 16 loads", one_wrong(1.1), count=16),
+        case("loads that grow in time, drift of 1 %", partial(drift, COURSES["linear"], 0.01), loads=growing),
+        case("one load 10 % off", partial(one_wrong, 1.1)),
+        case("one load 3 % off", partial(one_wrong, 1.03)),
+        case("one load of the other sign", partial(one_wrong, -1.0)),
+        case("one load 10 % off, 16 loads", partial(one_wrong, 1.1), count=16),
         case("the load that counts most is off", heaviest_wrong),
         case("the load that counts most is off, 24 loads", heaviest_wrong, count=24),
         case("the load that counts most is off, 16 loads", heaviest_wrong, count=16),
         case("three alone twist, one is off", heaviest_wrong, loads=few_twists),
         case("three loads off", some_wrong),
         case("a weight 2 % off", wrong_weight),
-        case("all channels saturate", read(saturated)),
-        case("one channel saturates", read(one_saturated)),
-        case("x and y of forces swapped", noted(lambda b: b.known[:, [1, 0, 2, 3, 4, 5]])),
+        case("all channels saturate", partial(read, saturated)),
+        case("one channel saturates", partial(read, one_saturated)),
+        case("x and y of forces swapped", partial(noted, lambda b: b.known[:, [1, 0, 2, 3, 4, 5]])),
         case("x and y swapped in half", swapped_in_half),
-        case("sign of My", noted(lambda b: b.known * [1.0, 1.0, 1.0, 1.0, -1.0, 1.0])),
-        case("moments in mN m", noted(lambda b: b.known * MILLI)),
-        case("moments in kN m", noted(lambda b: b.known / MILLI)),
+        case("sign of My", partial(noted, lambda b: b.known * [1.0, 1.0, 1.0, 1.0, -1.0, 1.0])),
+        case("moments in mN m", partial(noted, lambda b: b.known * MILLI)),
+        case("moments in kN m", partial(noted, lambda b: b.known / MILLI)),
         case("some moments in mN m", some_in_millis),
-        case("loads one line off", noted(lambda b: np.roll(b.known, 1, axis=0))),
-        case("drift of 0.5 %", drift(COURSES["linear"], 0.005)),
-        case("drift of 2 %", drift(COURSES["linear"], 0.02)),
-        case("walk of 1 %", drift(COURSES["walk"], 0.01)),
-        case("step of 1 %", drift(COURSES["step"], 0.01)),
-        case("temperature, 1 %", drift(COURSES["temperature"], 0.01)),
+        case("loads one line off", partial(noted, lambda b: np.roll(b.known, 1, axis=0))),
+        case("drift of 0.5 %", partial(drift, COURSES["linear"], 0.005)),
+        case("drift of 2 %", partial(drift, COURSES["linear"], 0.02)),
+        case("walk of 1 %", partial(drift, COURSES["walk"], 0.01)),
+        case("step of 1 %", partial(drift, COURSES["step"], 0.01)),
+        case("temperature, 1 %", partial(drift, COURSES["temperature"], 0.01)),
         case(
             "sensitivity drifts by 6 %",
-            read(lambda b: b.raw + 0.03 * np.linspace(-1.0, 1.0, len(b.raw))[:, None] * b.response),
+            partial(read, lambda b: b.raw + 0.03 * np.linspace(-1.0, 1.0, len(b.raw))[:, None] * b.response),
         ),
-        case("1 % of the load before", read(with_hysteresis)),
-        case("cubic, 1 %", curved(0.01, 3)),
-        case("cubic, 1 %, channels differ", curved(0.01, 3, alike=False)),
-        case("cubic, 3 %, channels differ", curved(0.03, 3, alike=False)),
-        case("cubic, 5 %", curved(0.05, 3)),
-        case("square, 2 %", curved(0.02, 2)),
-        case("square, 2 %, channels differ", curved(0.02, 2, alike=False)),
-        case("products of channels, 2 %", crossed(0.02)),
-        case("products of channels, 5 %", crossed(0.05)),
-        case("products of channels, 5 %, eight channels", crossed(0.05), channels=8),
+        case("1 % of the load before", partial(read, with_hysteresis)),
+        case("cubic, 1 %", partial(curved, 0.01, 3)),
+        case("cubic, 1 %, channels differ", partial(curved, 0.01, 3, alike=False)),
+        case("cubic, 3 %, channels differ", partial(curved, 0.03, 3, alike=False)),
+        case("cubic, 5 %", partial(curved, 0.05, 3)),
+        case("square, 2 %", partial(curved, 0.02, 2)),
+        case("square, 2 %, channels differ", partial(curved, 0.02, 2, alike=False)),
+        case("products of channels, 2 %", partial(crossed, 0.02)),
+        case("products of channels, 5 %", partial(crossed, 0.05)),
+        case("products of channels, 5 %, eight channels", partial(crossed, 0.05), channels=8),
         case(
             "pull 5 % more than push",
-            read(lambda b: b.raw + 0.05 * np.outer(np.maximum(b.loads[:, 2], 0.0), b.sensitivity[:, 2])),
+            partial(read, pull_stronger),
         ),
-        case("heavy tails", read(lambda b: b.raw + NOISE * b.rng.standard_t(2.0, b.raw.shape))),
+        case("heavy tails", partial(read, lambda b: b.raw + NOISE * b.rng.standard_t(2.0, b.raw.shape))),
         case(
             "noise grows with the load",
-            read(lambda b: b.raw + 5e-3 * b.size * b.rng.normal(size=b.raw.shape)),
+            partial(read, lambda b: b.raw + 5e-3 * b.size * b.rng.normal(size=b.raw.shape)),
         ),
-        case("loads known to 0.3 %", noted(lambda b: b.known * (1.0 + 3e-3 * b.rng.normal(size=b.known.shape)))),
-        case("a dead channel", read(one_dead)),
+        case(
+            "loads known to 0.3 %",
+            partial(noted, lambda b: b.known * (1.0 + 3e-3 * b.rng.normal(size=b.known.shape))),
+        ),
+        case("a dead channel", partial(read, one_dead)),
     ),
 )
