@@ -85,7 +85,7 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python tests/reference/worst.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/every_tip.py
-	$(BIN)/python benchmarks/explorations.py sensors objects
+	$(BIN)/python benchmarks/explorations.py sensors
 	$(BIN)/python benchmarks/surface_maps.py cost choice
 	$(BIN)/python benchmarks/simulation
 	$(BIN)/python benchmarks/grasp.py

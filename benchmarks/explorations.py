@@ -1,6 +1,6 @@
-"""Force and points of explorations in simulation, by sensor, arm, fingertip and object.
+"""Force and points of explorations in simulation, by sensor, arm and fingertip.
 
-    python benchmarks/explorations.py [sensors | coarse | arms | tips | objects ...] [--quick]
+    python benchmarks/explorations.py [sensors | coarse | arms | tips ...] [--quick]
 
 sensors: each imperfection of a Nano17 alone, then all of them. coarse: wrist sensors, and noise at the limit of
 what is accepted. arms: beside the UR5e. tips: every kind of fingertip, the map beside the sphere's (at most 1.3
@@ -193,7 +193,7 @@ def coarse(effort: Effort) -> Study:
     return study("Coarse sensors", lambda _: "sphere, 20 mm/s", ways, effort)
 
 
-# --------------------------------------------------------------------------------------------- arms, tips, objects
+# --------------------------------------------------------------------------------------------- arms and tips
 
 
 def arms(effort: Effort) -> Study:
@@ -241,24 +241,7 @@ def tips(effort: Effort) -> Study:
     return replace(found, checks=tuple(checks))
 
 
-def objects(effort: Effort) -> Study:
-    """Explore several objects on the stage."""
-    noisy = replace(BASE, force_noise=0.010, moment_noise=0.1e-3)
-    configs = [BASE, replace(BASE, speed=0.05), replace(BASE, object="ellipsoid", size=()), noisy]
-    if not effort.quick:
-        configs += [replace(BASE, object=name, size=()) for name in ("cylinder", "box", "bumps", "torus")]
-        configs += [
-            replace(BASE, object="ellipsoid", size=(), speed=0.05),
-            replace(BASE, tip=(0.010, 0.008, 0.012)),
-        ]
-    ways = [
-        Way(f"{'noisy' if any(each.noise) else 'no noise'}", each, lambda _: load_robot("stage"))
-        for each in configs
-    ]
-    return study("Objects", lambda way: f"{way.config.object}, {1e3 * way.config.speed:g} mm/s", ways, effort)
-
-
-PARTS = {"sensors": sensors, "coarse": coarse, "arms": arms, "tips": tips, "objects": objects}
+PARTS = {"sensors": sensors, "coarse": coarse, "arms": arms, "tips": tips}
 
 if __name__ == "__main__":
     start(__doc__, PARTS)

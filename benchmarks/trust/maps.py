@@ -18,7 +18,7 @@ from palpate.errors import FloatArray
 from palpate.mapping import MapSettings, SurfaceMap, TouchCloud
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
-"""Of coordinates in millimetres, in millimetres; analytic, for slopes are taken along the imaginary axis."""
+"""Height over coordinates, both in millimetres; analytic, because slopes are taken along the imaginary axis."""
 
 SMOOTH: dict[str, Height] = {
     "plane": lambda x, y: 0.0 * x,
@@ -52,10 +52,10 @@ FINE: dict[str, Height] = {
 }
 
 QUIET = Noise(noise=1e-6, tilt=2e-3)
-"""Of a simulated sensor."""
+"""Noise of a simulated sensor."""
 
 ASSUMED = Noise()
-"""As maps assume them."""
+"""Noise as maps assume it."""
 
 PLACES = 0.01
 """Share of places that may lie further off than 4 standard deviations."""
@@ -63,7 +63,7 @@ PLACES = 0.01
 TWO_SIDED = 1.959964
 
 SAMPLES = 600
-"""Places at which a map is asked."""
+"""Places at which a map is queried."""
 
 
 def shape_of(name: str, height: Height, contacts: int, rows: float) -> Shape:

@@ -38,7 +38,7 @@ POSES = 48
 Rng = np.random.Generator
 Shown = np.ndarray
 Change = Callable[[Rng, Shown, Rotation], Shown]
-"""Of what the sensor shows, shape (n, 6), given the poses (sensor to base)."""
+"""Change of the readings, shape (n, 6), given the poses (sensor to base)."""
 
 
 def axis(rng: Rng) -> np.ndarray:

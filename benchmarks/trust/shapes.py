@@ -35,7 +35,7 @@ TIP = 8e-3
 Rng = np.random.Generator
 Path2 = tuple[FloatArray, FloatArray]
 Change = Callable[[Rng, FloatArray, FloatArray], Path2]
-"""Of points and normals as they are felt."""
+"""Change of the points and normals."""
 
 SIZES: dict[PrimitiveKind, tuple[float, ...]] = {
     PrimitiveKind.PLANE: (),
@@ -81,13 +81,13 @@ class Felt:
     """What is done to the data.
 
     Attributes:
-        change: Of what is felt.
+        change: Change of points and normals.
         smooth: Whether smooth errors of robot and object, as large as assumed, are added.
-        paths: Over the shapes.
-        offset: Of the tip's size [m]; None: within what is assumed.
-        alike: Over what length noise is alike [m]; what is assumed is 1 mm.
+        paths: Paths over the shapes.
+        offset: Error of the tip's size [m]; None: as assumed.
+        alike: Correlation length of the noise [m]; 1 mm is assumed.
         chosen: Whether the shape is chosen, too, not only fitted.
-        count: Contacts.
+        count: Number of contacts.
     """
 
     change: Change = lambda rng, p, n: (p, n)
