@@ -306,7 +306,8 @@ def sphere_study(effort: Effort) -> Study:
             rows.append(Row(case.name, method.name, time_, (errors,), ratio=ratio))
     about = (
         f"{POINTS} contacts on a cap of a sphere of {1e3 * RADIUS:g} mm radius, independent noise of "
-        f"{1e3 * NOISE:g} mm and half a degree. The error is that of the radius, root mean square and largest over the seeds."
+        f"{1e3 * NOISE:g} mm and half a degree. The error is that of the radius, "
+        "root mean square and largest over the seeds."
     )
     return Study(
         "A sphere from a cap of it", about, "time per fit", "s", (("error of the radius", "m"),), tuple(rows)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -160,9 +160,5 @@ class Effort:
         return quick if self.quick else full
 
 
-class Measure(Protocol):
-    """Carries out a study."""
-
-    def __call__(self, effort: Effort) -> Study:
-        """Measure."""
-        ...
+Measure = Callable[[Effort], Study]
+"""Carries out a study."""

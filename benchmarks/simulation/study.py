@@ -127,9 +127,9 @@ def choices_study(
         got = f"beaten by {', '.join(beaten)}" if beaten else "on it"
         checks.append(Check(f"preset, {scene}", "on the front of speed and error", got, not beaten))
     about = (
-        "Processor time of a whole control period, ratio to the preset by rounds. Forces and points against "
-        "the simulation's truth, RMS over scans at 2 N; a box of 0.2 kg held with 4 N. Remarks: what a scene cannot "
-        "be built for without another time step; such choices do not compete with the preset."
+        "Processor time of a whole control period, ratio to the preset by rounds. Force and points against "
+        "the simulation's truth, RMS over scans at 2 N; a box of 0.2 kg held with 4 N. Remarks: what a scene "
+        "cannot be built for without another time step; such choices do not compete with the preset."
     )
     return Study(f"Simulation, {scene}", about, "time per period", "s", quantities, tuple(rows), tuple(checks))
 
@@ -289,8 +289,8 @@ def step_study(effort: Effort) -> Study:
         )
     about = (
         "2 N on a plate that goes up and down with 20 mm/s while the tip goes round on it, control at 1 kHz, "
-        "contact of 4 kN/m. The cost is that of one control period with all of sensing and control. The error is the "
-        "distance of the true force, period by period, from that of the same run in steps of 1/16 ms."
+        "contact of 4 kN/m. The cost is that of one control period with all of sensing and control. The error is "
+        "the distance of the true force, period by period, from that of the same run in steps of 1/16 ms."
     )
     quantities = (("error of the true force", "N"),)
     return Study("Time step of a simulation", about, "time per control period", "s", quantities, tuple(rows))
