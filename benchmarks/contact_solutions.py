@@ -4,8 +4,8 @@
 
 Two parts, a line per case. *exact*: contacts built on meshes and symbolic tips, with a normal force from 1e-3 of
 the tangential one on and any spin, are found again; printed are those missed, ambiguous, and wrong beyond 1e-12
-times the condition. *condition*: reported condition number over the true amplification of relative errors of force and moment, by
-differences of the solver. For 1e7 exact contacts: --only exact --exact 10000000 (five minutes).
+times the condition. *condition*: reported condition number over the true amplification of relative errors of force
+and moment, by differences of the solver. For 1e7 exact contacts: --only exact --exact 10000000 (five minutes).
 """
 
 import argparse
