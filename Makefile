@@ -87,32 +87,27 @@ faults: $(VENV)/.test $(VENV)/.kernels  ## Try every kind of fault at MOMENTS ra
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python benchmarks/bench.py
 	$(BIN)/python tests/reference/answers.py
-	$(BIN)/python benchmarks/contact
+	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/every_tip.py
-	$(BIN)/python benchmarks/exploration.py
-	$(BIN)/python benchmarks/loop.py
-	$(BIN)/python benchmarks/recording.py
-	$(BIN)/python benchmarks/sensors.py
-	$(BIN)/python benchmarks/batch.py
-	$(BIN)/python benchmarks/open_loop.py
-	$(BIN)/python benchmarks/fits.py
+	$(BIN)/python benchmarks/explorations.py sensors
+	$(BIN)/python benchmarks/surface_maps.py cost choice
 	$(BIN)/python benchmarks/simulation
 	$(BIN)/python benchmarks/grasp.py
 	$(BIN)/python benchmarks/robust_grasps.py
 	$(BIN)/python benchmarks/sharing.py --runs 4
 	$(BIN)/python benchmarks/wire.py
 	$(BIN)/python benchmarks/foreign_connections.py
-	$(BIN)/python benchmarks/start_up.py
-	$(BIN)/python benchmarks/sweep.py
-	$(BIN)/python benchmarks/learning.py
+	$(BIN)/python benchmarks/costs
 
 figures: $(VENV)/.test $(VENV)/.kernels  ## Measure the figures of README and docs anew, five minutes, and write them there
-	$(BIN)/python benchmarks/figures
+	$(BIN)/python benchmarks/figures.py
 
 pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
-	$(BIN)/python benchmarks/contact --picture docs/contact_speed_error.png
-	$(BIN)/python benchmarks/simulation --picture docs/simulation_speed_error.png
+	$(BIN)/python benchmarks/contact.py --picture docs/contact_speed_error.png
+	$(BIN)/python benchmarks/simulation stage arm hand --picture docs/simulation_speed_error.png
+	$(BIN)/python benchmarks/surface_maps.py sphere --picture docs/mapping_error.png
+	$(BIN)/python benchmarks/tip_calibration.py map --picture docs/tip_calibration.png
 	$(BIN)/python benchmarks/grasp.py --picture docs/grasp_speed_error.png
 
 clean:  ## Remove environments, builds, caches and runs

@@ -1,106 +1,186 @@
-"""How far an active exploration goes, against the best raster in hindsight.
+"""Path length of an active exploration relative to the best raster in hindsight.
 
-    python benchmarks/active.py [--seeds 10] [--tune] [--shapes WORD] [--coverage] [--picture FILE]
+    python benchmarks/active.py [report | tuning ...] [--quick] [--seed N] [--picture FILE]
 
-Pure geometry: contacts at 500 Hz and 20 mm/s on 60 x 60 mm seen from above, position noise of 0.03 mm correlated
-over 1 mm of path, normals off by 0.5 degrees. Both explorations feed the same map (a smoothing spline through
-heights and slopes, smoothness by maximum likelihood) and stop by the same rule: true RMS error below 0.02 mm, or
-largest below 0.1 mm. Rasters of 2 to 41 rows are tried and the shortest way that meets the rule is the best; the
-way of the active exploration counts what lies between its strokes too.
+Pure geometry in millimetres: contacts at 500 Hz and 20 mm/s on 60 x 60 mm seen from above, position noise of 0.03
+mm correlated over 1 mm of path, normals off by 0.5 degrees. Both explorations feed the same map (a smoothing
+spline through heights and slopes, smoothness by maximum likelihood) and stop by the same rule: true RMS error
+below 0.02 mm, or largest below 0.1 mm. Rasters of 2 to 41 rows are tried; the shortest path that meets the rule is
+the best one. The path of the active exploration includes what lies between its strokes.
 
-"Detail is local" means: something flat or gently curved with 1 to 4 bumps, dents, ridges or grooves, 2 to 8 mm
-wide at half height and 0.1 to 0.4 of that high, which together cover at most 5 % of the field (counted where they
-are at least a tenth of their height). `--coverage` tells how the gain shrinks as details cover more. `--tune` uses
-the seeds that the settings were chosen with, and details of three profiles; the report has others, and one
-profile.
+Detail is local on something flat or gently curved with 1 to 4 bumps, dents, ridges or grooves, 2 to 8 mm wide at
+half height and 0.1 to 0.4 of that high, which together cover at most 5 % of the field. report: held-out shapes and
+seeds (2000 + N on). tuning: the shapes and seeds that the settings were chosen with. --picture draws one shape,
+the path over it and the errors.
 """
 
-import argparse
 import math
-from collections.abc import Callable
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from active_exploration.explore import RULES, Rule, active_way, best_rasters
-from active_exploration.picture import draw
-from active_exploration.shapes import FAMILIES, Family, covered
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
+from active_shapes import FAMILIES, HALF, Family, Shape
+from harness.command import run
+from harness.study import Check, Effort, Study
+from harness.tables import grid
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from spline_map import GRID_X, GRID_Y, SplineMap, feel, means
 
-from palpate.controllers.paths import GoalError
+from palpate.controllers.paths import Active, ContactPeriod, Goal, GoalError, Hop, LegEnd, LegResult, Stroke
 
-TUNE_SEED, REPORT_SEED = 5000, 2000
-COVERAGES = (0.01, 0.05, 0.1, 0.3)
+TUNING_SEED, REPORT_SEED = 5000, 2000
 LONGEST = 1.6
-"""The active exploration is given up at this many ways of the best raster."""
+"""The active exploration is stopped at this multiple of the best raster's path."""
 
-ASKED = {
-    (False, GoalError.RMS): 1.1,
-    (False, GoalError.LARGEST): 1.1,
-    (True, GoalError.RMS): 0.75,
-    (True, GoalError.LARGEST): 0.65,
+RASTERS = (*range(2, 26), 28, 31, 35, 41)
+MOST_LEGS = 400
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """When to stop: limit on the true error [mm], and the goal of the planner [m]."""
+
+    name: str
+    measure: GoalError
+    limit: float
+    goal: float
+    asked: tuple[float, float]
+    """Largest median ratio on homogeneous shapes, and where detail is local."""
+
+    def met(self, off: np.ndarray) -> bool:
+        """Return whether true errors [mm] meet the limit."""
+        error = np.sqrt((off**2).mean()) if self.measure is GoalError.RMS else np.abs(off).max()
+        return bool(error <= self.limit)
+
+
+RULES = (
+    Rule("RMS 0.02 mm", GoalError.RMS, 0.02, 2e-5, (1.1, 0.75)),
+    Rule("max 0.1 mm", GoalError.LARGEST, 0.1, 6e-5, (1.1, 0.65)),
+)
+
+
+def best_rasters(shape: Shape, seed: int) -> dict[Rule, float]:
+    """Return the length of the shortest raster that meets each rule [mm]."""
+    best = dict.fromkeys(RULES, math.inf)
+    for rows in RASTERS:
+        corners: list[tuple[float, float]] = []
+        for k, y in enumerate(np.linspace(-HALF, HALF, rows)):
+            corners += [(-HALF, y), (HALF, y)][:: 1 if k % 2 == 0 else -1]
+        found = SplineMap()
+        found.add(*means(feel(shape, np.array(corners), np.random.default_rng((seed, 1)))))
+        off = found.off(shape)
+        for rule in RULES:
+            if math.isinf(best[rule]) and rule.met(off):
+                best[rule] = 2 * HALF * (rows + 1)
+        if all(map(math.isfinite, best.values())):
+            break
+    return best
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One leg: corners [mm], path so far [mm], errors of the map after it [mm] (None: not in contact)."""
+
+    corners: np.ndarray
+    path: float
+    off: np.ndarray | None
+
+
+def explore(shape: Shape, rule: Rule, seed: int) -> Iterator[Step]:
+    """Explore until the planner has enough."""
+    rng = np.random.default_rng((seed, 2))
+    planner = Active(2e-3 * HALF, 2e-3 * HALF, Goal(rule.goal, rule.measure))
+    found, at, path, leg = SplineMap(), np.full(2, -HALF), 0.0, planner.next(None)
+    for _ in range(MOST_LEGS):
+        if leg is None:
+            return
+        assert isinstance(leg, Hop | Stroke)
+        to = [leg.to] if isinstance(leg, Hop) else list(leg.corners)
+        corners = np.array([at, *(1e3 * np.array(to))])
+        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+        corners = corners[np.concatenate([[True], lengths > 1e-6])]
+        path += float(lengths.sum())
+        off = None
+        if isinstance(leg, Stroke):
+            contacts = feel(shape, corners, rng)
+            for x, y, z, zx, zy in contacts.tolist():
+                s = 1.0 / math.sqrt(1.0 + zx * zx + zy * zy)
+                point = (1e-3 * x, 1e-3 * y, 1e-3 * z)
+                planner.feel(ContactPeriod(point, point, (-zx * s, -zy * s, s)))
+            found.add(*means(contacts))
+            off = found.off(shape)
+        yield Step(corners, path, off)
+        at = corners[-1]
+        leg = planner.next(LegResult(LegEnd.REACHED, (1e-3 * at[0], 1e-3 * at[1], 0.0)))
+
+
+def active_path(shape: Shape, rule: Rule, seed: int, longest: float) -> tuple[float, bool]:
+    """Return the path until the rule is met [mm], and whether the planner stopped too early."""
+    for step in explore(shape, rule, seed):
+        if step.off is not None and rule.met(step.off):
+            return step.path, False
+        if step.path > longest:
+            return math.inf, False
+    return math.inf, True
+
+
+def study(families: Sequence[Family], first: int, effort: Effort, *, tuning: bool) -> Study:
+    """Explore all shapes; the ratio is NaN where no raster meets the rule."""
+    pooled: dict[tuple[str, bool, Rule], list[float]] = {}
+    early = 0
+    for family in families:
+        for seed in range(first + effort.seed, first + effort.seed + effort.of(10, 1)):
+            effort.tell(f"active: {family.name}, seed {seed}")
+            shape = (family.tuning if tuning else family.report)(np.random.default_rng(seed))
+            for rule, best in best_rasters(shape, seed).items():
+                path, stopped = (
+                    active_path(shape, rule, seed, LONGEST * best) if math.isfinite(best) else (math.nan, False)
+                )
+                early += stopped
+                for name in (family.name, "all local" if family.local else "all homogeneous"):
+                    pooled.setdefault((name, family.local, rule), []).append(path / best)
+    title, checks = "Path of the active exploration over that of the best raster", []
+    table = grid(title, "shape", "stop at", "median", f"each (inf: not within {LONGEST})")
+    for (name, local, rule), ratios in sorted(pooled.items(), key=lambda item: item[0][0].startswith("all")):
+        median, asked = float(np.nanmedian(ratios)), rule.asked[local]
+        if name.startswith("all"):
+            checks.append(Check(f"{name}, {rule.name}", f"<= {asked}", f"{median:.2f}", median <= asked))
+        table.add_row(name, rule.name, f"{median:.2f}", " ".join(f"{ratio:.2f}" for ratio in ratios))
+    return Study(title, f"Stopped too early: {early}.", checks=tuple(checks), tables=(table,))
+
+
+def draw(path: Path) -> None:
+    """Explore a shape with local detail until the second rule is met, and draw."""
+    family, rule = next(each for each in FAMILIES if each.local), RULES[1]
+    shape = family.report(np.random.default_rng(REPORT_SEED))
+    lines, length, off = [], 0.0, np.zeros_like(GRID_X)
+    for step in explore(shape, rule, REPORT_SEED):
+        lines.append(step.corners)
+        length, off = step.path, off if step.off is None else step.off
+        if step.off is not None and rule.met(off):
+            break
+    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    extent, limit = (-HALF, HALF, -HALF, HALF), 1e3 * rule.limit
+    heights = left.imshow(shape(GRID_X, GRID_Y)[0], origin="lower", extent=extent, cmap="Greys_r")
+    left.add_collection(LineCollection(lines, array=np.arange(len(lines)), cmap="viridis", linewidths=1.2))
+    figure.colorbar(heights, ax=left, label="height [mm]")
+    errors = right.imshow(1e3 * off, origin="lower", extent=extent, cmap="RdBu", vmin=-limit, vmax=limit)
+    figure.colorbar(errors, ax=right, label="error of the map [um]")
+    left.set(title=f"{family.name}: {length:.0f} mm of path, dark to light", xlabel="x [mm]", ylabel="y [mm]")
+    sizes = f"largest {1e3 * float(np.abs(off).max()):.0f} um, RMS {1e3 * float(off.std()):.0f} um"
+    right.set(title=f"error: {sizes}", xlabel="x [mm]", ylabel="y [mm]")
+    figure.savefig(path, dpi=130)
+
+
+PARTS = {
+    "report": partial(study, FAMILIES, REPORT_SEED, tuning=False),
+    "tuning": partial(study, FAMILIES, TUNING_SEED, tuning=True),
 }
 
-
-def ratios(family: Family, seed: int, *, tune: bool) -> list[tuple[Rule, float, bool]]:
-    """Per rule: way over that of the best raster, and whether the planner stopped before the rule was met."""
-    shape = (family.tuning if tune else family.report)(np.random.default_rng(seed))
-    best = best_rasters(shape, seed)
-    found = []
-    for rule in RULES:
-        longest = LONGEST * best[rule] if math.isfinite(best[rule]) else math.nan
-        way, stopped = active_way(shape, rule, seed, longest) if math.isfinite(longest) else (math.nan, False)
-        found.append((rule, way / best[rule], stopped))
-    return found
-
-
-def measure(families: list[Family], seeds: range, asked: Callable[[Family, Rule], str], *, tune: bool) -> Table:
-    """Explore and tabulate."""
-    table = Table(title="Way of the active exploration over that of the best raster in hindsight")
-    for heading in ("shape", "stop at", "asked", "median", f"each (inf: not within {LONGEST})"):
-        table.add_column(heading)
-    jobs = [(family, seed) for family in families for seed in seeds]
-    pooled: dict[tuple[str, Rule], list[float]] = {}
-    early: dict[tuple[str, Rule], int] = {}
-    for family, seed in track(jobs, "exploring", transient=True):
-        for rule, ratio, stopped in ratios(family, seed, tune=tune):
-            for name in (family.name, "all local" if family.local else "all homogeneous"):
-                pooled.setdefault((name, rule), []).append(ratio)
-                early[name, rule] = early.get((name, rule), 0) + stopped
-    by_name = {family.name: family for family in families}
-    by_name |= {("all local" if family.local else "all homogeneous"): family for family in families}
-    for (name, rule), found in sorted(pooled.items(), key=lambda item: item[0][0].startswith("all")):
-        each = "" if name.startswith("all") else " ".join(f"{ratio:.2f}" for ratio in found)
-        each += f"; {early[name, rule]} stopped early" if early[name, rule] else ""
-        table.add_row(name, rule.name, asked(by_name[name], rule), f"{np.nanmedian(found):.2f}", each)
-    return table
-
-
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--tune", action="store_true", help="the shapes and seeds that settings were chosen with")
-    parser.add_argument("--shapes", default="", help="only shapes whose name contains this")
-    parser.add_argument("--coverage", action="store_true", help="how the gain shrinks as details cover more")
-    parser.add_argument(
-        "--picture", type=Path, help="draw one shape, the path over it and the errors; nothing else"
-    )
-    arguments = parser.parse_args()
-    first = TUNE_SEED if arguments.tune else REPORT_SEED
-    if arguments.picture is not None:
-        draw(next(f for f in FAMILIES if arguments.shapes in f.name and f.local), first, arguments.picture)
-        return
-    families = [covered(part) for part in COVERAGES] if arguments.coverage else list(FAMILIES)
-    families = [family for family in families if arguments.shapes in family.name]
-    seeds = range(first, first + arguments.seeds)
-
-    def asked(family: Family, rule: Rule) -> str:
-        return "-" if arguments.coverage else f"{ASKED[family.local, rule.measure]}"
-
-    Console(width=150).print(measure(families, seeds, asked, tune=arguments.tune))
-
-
 if __name__ == "__main__":
-    main()
+    sys.exit(run(__doc__, PARTS, picture=draw))

@@ -1,77 +1,61 @@
-"""Speed against error on this computer: one study per topic, all in one report with pictures.
+"""Speed against error on this computer: one part per topic, all in one report with pictures.
 
-    python benchmarks/bench.py [STUDY ...] [--quick] [--seed N] [--out FOLDER]
+    python benchmarks/bench.py [PART ...] [--quick] [--seed N] [--out FOLDER]
 
-contact: a contact from a wrench, by palpate, plain formulas and a solver, against contacts built to be known.
-mapping: a sphere from contacts on a cap. friction: ways to rub a surface. control: a force held on a surface that
-moves, the faster the harder. simulation: its time step. grasp: least forces of a grasp.
+Each part is that of the topic's own benchmark: contact (contact.py), mapping (surface_maps.py sphere), friction
+(friction.py ways), control (control.py moving), simulation (simulation step) and grasp (grasp.py).
 
-Methods take turns, so that whatever else this computer does hits all of them: trust the ratios. bench.html is
-written anew after each study: Ctrl-C keeps those that are finished. All of them take ten minutes, or two with
---quick.
+Methods take turns, so that other load on this computer hits all of them: trust the ratios. bench.html is rewritten
+after each part: Ctrl-C keeps those that are finished. All of them take ten minutes, or two with --quick.
 """
 
-import argparse
 import shlex
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+import contact
+import control
+import surface_maps
+from harness.command import add_parts, chosen, measured, parser_of
+from harness.page import speed_error_report
+from harness.study import Effort, Measure, Study
+from simulation.study import step_study
+from studies.grasp import measure as measure_grasp
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))  # grasps are the tests' own
-from studies.report import quantity, speed_error_report
-from studies.study import Measure, Study
-
+import friction
 from palpate.reporting.page import write_report
 
-STUDIES = ("contact", "mapping", "friction", "control", "simulation", "grasp")
+PARTS: dict[str, Measure] = {
+    "contact": contact.measure,
+    "mapping": surface_maps.sphere_study,
+    "friction": friction.ways,
+    "control": control.moving,
+    "simulation": step_study,
+    "grasp": measure_grasp,
+}
 
 
-def measured(names: Sequence[str], quick: bool, seed: int, out: Path, asked: str) -> list[Study]:
-    """Carry out studies by name; print a table of each, and write the report anew after each."""
-    console = Console()
+def report(names: Sequence[str], effort: Effort, out: Path, command: str) -> list[Study]:
+    """Measure parts by name; write the report anew after each."""
     out.mkdir(parents=True, exist_ok=True)
-    done: list[Study] = []
-    for name in dict.fromkeys(names):
-        measure: Measure = import_module(f"studies.{name}").measure
-        with console.status(name) as status:
-            done.append(measure(quick, seed, status.update))
-        write_report(speed_error_report(done, asked), out / "bench.html")
-        console.print(table(done[-1]))
-    return done
-
-
-def table(study: Study) -> Table:
-    shown = Table(title=Text(study.title), caption=Text(f"error {study.error}"))
-    for heading in ("method", study.cost, "error", "largest", ""):
-        shown.add_column(heading, justify="left" if heading in ("method", "") else "right")
-    for row in study.rows:
-        shown.add_row(
-            Text(row.method),
-            quantity(row.cost, study.cost_unit),
-            quantity(row.typical, study.error_unit),
-            quantity(row.worst, study.error_unit),
-            Text(row.note),
-        )
-    return shown
+    return measured(
+        names,
+        PARTS,
+        effort,
+        lambda done: write_report(speed_error_report(done, command), out / "bench.html"),
+    )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"{', '.join(STUDIES)}; left out: all of them")
-    parser.add_argument("--quick", action="store_true", help="fewer cases and repeats, less sure")
-    parser.add_argument("--seed", type=int, default=0, help="of cases and noise: the same seed, the same errors")
+    """Read the command line and measure."""
+    parser = parser_of(__doc__)
+    add_parts(parser, PARTS)
     parser.add_argument("--out", type=Path, default=Path("runs/bench"), help="folder for bench.html (runs/bench)")
-    asked = parser.parse_args()
-    if unknown := set(asked.studies) - set(STUDIES):
-        parser.error(f"{', '.join(sorted(unknown))}: no such study; there are {', '.join(STUDIES)}")
-    typed = shlex.join(["python", "benchmarks/bench.py", *sys.argv[1:]])
-    measured(asked.studies or STUDIES, asked.quick, asked.seed, asked.out, typed)
-    print(f"Written: {asked.out / 'bench.html'}")
+    given = parser.parse_args()
+    command = shlex.join(["python", "benchmarks/bench.py", *sys.argv[1:]])
+    report(chosen(parser, given.parts, PARTS), Effort(given.quick, given.seed), given.out, command)
+    print(f"Written: {given.out / 'bench.html'}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Models of force/torque sensors on real calibration data: how far loads are missed that no model ever saw.
+"""Models of force/torque sensors on real calibration data: errors on loads that were left out of the fit.
 
     python benchmarks/calibration_sets.py loads.csv
     python benchmarks/calibration_sets.py folder --channels s0 s1 s2 s3 s4 s5 s6 s7 --loads Fx Fy Fz Mx My Mz
@@ -12,8 +12,8 @@ Formats, nothing of which comes with palpate (docs/calibrate.md names sets that 
 - a MATLAB file with one matrix: raw channels in the first columns, six loads in the next.
 
 Units do not count: errors are in percent of the largest load of each axis. Every load (all its lines, or its file)
-is left out in turn; what is proposed is chosen anew from the others, so that the choice is judged by loads that it
-never saw, too. Ends with 1 if that is worse than direct regression.
+is left out in turn; what is proposed is chosen anew from the others, so that the choice is judged by
+loads left out as well. Ends with 1 if that is worse than direct regression.
 """
 
 import argparse

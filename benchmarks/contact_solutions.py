@@ -1,11 +1,11 @@
-"""Whether contacts are found, and how far their conditions are true.
+"""Whether built contacts are found again, and whether reported condition numbers are true.
 
     python benchmarks/contact_solutions.py [--exact 1000000] [--only WORD]
 
 Two parts, a line per case. *exact*: contacts built on meshes and symbolic tips, with a normal force from 1e-3 of
 the tangential one on and any spin, are found again; printed are those missed, ambiguous, and wrong beyond 1e-12
-times the condition. *condition*: reported over the true amplification of relative errors of force and moment, by
-differences of the solver. For 1e7 exact contacts: --only exact --exact 10000000 (five minutes).
+times the condition. *condition*: reported condition number over the true amplification of relative errors of force
+and moment, by differences of the solver. For 1e7 exact contacts: --only exact --exact 10000000 (five minutes).
 """
 
 import argparse
@@ -34,19 +34,10 @@ from palpate.surfaces.mesh import MeshSurface
 from palpate.surfaces.symbolic import SymbolicSurface
 
 R = 0.01
-"""Of the tips, about [m]."""
+"""Size of the tips, about [m]."""
 
 EXACT = 1e-12
 """Largest relative error of a contact's place over its condition."""
-
-SURE = {1: 3.841, 2: 5.991}
-"""95 % of chi squared, by degrees of freedom."""
-
-FAR, SILENT = 4.0, 0.01
-"""A case is silently wrong if more than this share is VALID and further off than so many standard deviations."""
-
-QUANTITIES = {"centroid": 2, "tangential_force": 2, "normal_force": 1, "spin_torque": 1}
-"""That are judged, and degrees of freedom of each: vectors count in the tangent plane."""
 
 Rng = np.random.Generator
 

@@ -1,6 +1,6 @@
 """Built contacts on every kind of fingertip: how many are found, how exactly, how fast.
 
-    python benchmarks/every_tip.py [--contacts 1000000] [--seed 1]
+    python benchmarks/every_tip.py [--quick] [--seed N]
 
 Choose a point c of the surface, a force that pushes there and a spin torque about the normal; build the wrench in
 extended precision; recover the contact. Shapes, normals and curvatures are written down here a second time,
@@ -8,18 +8,19 @@ independently of the library, and every contact found is checked against them: a
 the moment balanced, the force pushing. A contact is *missed* if the status is not OK, *wrong* if any check fails.
 """
 
-import argparse
 import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+from harness.command import start
+from harness.study import Check, Effort, Study
+from harness.tables import grid
 from numba import njit
-from rich.console import Console
-from rich.table import Table
 
 from palpate import (
     Capsule,
@@ -43,13 +44,14 @@ Array = np.ndarray[Any, np.dtype[Any]]
 Rng = np.random.Generator
 LONG = np.longdouble
 SEAM_OFFSETS = (0.0, 1e-13, -1e-13, 1e-10, -1e-10)
-"""Of contacts near a seam, relative to the size of the tip: below, at and above what float64 resolves there."""
+"""Offsets of contacts near a seam, relative to the size of the tip: below, at and above what float64 resolves
+there."""
 
 CONDITION = 1e3
 """Contacts of general quadrics beyond this condition number are not held to the limit."""
 
 YIELDING, TOO_SOFT = (0.0, 0.95), (1.05, 3.0)
-"""delta times the sharpest curvature, of tips that yield."""
+"""Ranges of delta times the sharpest curvature of tips that yield."""
 
 TOUCHING = 1e-12
 """Largest moment left over, distance from the surface and tilt of the normal of a contact: see `Checked`."""
@@ -127,95 +129,90 @@ class Shape(ABC):
         """Return the surface at points."""
 
 
+@dataclass(frozen=True, eq=False)
 class Quadric(Shape):
-    """x'Bx + 2 h.x = rho, gradient outwards."""
+    """x'Bx + 2 h.x = rho, gradient outwards.
 
+    Attributes:
+        surface: Builds the library's surface.
+        draw: Draws n of its points.
+        size: Length that errors are relative to [m].
+        B: Diagonal of the matrix.
+        h: Linear term.
+        rho: Constant term.
+        top: Points above belong to another sheet, which is no fingertip [m].
+    """
+
+    surface: Callable[..., Any]
+    draw: Callable[[Rng, int], Array]
+    size: float
     B: Array
-    h: Array = np.zeros(3, LONG)
+    h: Array = field(default_factory=lambda: np.zeros(3, LONG))
     rho: float = 1.0
+    top: float = math.inf
+
+    def build(self, **frame: Any) -> Any:
+        return self.surface(**frame)
+
+    def points(self, rng: Rng, n: int) -> Array:
+        return self.draw(rng, n)
 
     def at(self, points: Array) -> Local:
-        B = np.diag(self.B)
         value = dot(points * self.B, points) + 2 * dot(points, self.h) - self.rho
         gradient = 2 * (points * self.B + self.h)
-        return local_of(value, gradient, np.broadcast_to(2 * B, (len(points), 3, 3)))
+        found = local_of(value, gradient, np.broadcast_to(2 * np.diag(self.B), (len(points), 3, 3)))
+        return replace(found, distance=np.where(points[:, 2] < self.top, found.distance, np.inf))
 
 
-class EllipsoidShape(Quadric):
-    def __init__(self, *axes: float, kind: str = "Ellipsoid") -> None:
-        self.axes, self.kind, self.size = long(axes), kind, max(axes)
-        self.B = 1 / self.axes**2
-
-    def build(self, **frame: Any) -> Any:
-        axes = tuple(float(a) for a in self.axes)
-        return Sphere(axes[0], **frame) if self.kind == "Sphere" else Ellipsoid(axes, **frame)
-
-    def points(self, rng: Rng, n: int) -> Array:
-        return directions(rng, n) * self.axes
+def circle(rng: Rng, n: int) -> Array:
+    """Return points of the unit circle, shape (n, 2)."""
+    return unit(long(rng.normal(size=(n, 2))))
 
 
-class CylinderShape(Quadric):
-    def __init__(self, radius: float) -> None:
-        self.size = radius
-        self.B = long([1, 1, 0]) / long(radius) ** 2
-
-    def build(self, **frame: Any) -> Any:
-        return Cylinder(self.size, **frame)
-
-    def points(self, rng: Rng, n: int) -> Array:
-        across = unit(long(rng.normal(size=(n, 2)))) * self.size
-        return np.column_stack([across, self.size * rng.uniform(-3, 3, n)])
+def ellipsoid(*axes: float) -> Quadric:
+    surface, semi = partial(Ellipsoid, axes), long(axes)
+    return Quadric(surface, lambda rng, n: directions(rng, n) * semi, max(axes), 1 / semi**2)
 
 
-class PlaneShape(Quadric):
-    def __init__(self, distance: float) -> None:
-        self.size = distance
-        self.B = long([0, 0, 1]) / long(distance) ** 2
-
-    def build(self, **frame: Any) -> Any:
-        return Plane(self.size, **frame)
-
-    def points(self, rng: Rng, n: int) -> Array:
-        sides = self.size * rng.choice([-1.0, 1.0], n)
-        return long(np.column_stack([self.size * rng.uniform(-3, 3, (n, 2)), sides]))
+def sphere(radius: float) -> Quadric:
+    return replace(ellipsoid(radius, radius, radius), surface=partial(Sphere, radius))
 
 
-class ParaboloidShape(Quadric):
-    rho = 0.0
+def cylinder(radius: float) -> Quadric:
+    def draw(rng: Rng, n: int) -> Array:
+        return np.column_stack([circle(rng, n) * radius, radius * rng.uniform(-3, 3, n)])
 
-    def __init__(self, *radii: float) -> None:
-        self.radii, self.size = long(radii), max(radii)
-        self.B, self.h = np.append(1 / self.radii, LONG(0)), long([0, 0, 1])
+    return Quadric(partial(Cylinder, radius), draw, radius, long([1, 1, 0]) / long(radius) ** 2)
 
-    def build(self, **frame: Any) -> Any:
-        return Paraboloid(tuple(float(r) for r in self.radii), **frame)
 
-    def points(self, rng: Rng, n: int) -> Array:
-        slope = unit(long(rng.normal(size=(n, 2)))) * long(10 ** rng.uniform(-3, 0.7, (n, 1)))
-        across = slope * self.radii
+def plane(distance: float) -> Quadric:
+    def draw(rng: Rng, n: int) -> Array:
+        sides = distance * rng.choice([-1.0, 1.0], n)
+        return long(np.column_stack([distance * rng.uniform(-3, 3, (n, 2)), sides]))
+
+    return Quadric(partial(Plane, distance), draw, distance, long([0, 0, 1]) / long(distance) ** 2)
+
+
+def paraboloid(*radii: float) -> Quadric:
+    def draw(rng: Rng, n: int) -> Array:
+        slope = circle(rng, n) * long(10 ** rng.uniform(-3, 0.7, (n, 1)))
+        across = slope * long(radii)
         return np.column_stack([across, -dot(across, slope) / 2])
 
+    B = np.append(1 / long(radii), LONG(0))
+    return Quadric(partial(Paraboloid, radii), draw, max(radii), B, long([0, 0, 1]), 0.0)
 
-class HyperboloidShape(Quadric):
-    rho = 0.0
 
-    def __init__(self, *axes: float) -> None:
-        self.axes, self.size = long(axes), max(axes)
-        a, b, c = self.axes
-        self.B, self.h = long([1 / a**2, 1 / b**2, -1 / c**2]), long([0, 0, 1 / c])
+def hyperboloid(*axes: float) -> Quadric:
+    a, b, c = long(axes)
 
-    def build(self, **frame: Any) -> Any:
-        return Hyperboloid(tuple(float(a) for a in self.axes), **frame)
-
-    def points(self, rng: Rng, n: int) -> Array:
+    def draw(rng: Rng, n: int) -> Array:
         u = long(10 ** rng.uniform(-3, 0.5, n))
-        across = unit(long(rng.normal(size=(n, 2)))) * np.sinh(u)[:, None] * self.axes[:2]
-        return np.column_stack([across, -2 * self.axes[2] * np.sinh(u / 2) ** 2])
+        across = circle(rng, n) * np.sinh(u)[:, None] * long(axes)[:2]
+        return np.column_stack([across, -2 * c * np.sinh(u / 2) ** 2])
 
-    def at(self, points: Array) -> Local:
-        found = super().at(points)
-        # the other sheet is no fingertip
-        return Local(np.where(points[:, 2] < self.axes[2], found.distance, np.inf), found.normal, found.curvature)
+    B, h = long([1 / a**2, 1 / b**2, -1 / c**2]), long([0, 0, 1 / c])
+    return Quadric(partial(Hyperboloid, axes), draw, max(axes), B, h, 0.0, float(c))
 
 
 def rounded(points: Array, core: Array, radius: float) -> Local:
@@ -281,8 +278,7 @@ class EggShape(Shape):
     """A composite of one's own: a hemisphere on half an ellipsoid of the same girth."""
 
     def __init__(self, radius: float, depth: float, *, seam: bool = False) -> None:
-        self.upper = EllipsoidShape(radius, radius, radius)
-        self.lower = EllipsoidShape(radius, radius, depth)
+        self.upper, self.lower = ellipsoid(radius, radius, radius), ellipsoid(radius, radius, depth)
         self.size, self.seam, self.radius, self.depth = max(radius, depth), seam, radius, depth
 
     def build(self, **frame: Any) -> Any:
@@ -301,7 +297,7 @@ class EggShape(Shape):
         if self.seam:
             z = long(rng.choice(SEAM_OFFSETS, n))
             v = np.column_stack([unit(v[:, :2]) * np.sqrt(1 - z**2)[:, None], z])
-        return v * np.where(v[:, 2:] > 0, self.upper.axes, self.lower.axes)
+        return v * np.where(v[:, 2:] > 0, self.upper.B**-0.5, self.lower.B**-0.5)
 
     def at(self, points: Array) -> Local:
         a, b = self.upper.at(points), self.lower.at(points)
@@ -338,32 +334,20 @@ class SuperShape(Shape):
         return local_of(size - 1, g, hessian)
 
 
-PEBBLE_NORMALS = np.array(
-    [[1.0, 0.2, 0.1], [-0.8, 0.7, 0.0], [-0.2, -0.9, 0.4], [0.1, 0.1, -1.0], [0.0, 0.2, 1.1]]
-)
-PEBBLE_SIZE = 0.01
-PEBBLE_SHARPNESS = 4.0
+PEBBLE = np.array([[1.0, 0.2, 0.1], [-0.8, 0.7, 0.0], [-0.2, -0.9, 0.4], [0.1, 0.1, -1.0], [0.0, 0.2, 1.1]])
+PEBBLE_SIZE, PEBBLE_SHARPNESS = 0.01, 4.0
 
 
 def pebble_value(point: Array) -> float:
     """log(mean(exp(s a.x))) - s over a few directions a: a polyhedron with soft edges and no symmetry."""
-    total = 0.0
-    for i in range(len(PEBBLE_NORMALS)):
-        a = PEBBLE_NORMALS[i]
-        total += math.exp(PEBBLE_SHARPNESS * (a[0] * point[0] + a[1] * point[1] + a[2] * point[2]) / PEBBLE_SIZE)
-    return math.log(total / len(PEBBLE_NORMALS)) - PEBBLE_SHARPNESS
+    weights = np.exp(PEBBLE_SHARPNESS / PEBBLE_SIZE * (PEBBLE * point).sum(axis=1))
+    return math.log(weights.sum() / len(PEBBLE)) - PEBBLE_SHARPNESS
 
 
 def pebble_gradient(point: Array) -> Array:
-    total = 0.0
-    gradient = np.zeros(3)
-    for i in range(len(PEBBLE_NORMALS)):
-        a = PEBBLE_NORMALS[i]
-        weight = math.exp(PEBBLE_SHARPNESS * (a[0] * point[0] + a[1] * point[1] + a[2] * point[2]) / PEBBLE_SIZE)
-        total += weight
-        for j in range(3):
-            gradient[j] += weight * a[j] * PEBBLE_SHARPNESS / PEBBLE_SIZE
-    return gradient / total
+    weights = np.exp(PEBBLE_SHARPNESS / PEBBLE_SIZE * (PEBBLE * point).sum(axis=1))
+    turned = weights.reshape(-1, 1) * PEBBLE
+    return PEBBLE_SHARPNESS / PEBBLE_SIZE * turned.sum(axis=0) / weights.sum()
 
 
 class PebbleShape(Shape):
@@ -385,7 +369,7 @@ class PebbleShape(Shape):
         return t[:, None] * v
 
     def at(self, points: Array) -> Local:
-        rows = long(PEBBLE_SHARPNESS) * long(PEBBLE_NORMALS) / long(PEBBLE_SIZE)
+        rows = long(PEBBLE_SHARPNESS) * long(PEBBLE) / long(PEBBLE_SIZE)
         power = points @ rows.T
         most = power.max(axis=1, keepdims=True)
         weight = np.exp(power - most)
@@ -405,15 +389,15 @@ class Kind:
     """A kind of fingertip.
 
     Attributes:
-        name: For the table.
-        shapes: Draws one of that kind.
+        name: Name in the table.
+        shapes: Draws a shape of that kind.
         error_limit: Largest error of the centroid over max(|c|, size).
         by_condition: Whether that limit grows with the condition number; else it holds below `CONDITION`.
-        exponent: Of the law by which the surface yields; 0 for rigid ones.
+        exponent: Exponent of the law by which the surface yields; 0 for rigid ones.
         softness: Range of delta times the tip's sharpest curvature; beyond 1 a tip folds over where it is that
             sharp, and a contact may be missed or not be the only one, but nothing may be found that is none.
-        share: Of the contacts, relative to the other kinds.
-        surfaces: How many different ones to build.
+        share: Share of the contacts, relative to the other kinds.
+        surfaces: Number of different surfaces.
     """
 
     name: str
@@ -439,12 +423,12 @@ def sizes(rng: Rng, count: int) -> list[float]:
     return [size_of(rng) for _ in range(count)]
 
 
-def sphere_of(rng: Rng) -> EllipsoidShape:
-    return EllipsoidShape(*[size_of(rng)] * 3, kind="Sphere")
+def sphere_of(rng: Rng) -> Quadric:
+    return sphere(size_of(rng))
 
 
-def ellipsoid_of(rng: Rng) -> EllipsoidShape:
-    return EllipsoidShape(*sizes(rng, 3))
+def ellipsoid_of(rng: Rng) -> Quadric:
+    return ellipsoid(*sizes(rng, 3))
 
 
 def box_of(rng: Rng, seam: bool) -> BoxShape:
@@ -472,10 +456,10 @@ def kinds() -> Iterator[Kind]:
     """Every kind of fingertip there is."""
     yield Kind("sphere", sphere_of, QUADRIC, False)
     yield Kind("ellipsoid", ellipsoid_of, QUADRIC, False)
-    yield Kind("cylinder", lambda rng: CylinderShape(size_of(rng)), QUADRIC, False)
-    yield Kind("plane", lambda rng: PlaneShape(size_of(rng)), QUADRIC, False)
-    yield Kind("paraboloid", lambda rng: ParaboloidShape(*sizes(rng, 2)), QUADRIC, False)
-    yield Kind("hyperboloid", lambda rng: HyperboloidShape(*sizes(rng, 3)), QUADRIC, False)
+    yield Kind("cylinder", lambda rng: cylinder(size_of(rng)), QUADRIC, False)
+    yield Kind("plane", lambda rng: plane(size_of(rng)), QUADRIC, False)
+    yield Kind("paraboloid", lambda rng: paraboloid(*sizes(rng, 2)), QUADRIC, False)
+    yield Kind("hyperboloid", lambda rng: hyperboloid(*sizes(rng, 3)), QUADRIC, False)
     for seam in (False, True):
         where = ", seams" if seam else ""
         yield Kind(f"capsule{where}", lambda rng, s=seam: CapsuleShape(*sizes(rng, 2), seam=s), COMPOSITE)
@@ -498,9 +482,9 @@ class Built:
     """Contacts and their wrenches, sensor frame, extended precision but for the wrench.
 
     Attributes:
-        centroid: Of the rounded wrench: rounding is carried over to first order, shape (n, 3) [m].
-        normal: Shape (n, 3).
-        wrench: Rounded, shape (n, 6).
+        centroid: Centroid for the rounded wrench, to first order in rounding, shape (n, 3) [m].
+        normal: Outward normals, shape (n, 3).
+        wrench: Rounded wrenches, shape (n, 6).
         push: Normal force [N].
         spin: Spin torque [N m].
         spread: |dc/dm| times (|f| + |m| / max(|c|, size)): condition number in the surface's own frame.
@@ -596,16 +580,16 @@ class Checked:
     """What came of n built contacts; every entry has shape (n,).
 
     Attributes:
-        status: Of each.
+        status: Status of each contact.
         error: |c - c built| over max(|c|, size), about the tip's centre.
         off_surface: Distance of the (undeformed) point from the surface over max(|c|, size).
         tilt: |n - normal there|.
         unbalanced: |m - c x f - spin n| over |m| + max(|c|, size) |f|, about the tip's centre.
-        decomposed: Of force into normal and tangential, over |f|.
+        decomposed: Error of the split of the force into normal and tangential part, over |f|.
         softness: delta times the sharpest curvature at the contact found.
-        sound: All finite, pushing.
-        condition: Reported.
-        spread: Of `Built`.
+        sound: Whether all fields are finite and the force pushes.
+        condition: Condition number reported.
+        spread: `Built.spread`.
     """
 
     status: Array
@@ -714,34 +698,29 @@ def measure(kind: Kind, n: int, rng: Rng) -> Row:
     return Row(kind, checked, float(np.median(seconds)))
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--contacts", type=int, default=10**6, help="in total (default: 1000000)")
-    parser.add_argument("--seed", type=int, default=1, help="of the random contacts (default: 1)")
-    parser.add_argument("--only", default="", help="kinds whose name contains this")
-    arguments = parser.parse_args()
-    chosen = [kind for kind in kinds() if arguments.only in kind.name]
-    per_share = arguments.contacts / sum(kind.share for kind in chosen)
-    table = Table(title="built contacts")
-    for heading in ("kind", "contacts, by status", "wrong", "error / size", "off surface", "unbalanced", "us"):
-        table.add_column(heading, justify="left" if heading.startswith(("kind", "contacts")) else "right")
-    total = missed = wrong = 0
+def built(effort: Effort, contacts: int = 1_000_000) -> Study:
+    """Measure every kind of fingertip; contacts are shared among them."""
+    chosen, seed = list(kinds()), effort.seed or 1
+    per_share = (contacts // effort.of(1, 50)) / sum(kind.share for kind in chosen)
+    heads = ("contacts, by status", "wrong", "error / size", "off surface", "unbalanced", "us")
+    table, total, missed, wrong = grid("Built contacts", "kind", *heads), 0, 0, 0
     for number, kind in enumerate(chosen):
-        row = measure(kind, math.ceil(kind.share * per_share), np.random.default_rng([arguments.seed, number]))
+        effort.tell(f"built: {kind.name}")
+        row = measure(kind, math.ceil(kind.share * per_share), np.random.default_rng([seed, number]))
         total, wrong = total + len(row.every("status")), wrong + row.wrong
         missed += 0 if kind.beyond else row.missed
         figures = [f"{row.largest(name):.1e}" for name in ("error", "off_surface", "unbalanced")]
-        if kind.beyond:
-            figures[0] = "-"  # not the only contact
+        figures[0] = "-" if kind.beyond else figures[0]  # not the only contact
         table.add_row(kind.name, row.statuses, str(row.wrong), *figures, f"{row.seconds * 1e6:.2f}")
-    table.caption = (
-        f"{total} built contacts: {missed} missed (those of too soft tips apart), {wrong} wrong. "
-        f"Errors: the largest of those with a condition number below {CONDITION:g}."
+    about = f"Largest errors of contacts with a condition number below {CONDITION:g}."
+    checks = (
+        Check(f"missed of {total}, too soft tips apart", "0", str(missed), missed == 0),
+        Check(f"wrong of {total}", "0", str(wrong), wrong == 0),
     )
-    Console(width=130).print(table)
-    raise SystemExit(0 if wrong == missed == 0 else 1)
+    return Study("Built contacts", about, checks=checks, tables=(table,))
 
+
+PARTS = {"built": built}
 
 if __name__ == "__main__":
-    main()
+    start(__doc__, PARTS)

@@ -1,4 +1,4 @@
-"""Three fingers that share a load: the grip over the theoretical least, slip, spin and drops.
+"""Three fingers that share a load: grip over the theoretical least, slip, spin and drops.
 
 python benchmarks/sharing.py                 # 12 runs of each kind
 python benchmarks/sharing.py --runs 100      # what is asked for: an hour and a half
@@ -11,7 +11,7 @@ from grip.sharing_run import estimated, known, worst
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=12, help="of each kind")
+    parser.add_argument("--runs", type=int, default=12, help="runs of each kind")
     parser.add_argument("--first", type=int, default=1000, help="seed of the first")
     parser.add_argument("--only", choices=("known", "estimated"), help="only this kind")
     parser.add_argument("--loads", nargs="+", default=["ramp"], choices=("ramp", "step", "shake"))

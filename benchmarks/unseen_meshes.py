@@ -22,14 +22,14 @@ class MeshCase:
     """A mesh in a file.
 
     Attributes:
-        name: Of the case.
-        suffix: Of the file's format.
+        name: Name of the case.
+        suffix: Suffix of the file's format.
         make: Returns the mesh in metres; it is written in units of `unit`.
         unit: Metres per unit of the file.
-        smooth: Whether it is smooth where the tip goes, facets too small to be felt: force and map are then asked
-            for as of an analytic shape.
-        center: Where to explore, x and y from the middle of its bounding box [m].
-        side: Of the disc that is explored, or half the length of rows [m].
+        smooth: Whether facets are too small to be detected where the tip goes: force and map must then be as good
+            as on an analytic shape.
+        center: Place to explore, x and y from the middle of its bounding box [m].
+        side: Radius of the disc that is explored, or half the length of rows [m].
     """
 
     name: str

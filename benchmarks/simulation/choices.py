@@ -1,11 +1,10 @@
 """The choices that are compared, by kind of scene."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.compensation import SensorPayload
-from palpate.sim import Cone, Fidelity, Integrator, SeededSensor, SensorModel, Stage
+from palpate.sim import Cone, Fidelity, Integrator, SensorModel, Stage
 from palpate.sim.contact_law import pair_parameters
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.presets import ARM, EXPLORE, GRASP
@@ -17,104 +16,86 @@ from simulation.grasping import Holding
 PRESET = "preset"
 
 
-class Group(Enum):
-    """What a choice is about."""
-
-    PRESET = "preset"
-    STEP = "integrator and time step"
-    CONE = "cone"
-    IMPEDANCE = "impedance"
-    STIFFNESS = "stiffness"
-    FRICTION = "friction plant"
-    COLLISIONS = "every collision"
-    SENSOR = "sensor"
-    IMPRATIO = "impratio"
-
-
 @dataclass(frozen=True, slots=True)
-class TouchChoice:
-    """One way to simulate a tip on an object.
+class Choice:
+    """One way to simulate a scene.
 
     Attributes:
-        name: For table and picture.
-        group: What differs from the preset.
-        touching: The way.
+        name: Name in tables.
+        way: The way: `Touching` or `Holding`.
+        series: Choices of one series are joined in the picture.
         comparable: Whether it is the same scene, computed in another way: these compete for the front.
     """
 
     name: str
-    group: Group
-    touching: Touching
+    way: Touching | Holding
+    series: str
     comparable: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class HoldChoice:
-    """One way to simulate a hand that holds an object; as `TouchChoice`."""
-
-    name: str
-    group: Group
-    holding: Holding
-    comparable: bool = True
-
-
-STEPS = (0.1e-3, 0.25e-3, 0.5e-3, 1e-3)  # [s]
-LONG = 2e-3  # [s]: with a control period as long
-STIFFNESSES = ((2e3, LONG), (20e3, 1e-3), (100e3, 0.5e-3), (500e3, 0.25e-3))
-"""[N/m], and about the longest step that the law allows on a stage [s]."""
+STEPS, HAND_STEPS = (0.1e-3, 0.25e-3, 0.5e-3, 1e-3), (0.25e-3, 0.5e-3, 1e-3)  # [s]
+STIFFNESSES = ((2e3, 2e-3), (20e3, 1e-3), (100e3, 0.5e-3), (500e3, 0.25e-3))
+"""[N/m], and about the longest time step that the law allows on a stage [s]."""
 
 REACH_STIFFNESS = 100e3
-"""[N/m]: a stiff fingertip, which a scene for touching shall take without another time step,"""
+"""[N/m] A stiff fingertip, which a scene for touching must allow without another time step."""
 
 REACH_FRICTIONS, REACH_FORCE, REACH_MASS = (0.05, 1.0), 0.5, 2.0
-"""and friction from wet to rubber, from half a newton on, on a stage of 2 kg [-, N, kg]."""
+"""Friction from wet to rubber, from half a newton on, on a stage of 2 kg, which it must allow as well [-, N,
+kg]."""
 
 
-def label(fidelity: Fidelity) -> str:
-    """Return integrator and time step, as tables say them."""
-    return f"{fidelity.integrator.value}, {1e3 * fidelity.time_step:g} ms"
-
-
-def touch_choices(base: Touching) -> tuple[TouchChoice, ...]:
-    """Return all choices around a preset, the preset first."""
-    fidelity, law = base.fidelity, base.law
-    found = [TouchChoice(PRESET, Group.PRESET, base)]
+def common_choices(base: Touching | Holding, steps: Sequence[float], impedances: Sequence[float]) -> list[Choice]:
+    """Return the preset, and choices that touching and holding share."""
+    found = [Choice(PRESET, base, PRESET)]
     for integrator in Integrator:
-        for step in STEPS:
+        for step in steps:
             computed = Fidelity(step, integrator)
-            if computed != fidelity:
-                found.append(TouchChoice(label(computed), Group.STEP, replace(base, fidelity=computed)))
-    pyramid = replace(base, fidelity=replace(fidelity, cone=Cone.PYRAMIDAL))
-    found.append(TouchChoice("pyramidal cone", Group.CONE, pyramid))
-    for impedance in (0.005, 0.01, 0.05, 0.2, 0.5):
-        other = replace(base, law=replace(law, impedance=impedance))
-        found.append(TouchChoice(f"impedance {impedance:g}", Group.IMPEDANCE, other))
-    for stiffness, step in STIFFNESSES:
-        other = replace(
-            base,
-            law=replace(law, stiffness=stiffness),
-            fidelity=replace(fidelity, time_step=step),
-            period=max(step, base.period),
-        )
-        name = f"{1e-3 * stiffness:g} kN/m, {1e3 * step:g} ms"
-        found.append(TouchChoice(name, Group.STIFFNESS, other, comparable=False))
+            if computed != base.fidelity:
+                name = f"{integrator.value}, {1e3 * step:g} ms"
+                found.append(Choice(name, replace(base, fidelity=computed), integrator.value))
+    pyramid = replace(base.fidelity, cone=Cone.PYRAMIDAL)
+    found.append(Choice("pyramidal cone", replace(base, fidelity=pyramid), "pyramidal cone"))
+    for impedance in impedances:
+        if isinstance(base, Touching):
+            other = replace(base, law=replace(base.law, impedance=impedance))
+        else:
+            other = replace(base, impedance=impedance)
+        found.append(Choice(f"impedance {impedance:g}", other, "impedance"))
+    found.append(Choice(COLLIDING, replace(base, every_collision=True), COLLIDING))
+    return found
+
+
+COLLIDING = "every collision on"
+
+
+def touch_choices(base: Touching) -> list[Choice]:
+    """Return all choices around a preset for touching, the preset first."""
+    law, found = base.law, common_choices(base, STEPS, (0.005, 0.01, 0.05, 0.2, 0.5))
     plant = FrictionLaw(law.friction, law.friction, spin_length=law.spin_length)
-    found.append(TouchChoice("friction plant", Group.FRICTION, replace(base, plant=plant)))
-    found.append(TouchChoice("every collision on", Group.COLLISIONS, replace(base, every_collision=True)))
-    return tuple(found)
+    found.append(Choice("friction plant", replace(base, plant=plant), "friction plant"))
+    for stiffness, step in STIFFNESSES:
+        fidelity = replace(base.fidelity, time_step=step)
+        stiff, period = replace(law, stiffness=stiffness), max(step, base.period)
+        other = replace(base, law=stiff, fidelity=fidelity, period=period)
+        found.append(Choice(f"{1e-3 * stiffness:g} kN/m, {1e3 * step:g} ms", other, "stiffness", comparable=False))
+    return found
 
 
-def sensor_choices() -> tuple[TouchChoice, ...]:
-    """Return the sensors that a stage may carry, and the lack of compensation."""
-    base = Touching()
-    uncompensated = replace(base, payload=SensorPayload())
-    return (
-        *(
-            TouchChoice(name, Group.SENSOR, replace(base, sensor=SeededSensor(model)), False)
-            for name, model in sensors()
-        ),
-        TouchChoice("weight and inertia left in", Group.SENSOR, uncompensated, False),
-    )
+def hold_choices() -> list[Choice]:
+    """Return all choices around the preset for a grasp, the preset first."""
+    base = Holding()
+    found = common_choices(base, HAND_STEPS, (0.05, 0.2, 0.9))
+    ratios = (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
+    found += [
+        Choice(f"impratio {ratio:g}", replace(base, impratio=ratio), "impratio")
+        for ratio in ratios
+        if ratio != base.impratio
+    ]
+    for stiffness in (2e3, 40e3):
+        other = replace(base, law=replace(base.law, stiffness=stiffness))
+        found.append(Choice(f"{1e-3 * stiffness:g} kN/m", other, "stiffness", comparable=False))
+    return found
 
 
 def sensors() -> tuple[tuple[str, SensorModel], ...]:
@@ -135,36 +116,8 @@ def sensors() -> tuple[tuple[str, SensorModel], ...]:
     )
 
 
-def hold_choices() -> tuple[HoldChoice, ...]:
-    """Return all choices around the preset of a grasp, the preset first."""
-    base = Holding()
-    fidelity = base.fidelity
-    found = [HoldChoice(PRESET, Group.PRESET, base)]
-    for integrator in Integrator:
-        for step in (0.25e-3, 0.5e-3, 1e-3):
-            computed = Fidelity(step, integrator)
-            if computed != fidelity:
-                found.append(HoldChoice(label(computed), Group.STEP, replace(base, fidelity=computed)))
-    pyramid = replace(base, fidelity=replace(fidelity, cone=Cone.PYRAMIDAL))
-    found.append(HoldChoice("pyramidal cone", Group.CONE, pyramid))
-    found += [
-        HoldChoice(f"impedance {impedance:g}", Group.IMPEDANCE, replace(base, impedance=impedance))
-        for impedance in (0.05, 0.2, 0.9)
-    ]
-    found += [
-        HoldChoice(f"impratio {impratio:g}", Group.IMPRATIO, replace(base, impratio=impratio))
-        for impratio in (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
-        if impratio != base.impratio
-    ]
-    for stiffness in (2e3, 40e3):
-        other = replace(base, law=replace(base.law, stiffness=stiffness))
-        found.append(HoldChoice(f"{1e-3 * stiffness:g} kN/m", Group.STIFFNESS, other, comparable=False))
-    found.append(HoldChoice("every collision on", Group.COLLISIONS, replace(base, every_collision=True)))
-    return tuple(found)
-
-
 def reaches(touching: Touching) -> str:
-    """Return what a scene like this could not be built for, of what it shall do without another time step."""
+    """Return what a scene could not be built for, of what it must allow without another time step."""
     law, step = touching.law, touching.fidelity.time_step
     stage = 1.0 / (EXPLORE.carrier.mass + TIP.mass) if isinstance(EXPLORE.carrier, Stage) else 0.2
     light = 1.0 / (REACH_MASS + TIP.mass)
@@ -180,8 +133,5 @@ def reaches(touching: Touching) -> str:
     return ""
 
 
-STAGE_BASE, ARM_BASE, GRASP_BASE = (
-    Touching(),
-    Touching(ARM.fidelity, ARM.law, ARM.carrier),
-    Holding(GRASP.fidelity),
-)
+STAGE_BASE, GRASP_BASE = Touching(), Holding(GRASP.fidelity)
+ARM_BASE = Touching(ARM.fidelity, ARM.law, ARM.carrier)

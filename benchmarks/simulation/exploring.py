@@ -5,6 +5,7 @@ What is measured is scene, sensing and palpate's own controller together, on one
 
 from dataclasses import dataclass, field
 
+import mujoco
 import numpy as np
 
 from palpate.controllers import (
@@ -38,7 +39,6 @@ from palpate.sim import (
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.presets import EXPLORE
 from palpate.surfaces import Sphere
-from simulation.every_collision import let_everything_collide
 
 PERIOD = 1e-3  # [s]: 1 kHz
 RADIUS = 0.008  # [m]
@@ -86,6 +86,15 @@ class Touching:
     def backend(self, scene: Scene) -> MujocoBackend:
         """Return a back end with its sensor."""
         return MujocoBackend(scene, self.period, self.sensor)
+
+
+def let_everything_collide(model: mujoco.MjModel) -> None:
+    """Switch collisions of all shapes on, besides the explicit pairs, which stay as they are.
+
+    MuJoCo leaves out shapes fixed to one another, parents and children, and pairs that are explicit already.
+    """
+    model.geom_contype[:], model.geom_conaffinity[:] = 1, 1
+    model.body_contype[:], model.body_conaffinity[:] = 1, 1  # the broad phase works per body
 
 
 class Exploration:
@@ -182,16 +191,6 @@ def explore(choice: Touching, target: SceneObject, force: float, speed: float) -
     offset = run.half_compliance * (2.0 * felt - force)
     distance = target.signed_distance(c - offset[:, None] * n)[touching]
     return Explored(ended, rms(error), rms(distance), float(touching.mean()))
-
-
-def together(runs: list[Explored]) -> Explored:
-    """Return several runs as one: root mean squares over all, the least share in contact."""
-    return Explored(
-        all(run.done for run in runs),
-        rms(np.array([run.force_rms for run in runs])),
-        rms(np.array([run.point_rms for run in runs])),
-        min(run.touching for run in runs),
-    )
 
 
 def rms(values: np.ndarray) -> float:

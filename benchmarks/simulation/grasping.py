@@ -19,7 +19,7 @@ from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
 from palpate.sim.objects.table import Table
 from palpate.sim.presets import GRASP
-from simulation.every_collision import let_everything_collide
+from simulation.exploring import let_everything_collide
 
 PERIOD = 1e-3  # [s]
 HAND = two_finger_hand()

@@ -9,9 +9,8 @@ from grasp_forces.methods import CLARABEL, OPTIMIZER
 from grasp_forces.problem import Ended, Problem, Solver
 from grasp_forces.slsqp import Slsqp
 from grasp_forces.trajectories import Trajectory, trajectory
-
-from studies.study import Row, Study, Tell
-from studies.turns import timed_in_turns
+from harness.study import Effort, Errors, Row, Study
+from harness.timing import Timed, rounds
 
 METHODS: dict[str, tuple[Callable[[Problem], Solver], bool]] = {
     "palpate, from the last load": (OPTIMIZER.prepare, True),
@@ -32,44 +31,31 @@ ABOUT = (
 )
 
 
-def measure(quick: bool, seed: int, tell: Tell) -> Study:
+def measure(effort: Effort) -> Study:
     """Measure grasp forces."""
-    rng = np.random.default_rng(seed)
-    rows = []
+    rng, rows = np.random.default_rng(effort.seed), list[Row]()
     for fingers in (3, 4, 5):
-        tell(f"grasp: {fingers} fingers")
-        rows += _rows(fingers, quick, rng)
-    rows.sort(key=lambda row: list(METHODS).index(row.series))
-    return Study(
-        "Least forces of a grasp",
-        ABOUT,
-        "time per load",
-        "s",
-        "(violation or excess effort, relative)",
-        "",
-        tuple(rows),
-    )
+        effort.tell(f"grasp: {fingers} fingers")
+        rows += _rows(fingers, effort, rng)
+    quantities = (("violation or excess effort, relative", ""),)
+    return Study("Least forces of a grasp", ABOUT, "time per load", "s", quantities, tuple(rows))
 
 
-def _rows(fingers: int, quick: bool, rng: np.random.Generator) -> list[Row]:
+def _rows(fingers: int, effort: Effort, rng: np.random.Generator) -> list[Row]:
     errors: dict[str, list[float]] = {name: [] for name in METHODS}
-    for _ in range(5 if quick else 30):
+    for _ in range(effort.of(30, 5)):
         path = trajectory(fingers, LOADS, rng)
         judge = EffortJudge(path.problem)
         for name in METHODS:
             errors[name] += _errors(name, path, judge)
     # the last grasp is timed: palpate's optimisers of one size are one, which knows one grasp at a time
-    calls = {name: partial(_through, name, prepare(path.problem), path) for name, (prepare, _) in METHODS.items()}
-    taken = timed_in_turns(calls, 5 if quick else 15)
+    runs = {
+        name: Timed(partial(_through, name, prepare(path.problem), path), LOADS)
+        for name, (prepare, _) in METHODS.items()
+    }
+    timed = rounds(runs, effort.of(15, 5))
     return [
-        Row(
-            name,
-            f"{name}, {fingers} fingers",
-            taken[name] / LOADS,
-            float(np.nanmedian(each)),
-            float(np.nanmax(each)),
-            _failed(each),
-        )
+        Row(f"{fingers} fingers", name, timed[name].least, (Errors.of(each),), ratio=timed[name].ratio)
         for name, each in errors.items()
     ]
 
@@ -89,8 +75,3 @@ def _errors(name: str, path: Trajectory, judge: EffortJudge) -> list[float]:
         answer = solver.answer()
         errors.append(max(judge(answer, load)) if answer.ended is Ended.SOLVED else np.nan)
     return errors
-
-
-def _failed(errors: list[float]) -> str:
-    none = int(np.count_nonzero(np.isnan(errors)))
-    return f"no answer to {none} of {len(errors)}" if none else ""

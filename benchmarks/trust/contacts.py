@@ -30,7 +30,7 @@ SURE = {1: 3.841, 2: 5.991}
 """95 % of chi squared, by degrees of freedom."""
 
 QUANTITIES = {"centroid": 2, "tangential_force": 2, "normal_force": 1, "spin_torque": 1}
-"""That are judged, and degrees of freedom of each: vectors count in the tangent plane."""
+"""Judged quantities and their degrees of freedom: vectors count in the tangent plane."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Touch:
 
     Attributes:
         tip: Draws the assumed tip and the real one.
-        noise: Of each force component, relative to the normal force; the moment's is that times the radius.
+        noise: Noise of a force component relative to the normal force; times the radius, that of a moment.
         slope: Largest tangential over normal force.
-        uncertain: What is said of the tip.
+        uncertain: Stated uncertainty of the tip.
     """
 
     tip: Callable[[Rng], tuple[Surface, Surface]]

@@ -39,10 +39,10 @@ class Rubbed:
         axes: mu along the surface's own x over that along y.
         static: mu at rest over that in fast slip.
         outliers: Share of samples with 3 N and 30 mN m of error.
-        drift: Of the zero [N/s], a hundredth of it in moments.
-        origin: By how much the sensor's origin is off, along the surface [m].
-        tip: By how much the tip is larger than assumed [m].
-        quick: Loads and speeds as with --quick.
+        drift: Drift of the zero [N/s], a hundredth of it in moments.
+        origin: Error of the sensor's origin along the surface [m].
+        tip: Excess of the tip's size over the assumed one [m].
+        quick: Whether loads and speeds are those of --quick.
     """
 
     place: Callable[[np.ndarray], np.ndarray] = same

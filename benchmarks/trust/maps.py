@@ -11,14 +11,14 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from mapping_surface.shapes import STEP, Errors, Shape, felt
+from surface_shapes import STEP, Noise, Shape, felt
 from trust.study import Case, Run, Study, first_finding
 
 from palpate.errors import FloatArray
 from palpate.mapping import MapSettings, SurfaceMap, TouchCloud
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
-"""Of coordinates in millimetres, in millimetres; analytic, for slopes are taken along the imaginary axis."""
+"""Height over coordinates, both in millimetres; analytic, because slopes are taken along the imaginary axis."""
 
 SMOOTH: dict[str, Height] = {
     "plane": lambda x, y: 0.0 * x,
@@ -51,11 +51,11 @@ FINE: dict[str, Height] = {
     "texture of 2.5 mm, 0.01 mm": lambda x, y: 0.01 * np.sin(2 * np.pi * y / 2.5) * np.sin(2 * np.pi * x / 2.5),
 }
 
-QUIET = Errors(noise=1e-6, tilt=2e-3)
-"""Of a simulated sensor."""
+QUIET = Noise(noise=1e-6, tilt=2e-3)
+"""Noise of a simulated sensor."""
 
-ASSUMED = Errors()
-"""As maps assume them."""
+ASSUMED = Noise()
+"""Noise as maps assume it."""
 
 PLACES = 0.01
 """Share of places that may lie further off than 4 standard deviations."""
@@ -63,7 +63,7 @@ PLACES = 0.01
 TWO_SIDED = 1.959964
 
 SAMPLES = 600
-"""Places at which a map is asked."""
+"""Places at which a map is queried."""
 
 
 def shape_of(name: str, height: Height, contacts: int, rows: float) -> Shape:
@@ -90,7 +90,7 @@ def with_outliers(cloud: TouchCloud, rng: np.random.Generator, together: int) ->
     return dataclasses.replace(cloud, position=position)
 
 
-def mapped(shape: Shape, seed: int, rows: float = 1e-3, errors: Errors = ASSUMED, outliers: int = 0) -> Run:
+def mapped(shape: Shape, seed: int, rows: float = 1e-3, errors: Noise = ASSUMED, outliers: int = 0) -> Run:
     """Map the shape once, and ask at places away from its rim."""
     rng = np.random.default_rng(seed)
     cloud = felt(*shape.surface(*shape.rows(rows)), errors, rng)
@@ -109,7 +109,7 @@ def smooth(contacts: int, seed: int) -> Run:
     return mapped(shape_of(name, height, contacts, 1e-3), seed)
 
 
-def fine(name: str, errors: Errors, seed: int) -> Run:
+def fine(name: str, errors: Noise, seed: int) -> Run:
     """Map what is finer than the rows."""
     return mapped(shape_of(name, FINE[name], 7200, 2e-3), seed, 2e-3, errors)
 

@@ -28,7 +28,7 @@ SQUARE = math.radians(0.5)
 """An OK angle further off than that is wrong however wide its interval."""
 
 Change = Callable[[np.random.Generator, np.ndarray, SensorModel], np.ndarray]
-"""Of what the sensor shows, shape (n, 6)."""
+"""Change of the readings, shape (n, 6)."""
 
 
 def same(rng: np.random.Generator, shown: np.ndarray, model: SensorModel) -> np.ndarray:

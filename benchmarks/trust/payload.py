@@ -8,6 +8,7 @@ silently wrong, too.
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -37,7 +38,7 @@ POSES = 48
 Rng = np.random.Generator
 Shown = np.ndarray
 Change = Callable[[Rng, Shown, Rotation], Shown]
-"""Of what the sensor shows, shape (n, 6), given the poses (sensor to base)."""
+"""Change of the readings, shape (n, 6), given the poses (sensor to base)."""
 
 
 def axis(rng: Rng) -> np.ndarray:
@@ -81,20 +82,18 @@ def slow(rng: Rng, n: int) -> Rotation:
     return Rotation.from_rotvec(np.cumsum(rng.normal(size=(n, 3)), axis=0) * 0.4)
 
 
-def at_some(share: float, amount: Callable[[Rng, int], np.ndarray]) -> Change:
-    """Return a change of some poses only."""
-
-    def change(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
-        some = rng.choice(len(shown), max(1, round(share * len(shown))), replace=False)
-        shown[some] += amount(rng, len(some))
-        return shown
-
-    return change
+def at_some(
+    share: float, amount: Callable[[Rng, int], np.ndarray], rng: Rng, shown: Shown, poses: Rotation
+) -> Shown:
+    """Return wrenches of which some poses are changed."""
+    some = rng.choice(len(shown), max(1, round(share * len(shown))), replace=False)
+    shown[some] += amount(rng, len(some))
+    return shown
 
 
-def drifting(drift: Callable[[Rng, int], np.ndarray]) -> Change:
-    """Return a change by a drift."""
-    return lambda rng, shown, poses: shown + drift(rng, len(shown))
+def drifting(drift: Callable[[Rng, int], np.ndarray], rng: Rng, shown: Shown, poses: Rotation) -> Shown:
+    """Return wrenches with a drift."""
+    return shown + drift(rng, len(shown))
 
 
 def in_base(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
@@ -102,15 +101,11 @@ def in_base(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
     return np.hstack([poses.apply(shown[:, :3]), poses.apply(shown[:, 3:])])
 
 
-def turned(degrees: float) -> Change:
+def turned(degrees: float, rng: Rng, shown: Shown, poses: Rotation) -> Shown:
     """Return a sensor that is mounted turned about a random axis."""
-
-    def change(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
-        about = rng.normal(size=3)
-        turn = Rotation.from_rotvec(math.radians(degrees) * about / np.linalg.norm(about))
-        return np.hstack([turn.apply(shown[:, :3]), turn.apply(shown[:, 3:])])
-
-    return change
+    about = rng.normal(size=3)
+    turn = Rotation.from_rotvec(math.radians(degrees) * about / np.linalg.norm(about))
+    return np.hstack([turn.apply(shown[:, :3]), turn.apply(shown[:, 3:])])
 
 
 def hose(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
@@ -124,8 +119,8 @@ def gain(rng: Rng, shown: Shown, poses: Rotation) -> Shown:
     return shown * [1.02, 1.0, 1.0, 1.0, 1.0, 1.0]
 
 
-BAD = at_some(0.05, lambda rng, k: 2.0 * rng.normal(size=(k, 6)) * SCALE)
-same = drifting(lambda rng, n: np.zeros((n, 6)))
+BAD = partial(at_some, 0.05, lambda rng, k: 2.0 * rng.normal(size=(k, 6)) * SCALE)
+same = partial(drifting, lambda rng, n: np.zeros((n, 6)))
 
 
 def weighed(up: np.ndarray) -> np.ndarray:
@@ -218,27 +213,27 @@ STUDY = Study(
         case("as assumed", same, holds=True, weight=5.0),
         case("poses in a scan", same, holds=True, weight=5.0, poses=slow),
         case("two clusters of poses", same, poses=clusters),
-        case("walk", drifting(walk)),
-        case("step", drifting(step)),
-        case("exponential", drifting(exponential)),
-        case("temperature", drifting(temperature)),
-        case("walk, scan", drifting(walk), poses=slow),
-        case("exponential, scan", drifting(exponential), poses=slow),
-        case("walk, clusters", drifting(walk), poses=clusters),
-        case("step between clusters", drifting(lambda rng, n: step(rng, n, n // 2)), poses=clusters),
-        case("exponential, clusters", drifting(exponential), poses=clusters),
+        case("walk", partial(drifting, walk)),
+        case("step", partial(drifting, step)),
+        case("exponential", partial(drifting, exponential)),
+        case("temperature", partial(drifting, temperature)),
+        case("walk, scan", partial(drifting, walk), poses=slow),
+        case("exponential, scan", partial(drifting, exponential), poses=slow),
+        case("walk, clusters", partial(drifting, walk), poses=clusters),
+        case("step between clusters", partial(drifting, lambda rng, n: step(rng, n, n // 2)), poses=clusters),
+        case("exponential, clusters", partial(drifting, exponential), poses=clusters),
         case("5 % bad poses", BAD),
         case("5 % bad poses, walk", lambda r, w, p: BAD(r, w + walk(r, len(w)), p)),
-        case("one contact force at 20 %", at_some(0.2, lambda rng, k: rng.normal(size=6) * SCALE)),
-        case("one contact force at 50 %", at_some(0.5, lambda rng, k: rng.normal(size=6) * SCALE)),
+        case("one contact force at 20 %", partial(at_some, 0.2, lambda rng, k: rng.normal(size=6) * SCALE)),
+        case("one contact force at 50 %", partial(at_some, 0.5, lambda rng, k: rng.normal(size=6) * SCALE)),
         case("noise 3 times as large", lambda r, w, p: w + math.sqrt(8.0) * NOISE * r.normal(size=w.shape)),
         case("g of 9.9", same, assumed=9.9),
         case("g of 9.7", same, assumed=9.7),
         case("x and y swapped", lambda r, w, p: w[:, [1, 0, 2, 4, 3, 5]]),
         case("z mirrored", lambda r, w, p: w * [1, 1, -1, -1, -1, 1]),
         case("axes turned round", lambda r, w, p: w[:, [1, 2, 0, 4, 5, 3]]),
-        case("mounted 1 degree off", turned(1.0)),
-        case("mounted 30 degrees off", turned(30.0)),
+        case("mounted 1 degree off", partial(turned, 1.0)),
+        case("mounted 30 degrees off", partial(turned, 30.0)),
         case("wrenches in base frame", in_base),
         case("moments in mN m", lambda r, w, p: w * np.repeat([1.0, 1e3], 3)),
         case("a hose", hose),

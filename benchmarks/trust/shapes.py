@@ -11,6 +11,7 @@ import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ TIP = 8e-3
 Rng = np.random.Generator
 Path2 = tuple[FloatArray, FloatArray]
 Change = Callable[[Rng, FloatArray, FloatArray], Path2]
-"""Of points and normals as they are felt."""
+"""Change of the points and normals."""
 
 SIZES: dict[PrimitiveKind, tuple[float, ...]] = {
     PrimitiveKind.PLANE: (),
@@ -80,13 +81,13 @@ class Felt:
     """What is done to the data.
 
     Attributes:
-        change: Of what is felt.
+        change: Change of points and normals.
         smooth: Whether smooth errors of robot and object, as large as assumed, are added.
-        paths: Over the shapes.
-        offset: Of the tip's size [m]; None: within what is assumed.
-        alike: Over what length noise is alike [m]; what is assumed is 1 mm.
+        paths: Paths over the shapes.
+        offset: Error of the tip's size [m]; None: as assumed.
+        alike: Correlation length of the noise [m]; 1 mm is assumed.
         chosen: Whether the shape is chosen, too, not only fitted.
-        count: Contacts.
+        count: Number of contacts.
     """
 
     change: Change = lambda rng, p, n: (p, n)
@@ -98,105 +99,71 @@ class Felt:
     count: int = 200
 
 
-def outliers(count: int, size: float) -> Change:
+def outliers(count: int, size: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return contacts that are off along their normals."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        bad = rng.choice(len(p), count, replace=False)
-        p[bad] += size * rng.choice([-1.0, 1.0], count)[:, None] * n[bad]
-        return p, n
-
-    return change
+    bad = rng.choice(len(p), count, replace=False)
+    p[bad] += size * rng.choice([-1.0, 1.0], count)[:, None] * n[bad]
+    return p, n
 
 
-def drifting(amount: FloatArray | Callable[[Rng, int], FloatArray]) -> Change:
-    """Return a drift of the robot along a random direction, of such shape over the contacts [m].
+def drifting(
+    amount: FloatArray | Callable[[Rng, int], FloatArray], rng: Rng, p: FloatArray, n: FloatArray
+) -> Path2:
+    """Return contacts under a drift of the robot along a random direction, of a given course [m].
 
     The true place is the mean one.
     """
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        along = rng.normal(size=3)
-        shape = amount(rng, len(p)) if callable(amount) else np.interp(np.linspace(0, 1, len(p)), [0, 1], amount)
-        return p + np.outer(shape - shape.mean(), along / np.linalg.norm(along)), n
-
-    return change
+    along = rng.normal(size=3)
+    shape = amount(rng, len(p)) if callable(amount) else np.interp(np.linspace(0, 1, len(p)), [0, 1], amount)
+    return p + np.outer(shape - shape.mean(), along / np.linalg.norm(along)), n
 
 
-def walk(size: float) -> Change:
-    """Return a random walk of such a span [m]."""
-
-    def path(rng: Rng, count: int) -> FloatArray:
-        walked = np.cumsum(rng.normal(size=count))
-        return np.asarray(size * walked / np.ptp(walked))
-
-    return drifting(path)
+def walk(size: float, rng: Rng, count: int) -> FloatArray:
+    """Return a random walk of a given span [m]."""
+    walked = np.cumsum(rng.normal(size=count))
+    return np.asarray(size * walked / np.ptp(walked))
 
 
-def texture(height: float, length: float) -> Change:
+def texture(height: float, length: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return waves along all three axes of the base."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        k, phase = 2.0 * math.pi / length, rng.uniform(0.0, 2.0 * math.pi, 3)
-        wave = height * np.sin(k * p + phase).sum(axis=1)
-        slope = height * k * np.cos(k * p + phase)
-        return p + wave[:, None] * n, n - (slope - (slope * n).sum(axis=1, keepdims=True) * n)
-
-    return change
+    k, phase = 2.0 * math.pi / length, rng.uniform(0.0, 2.0 * math.pi, 3)
+    wave = height * np.sin(k * p + phase).sum(axis=1)
+    slope = height * k * np.cos(k * p + phase)
+    return p + wave[:, None] * n, n - (slope - (slope * n).sum(axis=1, keepdims=True) * n)
 
 
-def mounted(degrees: float) -> Change:
+def mounted(degrees: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return normals of a sensor that is mounted turned."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        about = rng.normal(size=3)
-        return p, Rotation.from_rotvec(math.radians(degrees) * about / np.linalg.norm(about)).apply(n)
-
-    return change
+    about = rng.normal(size=3)
+    return p, Rotation.from_rotvec(math.radians(degrees) * about / np.linalg.norm(about)).apply(n)
 
 
-def shifted_origin(amount: float) -> Change:
+def shifted_origin(amount: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return contacts of a sensor whose origin is so far off [m]: sideways on the tip, which is where it is."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        along = rng.normal(size=3)
-        along *= amount / TIP / np.linalg.norm(along)
-        leaning = n + along - (n @ along)[:, None] * n
-        leaning /= np.linalg.norm(leaning, axis=1, keepdims=True)
-        return p + TIP * (n - leaning), leaning
-
-    return change
+    along = rng.normal(size=3)
+    along *= amount / TIP / np.linalg.norm(along)
+    leaning = n + along - (n @ along)[:, None] * n
+    leaning /= np.linalg.norm(leaning, axis=1, keepdims=True)
+    return p + TIP * (n - leaning), leaning
 
 
-def outward(degrees: float) -> Change:
+def outward(degrees: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return normals that lean away from the middle of the points."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        away = p - p.mean(axis=0)
-        away -= (away * n).sum(axis=1, keepdims=True) * n
-        return p, n + math.radians(degrees) * away / np.linalg.norm(away, axis=1).max()
-
-    return change
+    away = p - p.mean(axis=0)
+    away -= (away * n).sum(axis=1, keepdims=True) * n
+    return p, n + math.radians(degrees) * away / np.linalg.norm(away, axis=1).max()
 
 
-def rows_apart(size: float) -> Change:
+def rows_apart(size: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return rows that are off as a whole, each by another amount."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        row = np.arange(len(p)) * felt_shapes.ROWS // len(p)
-        return p + size * rng.normal(size=felt_shapes.ROWS)[row][:, None] * n, n
-
-    return change
+    row = np.arange(len(p)) * felt_shapes.ROWS // len(p)
+    return p + size * rng.normal(size=felt_shapes.ROWS)[row][:, None] * n, n
 
 
-def back_and_forth(size: float) -> Change:
+def back_and_forth(size: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return contacts that lag behind along the path, forward and back [m]."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        along = np.gradient(p, axis=0)
-        return p - size * along / np.linalg.norm(along, axis=1, keepdims=True), n
-
-    return change
+    along = np.gradient(p, axis=0)
+    return p - size * along / np.linalg.norm(along, axis=1, keepdims=True), n
 
 
 def tails(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
@@ -209,16 +176,12 @@ def rough_normals(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     return p, n + np.linspace(0.0, 3.0, len(n))[:, None] * NORMAL_SD * rng.normal(size=n.shape)
 
 
-def dented(depth: float) -> Change:
+def dented(depth: float, rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
     """Return a dent of 5 mm."""
-
-    def change(rng: Rng, p: FloatArray, n: FloatArray) -> Path2:
-        away = p - p[rng.integers(len(p))]
-        near = depth * np.exp(-0.5 * (away**2).sum(axis=1) / 5e-3**2)
-        slope = near[:, None] * away / 5e-3**2
-        return p - near[:, None] * n, n - (slope - (slope * n).sum(axis=1, keepdims=True) * n)
-
-    return change
+    away = p - p[rng.integers(len(p))]
+    near = depth * np.exp(-0.5 * (away**2).sum(axis=1) / 5e-3**2)
+    slope = near[:, None] * away / 5e-3**2
+    return p - near[:, None] * n, n - (slope - (slope * n).sum(axis=1, keepdims=True) * n)
 
 
 def felt(
@@ -309,35 +272,38 @@ STUDY = Study(
         case("the shape is chosen", chosen=True),
         case("the shape is chosen, half", chosen=True, paths=patch(0.5)),
         case("the shape is chosen, a quarter", chosen=True, paths=patch(0.25)),
-        case("one contact 1 mm off", outliers(1, 1e-3)),
-        case("3 % of contacts 0.3 mm off", outliers(6, 3e-4)),
-        case("10 % of contacts 0.1 mm off", outliers(20, 1e-4)),
+        case("one contact 1 mm off", partial(outliers, 1, 1e-3)),
+        case("3 % of contacts 0.3 mm off", partial(outliers, 6, 3e-4)),
+        case("10 % of contacts 0.1 mm off", partial(outliers, 20, 1e-4)),
         case("noise with heavy tails", tails),
         case("normals ever noisier", rough_normals),
-        case("drift of 0.05 mm", drifting(np.array([0.0, 5e-5]))),
-        case("drift of 0.2 mm", drifting(np.array([0.0, 2e-4]))),
-        case("drift of 1 mm", drifting(np.array([0.0, 1e-3]))),
-        case("jump of 0.2 mm", drifting(lambda rng, n: 2e-4 * (np.arange(n) >= rng.integers(n // 4, 3 * n // 4)))),
-        case("walk of 0.2 mm", walk(2e-4)),
-        case("texture of 2 mm, 0.01 mm", texture(1e-5, 2e-3)),
-        case("texture of 2 mm, 0.05 mm", texture(5e-5, 2e-3)),
-        case("texture of 8 mm, 0.02 mm", texture(2e-5, 8e-3)),
-        case("texture of 8 mm, 0.1 mm", texture(1e-4, 8e-3)),
+        case("drift of 0.05 mm", partial(drifting, np.array([0.0, 5e-5]))),
+        case("drift of 0.2 mm", partial(drifting, np.array([0.0, 2e-4]))),
+        case("drift of 1 mm", partial(drifting, np.array([0.0, 1e-3]))),
+        case(
+            "jump of 0.2 mm",
+            partial(drifting, lambda rng, n: 2e-4 * (np.arange(n) >= rng.integers(n // 4, 3 * n // 4))),
+        ),
+        case("walk of 0.2 mm", partial(drifting, partial(walk, 2e-4))),
+        case("texture of 2 mm, 0.01 mm", partial(texture, 1e-5, 2e-3)),
+        case("texture of 2 mm, 0.05 mm", partial(texture, 5e-5, 2e-3)),
+        case("texture of 8 mm, 0.02 mm", partial(texture, 2e-5, 8e-3)),
+        case("texture of 8 mm, 0.1 mm", partial(texture, 1e-4, 8e-3)),
         case("tip 0.1 mm larger", offset=1e-4),
         case("tip 0.1 mm smaller", offset=-1e-4),
-        case("sensor's origin off by 0.1 mm", shifted_origin(1e-4)),
-        case("sensor's origin off by 0.5 mm", shifted_origin(5e-4)),
-        case("sensor mounted 0.5 degrees off", mounted(0.5)),
-        case("sensor mounted 2 degrees off", mounted(2.0)),
-        case("normals lean outwards by 0.5 degrees", outward(0.5)),
-        case("normals lean outwards by 2 degrees", outward(2.0)),
-        case("rows off by 0.02 mm", rows_apart(2e-5)),
-        case("rows off by 0.1 mm", rows_apart(1e-4)),
+        case("sensor's origin off by 0.1 mm", partial(shifted_origin, 1e-4)),
+        case("sensor's origin off by 0.5 mm", partial(shifted_origin, 5e-4)),
+        case("sensor mounted 0.5 degrees off", partial(mounted, 0.5)),
+        case("sensor mounted 2 degrees off", partial(mounted, 2.0)),
+        case("normals lean outwards by 0.5 degrees", partial(outward, 0.5)),
+        case("normals lean outwards by 2 degrees", partial(outward, 2.0)),
+        case("rows off by 0.02 mm", partial(rows_apart, 2e-5)),
+        case("rows off by 0.1 mm", partial(rows_apart, 1e-4)),
         case("noise alike over 5 mm", alike=5e-3),
-        case("contacts lag by 0.2 mm", back_and_forth(2e-4)),
-        case("waves of 40 mm, 0.02 mm", texture(2e-5, 4e-2)),
-        case("waves of 40 mm, 0.1 mm", texture(1e-4, 4e-2)),
-        case("a dent of 0.05 mm", dented(5e-5)),
-        case("a dent of 0.3 mm", dented(3e-4)),
+        case("contacts lag by 0.2 mm", partial(back_and_forth, 2e-4)),
+        case("waves of 40 mm, 0.02 mm", partial(texture, 2e-5, 4e-2)),
+        case("waves of 40 mm, 0.1 mm", partial(texture, 1e-4, 4e-2)),
+        case("a dent of 0.05 mm", partial(dented, 5e-5)),
+        case("a dent of 0.3 mm", partial(dented, 3e-4)),
     ),
 )

@@ -1,4 +1,4 @@
-"""What a study finds of one kind of data: how often results were honest, reported as broken, or silently wrong."""
+"""Study of an estimator: how often its results are honest, reported as broken, or silently wrong."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ SILENT = 4.0
 """Standard deviations from the truth beyond which a result with verdict OK is silently wrong."""
 
 SHARE = 0.01
-"""Of the runs of a row that may be: chance alone makes 6e-5 of a normal distribution."""
+"""Share of the runs of a row that may be silently wrong: a normal distribution alone makes 6e-5."""
 
 COVERED = (0.93, 0.98)
 """Share of intervals at 95 % that hold the truth, where all assumptions hold."""
@@ -24,14 +24,13 @@ def first_finding(verdict: Verdict) -> str:
 
 @dataclass(frozen=True)
 class Run:
-    """One data set, and what an estimator made of it.
+    """One data set and the result of an estimator.
 
     Attributes:
         ok: Whether the verdict is OK; data that are refused are not.
         furthest: Largest distance of a value from the truth [standard deviations as printed].
-        inside: Of each interval at 95 % that is printed, by its name, whether it holds the truth, or which share
-            of several does.
-        finding: What the verdict says first.
+        inside: Share of the printed 95 % intervals that hold the truth, by name.
+        finding: First finding of the verdict.
     """
 
     ok: bool
@@ -45,15 +44,15 @@ class Row:
     """The runs of one kind of data.
 
     Attributes:
-        study: What is estimated.
-        case: What is done to the data.
+        study: Name of the estimator.
+        case: Name of the case.
         holds: Whether all assumptions hold, so that coverage counts.
-        runs: How many.
+        runs: Number of runs.
         honest: Share of runs with verdict OK, and all values within `SILENT`.
         reported: Share of runs whose verdict is not OK.
         silent: Share of runs with verdict OK, and a value beyond.
-        coverage: Of the intervals by name, over runs with verdict OK.
-        finding: What verdicts say most often.
+        coverage: Coverage of the intervals by name, over runs with verdict OK.
+        finding: Most frequent finding of the verdicts.
         shown: Whether the data can show what is broken.
     """
 
@@ -70,7 +69,7 @@ class Row:
 
     @property
     def misses(self) -> Iterator[str]:
-        """What is not as asked."""
+        """Figures that are missed."""
         if self.silent > SHARE and self.shown:
             yield f"{self.study}, {self.case}: silently wrong in {self.silent:.1%} of {self.runs}"
         for name, share in self.coverage.items() if self.holds else ():
@@ -85,11 +84,11 @@ class Case:
     """One kind of data.
 
     Attributes:
-        name: What is done to them.
-        run: Makes a data set from a seed, and what comes of it.
+        name: What is broken in the data.
+        run: Makes a data set from a seed, and estimates.
         holds: Whether all assumptions hold.
         weight: Times as many seeds as other cases have.
-        shown: Whether the data can show at all what is broken; what they cannot, their user must state.
+        shown: Whether the data can show what is broken; otherwise the user must state it.
     """
 
     name: str

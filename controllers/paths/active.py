@@ -33,12 +33,12 @@ ROW_TOLERANCE = 3e-4
 """Farther from its row than this the tip is still travelling to it [m]."""
 
 DETAIL = 0.3
-"""Part of the sum of squared errors that one detail may leave. Chosen with `benchmarks/active.py --tune`: over the
+"""Part of the sum of squared errors that one detail may leave. Chosen with `benchmarks/active.py tuning`: over the
 16 local explorations of `--seeds 8` the median path length to the RMS goal is 0.70 of the best raster's with it,
 0.75 with all."""
 
 MARGIN = 0.6
-"""Expected error over the wanted one at which the goal counts as reached. In `benchmarks/active.py --tune
+"""Expected error over the wanted one at which the goal counts as reached. In `benchmarks/active.py tuning
 --seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median path length is the
 same. It does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
 
@@ -48,7 +48,7 @@ CLEARANCE = 3e-3
 
 @dataclass(frozen=True, slots=True)
 class ActiveSettings:
-    """How an active exploration goes about it. Defaults were chosen with `benchmarks/active.py --tune`.
+    """How an active exploration goes about it. Defaults were chosen with `benchmarks/active.py tuning`.
 
     Attributes:
         widest: Distance of rows on a surface that seems smooth [m].

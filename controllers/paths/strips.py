@@ -22,7 +22,7 @@ DETAIL_RATIO = 3.0
 """Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
 
 HIDDEN = 0.02
-"""Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py --tune`:
+"""Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py tuning`:
 over `--seeds 15` the median path length to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77
 without."""
 
@@ -41,7 +41,7 @@ MAX_ROWS = 6
 
 STROKE_MARGIN = 0.05
 """How much farther to each side than the loud part of a strip its stroke goes, in gaps. From
-`benchmarks/active.py --tune`."""
+`benchmarks/active.py tuning`."""
 
 FLANK_MARGIN = 0.6
 """The same for a stroke that goes less than half a gap from a row, in its distance: the loud part then ends on the

@@ -15,7 +15,7 @@ from palpate.mapping.surface_map.agreement import LARGEST, PRIOR_ROWS, SMALLEST,
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from mapping_surface.shapes import SHAPES, Errors, Shape, felt, torus
+from surface_shapes import SHAPES, Noise, Shape, felt, torus
 
 MODEL = SurfaceModel(curvature=20.0, length=20e-3)
 
@@ -25,7 +25,7 @@ def bumps(seed, errors=None):
     rng = np.random.default_rng(seed)
     shape = next(each for each in SHAPES if each.name == "bumps")
     part = dataclasses.replace(shape, u=(0.0, 0.02), v=(0.0, 0.02))
-    cloud = felt(*part.surface(*part.rows(1e-3)), errors or Errors(), rng)
+    cloud = felt(*part.surface(*part.rows(1e-3)), errors or Noise(), rng)
     return cloud, part.surface(rng.uniform(0.001, 0.019, 500), rng.uniform(0.001, 0.019, 500))[0]
 
 
@@ -94,7 +94,7 @@ def test_rows_too_far_apart_to_tell_of_their_noise_do_not_narrow_the_band():
     """A calm surface is bridged better than its prior fears, which says nothing of how far rows are off."""
     inside = []
     for seed in range(3):
-        made, points = coarse(Errors(noise=3e-6, tilt=2e-3), seed)
+        made, points = coarse(Noise(noise=3e-6, tilt=2e-3), seed)
         assert not made.agreement.near
         assert len(made.agreement.far) > 10
         assert made.agreement.factor >= 1.0
@@ -105,7 +105,7 @@ def test_rows_too_far_apart_to_tell_of_their_noise_do_not_narrow_the_band():
 
 @pytest.mark.slow
 def test_a_surface_rougher_than_believed_between_far_rows_widens_the_band():
-    made, _ = coarse(Errors(noise=3e-6, tilt=2e-3), curvature=0.3)
+    made, _ = coarse(Noise(noise=3e-6, tilt=2e-3), curvature=0.3)
     assert np.mean(made.agreement.far) > 2.0
     assert made.agreement.factor > 1.3
 

@@ -22,7 +22,7 @@ from palpate.mapping.surface_map.covariance import bend_covariance, bend_varianc
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from mapping_surface.shapes import SHAPES, Errors, felt
+from surface_shapes import SHAPES, Noise, felt
 
 RADIUS = 0.04
 QUIET = MapSettings(model=SurfaceModel(noise=1e-6, tilt=1e-4))
@@ -136,7 +136,7 @@ def test_with_noise_both_are_as_far_off_as_they_say(shape):
         low + np.array([0.0, share]) * (high - low) for share, (low, high) in ((0.3, shape.u), (0.35, shape.v))
     )
     part = dataclasses.replace(shape, u=tuple(u), v=tuple(v))
-    cloud = felt(*part.surface(*part.rows(1e-3)), Errors(), rng)
+    cloud = felt(*part.surface(*part.rows(1e-3)), Noise(), rng)
     made = mapped(cloud, MapSettings())
     u, v = rng.uniform(*part.u, 400), rng.uniform(*part.v, 400)
     points, normals = part.surface(u, v)

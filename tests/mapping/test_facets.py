@@ -14,12 +14,12 @@ from palpate.mapping import MapSettings, SurfaceMap, SurfaceModel
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from mapping_surface.shapes import STEP, Errors, felt
+from surface_shapes import STEP, Noise, felt
 
 RADIUS, TIP = 0.025, 0.008  # of the polygon's corners and of the ball [m]
 HALF_LENGTH, HALF_DEPTH = 0.010, 0.0075  # along the rows, across them [m]
 ROWS = 2e-3
-QUIET = Errors(noise=1e-6, tilt=2e-3)  # of a simulated sensor; 0.1 degrees
+QUIET = Noise(noise=1e-6, tilt=2e-3)  # of a simulated sensor; 0.1 degrees
 
 
 def touched(y, sides, turned):

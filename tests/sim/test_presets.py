@@ -11,13 +11,19 @@ from hypothesis import strategies as st
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from simulation.accuracy import accuracy
 from simulation.choices import ARM_BASE, GRASP_BASE, STAGE_BASE, reaches
 from simulation.exploring import ELLIPSOID, SPHERE, explore
 from simulation.grasping import Hold, has_room, hold
-from simulation.limit import limit_surface
-from simulation.sensed import FACTS, SOFT
-from simulation.turntable import FRICTION, LAW, OWN_FINDER, ride
+from simulation.turntable import (
+    FACTS,
+    FRICTION,
+    LAW,
+    OWN_FINDER,
+    SOFT,
+    accuracy,
+    limit_surface,
+    ride,
+)
 
 from palpate.sim import Cone, Fidelity, Integrator
 from palpate.sim.presets import ARM, EXPLORE, GRASP

@@ -52,7 +52,7 @@ COARSEST = 0.1
 """Largest noise of where on the tip it touches, over the tip's smallest half length, of samples 1 ms apart: on a
 sphere, that of the contact's direction in radians. Of samples further apart it weighs with the square root of
 their distance, for it is their density that force control cannot filter away. MEASURED on the stage at 2 N and
-20 mm/s (`benchmarks/sensors.py`): at this limit the force is off by an eighth of what is set; at three
+20 mm/s (`benchmarks/explorations.py`): at this limit the force is off by an eighth of what is set; at three
 times as much, with this check lifted, the tip got lost, filtered or not."""
 
 DENSITY_TIME = 1e-3

@@ -1,7 +1,7 @@
 """What the Python interpreter does of its own accord, kept from delaying the loop.
 
 Measured with numpy, scipy, numba, MuJoCo and CasADi loaded, which is 110 000 tracked objects, on two shared cores
-(`benchmarks/loop.py` measures it again):
+(`benchmarks/costs` measures it again):
 
 - A full garbage collection takes 65 to 150 ms. The loop makes no cyclic garbage and so starts none, but
   controllers and observers of others may. With the collector off, each of their cycles would stay: 1 KB a period

@@ -1,6 +1,6 @@
 """Real time: absolute deadlines on the monotonic clock, and the urgency that a control thread needs.
 
-Measured at 1 kHz (`benchmarks/loop.py` does it again): what delays a wake-up most is the 50 us of timer
+Measured at 1 kHz (`benchmarks/costs` does it again): what delays a wake-up most is the 50 us of timer
 slack that Linux gives every ordinary thread, then other work on the same core.
 """
 

@@ -167,7 +167,7 @@ def test_from_known_loads_and_poses_to_a_file_that_feels_right(tmp_path):
 
 
 def test_a_step_makes_less_than_a_hundred_calls_and_none_of_numpy():
-    """That takes some 15 us (benchmarks/loop.py), where a call of numpy alone takes one or more."""
+    """That takes some 15 us (benchmarks/costs), where a call of numpy alone takes one or more."""
     sensor, rng, calls = fingertip(8), np.random.default_rng(0), []
     pipeline = FTPipeline(sensor)
 

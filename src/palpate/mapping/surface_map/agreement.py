@@ -50,7 +50,7 @@ MEDIAN_SQUARE = 0.4549
 MIN_OWN_SHARE = 0.5
 """A row is well predicted where its own noise is at least so much of the variance that is expected of its miss:
 the others then know its place as well as it does itself. Rows 1 mm apart show 0.76 to 0.95, 6 mm apart mostly less
-than 0.35 (`benchmarks/mapping_surface`'s shapes and a torus of 60 and 25 mm)."""
+than 0.35 (`benchmarks/surface_maps.py`'s shapes and a torus of 60 and 25 mm)."""
 
 PRIOR_ROWS = 10.0
 """Rows by which the model is believed beforehand: two or three patches."""

@@ -23,7 +23,7 @@ over a plane say little about what is steep on it."""
 
 LEAST_SHARE = 0.02
 """Patches whose weight is a smaller share of all are not asked how well they know, nor how they bend, which takes
-most of the time. On the torus of `benchmarks/mapping_surface` deviations change by 0.4 % of the largest and
+most of the time. On the torus of `benchmarks/surface_maps.py` deviations change by 0.4 % of the largest and
 curvatures by 0.5 %."""
 
 JUDGED = (FLAT_COS, STEEP_COS, SAME_SHEET_COS)

@@ -19,7 +19,7 @@ class MapSettings:
     """What a `SurfaceMap` is built with.
 
     Lengths suit rows up to 2 mm apart on a surface whose radii are above 3 mm; `for_rows` scales them. How they
-    were chosen is measured by `benchmarks/mapping_surface`.
+    were chosen is measured by `benchmarks/surface_maps.py`.
 
     Attributes:
         model: Belief about surface and noise to start from, and the centre of what `learn` looks for.

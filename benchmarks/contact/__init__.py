@@ -1,1 +1,0 @@
-"""Contact sensing, speed against error: run by `python benchmarks/contact`."""

@@ -1,1 +1,0 @@
-"""The figures that README and documents quote: measured, kept, written where they are read."""

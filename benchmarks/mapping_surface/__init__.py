@@ -1,1 +1,0 @@
-"""Surface maps, error, honesty and cost: run by `python benchmarks/mapping_surface`."""

@@ -1,1 +1,0 @@
-"""The studies of `python benchmarks/bench.py`, one topic each, and the report they share."""
