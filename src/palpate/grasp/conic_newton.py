@@ -19,9 +19,11 @@ from typing import Any
 import numpy as np
 
 from palpate.compiling import njit
-from palpate.grasp.conic_blocks import SUMS
 
 __all__ = ["NEARLY", "newton_steps"]
+
+SUMS = {"reassoc", "contract", "nsz"}
+"""Sums may be taken in any order, the same every time: a third faster."""
 
 ENOUGH = 1e-14
 """Residuals, over the sizes of what they consist of, at which no more is tried."""

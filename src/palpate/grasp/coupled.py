@@ -99,9 +99,6 @@ class Coupled:
                 return self._any_load(wrench)
             if solution.outcome != ConicOutcome.SOLVED:
                 return self._not_solved(wrench, load, size, solution, self._programme)
-            sharp = programme.near(solution)
-            if sharp.outcome == ConicOutcome.SOLVED:
-                solution = replace(sharp, iterations=solution.iterations + sharp.iterations)
         self._last = solution
         return self._result(wrench, solution, self._programme.unit)
 
