@@ -39,7 +39,7 @@ ROUNDS = 15
 
 @dataclass(frozen=True, slots=True)
 class Category:
-    """One kind of hardness: generators of `tests/reference/cases.py` by name, and their contacts that belong here."""
+    """One kind of hardness: generators of `tests/reference/cases.py` by name, and which of their contacts count."""
 
     name: str
     about: str
