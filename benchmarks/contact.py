@@ -39,7 +39,7 @@ ROUNDS = 15
 
 @dataclass(frozen=True, slots=True)
 class Category:
-    """One kind of hardness: generators of `tests/reference/cases.py` by name, and which of their contacts count."""
+    """One kind of hardness: generators of `tests/reference/cases.py` by name, and which contacts count."""
 
     name: str
     about: str
