@@ -8,10 +8,20 @@ numbers are floats, so fractions; only |g_u| is no fraction, and is rounded up. 
 import math
 from fractions import Fraction
 
-from palpate.errors import FloatArray
-from palpate.grasp.contacts import GraspContacts
+import numpy as np
 
-__all__ = ["certified_reach"]
+from palpate.errors import FloatArray
+from palpate.grasp.conic import ConicSolution
+from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.coupled_limits import CoupledLimits
+from palpate.grasp.coupled_programme import CoupledProgramme
+from palpate.grasp.scaled import ScaledGrasp
+
+__all__ = ["certified_reach", "limits_exclude_each_other", "proof_from"]
+
+LARGEST_FORCES = 1e8
+"""Sum of forces, in units of load or preload, for which a proof must hold where f_max is infinite: to rounding,
+none is without doubt for all."""
 
 _ROOT_BITS = 100
 """Binary places of |g_u|."""
@@ -21,7 +31,6 @@ def certified_reach(
     grasp: GraspContacts,
     wrench: FloatArray,
     y: FloatArray,
-    actuators: FloatArray | None = None,
     implied: tuple[list[Fraction], Fraction] | None = None,
 ) -> float:
     """Return up to which normal force of contacts without a largest one y proves that the load is not held.
@@ -30,7 +39,6 @@ def certified_reach(
         grasp: Contacts whose limits are cones.
         wrench: The load about the object's origin, shape (6,) [N, N m].
         y: Multipliers of wrenches about the object's origin, shape (6,).
-        actuators: Multipliers of J w <= limit and -J w <= limit by turns, shape (n, 2 k); None for none.
         implied: a and b of a . w <= b, which holds within further limits for all forces w = (w_1, ..., w_n).
 
     Returns:
@@ -50,15 +58,6 @@ def certified_reach(
         axes = [[Fraction(row[k]) for row in frame] for k in range(3)]
         slope = [sum((a * b for a, b in zip(worth, axis, strict=True)), Fraction(0)) for axis in axes]
         slope.append(u * axes[0][0] + v * axes[0][1] + w * axes[0][2])
-        if actuators is not None and grasp.actuator_map is not None and grasp.actuator_limit is not None:
-            for k, (row, limit) in enumerate(
-                zip(grasp.actuator_map[i].tolist(), grasp.actuator_limit[i].tolist(), strict=True)
-            ):
-                up, down = (Fraction(max(float(each), 0.0)) for each in actuators[i, 2 * k : 2 * k + 2])
-                if up == down or math.isinf(limit):
-                    continue
-                slope = [a + (up - down) * Fraction(b) for a, b in zip(slope, row, strict=True)]
-                proven -= (up + down) * Fraction(limit)
         if implied is not None:
             slope = [a + b for a, b in zip(slope, implied[0][4 * i : 4 * i + 4], strict=True)]
         slope[3] *= Fraction(float(grasp.spin_length[i]))
@@ -78,6 +77,57 @@ def certified_reach(
         return math.inf
     reach = proven / short
     return float(reach) if reach < Fraction(10) ** 300 else math.inf
+
+
+def proof_from(
+    grasp: GraspContacts,
+    scaled: ScaledGrasp,
+    wrench: FloatArray,
+    limits: CoupledLimits,
+    programme: CoupledProgramme,
+    solution: ConicSolution,
+) -> tuple[FloatArray | None, float | None]:
+    """Return a unit certificate and its reach [N] from a solution's multipliers; None if they prove nothing.
+
+    Args:
+        grasp: Contacts whose limits are cones.
+        scaled: The same contacts, scaled.
+        wrench: The load about the object's origin, shape (6,) [N, N m].
+        limits: Limits beyond those of the contacts.
+        programme: The problem that was solved last by `solution`.
+        solution: Infeasible, or the largest load factor.
+    """
+    turned = scaled.multiplier(solution.y[:6])
+    length = float(np.linalg.norm(turned))
+    if not 0.0 < length < math.inf:
+        return None, None
+    reach = _reach(grasp, wrench, limits, programme, solution, turned)
+    return (turned / length, reach) if reach >= LARGEST_FORCES * programme.size else (None, None)
+
+
+def limits_exclude_each_other(
+    grasp: GraspContacts,
+    wrench: FloatArray,
+    limits: CoupledLimits,
+    programme: CoupledProgramme,
+    solution: ConicSolution,
+) -> bool:
+    """Return whether multipliers of limits alone prove that no forces keep them all, whatever the load."""
+    return _reach(grasp, wrench, limits, programme, solution, np.zeros(6)) > 0.0
+
+
+def _reach(
+    grasp: GraspContacts,
+    wrench: FloatArray,
+    limits: CoupledLimits,
+    programme: CoupledProgramme,
+    solution: ConicSolution,
+    y: FloatArray,
+) -> float:
+    by_equation, by_row = programme.weights
+    unit = programme.size / (float(np.linalg.norm(y)) or 1.0)
+    implied = limits.implied(solution.y[6:] * by_equation * unit, solution.z[programme.first :] * by_row * unit)
+    return certified_reach(grasp, wrench, y * (unit / programme.size), implied)
 
 
 def _root_above(square: Fraction) -> Fraction:

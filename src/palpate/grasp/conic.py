@@ -116,7 +116,8 @@ class ConicSolution:
         s: Shape (m,).
         z: Multipliers of s, shape (m,).
         iterations: How many.
-        error: Residuals and gap of the interior point over their tolerances; of Newton's method, residuals.
+        error: Residuals of Newton's method; of clarabel alone, over its tolerance.
+            Infinite without a solution.
     """
 
     outcome: ConicOutcome

@@ -1,35 +1,34 @@
-"""Grasp forces under limits that are second-order cones: dual Newton steps, and an interior point behind them."""
+"""Grasp forces under limits that are second-order cones: dual Newton steps, and clarabel behind them."""
 
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.grasp.balance import balance
-from palpate.grasp.certificate import certified_reach
+from palpate.grasp.certificate import LARGEST_FORCES, certified_reach, proof_from
+from palpate.grasp.conic import ConicOutcome, ConicSolution
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
-from palpate.grasp.grasp_proof import LARGEST_FORCES
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
+from palpate.grasp.coupled_limits import actuator_limits
+from palpate.grasp.coupled_programme import CoupledProgramme
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.sharpened import sharpened
 
 __all__ = ["Convex"]
-
-ABSENT = 1e3
-"""Largest force, over the load, of a contact that is not there: above any margin that matters."""
 
 SLACK = 1e-9
 """Share by which an actuator may be beyond its limit before forces that know nothing of it are refused; and of the
 load by which the largest margin may be below zero."""
+
+
+CERTAIN = 1e-12
+"""Error of the optimality conditions above which a proof of the contrary is looked for first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,9 +41,8 @@ class Convex:
     """Solves one load after another, for e that does not depend on the load and p = 2."""
 
     def __init__(self, grasp: GraspContacts, objective: Objective, effort_weight: float) -> None:
-        """Compile and allocate, so that solving need not."""
+        """Allocate, so that solving need not."""
         self._objective, self._weight = objective, effort_weight
-        self._room, self._actuators = 0, 0
         self._newton = LeastEffort(ScaledGrasp.of(grasp), effort_weight)
         self.update(grasp)
 
@@ -52,7 +50,8 @@ class Convex:
         """Take contacts that have moved, come or gone."""
         self._grasp = grasp
         self._scaled = ScaledGrasp.of(grasp)
-        self._prepare(len(grasp), 0 if grasp.actuator_limit is None else grasp.actuator_limit.shape[1])
+        self._limits = actuator_limits(grasp.actuator_map, grasp.actuator_limit, len(grasp))
+        self._programmes: dict[Objective, CoupledProgramme] = {}
         if len(self._newton) == len(grasp):
             self._newton.update(self._scaled)
         else:
@@ -61,7 +60,7 @@ class Convex:
     def solve(self, wrench: FloatArray, *, warm: bool) -> GraspForces:
         """Return the forces for a finite load, shape (6,) [N, N m]."""
         if self._objective is not Objective.MIN_EFFORT:
-            return self._by_interior_point(wrench)
+            return self._by_clarabel(wrench)
         newton = self._newton
         if not warm:
             newton.y[:] = 0.0
@@ -81,36 +80,60 @@ class Convex:
         y = newton.y.copy()
         newton.y[:] = 0.0  # where it got lost is no place to begin
         if outcome == Outcome.INFEASIBLE:
-            proof = self._proof(wrench, y)
+            proof = self._proof_by(wrench, y)
             if proof is not None:
                 return self._least_violation(wrench, proof, used)
-        return self._by_interior_point(wrench)
+        return self._by_clarabel(wrench)
 
-    def _by_interior_point(self, wrench: FloatArray) -> GraspForces:
-        load, size = self._scaled.load(wrench)
-        if self._objective is Objective.LOAD_FACTOR:
-            load, size = _direction(load, size)
-        result = self._interior(self._objective, load, size)
-        status = _STATUS[result.status]
-        if status is SolveStatus.INFEASIBLE:
-            proof = self._proof(wrench, result.certificate, result, size)
-            return self._least_violation(wrench, proof, result.iterations)
-        undecided = result.status in (InteriorPointStatus.NEARLY, InteriorPointStatus.MAX_ITERATIONS)
-        if undecided and self._objective in (Objective.MIN_EFFORT, Objective.MIN_PEAK):
-            found = self._least_violation(wrench, None, result.iterations)
+    def _by_clarabel(self, wrench: FloatArray) -> GraspForces:
+        objective = self._objective
+        solution, size = self._solve(objective, wrench)
+        used = solution.iterations
+        if solution.outcome == ConicOutcome.INFEASIBLE:
+            return self._least_violation(wrench, self._proof(wrench, objective, solution), used)
+        if objective is Objective.LOAD_FACTOR:
+            if solution.outcome == ConicOutcome.UNBOUNDED or not wrench.any():
+                return self._any_load(wrench)
+        elif not solution.error <= CERTAIN and objective is not Objective.MAX_MARGIN:
+            # next to the largest load an answer within tolerances may belong to a load that is not held
+            found = self._least_violation(wrench, None, used)
             if found.status is SolveStatus.INFEASIBLE:
                 return found
-        forces = self._scaled.forces(result.forces[: len(self._grasp)], size)
-        if self._objective is Objective.LOAD_FACTOR:
-            if result.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
-                return self._any_load(wrench)
-            factor = result.theta
-            return self._result(forces, factor, factor * wrench, result.dual, result.iterations, status, factor)
-        if self._objective is Objective.MAX_MARGIN and result.theta < -SLACK:
-            status = SolveStatus.INFEASIBLE
-        if self._objective is Objective.MIN_EFFORT:
-            return self._result(forces, None, wrench, result.dual * size, result.iterations, status)
-        return self._result(forces, result.theta * size, wrench, result.dual, result.iterations, status)
+        status = SolveStatus.SOLVED if solution.outcome == ConicOutcome.SOLVED else SolveStatus.MAX_ITERATIONS
+        n, theta, y = len(self._grasp), self._programmes[objective].theta(solution.x), solution.y[:6]
+        forces = self._scaled.forces(solution.x[: 4 * n].reshape(n, 4), size)
+        match objective:
+            case Objective.LOAD_FACTOR:
+                return self._result(forces, theta, theta * wrench, y, used, status, theta)
+            case Objective.MIN_EFFORT:
+                return self._result(forces, None, wrench, y * size, used, status)
+            case Objective.MAX_MARGIN if theta < -SLACK * size:
+                status = SolveStatus.INFEASIBLE
+        return self._result(forces, theta, wrench, y, used, status)
+
+    def _solve(self, objective: Objective, wrench: FloatArray) -> tuple[ConicSolution, float]:
+        """Return clarabel's solution and its unit of force [N]."""
+        if objective not in self._programmes:
+            stated = CoupledProgramme(self._scaled, objective, self._weight, self._limits)
+            self._programmes[objective] = stated
+        load, size = self._scaled.load(wrench)
+        return self._programmes[objective].of(load, size).solve(), size
+
+    def _proof(self, wrench: FloatArray, objective: Objective, solution: ConicSolution) -> _Proof | None:
+        """Return the multipliers of the last problem solved as a proof that nothing holds the load."""
+        y, reach = proof_from(
+            self._grasp, self._scaled, wrench, self._limits, self._programmes[objective], solution
+        )
+        return None if y is None or reach is None else _Proof(y, reach)
+
+    def _proof_by(self, wrench: FloatArray, y: FloatArray) -> _Proof | None:
+        """Return scaled multipliers as a proof that contacts alone cannot hold the load."""
+        turned = self._scaled.multiplier(y)
+        length = float(np.linalg.norm(turned))
+        if not length > 0.0:
+            return None
+        reach = certified_reach(self._grasp, wrench, turned / length)
+        return _Proof(turned / length, reach) if reach >= LARGEST_FORCES * self._scaled.load(wrench)[1] else None
 
     def _any_load(self, wrench: FloatArray) -> GraspForces:
         """Return forces that hold the load, of which any multiple could be held."""
@@ -127,15 +150,15 @@ class Convex:
         load, size = self._scaled.load(wrench)
         forces, left = least_violation(self._scaled.sized(size), load, self._weight)
         if proof is None:
-            proof = self._proof(wrench, left)
-        load, unit = _direction(load, size)
-        factor = self._interior(Objective.LOAD_FACTOR, load, unit)
-        if proof is None and not self._actuators:
-            rows, bearing = self._scaled.sized(unit), factor.forces[: len(self._grasp)]
-            proof = self._proof(wrench, sharpened(rows, load, bearing, factor.dual))
-        if self._actuators and factor.status is InteriorPointStatus.SOLVED:
+            proof = self._proof_by(wrench, left)
+        factor, unit = self._solve(Objective.LOAD_FACTOR, wrench)
+        solved = factor.outcome == ConicOutcome.SOLVED
+        if proof is None:
+            # what bounds the factor proves as much, also where the load is hardly too large
+            proof = self._proof(wrench, Objective.LOAD_FACTOR, factor)
+        if self._limits.names and solved:
             # what leaves least knows nothing of actuators; this keeps their limits
-            forces, size = factor.forces[: len(self._grasp)], unit
+            forces, size = factor.x[:-1].reshape(-1, 4), unit
         result = self._result(
             self._scaled.forces(forces, size),
             math.inf,
@@ -143,55 +166,9 @@ class Convex:
             np.full(6, math.nan),
             iterations,
             SolveStatus.MAX_ITERATIONS if proof is None else SolveStatus.INFEASIBLE,
-            factor.theta if factor.status is InteriorPointStatus.SOLVED else 0.0,
+            self._programmes[Objective.LOAD_FACTOR].theta(factor.x) if solved else 0.0,
         )
         return result if proof is None else replace(result, certificate=proof.y, reach=proof.reach)
-
-    def _proof(
-        self,
-        wrench: FloatArray,
-        y: FloatArray | None,
-        result: InteriorPointResult | None = None,
-        size: float = 1.0,
-    ) -> _Proof | None:
-        """Return scaled multipliers as a proof that nothing holds the load, if they are one."""
-        if y is None or not y.any():
-            return None
-        turned = self._scaled.multiplier(y)
-        length = float(np.linalg.norm(turned))
-        push, limits = None, self._grasp.actuator_limit
-        if result is not None and limits is not None:
-            dual = float(np.linalg.norm(result.dual))
-            scaled = result.multipliers[: len(self._grasp), -2 * self._actuators :] / dual
-            push = scaled * size / np.repeat(limits, 2, axis=1) / length
-        reach = certified_reach(self._grasp, wrench, turned / length, push)
-        least = LARGEST_FORCES * self._scaled.load(wrench)[1]
-        return _Proof(turned / length, reach) if reach >= least else None
-
-    def _prepare(self, contacts: int, actuators: int) -> None:
-        """Build the interior points, unless those there are have room for as many contacts."""
-        if contacts <= self._room and actuators == self._actuators:
-            return
-        self._room, self._actuators = max(contacts, self._room), actuators
-        wanted = {self._objective, Objective.LOAD_FACTOR}
-        self._rows = np.zeros((self._room, RESERVE))
-        with ThreadPoolExecutor(len(wanted)) as compilers:  # seconds each, if they are not compiled yet
-            points = compilers.map(lambda each: InteriorPoint(self._room, each, actuators, self._weight), wanted)
-            self._interior_points = dict(zip(wanted, points, strict=True))
-
-    def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointResult:
-        """Return the interior point's result; where there is no contact it sees one that pushes nothing."""
-        grasp, n, maps, limits = self._grasp, len(self._grasp), None, None
-        rows = self._rows
-        if n < self._room:
-            rows[n:] = 0.0
-            rows[n:, MU], rows[n:, HI] = 1.0, ABSENT
-        rows[:n] = self._scaled.rows[:, :RESERVE]
-        rows[:n, LO:RESERVE] /= size
-        if grasp.actuator_map is not None and grasp.actuator_limit is not None:
-            maps, limits = np.zeros((self._room, self._actuators, 4)), np.ones((self._room, self._actuators))
-            maps[:n], limits[:n] = self._scaled.actuators(grasp.actuator_map, grasp.actuator_limit, size)
-        return self._interior_points[objective].solve(rows, load, maps, limits)
 
     def _actuators_bear(self, forces: FloatArray) -> bool:
         grasp = self._grasp
@@ -225,18 +202,3 @@ class Convex:
             load_factor,
             certificate,
         )
-
-
-def _direction(load: FloatArray, size: float) -> tuple[FloatArray, float]:
-    """Return a load of length 1, and its unit: of load_factor only the direction counts."""
-    length = float(np.linalg.norm(load))
-    return (load / length, size * length) if length > 0.0 else (load, size)
-
-
-_STATUS = {
-    InteriorPointStatus.SOLVED: SolveStatus.SOLVED,
-    InteriorPointStatus.NEARLY: SolveStatus.SOLVED,
-    InteriorPointStatus.UNBOUNDED: SolveStatus.SOLVED,
-    InteriorPointStatus.INFEASIBLE: SolveStatus.INFEASIBLE,
-    InteriorPointStatus.MAX_ITERATIONS: SolveStatus.MAX_ITERATIONS,
-}

@@ -10,13 +10,12 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.balance import balance
-from palpate.grasp.certificate import certified_reach
+from palpate.grasp.certificate import limits_exclude_each_other, proof_from
 from palpate.grasp.conic import ConicOutcome, ConicSolution
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.convex_forms import Quadratic
 from palpate.grasp.coupled_limits import actuator_limits, shared_limits
 from palpate.grasp.coupled_programme import CoupledProgramme
-from palpate.grasp.grasp_proof import LARGEST_FORCES
 from palpate.grasp.nonlinear import NonlinearProgramme
 from palpate.grasp.objective import Objective
 from palpate.grasp.own_terms import OwnTerms
@@ -73,10 +72,6 @@ class Coupled:
     def solve(self, wrench: FloatArray, *, warm: bool) -> GraspForces:
         """Return the forces for a finite load, shape (6,) [N, N m]."""
         load, size = self._scaled.load(wrench)
-        factor = self._wanted.objective is Objective.LOAD_FACTOR
-        if factor:
-            length = float(np.linalg.norm(load))
-            load, size = (load / length, size * length) if length > 0.0 else (load, size)
         assert self._terms is not None
         last = self._last if warm else None
         self._last = None
@@ -86,7 +81,7 @@ class Coupled:
 
     def _stated(self, objective: Objective | Quadratic, only: Collection[int] | None = None) -> CoupledProgramme:
         limits = self._limits if only is None else self._limits.chosen(only)
-        return CoupledProgramme(self._grasp, self._scaled, objective, self._wanted.effort_weight, limits)
+        return CoupledProgramme(self._scaled, objective, self._wanted.effort_weight, limits)
 
     def _convex(
         self, wrench: FloatArray, load: FloatArray, size: float, last: ConicSolution | None
@@ -152,7 +147,7 @@ class Coupled:
         assert terms is not None
         w, v = programme.forces(solution.x), solution.x
         forces = w.reshape(-1, 4)
-        theta, status, factor = float(v[-1]), SolveStatus.SOLVED, None
+        theta, status, factor = programme.theta(v), SolveStatus.SOLVED, None
         named = None if self._wanted.own_objective is not None else self._wanted.objective
         held = wrench
         if named is Objective.LOAD_FACTOR:
@@ -161,9 +156,7 @@ class Coupled:
         residual, margins = np.empty(6), np.empty(len(forces))
         weight = self._wanted.effort_weight
         value = balance(scaled.rows, scaled.center, scaled.length, held, weight, forces, residual, margins)
-        if named in (Objective.MAX_MARGIN, Objective.MIN_PEAK):
-            value = theta * programme.size
-        elif named is Objective.LOAD_FACTOR:
+        if named in (Objective.MAX_MARGIN, Objective.MIN_PEAK, Objective.LOAD_FACTOR):
             value = theta
         elif named is None:
             smooth = terms.smooth
@@ -171,7 +164,7 @@ class Coupled:
                 value = terms.objective(w)
             elif smooth is not None:
                 value = smooth(w, np.zeros(smooth.count))[0]
-        if named is Objective.MAX_MARGIN and theta < -SLACK:
+        if named is Objective.MAX_MARGIN and theta < -SLACK * programme.size:
             status = SolveStatus.INFEASIBLE
         dual = scaled.multiplier(solution.y[:6]) * (unit / programme.size)
         return GraspForces(forces, value, margins, residual, dual, solution.iterations, status, factor)
@@ -186,24 +179,23 @@ class Coupled:
     ) -> GraspForces:
         """Return forces within all convex limits that hold most of the load, and why not all of it."""
         most = self._stated(Objective.LOAD_FACTOR)
-        length = float(np.linalg.norm(load)) or 1.0
-        bearable = most.of(load / length, size * length).solve()
+        bearable = most.of(load, size).solve()
         factor, w = None, np.zeros(4 * self._contacts)
         certificate: FloatArray | None = None
         reach: float | None = None
         if solution.outcome == ConicOutcome.INFEASIBLE:
-            certificate, reach = self._proof(wrench, solution, programme)
+            certificate, reach = proof_from(self._grasp, self._scaled, wrench, self._limits, programme, solution)
         infeasible, reason = certificate is not None, "undecided"
         if bearable.outcome == ConicOutcome.SOLVED:
-            w, factor = most.forces(bearable.x), float(bearable.x[-1])
+            w, factor = most.forces(bearable.x), most.theta(bearable.x)
             if certificate is None and solution.outcome != ConicOutcome.UNBOUNDED:
                 # what bounds the factor proves as much, also where the load is hardly too large
-                certificate, reach = self._proof(wrench, bearable, most)
+                certificate, reach = proof_from(self._grasp, self._scaled, wrench, self._limits, most, bearable)
                 infeasible = certificate is not None
             if factor < 1.0:
                 reason = f"the limits leave {factor:.6g} of the load at most"
         elif bearable.outcome == ConicOutcome.INFEASIBLE:
-            infeasible = self._reach(wrench, bearable, most, np.zeros(6)) > 0.0
+            infeasible = limits_exclude_each_other(self._grasp, wrench, self._limits, most, bearable)
             certificate = reach = None
             reason = f"limits exclude each other, whatever the load: {self._excluding(load, size)}"
         if solution.outcome == ConicOutcome.UNBOUNDED:
@@ -218,28 +210,6 @@ class Coupled:
         return GraspForces(
             forces, math.inf, margins, residual, nan, used, status, factor, certificate, reach, reason=reason
         )
-
-    def _proof(
-        self, wrench: FloatArray, solution: ConicSolution, programme: CoupledProgramme
-    ) -> tuple[FloatArray | None, float | None]:
-        """Return y as a certificate, with its reach, if exact arithmetic agrees."""
-        turned = self._scaled.multiplier(solution.y[:6])
-        length = float(np.linalg.norm(turned))
-        if not length > 0.0:
-            return None, None
-        reach = self._reach(wrench, solution, programme, turned)
-        return (turned / length, reach) if reach >= LARGEST_FORCES * programme.size else (None, None)
-
-    def _reach(
-        self, wrench: FloatArray, solution: ConicSolution, programme: CoupledProgramme, y: FloatArray
-    ) -> float:
-        """Return up to which forces y and the multipliers of coupled limits prove that nothing holds."""
-        by_equation, by_row = programme.weights
-        unit = programme.size / (float(np.linalg.norm(y)) or 1.0)
-        implied = self._limits.implied(
-            solution.y[6:] * by_equation * unit, solution.z[programme.first :] * by_row * unit
-        )
-        return certified_reach(self._grasp, wrench, y * (unit / programme.size), implied=implied)
 
     def _excluding(self, load: FloatArray, size: float) -> str:
         """Name coupled limits that exclude each other, none of which could be left out (Chinneck's deletion)."""

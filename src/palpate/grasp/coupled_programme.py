@@ -12,10 +12,9 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.grasp.conic import ConicProgramme
-from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.convex_forms import Quadratic
 from palpate.grasp.coupled_limits import CoupledLimits
-from palpate.grasp.dual_newton import HI, LO, MU, E
+from palpate.grasp.dual_newton import HI, LO, MU, E, N
 from palpate.grasp.objective import Objective
 from palpate.grasp.scaled import ScaledGrasp
 
@@ -36,14 +35,13 @@ class CoupledProgramme:
 
     def __init__(
         self,
-        grasp: GraspContacts,
         scaled: ScaledGrasp,
         objective: Objective | Quadratic,
         effort_weight: float,
         limits: CoupledLimits,
     ) -> None:
         """Put together all that does not depend on the load."""
-        n = self.contacts = len(grasp)
+        n = self.contacts = len(scaled.rows)
         self._objective, self._scaled = objective, scaled
         theta = isinstance(objective, Objective) and objective is not Objective.MIN_EFFORT
         size = 4 * n + theta
@@ -51,10 +49,11 @@ class CoupledProgramme:
         self.units = np.ones(4 * n)
         self.units[3::4] = rows[:, E] * scaled.length
 
+        axes = rows[:, N : N + 9].reshape(n, 3, 3)
         wrench = np.zeros((6, n, 4))
-        wrench[:3, :, :3] = grasp.frames.transpose(1, 0, 2)
-        wrench[3:, :, :3] = np.cross(rows[:, None, :3], grasp.frames.transpose(0, 2, 1)).transpose(2, 0, 1)
-        wrench[3:, :, 3] = (grasp.frames[:, :, 0] * rows[:, [E]]).T
+        wrench[:3, :, :3] = axes.transpose(2, 0, 1)
+        wrench[3:, :, :3] = np.cross(rows[:, None, :3], axes).transpose(2, 0, 1)
+        wrench[3:, :, 3] = (axes[:, 0] * rows[:, [E]]).T
         sizes_a = _largest(limits.A * self.units)
         self._A = np.zeros((6 + len(limits.b), size))
         self._A[:6, : 4 * n] = wrench.reshape(6, -1)
@@ -111,14 +110,15 @@ class CoupledProgramme:
         """Return the problem for a load.
 
         Args:
-            load: Scaled, shape (6,); of load_factor its direction.
+            load: Scaled, shape (6,).
             size: Its unit [N].
         """
         A, b, h = self._A, self._b / size, self._h / size
         factor = self._objective is Objective.LOAD_FACTOR
+        length = float(np.linalg.norm(load)) or 1.0
         if factor:
             A = A.copy()
-            A[:6, -1] = load
+            A[:6, -1] = load / length
         else:
             b[:6] = -load
         # far limits are rows of about 1 with hardly a slope, not large numbers
@@ -129,7 +129,7 @@ class CoupledProgramme:
             A[6:] /= over[:, None]
             b[6:] /= over
         P, q = self._P, self._q
-        self.size, self.unit = size, 1.0 if factor else size
+        self.size, self.unit = size, 1.0 / length if factor else size
         if self._objective is Objective.MIN_EFFORT:
             self.unit = size * size
         elif isinstance(self._objective, Quadratic):
@@ -139,6 +139,10 @@ class CoupledProgramme:
         sizes_a, sizes_g = self._row_sizes
         self.weights = 1.0 / (sizes_a * over * size), 1.0 / (sizes_g * far[self.first :] * size)
         return ConicProgramme(P, q, A, b, self._G / far[:, None], h / far, self.blocks)
+
+    def theta(self, v: FloatArray) -> float:
+        """Return the margin [N], the peak [N] or the load factor."""
+        return float(v[-1]) * self.unit
 
     def forces(self, v: FloatArray) -> FloatArray:
         """Return (f_n, f_t1, f_t2, tau_n) of all contacts, shape (4 n,) [N, N, N, N m]."""

@@ -153,13 +153,13 @@ class RobustLeastEffort:
         self._weight = effort_weight
         self._scaled = ScaledGrasp.of(grasp)
         self._errors = ScaledErrors(self._scaled, uncertainty, probability)
-        self._solver = ReservedEffort(len(grasp), effort_weight)
+        self._solver = ReservedEffort(effort_weight)
         self._start: Design | None = None
 
     def update(self, grasp: GraspContacts, uncertainty: GraspUncertainty | None = None) -> None:
         """Take contacts that have moved, come or gone, and what is not known of them now.
 
-        While their number stays the next solution starts warm; only more than ever before make it compile again.
+        While their number stays the next solution starts warm.
 
         Args:
             grasp: As at first.
@@ -172,7 +172,6 @@ class RobustLeastEffort:
         scaled = ScaledGrasp.of(grasp)
         self._errors.update(scaled, uncertainty)
         if len(grasp) != len(self._scaled.rows):
-            self._solver.resize(len(grasp))
             self._start = None
         self._scaled = scaled
 

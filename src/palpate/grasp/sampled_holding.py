@@ -164,7 +164,7 @@ class _Drawn:
         count = len(base.rows)
         if not count:
             return [Outcome.INFEASIBLE if load.any() else Outcome.SOLVED for load in self.loads]
-        solver, forces, outcomes = ReservedEffort(count, 0.01), np.empty((count, 4)), []
+        solver, forces, outcomes = ReservedEffort(0.01), np.empty((count, 4)), []
         for k, load in enumerate(self.loads):
             rows = base.rows.copy()
             rows[:, P : P + 3] = (self.positions[k, pressing] - base.center) / base.length

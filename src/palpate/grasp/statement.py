@@ -13,8 +13,7 @@ as a torque, about n. In words:
                       load_factor largest theta
 
 Units are the caller's, who scales: forces, lengths (so that moments are force times length), and moments about any
-point. Everything else about the problem (the interior point's matrices, residuals, `optimality`) is derived from
-here.
+point. `programme` and `optimality` are derived from here.
 """
 
 from __future__ import annotations
