@@ -5,7 +5,7 @@ import numpy as np
 from grasp_forces.problem import WEIGHT, Answer, Ended, Load, Problem
 from palpate.errors import FloatArray
 from palpate.grasp import GraspForceOptimizer, GraspForces, Objective, SolveStatus
-from palpate.grasp.least_effort import LeastEffort, Outcome
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
 
 ENDED = {
     Outcome.SOLVED: Ended.SOLVED,

@@ -5,8 +5,8 @@ from pathlib import Path
 import casadi
 import pytest
 
-from palpate.grasp import compiled
-from palpate.grasp.compiled import Compiled, cache_folder
+from palpate.grasp.solvers import compiled
+from palpate.grasp.solvers.compiled import Compiled, cache_folder
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ import pytest
 
 from palpate.errors import FloatArray
 from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
-from palpate.grasp.conic import ConicOutcome, ConicProgramme, ConicSolution
-from palpate.grasp.coupled_limits import CoupledLimits, actuator_limits
-from palpate.grasp.coupled_programme import CoupledProgramme
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.problem.cone_form import CoupledProgramme
+from palpate.grasp.problem.limits import CoupledLimits, actuator_limits
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.solvers.conic import ConicOutcome, ConicProgramme, ConicSolution
 from support.grasp_families import least_value
 from support.hard_grasps import antipodal, around, held, instances, unit
 

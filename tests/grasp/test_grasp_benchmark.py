@@ -68,7 +68,7 @@ def test_the_reference_is_bracketed_from_both_sides(easy, load):
     for _ in range(100):
         assert dual(easy, columns, scaled, rng.normal(size=6))[0] < known.effort
     for objective in (Objective.MIN_PEAK, Objective.MAX_MARGIN):
-        other = of_objective(objective)[2].prepare(easy)
+        other = of_objective(objective)[-1].prepare(easy)
         other.solve(load, warm=False)
         assert easy.effort(other.answer().x) > known.effort
     assert not bracket(easy, 1e3 * load.scaled, np.zeros(6))[1] < 1e-9  # nothing holds that

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate.grasp.balance import balance
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import evaluate
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.least_violation import least_violation
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.problem.balance import balance
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.solvers.dual_newton import evaluate
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
+from palpate.grasp.solvers.least_violation import least_violation
 from support.grasp_families import FAMILIES, Instance, Reference, around, grasp_of, instances
 
 WEIGHT = 0.01

@@ -23,16 +23,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.errors import ConcurrentUseError, FloatArray, InvalidValueError, numbers
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.coupled_limits import checked_shared_actuators
-from palpate.grasp.objective import Objective
-from palpate.grasp.result import GraspForces, SolveStatus
-from palpate.grasp.wanted import Wanted
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.limits import checked_shared_actuators
+from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Wanted
+from palpate.grasp.problem.result import GraspForces, SolveStatus
 
 if TYPE_CHECKING:
-    from palpate.grasp.convex import Convex
-    from palpate.grasp.coupled import Coupled
-    from palpate.grasp.curved import Curved
+    from palpate.grasp.solvers.convex import Convex
+    from palpate.grasp.solvers.coupled import Coupled
+    from palpate.grasp.solvers.curved import Curved
 
 __all__ = ["GraspForceOptimizer"]
 
@@ -168,14 +168,14 @@ class GraspForceOptimizer:
 
 def _solver_for(grasp: GraspContacts) -> type[Convex] | type[Curved]:
     """Import what solves it, with CasADi: a second that only grasps need."""
-    from palpate.grasp.convex import Convex
-    from palpate.grasp.curved import Curved
+    from palpate.grasp.solvers.convex import Convex
+    from palpate.grasp.solvers.curved import Curved
 
     return Convex if grasp.is_convex else Curved
 
 
 def _coupled(solver: Any, grasp: GraspContacts, wanted: Wanted) -> Coupled:
-    from palpate.grasp.coupled import Coupled
+    from palpate.grasp.solvers.coupled import Coupled
 
     if not isinstance(solver, Coupled):
         return Coupled(grasp, wanted)
