@@ -29,7 +29,7 @@ from scipy.sparse import csc_matrix
 
 from palpate.errors import FloatArray
 from palpate.grasp.problem.contacts import GraspContacts
-from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Objective
 from palpate.grasp.problem.result import SolveStatus
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.robust.least_effort import RobustForces, RobustLeastEffort

@@ -10,8 +10,7 @@ from palpate.grasp.problem.balance import balance
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.dual_newton import evaluate
-from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
-from palpate.grasp.solvers.least_violation import least_violation
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome, least_violation
 from support.grasp_families import FAMILIES, Instance, Reference, around, grasp_of, instances
 
 WEIGHT = 0.01

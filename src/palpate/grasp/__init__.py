@@ -11,7 +11,7 @@ from palpate.grasp.certificates.sensitivity import grip_sensitivity
 from palpate.grasp.optimizer import GraspForceOptimizer
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.from_touch import grasp_from_touch
-from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Objective
 from palpate.grasp.problem.result import GraspForces, SolveStatus
 from palpate.grasp.robust.least_effort import RobustForces, RobustLeastEffort
 from palpate.grasp.robust.sampled_holding import SampledHolding, sample_holding

@@ -25,8 +25,7 @@ import numpy as np
 from palpate.errors import ConcurrentUseError, FloatArray, InvalidValueError, numbers
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.limits import checked_shared_actuators
-from palpate.grasp.problem.objective import Objective
-from palpate.grasp.problem.objective_spec import Wanted
+from palpate.grasp.problem.objective_spec import Objective, Wanted
 from palpate.grasp.problem.result import GraspForces, SolveStatus
 
 if TYPE_CHECKING:

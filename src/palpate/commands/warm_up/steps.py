@@ -26,7 +26,7 @@ from palpate.friction.slip.load_noise import LoadNoise
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.compiled import cache_folder
-from palpate.grasp.solvers.least_violation import least_violation
+from palpate.grasp.solvers.least_effort import least_violation
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, fit_ball, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface

@@ -13,7 +13,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.grasp.problem.convex_forms import Quadratic
 from palpate.grasp.problem.limits import CoupledLimits
-from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Objective
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.conic import ConicProgramme
 from palpate.grasp.solvers.dual_newton import HI, LO, MU, E, N

@@ -6,13 +6,26 @@ import copy
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.grasp.problem.limits import checked_shared_actuators
-from palpate.grasp.problem.objective import Objective
 
 __all__ = ["Wanted"]
+
+
+class Objective(Enum):
+    """Objective of the optimisation."""
+
+    MIN_EFFORT = "min_effort"
+    """The least sum of f^2 + eps |u|^2: as little as holds the load."""
+    MAX_MARGIN = "max_margin"
+    """The largest margin to slip of the contact that is nearest to it; below zero the load cannot be held."""
+    MIN_PEAK = "min_peak"
+    """The least largest normal force."""
+    LOAD_FACTOR = "load_factor"
+    """The largest multiple of the load that can be held."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,7 @@ from typing import Any
 
 import casadi
 
-from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Objective
 
 __all__ = ["ContactStatement", "cone_margin", "dual_cone_margin", "optimality", "state_contact"]
 

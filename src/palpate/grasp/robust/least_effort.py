@@ -18,8 +18,7 @@ from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.robust.scaled_errors import Design, ScaledErrors
 from palpate.grasp.robust.uncertainty import GraspUncertainty
-from palpate.grasp.solvers.least_effort import Outcome
-from palpate.grasp.solvers.least_violation import least_violation
+from palpate.grasp.solvers.least_effort import Outcome, least_violation
 from palpate.grasp.solvers.reserved_effort import ReservedEffort
 
 __all__ = ["RobustForces", "RobustLeastEffort"]

@@ -13,12 +13,11 @@ from palpate.grasp.problem.balance import balance
 from palpate.grasp.problem.cone_form import CoupledProgramme
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.limits import actuator_limits
-from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Objective
 from palpate.grasp.problem.result import GraspForces, SolveStatus
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.conic import ConicOutcome, ConicSolution
-from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
-from palpate.grasp.solvers.least_violation import least_violation
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome, least_violation
 
 __all__ = ["Convex"]
 

@@ -15,12 +15,10 @@ from palpate.grasp.problem.cone_form import CoupledProgramme
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.convex_forms import Quadratic
 from palpate.grasp.problem.limits import actuator_limits, shared_limits
-from palpate.grasp.problem.objective import Objective
-from palpate.grasp.problem.objective_spec import Wanted
-from palpate.grasp.problem.own_terms import OwnTerms
+from palpate.grasp.problem.objective_spec import Objective, Wanted
+from palpate.grasp.problem.own_terms import OwnTerms, SmoothTerms
 from palpate.grasp.problem.result import GraspForces, SolveStatus
 from palpate.grasp.problem.scaled import ScaledGrasp
-from palpate.grasp.problem.smooth_terms import SmoothTerms
 from palpate.grasp.solvers.conic import ConicOutcome, ConicSolution
 from palpate.grasp.solvers.nonlinear import NonlinearProgramme
 from palpate.grasp.solvers.sequential import ENDLESS, Sequence, Stationary, newton

@@ -1,7 +1,7 @@
 """Least effort under limits of which a part is kept back: dual Newton steps, and clarabel behind them."""
 
 from palpate.errors import FloatArray
-from palpate.grasp.problem.objective import Objective
+from palpate.grasp.problem.objective_spec import Objective
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.dual_newton import HI, LO
 from palpate.grasp.solvers.least_effort import LeastEffort, Outcome

@@ -16,8 +16,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.grasp.solvers.conic import ConicOutcome, ConicProgramme, ConicSolution
-from palpate.grasp.solvers.nonlinear import NonlinearProgramme, Point, most
-from palpate.grasp.solvers.second_order import descent_within
+from palpate.grasp.solvers.nonlinear import NonlinearProgramme, Point, descent_within, most
 
 __all__ = ["ENDLESS", "Sequence", "Stationary"]
 
