@@ -76,8 +76,6 @@ class SmoothTerms:
         return float(f[0]), slope.copy(), g.copy(), jacobian.T.copy(), hessian.copy()
 
 
-SX = casadi.SX
-
 _LESS = (casadi.OP_LE, casadi.OP_LT)
 
 
