@@ -28,15 +28,15 @@ from rich.table import Table
 from scipy.sparse import csc_matrix
 
 from palpate.errors import FloatArray
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.convex import Convex
-from palpate.grasp.dual_newton import HI, LO, MU, E
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.objective import Objective
-from palpate.grasp.result import SolveStatus
-from palpate.grasp.robust import RobustForces, RobustLeastEffort
-from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.uncertainty import GraspUncertainty
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.objective_spec import Objective
+from palpate.grasp.problem.result import SolveStatus
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.robust.least_effort import RobustForces, RobustLeastEffort
+from palpate.grasp.robust.uncertainty import GraspUncertainty
+from palpate.grasp.solvers.convex import Convex
+from palpate.grasp.solvers.dual_newton import HI, LO, MU, E
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
 
 PROMISED, RADIUS, STRONGEST = 0.99, 0.03, 30.0
 STEPS = 150

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grasp_forces.hard import Score, Verdict
-from grasp_forces.methods import CLARABEL, NEWTON, OPTIMIZER, OWN, SIZES
+from grasp_forces.methods import CLARABEL, NEWTON, OPTIMIZER, SIZES
 from grasp_forces.timing import Timing, exponent
 from palpate.grasp import Objective
 
@@ -60,7 +60,7 @@ def effort_figures(times: Times) -> list[Figure]:
     if 4 in times:
         python = 1e6 * times[4][OPTIMIZER.name].median(warm=True)
         figures.append(Figure("from Python with result, n = 4", 25.0, python, "us"))
-    # what the Newton steps alone leave undecided the interior point solves: only their answers must be right
+    # what the Newton steps alone leave undecided clarabel solves: only their answers must be right
     figures.extend(exactness(NEWTON.name, [timing[NEWTON.name] for timing in times.values()])[1:])
     figures.extend(exactness(OPTIMIZER.name, [timing[OPTIMIZER.name] for timing in times.values()]))
     return figures
@@ -107,10 +107,10 @@ def other_figures(times: dict[Objective, Times]) -> list[Figure]:
     figures = []
     for objective, by_size in times.items():
         for n, timings in by_size.items():
-            ours, clarabel = timings[OWN].median(warm=True), timings[CLARABEL.name].median(warm=True)
+            ours, clarabel = timings[OPTIMIZER.name].median(warm=True), timings[CLARABEL.name].median(warm=True)
             if objective is not Objective.LOAD_FACTOR:
                 figures.append(
                     Figure(f"{objective.value} over clarabel direct, n = {n}", PARTS[n], ours / clarabel)
                 )
-        figures.extend(exactness(objective.value, [timings[OWN] for timings in by_size.values()]))
+        figures.extend(exactness(objective.value, [timings[OPTIMIZER.name] for timings in by_size.values()]))
     return figures

@@ -20,7 +20,7 @@ from grasp_forces.casadi_solvers import (
 from grasp_forces.cone_form import ClarabelDirect, Ecos, Scs
 from grasp_forces.facets import FacetsDaqp
 from grasp_forces.modelled import Cvxpy
-from grasp_forces.ours import COMPILED, INTERPRETED, DualNewton, InteriorPointAlone, Optimizer
+from grasp_forces.ours import DualNewton, Optimizer
 from grasp_forces.problem import Problem, Solver
 from grasp_forces.slsqp import Slsqp
 from palpate.grasp import Objective
@@ -55,12 +55,9 @@ EFFORT = Objective.MIN_EFFORT
 NEWTON = Method("dual Newton alone", DualNewton)
 OPTIMIZER = Method("GraspForceOptimizer", partial(Optimizer, objective=EFFORT))
 CLARABEL = Method("clarabel direct", partial(ClarabelDirect, objective=EFFORT))
-OWN = "interior point, compiled"
 METHODS = (
     NEWTON,
     OPTIMIZER,
-    Method(OWN, partial(InteriorPointAlone, objective=EFFORT, executor=COMPILED)),
-    Method("interior point, interpreted", partial(InteriorPointAlone, objective=EFFORT, executor=INTERPRETED)),
     CLARABEL,
     Method("ecos", Ecos, package="ecos"),
     Method("scs", Scs, 100, 5, package="scs"),
@@ -82,7 +79,6 @@ METHODS = (
 def of_objective(objective: Objective) -> tuple[Method, ...]:
     """Return those that solve any objective."""
     return (
-        Method(OWN, partial(InteriorPointAlone, objective=objective, executor=COMPILED)),
         Method(OPTIMIZER.name, partial(Optimizer, objective=objective)),
         Method(CLARABEL.name, partial(ClarabelDirect, objective=objective)),
     )

@@ -1,26 +1,16 @@
 """palpate's own solvers: the parts alone, and the optimiser from Python with its result object."""
 
-from functools import lru_cache
-
 import numpy as np
 
 from grasp_forces.problem import WEIGHT, Answer, Ended, Load, Problem
 from palpate.errors import FloatArray
 from palpate.grasp import GraspForceOptimizer, GraspForces, Objective, SolveStatus
-from palpate.grasp.compiled import Compiled, Executor, Interpreted
-from palpate.grasp.dual_newton import RESERVE
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
-from palpate.grasp.least_effort import LeastEffort, Outcome
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
 
 ENDED = {
     Outcome.SOLVED: Ended.SOLVED,
     Outcome.INFEASIBLE: Ended.INFEASIBLE,
     Outcome.UNDECIDED: Ended.UNDECIDED,
-    InteriorPointStatus.SOLVED: Ended.SOLVED,
-    InteriorPointStatus.UNBOUNDED: Ended.SOLVED,
-    InteriorPointStatus.INFEASIBLE: Ended.INFEASIBLE,
-    InteriorPointStatus.NEARLY: Ended.UNDECIDED,
-    InteriorPointStatus.MAX_ITERATIONS: Ended.UNDECIDED,
     SolveStatus.SOLVED: Ended.SOLVED,
     SolveStatus.INFEASIBLE: Ended.INFEASIBLE,
     SolveStatus.MAX_ITERATIONS: Ended.UNDECIDED,
@@ -52,23 +42,6 @@ class DualNewton:
         return Answer(ENDED[Outcome(self._outcome)], x, evaluations=self._used)
 
 
-class InteriorPointAlone:
-    """The interior point alone; it knows no warm start."""
-
-    def __init__(self, problem: Problem, objective: Objective, executor: Executor) -> None:
-        self._solver = _interior_point(len(problem), objective, executor)
-        self._rows = np.ascontiguousarray(problem.rows[:, :RESERVE])
-        self._found: InteriorPointResult | None = None
-
-    def solve(self, load: Load, *, warm: bool) -> None:
-        self._found = self._solver.solve(self._rows, load.scaled)
-
-    def answer(self) -> Answer:
-        assert self._found is not None
-        found = self._found
-        return Answer(ENDED[found.status], found.forces, found.theta, found.iterations)
-
-
 class Optimizer:
     """`GraspForceOptimizer`, from newtons to a result object."""
 
@@ -88,14 +61,6 @@ class Optimizer:
         if objective in (Objective.MAX_MARGIN, Objective.MIN_PEAK):
             theta /= self._problem.unit
         return Answer(ENDED[found.status], self._problem.from_newtons(found.forces), theta, found.iterations)
-
-
-COMPILED, INTERPRETED = Compiled(), Interpreted()
-
-
-@lru_cache(maxsize=64)
-def _interior_point(n: int, objective: Objective, executor: Executor) -> InteriorPoint:
-    return InteriorPoint(n, objective, effort_weight=WEIGHT, executor=executor)
 
 
 _optimizers: dict[tuple[int, Objective], GraspForceOptimizer] = {}

@@ -36,8 +36,6 @@ class Mark:
 MARKS = {
     "dual Newton alone": Mark("#d55e00", "*", 12.0),
     "GraspForceOptimizer": Mark("#8c1c13", "*", 11.0),
-    "interior point, compiled": Mark("#e69f00", "p", 8.0),
-    "interior point, interpreted": Mark("#c9b458", "p"),
     "clarabel direct": Mark("#0072b2", "o"),
     "ecos": Mark("#56b4e9", "o"),
     "scs": Mark("#3b4994", "o"),

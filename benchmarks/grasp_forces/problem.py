@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.grasp import GraspContacts
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.problem.scaled import ScaledGrasp
 
 WEIGHT = 0.01
 """eps of min_effort."""

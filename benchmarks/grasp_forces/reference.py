@@ -15,7 +15,7 @@ from grasp_forces.ours import DualNewton
 from grasp_forces.problem import WEIGHT, Ended, Load, Problem
 from palpate.errors import FloatArray
 from palpate.grasp import Objective
-from palpate.grasp.dual_newton import evaluate
+from palpate.grasp.solvers.dual_newton import evaluate
 
 Long = np.longdouble
 STEPS = 12

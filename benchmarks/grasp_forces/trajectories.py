@@ -8,7 +8,7 @@ from grasp_forces.cone_form import ClarabelDirect
 from grasp_forces.problem import Ended, Load, Problem
 from palpate.errors import FloatArray
 from palpate.grasp import Objective
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.problem.scaled import ScaledGrasp
 from support.grasp_families import around, grasp_of
 
 LEAST_STEP, LARGEST_STEP = 1e-3, 1e-2

@@ -7,12 +7,12 @@ import numpy as np
 from scipy.special import ndtri
 
 from palpate.errors import FloatArray, not_negative
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.least_effort import Outcome
 from palpate.grasp.optimizer import GraspForceOptimizer
-from palpate.grasp.result import SolveStatus
-from palpate.grasp.robust import RobustLeastEffort
-from palpate.grasp.uncertainty import GraspUncertainty
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.result import SolveStatus
+from palpate.grasp.robust.least_effort import RobustLeastEffort
+from palpate.grasp.robust.uncertainty import GraspUncertainty
+from palpate.grasp.solvers.least_effort import Outcome
 
 MIN_LEFT = 0.05
 """Of mu and e: an error of three standard deviations must not make them nothing."""

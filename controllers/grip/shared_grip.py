@@ -20,9 +20,9 @@ from palpate.controllers.grip.grip_plan import Loads
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.wrench_ahead import WrenchAhead
 from palpate.errors import FloatArray, positive
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.from_touch import contact_place, force_on_object
-from palpate.grasp.inscribed import inscribed
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.from_touch import contact_place, force_on_object
+from palpate.grasp.problem.inscribed import inscribed
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Observation

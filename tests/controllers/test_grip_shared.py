@@ -19,7 +19,7 @@ from palpate.experiments.grasp.least import least_forces
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
-from palpate.grasp.from_touch import ContactPlace, wrench_on_finger
+from palpate.grasp.problem.from_touch import ContactPlace, wrench_on_finger
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import ArmSample, FingerObservation, HandSample, Observation
 from palpate.spatial import IDENTITY, ZERO

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus
-from palpate.grasp.inscribed import inscribed
+from palpate.grasp.problem.inscribed import inscribed
 from support.grasp_families import around, grasp_of
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.disturbance import largest_disturbance, worst_disturbance
-from palpate.grasp.robust import RobustLeastEffort
-from palpate.grasp.sensitivity import grip_sensitivity
-from palpate.grasp.uncertainty import GraspUncertainty
+from palpate.grasp.certificates.disturbance import largest_disturbance, worst_disturbance
+from palpate.grasp.certificates.sensitivity import grip_sensitivity
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.robust.least_effort import RobustLeastEffort
+from palpate.grasp.robust.uncertainty import GraspUncertainty
 
 MU, E, MOST = 0.6, 0.004, 8.0
 SPIN = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])

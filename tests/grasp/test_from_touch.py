@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.friction import LimitSurface
-from palpate.grasp.from_touch import (
+from palpate.grasp.problem.from_touch import (
     contact_place,
     force_on_object,
     grasp_from_touch,

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
-from palpate.grasp.closure import Closure, force_closure, internal_forces
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.disturbance import largest_disturbance, worst_disturbance
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.sensitivity import grip_sensitivity
-from palpate.grasp.supported import BearableWrenches
+from palpate.grasp.certificates.closure import Closure, force_closure, internal_forces
+from palpate.grasp.certificates.disturbance import largest_disturbance, worst_disturbance
+from palpate.grasp.certificates.sensitivity import grip_sensitivity
+from palpate.grasp.certificates.support_function import BearableWrenches
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
 
 MU, E, RADIUS = 0.5, 0.006, 0.03
 

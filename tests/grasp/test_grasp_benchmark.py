@@ -17,7 +17,7 @@ from grasp_forces.asked import Figure
 from grasp_forces.facets import NORMALS, RADIUS
 from grasp_forces.hard import Score, Verdict, scores
 from grasp_forces.judges import EffortJudge, ThetaJudge
-from grasp_forces.methods import CLARABEL, METHODS, NEWTON, OPTIMIZER, OWN, Method, of_objective
+from grasp_forces.methods import CLARABEL, METHODS, NEWTON, OPTIMIZER, Method, of_objective
 from grasp_forces.picture import MARKS
 from grasp_forces.problem import Answer, Ended, Problem
 from grasp_forces.reference import bracket, dual, least_effort
@@ -68,7 +68,7 @@ def test_the_reference_is_bracketed_from_both_sides(easy, load):
     for _ in range(100):
         assert dual(easy, columns, scaled, rng.normal(size=6))[0] < known.effort
     for objective in (Objective.MIN_PEAK, Objective.MAX_MARGIN):
-        other = of_objective(objective)[2].prepare(easy)
+        other = of_objective(objective)[-1].prepare(easy)
         other.solve(load, warm=False)
         assert easy.effort(other.answer().x) > known.effort
     assert not bracket(easy, 1e3 * load.scaled, np.zeros(6))[1] < 1e-9  # nothing holds that
@@ -209,7 +209,7 @@ def test_every_solver_has_a_colour_of_its_own():
 @pytest.mark.slow
 def test_the_whole_of_it(tmp_path, monkeypatch, capfd):
     picture = tmp_path / "new" / "picture.png"
-    few = [method for method in METHODS if method.name in (NEWTON.name, OPTIMIZER.name, CLARABEL.name, OWN)]
+    few = [method for method in METHODS if method.name in (NEWTON.name, OPTIMIZER.name, CLARABEL.name)]
     monkeypatch.setattr(run, "QUICK", TINY)
     monkeypatch.setattr(run, "METHODS", few)
     monkeypatch.setattr(run, "SIZES", (3, 4))

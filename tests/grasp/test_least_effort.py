@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import evaluate
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.least_violation import least_violation
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.problem.balance import balance
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.solvers.dual_newton import evaluate
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome, least_violation
 from support.grasp_families import FAMILIES, Instance, Reference, around, grasp_of, instances
 
 WEIGHT = 0.01
@@ -182,3 +182,19 @@ def test_the_least_violation_leaves_as_little_of_a_load_as_a_cone_programme_and_
             assert np.linalg.norm(left) <= 1e-4
         else:
             assert np.linalg.norm(left) <= 1.01 * Reference(each.grasp).least_left(each.load)
+
+
+@given(st.integers(0, 10**6))
+def test_residual_margins_and_effort_are_those_of_the_grasp(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 6))
+    grasp = grasp_of(*around(n, rng), rng.uniform(0.3, 1.0, n), rng.uniform(0.002, 0.006, n), rng)
+    scaled, forces, load = ScaledGrasp.of(grasp), rng.normal(size=(n, 4)) * [1, 1, 1, 0.004], rng.normal(size=6)
+    residual, margins = np.empty(6), np.empty(n)
+    effort = balance(scaled.rows, scaled.center, scaled.length, load, 0.01, forces, residual, margins)
+    np.testing.assert_allclose(residual, grasp.grasp_map @ forces.ravel() + load, atol=1e-13)
+    np.testing.assert_allclose(margins, grasp.margins(forces), atol=1e-13)
+    twist = forces[:, 3] / grasp.spin_length
+    assert effort == pytest.approx(
+        ((forces[:, 0] ** 2) + 0.01 * ((forces[:, 1:3] ** 2).sum(axis=1) + twist**2)).sum()
+    )

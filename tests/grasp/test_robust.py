@@ -16,15 +16,15 @@ from scipy.stats import beta as beta_distribution
 from scipy.stats import multivariate_normal
 
 from palpate.errors import InvalidValueError
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import HI, LO, MU, E, N, P
-from palpate.grasp.fixed_forces import probability_within_limits
-from palpate.grasp.joint_probability import failing, joint_deviations, owen
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.robust import RobustLeastEffort
-from palpate.grasp.sampled_holding import SampledHolding, sample_holding
-from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.uncertainty import GraspUncertainty
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.robust.fixed_forces import probability_within_limits
+from palpate.grasp.robust.joint_probability import failing, joint_deviations, owen
+from palpate.grasp.robust.least_effort import RobustLeastEffort
+from palpate.grasp.robust.sampled_holding import SampledHolding, sample_holding
+from palpate.grasp.robust.uncertainty import GraspUncertainty
+from palpate.grasp.solvers.dual_newton import HI, LO, MU, E, N, P
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
 
 SURE = 0.999
 """Of the intervals of Clopper and Pearson."""

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import MU
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.robust import IN_ALL, RobustLeastEffort
-from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.sharing import KAPPA, MIN_LOAD_SHARE, STIFF, spread
-from palpate.grasp.uncertainty import GraspUncertainty
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.robust.least_effort import IN_ALL, RobustLeastEffort
+from palpate.grasp.robust.sharing import KAPPA, MIN_LOAD_SHARE, STIFF, spread
+from palpate.grasp.robust.uncertainty import GraspUncertainty
+from palpate.grasp.solvers.dual_newton import MU
+from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
 
 RADIUS = 0.03
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.friction import LimitSurface
-from palpate.grasp.objective import Objective
-from palpate.grasp.statement import cone_margin, dual_cone_margin, optimality, state_contact
+from palpate.grasp.problem.objective_spec import Objective
+from palpate.grasp.problem.statement import cone_margin, dual_cone_margin, optimality, state_contact
 from support.hard_grasps import antipodal, around, pushed
 
 NONE = np.zeros((0, 2))

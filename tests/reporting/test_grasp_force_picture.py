@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.problem.contacts import GraspContacts
 from palpate.reporting.grasp_force_picture import grasp_force_picture, limit_shares
 from palpate.reporting.marks import Bars, Rule
 from palpate.reporting.solids import Arrows, Surface

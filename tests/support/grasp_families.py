@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 from scipy import sparse
 
-from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.problem.contacts import GraspContacts
 
 FAMILIES = ("random", "slippery", "sticky", "antipodal", "parallel", "coincident", "in line", "large e")
 """`antipodal` grasps bear a load about the line of contacts, which only e carries."""

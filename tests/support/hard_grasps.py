@@ -1,4 +1,4 @@
-"""Grasps that break solvers: rows of contacts as `palpate.grasp.statement` takes them, and loads, scaled."""
+"""Grasps that break solvers: scaled loads and rows of contacts as `problem.statement` takes them."""
 
 from collections.abc import Iterator
 

@@ -5,20 +5,20 @@
 
 from typing import TYPE_CHECKING, Any
 
-from palpate.grasp.closure import force_closure, internal_forces
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.disturbance import largest_disturbance, worst_disturbance
-from palpate.grasp.from_touch import grasp_from_touch
-from palpate.grasp.objective import Objective
+from palpate.grasp.certificates.closure import force_closure, internal_forces
+from palpate.grasp.certificates.disturbance import largest_disturbance, worst_disturbance
+from palpate.grasp.certificates.sensitivity import grip_sensitivity
 from palpate.grasp.optimizer import GraspForceOptimizer
-from palpate.grasp.result import GraspForces, SolveStatus
-from palpate.grasp.robust import RobustForces, RobustLeastEffort
-from palpate.grasp.sampled_holding import SampledHolding, sample_holding
-from palpate.grasp.sensitivity import grip_sensitivity
-from palpate.grasp.uncertainty import GraspUncertainty
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.from_touch import grasp_from_touch
+from palpate.grasp.problem.objective_spec import Objective
+from palpate.grasp.problem.result import GraspForces, SolveStatus
+from palpate.grasp.robust.least_effort import RobustForces, RobustLeastEffort
+from palpate.grasp.robust.sampled_holding import SampledHolding, sample_holding
+from palpate.grasp.robust.uncertainty import GraspUncertainty
 
 if TYPE_CHECKING:
-    from palpate.grasp.statement import ContactStatement, cone_margin, state_contact
+    from palpate.grasp.problem.statement import ContactStatement, cone_margin, state_contact
 
 __all__ = [
     "ContactStatement",
@@ -45,7 +45,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in ("ContactStatement", "cone_margin", "state_contact"):
-        from palpate.grasp import statement
+        from palpate.grasp.problem import statement
 
         return getattr(statement, name)
     raise AttributeError(f"module 'palpate.grasp' has no attribute {name!r}")

@@ -2,8 +2,8 @@
 
 | problem | solved by |
 |---|---|
-| min_effort, cones | dual Newton steps (`least_effort`); what they leave undecided, the interior point |
-| max_margin, min_peak, load_factor, actuator limits | the interior point (`interior_point`) |
+| min_effort, cones | dual Newton steps (`least_effort`); what they leave undecided, clarabel |
+| max_margin, min_peak, load_factor, actuator limits | clarabel, sharpened by Newton's method (`conic`) |
 | e that depends on the load, p below 2 | `curved`: convex from the inside, then the nonlinear programme |
 | own objectives, own limits, shared actuators | `coupled`: one convex problem, or a sequence of them |
 
@@ -23,16 +23,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.errors import ConcurrentUseError, FloatArray, InvalidValueError, numbers
-from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.coupled_limits import checked_shared_actuators
-from palpate.grasp.objective import Objective
-from palpate.grasp.result import GraspForces, SolveStatus
-from palpate.grasp.wanted import Wanted
+from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.limits import checked_shared_actuators
+from palpate.grasp.problem.objective_spec import Objective, Wanted
+from palpate.grasp.problem.result import GraspForces, SolveStatus
 
 if TYPE_CHECKING:
-    from palpate.grasp.convex import Convex
-    from palpate.grasp.coupled import Coupled
-    from palpate.grasp.curved import Curved
+    from palpate.grasp.solvers.convex import Convex
+    from palpate.grasp.solvers.coupled import Coupled
+    from palpate.grasp.solvers.curved import Curved
 
 __all__ = ["GraspForceOptimizer"]
 
@@ -59,7 +58,7 @@ class GraspForceOptimizer:
         subject_to: Callable[[Any], Any] | None = None,
         shared_actuators: tuple[Any, Any, Any] | None = None,
     ) -> None:
-        """Take a grasp and what is wanted; compiles and allocates, so that solving need not.
+        """Take a grasp and the objective; compile and allocate, so that solving need not.
 
         Own functions get the forces w as a CasADi SX of shape (n, 4): w[i, :] is (f_n, f_t1, f_t2, tau_n) of
         contact i [N, N, N, N m], as in `GraspForces.forces`. They are called once for each number of contacts.
@@ -97,8 +96,7 @@ class GraspForceOptimizer:
     def update(self, grasp: GraspContacts, shared_actuators: tuple[Any, Any, Any] | None = None) -> None:
         """Take contacts that have moved, come or gone; while their number stays, the next solution starts warm.
 
-        Only a grasp of more contacts than any before makes it compile again; own functions that are not convex
-        are compiled for each number of contacts.
+        Own functions that are not convex are compiled for each number of contacts.
 
         Args:
             grasp: Contacts.
@@ -169,14 +167,14 @@ class GraspForceOptimizer:
 
 def _solver_for(grasp: GraspContacts) -> type[Convex] | type[Curved]:
     """Import what solves it, with CasADi: a second that only grasps need."""
-    from palpate.grasp.convex import Convex
-    from palpate.grasp.curved import Curved
+    from palpate.grasp.solvers.convex import Convex
+    from palpate.grasp.solvers.curved import Curved
 
     return Convex if grasp.is_convex else Curved
 
 
 def _coupled(solver: Any, grasp: GraspContacts, wanted: Wanted) -> Coupled:
-    from palpate.grasp.coupled import Coupled
+    from palpate.grasp.solvers.coupled import Coupled
 
     if not isinstance(solver, Coupled):
         return Coupled(grasp, wanted)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.problem.contacts import GraspContacts
 from palpate.reporting.marks import Bars, Dash, Rule
 from palpate.reporting.picture import Axis, Panel, Picture, Space
 from palpate.reporting.solids import Arrows, Labels, Solid, Spots, Surface

@@ -13,7 +13,7 @@ from llvmlite import binding
 import palpate
 from palpate.atomic_file import replacing
 from palpate.experiments.kit.versions import versions_text
-from palpate.grasp.compiled import Compiled, cache_folder
+from palpate.grasp.solvers.compiled import Compiled, cache_folder
 
 KERNELS = ("*.nbi", "*.nbc")
 SOLVERS = ("*.so",)

@@ -24,9 +24,9 @@ from palpate.controllers.rub_meter import RubMeter
 from palpate.friction.slip.load_fall import LoadFall
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
-from palpate.grasp.compiled import cache_folder
-from palpate.grasp.least_violation import least_violation
-from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.solvers.compiled import cache_folder
+from palpate.grasp.solvers.least_effort import least_violation
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, surface_mesh
 from palpate.mapping.compare_surface import TriangleSurface

@@ -1,0 +1,1 @@
+"""Proofs about a grasp: loads that it cannot hold, closure, disturbances, sensitivity."""

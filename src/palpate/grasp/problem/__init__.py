@@ -1,0 +1,1 @@
+"""Grasps, objectives and limits: the problem as it is stated."""

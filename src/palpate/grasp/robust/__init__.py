@@ -1,0 +1,1 @@
+"""Grasp forces that hold with a chosen probability."""
