@@ -96,6 +96,21 @@ def test_a_sweep_on_a_cluster_that_is_killed_goes_on_on_this_computer(cluster, u
     wait_for(lambda: not busy(nodes))
 
 
+def test_a_node_that_is_lost_costs_no_run(undisturbed, tmp_path):
+    with two_nodes() as (nodes, address):
+        process = started([*LONG[: LONG.index("--jobs")], "--ray", address], tmp_path)
+        wait_for(lambda: len(busy(nodes)) == 2)
+        wait_for(lambda: kept(tmp_path))
+        raylets = [
+            child for child in psutil.Process(nodes.pid).children(recursive=True) if child.name() == "raylet"
+        ]
+        assert len(raylets) == 2
+        raylets[-1].kill()  # the head's is the first
+        said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
+        assert process.returncode == 0, said
+        assert figures(tmp_path) == figures(undisturbed)
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_when_the_head_is_lost_it_says_so_and_keeps_what_is_done(how, tmp_path):
     with two_nodes() as (nodes, address):
