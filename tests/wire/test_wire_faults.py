@@ -166,11 +166,14 @@ def press_on(cell: Cell) -> Never:
 @pytest.mark.slow
 def test_a_sensor_that_is_pressed_out_of_its_range_is_relieved_and_goes_on(cells: Cells) -> None:
     """As by a loop that stood still while the tip went down."""
-    cell = cells.of(Tip.BOX)
-    cell.pace.start()
-    with pytest.raises(DeviceError, match="take the load off"):
-        press_on(cell)
-    cell.everything_up()
+    cell, said = cells.of(Tip.BOX), []
+    while not any("take the load off" in each for each in said):
+        assert len(said) < ATTEMPTS, said
+        cell.pace.start()
+        with pytest.raises(DeviceError) as error:
+            press_on(cell)
+        said.append(str(error.value))
+        cell.everything_up()
     assert cell.in_contact()
 
 

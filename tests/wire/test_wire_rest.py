@@ -9,6 +9,7 @@ from palpate.robots.rig import assembled
 from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, Command, Ending, Finger, RestState, Supervisor, Touch, run
 from palpate.runtime.data import Phase
+from palpate.runtime.standstill_check import REST_SPEED
 from palpate.sensing.compensation import SensorPayload
 from palpate.surfaces import Sphere
 from support.rig_cell import Cell, robot_file
@@ -80,10 +81,10 @@ def test_what_is_reported_of_rest_is_what_the_arm_does(cell, device, fault, undo
         assert result.rest.state is state, str(result)
         assert cause is None or result.trip.cause is cause
         if state is RestState.AT_REST:
-            assert measured < RESTS
-        else:  # and then what is said to stop it has done so
+            assert measured < REST_SPEED
+        else:
             assert "is stopped by its controller within" in result.rest.words
-            until(lambda: speed(emulator) < RESTS)
+        until(lambda: speed(emulator) < RESTS)
     finally:
         if undo is not None:
             emulator.control.fault(name, fault, undo)
