@@ -88,8 +88,8 @@ class Patience:
 
 
 PATIENT = Patience(arm=0.8, sensor=0.8, hand=0.6, oldest=3.0, arm_watchdog=1.0, hand_watchdog=2.5)
-"""Patience of cells where no time is judged: a busy machine may stand still. The arm's client process gives up after
-1 s, a servo waits 2.54 s at most, and what a device itself reports comes before the age that the rig allows."""
+"""Patience of cells where no time is judged: a busy machine may stand still. The arm's client process gives up
+after 1 s, a servo waits 2.54 s at most, and a device's own report comes before the age that the rig allows."""
 
 BOX, BOTA, HAND, ARM = "F/T box 0", "Bota sensor 0", "dynamixel", "ur"
 """Names of the emulated devices."""
