@@ -80,7 +80,14 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name, document in BY_NAME.items() if runs(document)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.xdist_group(f"page {name}"))  # pages run beside one another
+        for name, document in BY_NAME.items()
+        if runs(document)
+    ],
+)
 def test_code_and_commands_run_from_top_to_bottom(name, folder):
     run_in_order(BY_NAME[name])
 
