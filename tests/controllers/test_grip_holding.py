@@ -108,7 +108,6 @@ def test_an_object_pulled_at_beside_the_contacts_neither_slips_nor_spins(offset,
     assert not held.grip.faulty
 
 
-@pytest.mark.slow
 def test_ignoring_spin_lets_it_spin():
     held = Held(ramp(0.006), NeedWithoutSpin())
     held.until(PULLED_FROM + 1.0)
@@ -164,7 +163,6 @@ def nudged(belief=None, watch=lambda now, command: None, sensor=None, friction=N
     return nudge, math.dist(backend.truth().position, before), both.step(now)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", [None, "bristles"], ids=["MuJoCo's friction", "friction plant"])
 def test_a_nudge_before_the_lift_tells_friction_and_spin_length(friction):
     """mu within 3 %, e within 5 %, while the box stays where it stands."""

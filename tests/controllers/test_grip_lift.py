@@ -19,7 +19,7 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.fingers import LearntSurface
-from palpate.runtime.data import Observation, Phase
+from palpate.runtime.data import Phase
 from palpate.spatial import ZERO
 from support.felt_finger import BROKEN, finger, grip_load, observed
 

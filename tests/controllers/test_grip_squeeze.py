@@ -140,6 +140,18 @@ def feel(zeros, true, error, seconds, first=0.0, forces=(2.0, 2.0), every=4, spe
     return now, t
 
 
+surfaces = st.builds(
+    LimitSurface, st.floats(0.1, 1.2), st.floats(1e-3, 8e-3), st.floats(0.0, 1.0 / 3.0), st.floats(1.0, 2.0)
+)
+loads = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 0.02))
+
+
+@given(surfaces, loads, loads)
+def test_grips_that_hold_a_load_and_an_error_hold_both_together(surface, first, second):
+    both = surface.least_normal_force(first[0] + second[0], first[1] + second[1])
+    assert both <= (surface.least_normal_force(*first) + surface.least_normal_force(*second)) * (1.0 + 1e-9)
+
+
 @given(st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6), st.floats(0.5, 5.0), st.floats(0.0, 1.0))
 def test_what_is_felt_is_off_by_no_more_than_is_stated(shares, normal, down):
     """To first order: zeros that are off by a little."""
