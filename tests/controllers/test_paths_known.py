@@ -83,12 +83,14 @@ def test_every_corner_is_reached_in_order(corners, lag):
 
 @pytest.mark.parametrize(("lag", "bound"), [(0.0, 1.1e-4), (0.02, 4e-4)])
 def test_the_path_stays_close_to_the_polygon(lag, bound):
+    """A drift across the line is held to what the steering allows."""
     positions, _, _ = follow(L_SHAPE, lag)
-    distance = np.full(len(positions), np.inf)
-    for a, b in itertools.pairwise(np.array(L_SHAPE)):
-        t = np.clip((positions - a) @ (b - a) / np.dot(b - a, b - a), 0.0, 1.0)
-        distance = np.minimum(distance, np.linalg.norm(positions - a - t[:, None] * (b - a), axis=1))
-    assert distance.max() < bound
+    sides = [(a, b - a) for a, b in itertools.pairwise(np.array(L_SHAPE))]
+    along = [np.clip((positions - a) @ way / (way @ way), 0.0, 1.0)[:, None] * way for a, way in sides]
+    off = [np.linalg.norm(positions - a - to, axis=1) for (a, _), to in zip(sides, along, strict=True)]
+    assert np.min(off, axis=0).max() < bound
+    drifted, _, _ = follow(((0.0, 0.0), (0.1, 0.0)), drift=(0.0, 0.002))
+    assert np.abs(drifted[:, 1]).max() <= 0.002 / STEERING * 1.01
 
 
 def test_speed_and_acceleration_are_bounded_but_for_the_last_millimetre_per_second():
@@ -103,18 +105,6 @@ def test_speed_and_acceleration_are_bounded_but_for_the_last_millimetre_per_seco
     assert jumps[steady].max() / PERIOD <= 1.1 * ACCELERATION
     beside = follow(L_SHAPE, start=(0.0, -0.03))[1]  # 30 mm beside the first leg
     assert np.linalg.norm(beside, axis=1).max() <= SPEED * (1 + 1e-3)
-
-
-def test_a_drift_across_the_line_is_held_to_what_the_steering_allows():
-    positions, _, _ = follow(((0.0, 0.0), (0.1, 0.0)), drift=(0.0, 0.002))
-    assert np.abs(positions[:, 1]).max() <= 0.002 / STEERING * 1.01
-
-
-@pytest.mark.parametrize("slope", [0.3, 0.7, 1.0])
-def test_on_a_slope_the_speed_along_the_surface_is_kept(slope):
-    _, commands, _ = follow(((0.0, 0.0), (0.05, 0.0)), slope=slope)
-    along = np.linalg.norm(commands, axis=1) / slope
-    assert along.max() == pytest.approx(SPEED)
 
 
 @pytest.mark.slow
@@ -137,12 +127,16 @@ def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targ
 
 
 def test_after_a_stop_the_tip_starts_again_from_rest():
+    """On a slope the speed along the surface is kept."""
     follower = PathFollower(((0.0, 0.0), (1.0, 0.0)), ACCELERATION)
     for _ in range(1000):
         follower.velocity((0.5, 0.0), 1.0, SPEED, PERIOD)
     follower.stop()
     speed = math.hypot(*follower.velocity((0.5, 0.0), 1.0, SPEED, PERIOD))
     assert speed == pytest.approx(ACCELERATION * PERIOD)
+    for slope in (0.3, 0.7, 1.0):
+        _, commands, _ = follow(((0.0, 0.0), (0.05, 0.0)), slope=slope)
+        assert np.linalg.norm(commands, axis=1).max() / slope == pytest.approx(SPEED)
 
 
 SQUARE = Waypoints(((0.0, 0.0), (0.02, 0.0), (0.02, 0.02), (0.0, 0.02)))
@@ -197,22 +191,21 @@ def test_a_curve_is_followed_at_constant_speed_without_stops():
     assert np.diff(heading).max() < 2.5 * 2e-5 / 3e-3
 
 
+STEEP = math.radians(70.0)
+
+
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.floats(1e-3, 0.1), st.floats(1e-3, 0.1), st.floats(5e-4, 0.03))
 def test_a_grid_of_taps_covers_its_rectangle_and_every_tap_is_tried(width, depth, spacing):
     if (width / spacing + 2) * (depth / spacing + 2) > 2000:
         return
     points = tap_grid(width, depth, spacing)
-    world = HeightWorld(level, missing=lambda u, v: u > 0.0)
     taps = Taps(points)
-    legs = explore(taps, world)
+    legs = explore(taps, HeightWorld(level, missing=lambda u, v: u > 0.0))
     assert tuple(leg.at for leg in legs) == points
-    steps = [math.dist(a, b) for a, b in itertools.pairwise(points)]
-    assert max(steps) <= spacing * (1 + 1e-6)
-    low, high = np.min(points, axis=0), np.max(points, axis=0)
-    assert high - low == pytest.approx([width, depth])
-    missed = [mark for mark in taps.marks if mark.event is PathEvent.UNREACHABLE]
-    assert len(missed) == len(taps.marks) == sum(u > 0.0 for u, _ in points)
+    assert max(math.dist(a, b) for a, b in itertools.pairwise(points)) <= spacing * (1 + 1e-6)
+    assert np.ptp(points, axis=0) == pytest.approx([width, depth])
+    assert [mark.event for mark in taps.marks] == [PathEvent.UNREACHABLE] * sum(u > 0.0 for u, _ in points)
 
 
 def test_a_path_is_one_landing_and_one_stroke_through_all_corners():
@@ -232,63 +225,49 @@ def test_a_path_is_one_landing_and_one_stroke_through_all_corners():
 
 
 def test_steep_places_are_marked_left_out_and_passed():
-    # a wall across the second side; the third and last corners are beyond it
-    def height(u, v):
-        return 10.0 * max(v - 0.008, 0.0) if v < 0.012 else 0.04
-
-    follow = Follow(SQUARE)
-    world = HeightWorld(height, steep=math.radians(70.0))
-    legs = explore(follow, world)
-    assert [mark.event for mark in follow.marks] == [PathEvent.STEEP, PathEvent.STEEP]
-    assert follow.marks[0].position[1] == pytest.approx(0.008, abs=3e-4)
+    """A wall across the second side, beyond which the third and last corners lie; a fine curve goes on further."""
+    path = Follow(SQUARE)
+    world = HeightWorld(lambda u, v: 10.0 * max(v - 0.008, 0.0) if v < 0.012 else 0.04, steep=STEEP)
+    legs = explore(path, world)
+    assert [mark.event for mark in path.marks] == [PathEvent.STEEP, PathEvent.STEEP]
+    assert path.marks[0].position[1] == pytest.approx(0.008, abs=3e-4)
     # 2 mm on it is still steep; 4 mm further it is not
     assert [type(leg) for leg in legs] == [Hop, Stroke, Hop, Stroke, Hop, Stroke]
     assert [leg.to[1] for leg in legs[2::2]] == pytest.approx([0.010, 0.014], abs=3e-4)
     assert world.at == (0.0, 0.02)
+    fine, world = Follow(Spiral(8e-3, 4e-3)), HeightWorld(lambda u, v: 10.0 * max(u - 5e-3, 0.0), steep=STEEP)
+    # at most the part of the length beyond the wall, divided by the length left out each time
+    assert 2 < sum(isinstance(leg, Hop) for leg in explore(fine, world)) < 20
+    assert {mark.event for mark in fine.marks} == {PathEvent.STEEP}
+    assert math.hypot(*world.at) > 7e-3
 
 
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(st.integers(1, 60))
 def test_of_what_lies_beside_the_object_the_number_of_tries_grows_with_the_logarithm_of_its_length(rows):
-    """The rows behind the first are missed: each try leaves out twice what the last one did."""
+    """The rows behind the first are missed: each try leaves out twice the length of the last one."""
     raster = Raster(0.02, 0.001 * rows, 0.001)
-    first = raster.corners()[0][1]
-
-    def height(u, v):
-        return 10.0 * max(v - first - 4e-4, 0.0)
-
-    follow = Follow(raster)
-    world = HeightWorld(height, steep=math.radians(70.0), missing=lambda u, v: v > first + 1e-6)
-    legs = explore(follow, world)
-    assert [mark.event for mark in follow.marks[:1]] == [PathEvent.STEEP]
-    missed = [mark for mark in follow.marks if mark.event is PathEvent.UNREACHABLE]
+    path, first = Follow(raster), raster.corners()[0][1]
+    edge = HeightWorld(
+        lambda u, v: 10.0 * max(v - first - 4e-4, 0.0), steep=STEEP, missing=lambda u, v: v > first + 1e-6
+    )
+    legs = explore(path, edge)
+    missed = [mark for mark in path.marks if mark.event is PathEvent.UNREACHABLE]
+    assert path.marks[0].event is PathEvent.STEEP
     assert len(missed) <= 1 + math.log2(1.0 + raster.length / 2e-3)
     assert len(legs) == 2 + len(missed)
 
 
 def test_after_something_was_met_again_little_is_left_out_again():
     """Two holes far apart: behind the second the path goes on as near as behind the first."""
-    points = Waypoints(tuple((1e-3 * k, 0.0) for k in range(60)))
-    follow = Follow(points)
+    path = Follow(Waypoints(tuple((1e-3 * k, 0.0) for k in range(60))))
 
     def height(u, v):
         return 10.0 * max(u - 0.0101, 0.0) if u < 0.0105 else 10.0 * max(u - 0.0401, 0.0) if u < 0.0405 else 0.0
 
-    world = HeightWorld(height, steep=math.radians(70.0), missing=lambda u, v: 0.0105 < u < 0.0165)
-    hops = [leg.to[0] for leg in explore(follow, world) if isinstance(leg, Hop)]
+    world = HeightWorld(height, steep=STEEP, missing=lambda u, v: 0.0105 < u < 0.0165)
+    hops = [leg.to[0] for leg in explore(path, world) if isinstance(leg, Hop)]
     assert hops[1:] == pytest.approx([0.0121, 0.0161, 0.0241, 0.0421], abs=3e-4)
-
-
-def test_after_a_steep_place_a_fine_curve_goes_on_further():
-    spiral = Spiral(8e-3, 4e-3)
-    follow = Follow(spiral)
-    world = HeightWorld(lambda u, v: 10.0 * max(u - 5e-3, 0.0), steep=math.radians(70.0))
-    legs = explore(follow, world)
-    hops = [leg.to for leg in legs if isinstance(leg, Hop)]
-    # at most the part of the length beyond the wall, divided by what is left out each time
-    assert 2 < len(hops) < 20
-    assert all(mark.event is PathEvent.STEEP for mark in follow.marks)
-    assert math.hypot(*world.at) > 7e-3
 
 
 def test_planes_turn_paths_and_come_back():

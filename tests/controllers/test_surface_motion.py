@@ -41,26 +41,6 @@ def sine(time):
     return AMPLITUDE * (1.0 - math.cos(SPEED / AMPLITUDE * time))
 
 
-def pressed(ratio=1.0, surface=still, follow=FILTER, seconds=6.0, knock=0.0, noise=0.0, steps=STEPS):
-    """Force of a tip on a surface with `ratio` times the assumed stiffness, and its control."""
-    control = NormalForce(DirectForce(GAIN), GAIN.stiffness, GAIN.delay, PERIOD, follow)
-    control.start()
-    stiffness, wanted = ratio * STIFFNESS, 2.0
-    draws = np.random.default_rng(1).normal(0.0, noise, round(seconds / PERIOD)) if noise else None
-    position, velocity, underway, forces = wanted / stiffness + knock, 0.0, [0.0] * steps, []
-    for i in range(round(seconds / PERIOD)):
-        force = max(stiffness * (position - surface(i * PERIOD)), 0.0)
-        if force == 0.0 and forces and forces[-1] > 0.0:
-            control.lose()
-        forces.append(force)
-        felt = force + (0.0 if draws is None else float(draws[i]))
-        control.watch(velocity, felt)
-        underway.append(control.step(wanted, felt, GAIN.gain, 0.02))
-        velocity = underway.pop(0)
-        position += PERIOD * velocity
-    return np.array(forces), control
-
-
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.floats(-0.02, 0.02), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
 def test_a_parabola_of_velocity_is_predicted_exactly(value, slope, curve):
@@ -163,19 +143,6 @@ def test_the_guard_lets_decaying_slow_and_small_swings_pass():
     assert swings([300] * 7, [0.1 * 1.6**i for i in range(7)], guard()).trips == 1  # grows slowly
 
 
-def test_the_guard_halves_without_a_jump_and_not_for_ever():
-    tripped = swings([40] * 8, [1.0] * 8, guard())
-    assert tripped.trips == 1
-    before = tripped.share
-    shares = [tripped.step(0.0, 2.0) for _ in range(300)]
-    assert shares[-1] == 0.5
-    assert np.abs(np.diff([before, *shares])).max() < 0.01
-    worst = swings([40] * 200, [1.0] * 200, guard())
-    assert worst.share == MIN_SHARE
-    worst.reset()
-    assert worst.share == 1.0
-
-
 PERIOD, DELAY, FORCE = 1e-3, 0.0215, 2.0
 
 
@@ -218,21 +185,6 @@ def test_forces_and_their_limit_scale_together(scale):
     assert many.stiffness == pytest.approx(scale * one.stiffness, rel=1e-6)
 
 
-@pytest.mark.parametrize("frequency", [1.0, 2.0, 4.0])
-def test_a_surface_that_is_followed_is_no_excitation(frequency):
-    """The tip goes with it, and what is left of the force is small and slow."""
-
-    def surface(time):
-        return 0.01 * math.sin(frequency * time)
-
-    def followed(time):
-        return surface(time - 0.002) + 1e-4
-
-    watch = fed(ContactStiffness(20e3, DELAY, PERIOD), followed, 20e3, 0.0, 6.0, surface)
-    assert not watch.known
-    assert watch.stiffness == 20e3
-
-
 @pytest.mark.parametrize("angular", [10.0, 30.0, 60.0])
 def test_the_reaction_of_control_to_a_fast_surface_is_not_taken_for_the_contact(angular):
     """Closed loop on a surface that swings: force against depth is the controller's inverse, not a spring."""
@@ -248,62 +200,91 @@ def test_the_reaction_of_control_to_a_fast_surface_is_not_taken_for_the_contact(
     assert watch.stiffness == pytest.approx(20e3, rel=0.5)
 
 
-@pytest.mark.parametrize("speed", [0.005, 0.01, 0.025])
-def test_what_began_with_the_touch_does_not_count(speed):
-    """The tip gives way to a surface that came at it, ever faster: force and depth belong together by accident."""
-
-    def surface(time):
-        return -speed * time
-
-    def giving_way(time):
-        return surface(time) + speed * 0.05 * (1.0 - math.exp(-time / 0.05)) + 1e-4
-
-    watch = fed(ContactStiffness(20e3, DELAY, PERIOD), giving_way, 20e3, 0.03, 0.5, surface)
-    assert watch.stiffness == pytest.approx(20e3, rel=0.2)
-
-
-def test_what_a_rough_surface_does_is_not_the_contact():
-    """Half of the force is the surface's: nothing is fed, or what is right."""
-    rng = np.random.default_rng(1)
-    rough = [(rng.uniform(30.0, 200.0), rng.uniform(0.0, 6.0)) for _ in range(12)]
-
-    def surface(time):
-        return 3e-5 * sum(math.sin(w * time + phase) for w, phase in rough)
-
-    watch = fed(ContactStiffness(20e3, DELAY, PERIOD), swinging, 20e3, 0.0, 3.0, surface)
-    assert watch.stiffness == pytest.approx(20e3, rel=0.1)
-
-
-def knocked(ratio, seconds=6.0):
-    """A loop on a contact of `ratio` times the assumed stiffness, hardly knocked; unstable from 1.77 on."""
-    gain = force_gain(20e3, DELAY)
-    control = NormalForce(DirectForce(gain), 20e3, DELAY, PERIOD, surface_filter(20e3, gain, DELAY))
+def pressed(ratio=1.0, surface=still, follow=FILTER, seconds=6.0, knock=0.0, noise=0.0, gain=GAIN):
+    """Force of a tip on a surface with `ratio` times the assumed stiffness, and its control."""
+    control = NormalForce(DirectForce(gain), gain.stiffness, gain.delay, PERIOD, follow)
     control.start()
-    stiffness, forces = ratio * 20e3, []
-    position, velocity, underway = 1.05 * FORCE / stiffness, 0.0, [0.0] * STEPS
-    for _ in range(round(seconds / PERIOD)):
-        felt = max(stiffness * position, 0.0)
-        forces.append(felt)
-        control.watch(velocity, felt)
-        underway.append(control.step(FORCE, felt, gain.gain, 0.02))
+    stiffness, draws = ratio * STIFFNESS, np.random.default_rng(1).normal(0.0, noise, round(seconds / PERIOD))
+    position, velocity, underway, forces = FORCE / stiffness + knock, 0.0, [0.0] * STEPS, []
+    for i, draw in enumerate(draws.tolist()):
+        force = max(stiffness * (position - surface(i * PERIOD)), 0.0)
+        if force == 0.0 and forces and forces[-1] > 0.0:
+            control.lose()
+        forces.append(force)
+        control.watch(velocity, force + draw)
+        underway.append(control.step(FORCE, force + draw, gain.gain, 0.02))
         velocity = underway.pop(0)
         position += PERIOD * velocity
-    return forces, control, gain
+    return np.array(forces), control
+
+
+def test_the_guard_halves_without_a_jump_and_not_for_ever():
+    tripped, worst = swings([40] * 8, [1.0] * 8, guard()), swings([40] * 200, [1.0] * 200, guard())
+    shares = [tripped.share, *(tripped.step(0.0, 2.0) for _ in range(300))]
+    assert (tripped.trips, shares[-1], worst.share) == (1, 0.5, MIN_SHARE)
+    assert np.abs(np.diff(shares)).max() < 0.01
+    worst.reset()
+    assert worst.share == 1.0
+
+
+def rough(time):
+    draws = np.random.default_rng(1).uniform([30.0, 0.0], [200.0, 6.0], (12, 2))
+    return 3e-5 * np.sin(draws[:, 0] * time + draws[:, 1]).sum()
+
+
+def approaching(speed):
+    """A surface that came at the tip, which gives way ever faster: force and depth belong together by accident."""
+    return (
+        lambda time: 1e-4 - speed * time + speed * 0.05 * (1.0 - math.exp(-time / 0.05)),
+        0.03,
+        0.5,
+        lambda time: -speed * time,
+    )
+
+
+def followed(frequency):
+    """The tip goes with the surface: the rest of the force is small and slow."""
+    return (
+        lambda t: 0.01 * math.sin(frequency * (t - 0.002)) + 1e-4,
+        0.0,
+        6.0,
+        lambda t: 0.01 * math.sin(frequency * t),
+    )
+
+
+UNINFORMATIVE = {
+    "followed at 1 rad/s": (followed(1.0), 0.0),
+    "followed at 2 rad/s": (followed(2.0), 0.0),
+    "followed at 4 rad/s": (followed(4.0), 0.0),
+    "approaching at 5 mm/s": (approaching(0.005), 0.2),
+    "approaching at 10 mm/s": (approaching(0.01), 0.2),
+    "approaching at 25 mm/s": (approaching(0.025), 0.2),
+    "rough, half of the force": ((swinging, 0.0, 3.0, rough), 0.1),
+}
+
+
+@pytest.mark.parametrize("name", UNINFORMATIVE)
+def test_motion_of_the_surface_is_not_taken_for_the_contact(name):
+    """No estimate is made, or a right one."""
+    (depth, damping_time, seconds, surface), bound = UNINFORMATIVE[name]
+    watch = fed(ContactStiffness(20e3, DELAY, PERIOD), depth, 20e3, damping_time, seconds, surface)
+    assert watch.stiffness == pytest.approx(20e3, rel=bound)
+    assert not watch.known or bound > 0.0
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.8, 2.0, 2.2])
 def test_a_loop_that_swings_is_calmed_to_its_bound(ratio):
-    """Before the guard has to halve it; a gain that the contact allows is left alone."""
-    forces, control, gain = knocked(ratio)
+    """Before the guard has to halve it; a gain that the contact allows is left alone. Unstable from 1.77 on."""
+    forces, control = pressed(ratio, knock=0.05 * FORCE / (ratio * STIFFNESS), gain=force_gain(STIFFNESS, DELAY))
     assert control.guard.trips == 0
     assert control.stiffness.known == (ratio > 1.0)
-    assert max(abs(force - FORCE) for force in forces[-1000:]) < 0.05
-    assert min(forces) > 0.0
+    assert np.abs(forces[-1000:] - FORCE).max() < 0.05
+    assert forces.min() > 0.0
     if ratio == 1.0:
         assert control._lowered == 1.0
         return
     assert control.stiffness.stiffness == pytest.approx(ratio * 20e3, rel=0.1)
-    lowered = control._lowered * gain.gain * ratio * 20e3 * DELAY
+    lowered = control._lowered * GAIN.gain * ratio * 20e3 * DELAY
     assert lowered == pytest.approx(MAX_LIVE_LOOP_GAIN, rel=0.1)
 
 
