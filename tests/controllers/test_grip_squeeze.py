@@ -1,5 +1,6 @@
 """Friction and zeros that are wrong while an object is held: squeeze tests, bounds, zeros that wander."""
 
+import itertools
 import math
 
 import numpy as np
@@ -29,20 +30,19 @@ SLIPPERY = LimitSurface(0.6, 0.004)
 
 
 def answer(load_of, seed, fingers=2):
-    """Squeeze after 0.2 s; `load_of` tells what is borne at a grip over the first."""
-    generator, test, grip, k = np.random.default_rng(seed), SqueezeTest(fingers, PERIOD), 4.0, 0
-    while True:
+    """Answer of a squeeze after 0.2 s; `load_of` gives the load at a grip over the first."""
+    generator, test, grip = np.random.default_rng(seed), SqueezeTest(fingers, PERIOD), 4.0
+    for k in itertools.count():
         if k == 200:
             assert test.steady
             test.begin(k * PERIOD)
-        wanted = 4.0 * (1.0 + SQUEEZE) if test.active else 4.0
-        grip += 0.08 * (wanted - grip)
+        grip += 0.08 * (4.0 * (1.0 + SQUEEZE * test.active) - grip)
         load = MeasuredLoad(load_of(grip / 4.0) + NOISE * generator.standard_normal(), NOISE)
         found = test.step(k * PERIOD, (load,), grip)
         if found is not None:
             assert PERIOD * (k - 200) <= LASTS + PERIOD
             return found
-        k += 1
+    raise AssertionError("no answer")
 
 
 @given(st.integers(0, 10**6), st.floats(1.0, 3.0))
@@ -130,7 +130,7 @@ def zeros_of(wander=WANDER):
 
 
 def feel(zeros, true, error, seconds, first=0.0, forces=(2.0, 2.0), every=4, speed=0.0):
-    """Let time go on; true loads and errors as functions of time. Returns the last that is sensed."""
+    """Let time go on, with true loads and errors as functions of time; returns the last observation, its time."""
     slow = zeros._count // every  # fewer samples of the same block: quicker
     zeros._count = every
     for i in range(round(seconds / PERIOD / slow)):
@@ -143,6 +143,7 @@ def feel(zeros, true, error, seconds, first=0.0, forces=(2.0, 2.0), every=4, spe
 surfaces = st.builds(
     LimitSurface, st.floats(0.1, 1.2), st.floats(1e-3, 8e-3), st.floats(0.0, 1.0 / 3.0), st.floats(1.0, 2.0)
 )
+
 loads = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 0.02))
 
 
@@ -155,9 +156,8 @@ def test_grips_that_hold_a_load_and_an_error_hold_both_together(surface, first, 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6), st.floats(0.5, 5.0), st.floats(0.0, 1.0))
 def test_what_is_felt_is_off_by_no_more_than_is_stated(shares, normal, down):
     """To first order: zeros that are off by a little."""
-    box = np.array(WANDER.within(0.5))
-    true = contact_from_wrench(BALL, pressed(normal, down * normal * 0.3))
-    off = contact_from_wrench(BALL, pressed(normal, down * normal * 0.3) + box * shares)
+    box, wrench = np.array(WANDER.within(0.5)), pressed(normal, down * normal * 0.3)
+    true, off = contact_from_wrench(BALL, wrench), contact_from_wrench(BALL, wrench + box * shares)
     b_n, b_t, b_spin = TIP.felt(tuple(box.tolist()))
     room = 1.0 + 0.4 * down  # the normal is that of the sensor's x, and stays so but for its tilt
     assert abs(off.normal_force - true.normal_force) <= room * b_n + 0.3 * b_t
