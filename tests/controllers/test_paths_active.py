@@ -301,6 +301,7 @@ def test_a_cubic_across_surprises_nobody(terms, gaps):
 
 
 def test_noise_of_three_rows_is_taken_off_and_leaves_no_less_than_nothing():
+    """One column's reading is shared with a quarter of the gap to both sides."""
     a, rise = 3e-3, 1e-4
     v, height, slope, below = across([-a, 0.0, a], lambda v: rise * (v == 0.0), lambda v: 0.0 * v)
     for sd, tilt in ((4e-5, 0.0), (0.0, 0.05), (3e-5, 0.04)):
@@ -308,13 +309,9 @@ def test_noise_of_three_rows_is_taken_off_and_leaves_no_less_than_nothing():
         rest = rise**2 - 1.5 * (sd**2 + (2 * a / 8 * tilt) ** 2)
         assert left[1:] == pytest.approx(math.sqrt(rest) / 8, rel=1e-9)
     assert (innovation_error(v, height, slope, below, TouchNoise(height=rise), 5e-4) == 0.0).all()
-
-
-def test_what_one_column_feels_is_shared_with_a_quarter_of_the_gap_to_both_sides():
-    a, width, rise = 4e-3, 5e-4, 1e-4
-    v, height, slope, below = across([-a, 0.0, a], lambda v: 0.0 * v, lambda v: 0.0 * v, columns=41)
+    v, height, slope, below = across([-4e-3, 0.0, 4e-3], lambda v: 0.0 * v, lambda v: 0.0 * v, columns=41)
     height[1, 20] = rise
-    left = innovation_error(v, height, slope, below, QUIET, width)
+    left = innovation_error(v, height, slope, below, QUIET, 5e-4)
     assert np.flatnonzero(left[1]).tolist() == list(range(16, 25))  # a quarter of 8 mm is four columns
     assert left[1, 16:25] == pytest.approx(rise / 3 / 8, rel=1e-9)
 
@@ -351,28 +348,37 @@ def test_a_goal_ends_at_its_length_or_its_time_whichever_is_less():
 
 
 def ends(goal, error, gap=4e-3, area=1e-6, field=4e-6, margin=0.5):
-    error = np.asarray(error, dtype=np.float64)
-    full = np.ones_like(error)
-    return reached(goal, margin, error, gap * full, area * full, field=field, prior=6e-3)
+    full = np.ones(len(error))
+    return reached(goal, margin, np.array(error), gap * full, area * full, field=field, prior=6e-3)
 
 
-@pytest.mark.parametrize(("measure", "last"), [(GoalError.LARGEST, 1.0), (GoalError.RMS, 2.0)])
-def test_a_goal_is_reached_where_its_error_less_a_margin_is_expected(measure, last):
+BEST_KNOWN, FOUR = [9e-4, 0.0, 9e-4, 0.0], [0.0] * 4
+
+ENDS = {
+    "below the margin": (Goal(1e-4, GoalError.LARGEST), [0.0, 0.0, 0.0, 0.99 * 5e-5], {}, True),
+    "above the margin": (Goal(1e-4, GoalError.LARGEST), [0.0, 0.0, 0.0, 1.01 * 5e-5], {}, False),
+    "below the error": (Goal(1e-4, GoalError.LARGEST), [0.0, 0.0, 0.0, 0.99 * 1e-4], {"margin": 1.0}, True),
+    "above the error": (Goal(1e-4, GoalError.LARGEST), [0.0, 0.0, 0.0, 1.01 * 1e-4], {"margin": 1.0}, False),
     # 4 cells, all but one free of error: the mean square is a quarter of the last one's
-    goal = Goal(1e-4, measure)
-    assert ends(goal, [0.0, 0.0, 0.0, 0.99 * last * 5e-5])
-    assert not ends(goal, [0.0, 0.0, 0.0, 1.01 * last * 5e-5])
-    assert ends(goal, [0.0, 0.0, 0.0, 0.99 * last * 1e-4], margin=1.0)
-    assert not ends(goal, [0.0, 0.0, 0.0, 1.01 * last * 1e-4], margin=1.0)
+    "RMS below the margin": (Goal(1e-4, GoalError.RMS), [0.0, 0.0, 0.0, 0.99 * 1e-4], {}, True),
+    "RMS above the margin": (Goal(1e-4, GoalError.RMS), [0.0, 0.0, 0.0, 1.01 * 1e-4], {}, False),
+    "RMS below the error": (Goal(1e-4, GoalError.RMS), [0.0, 0.0, 0.0, 0.99 * 2e-4], {"margin": 1.0}, True),
+    "RMS above the error": (Goal(1e-4, GoalError.RMS), [0.0, 0.0, 0.0, 1.01 * 2e-4], {"margin": 1.0}, False),
+    "best known half": (Goal(1e-4, GoalError.LARGEST, area=0.5), BEST_KNOWN, {}, True),
+    "more than the known": (Goal(1e-4, GoalError.LARGEST, area=0.9), BEST_KNOWN, {}, False),
+    "all of the field": (Goal(1e-4, GoalError.LARGEST), BEST_KNOWN, {}, False),
+    "RMS, best known half": (Goal(1e-4, GoalError.RMS, area=0.5), BEST_KNOWN, {}, True),
+    "RMS, more than the known": (Goal(1e-4, GoalError.RMS, area=0.9), BEST_KNOWN, {}, False),
+    "RMS, all of the field": (Goal(1e-4, GoalError.RMS), BEST_KNOWN, {}, False),
+    "widest known strip": (Goal(area=0.5), FOUR, {"gap": 6e-3}, True),
+    "wide strip": (Goal(area=0.5), FOUR, {"gap": 6.1e-3}, False),
+    "wide strip, all of the field": (Goal(), FOUR, {"gap": 6.1e-3}, False),
+    "a third of the field": (Goal(area=0.5), FOUR, {"field": 1.2e-5}, False),
+}
 
 
-def test_a_part_of_the_field_is_the_best_known_part_and_wide_strips_are_not_known():
-    errors = [9e-4, 0.0, 9e-4, 0.0]
-    for measure in GoalError:
-        assert ends(Goal(1e-4, measure, area=0.5), errors)
-        assert not ends(Goal(1e-4, measure, area=0.9), errors)
-        assert not ends(Goal(1e-4, measure), errors)
-    assert ends(Goal(area=0.5), np.zeros(4), gap=6e-3)
-    assert not ends(Goal(area=0.5), np.zeros(4), gap=6.1e-3)
-    assert not ends(Goal(), np.zeros(4), gap=6.1e-3)
-    assert not ends(Goal(area=0.5), np.zeros(4), field=1.2e-5)  # what was felt is a third of the field
+@pytest.mark.parametrize("name", ENDS)
+def test_a_goal_is_reached_where_its_error_less_a_margin_is_expected(name):
+    """A part of the field is its best known part; wide strips are not known."""
+    goal, error, options, expected = ENDS[name]
+    assert ends(goal, error, **options) == expected

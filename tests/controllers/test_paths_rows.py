@@ -197,6 +197,7 @@ def test_a_second_landing_in_the_middle_is_the_last_where_there_is_nothing():
     assert [mark.event for mark in strategy.marks] == [PathEvent.UNREACHABLE] * 2
     again = explore(strategy, HeightWorld(lambda u, v: 0.0, missing=lambda u, v: True))
     assert again == legs
+    assert len(strategy.marks) == 2  # a second start forgets the marks of the first
 
 
 @settings(max_examples=6, deadline=None, derandomize=True)
