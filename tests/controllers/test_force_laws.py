@@ -108,7 +108,7 @@ def test_delays_add_up():
     assert series_stiffness(7.0) == pytest.approx(7.0)
 
 
-PERIOD, STIFFNESS, SAMPLED_DELAY = 1e-3, 15e3, 0.0205
+PERIOD, SAMPLED_DELAY = 1e-3, 0.0205
 
 STEPS = whole_delays(SAMPLED_DELAY, PERIOD)
 
@@ -206,22 +206,11 @@ PROFILES = [ConstantForce(2.0), RampForce(1.0, 4.0, 0.7, 0.5), RampForce(4.0, 1.
 
 @pytest.mark.parametrize("profile", PROFILES, ids=repr)
 def test_the_rate_is_the_force_s_derivative(profile):
-    times = np.linspace(0.0, 6.0, 6001)
-    forces, rates = np.array([profile.at(t) for t in times]).T
-    # trapezia: exact but at the two bends of a ramp
+    """By trapezoids, exact but at the two bends of a ramp."""
+    forces, rates = np.array([profile.at(t) for t in np.linspace(0.0, 6.0, 6001)]).T
     gathered = forces[0] + np.concatenate([[0.0], np.cumsum(0.5e-3 * (rates[1:] + rates[:-1]))])
     assert np.abs(gathered - forces).max() < 3e-3
     assert forces.min() > 0.0
-
-
-@settings(max_examples=100, deadline=None, derandomize=True)
-@given(st.floats(0.1, 20.0), st.floats(0.1, 20.0), st.floats(0.01, 100.0), st.floats(0.0, 100.0))
-def test_a_ramp_stays_between_its_ends_and_gets_there(first, last, rate, time):
-    ramp = RampForce(first, last, rate)
-    force, _ = ramp.at(time)
-    assert min(first, last) * (1 - 1e-12) <= force <= max(first, last) * (1 + 1e-12)
-    assert ramp.at(0.0)[0] == first
-    assert ramp.at(abs(last - first) / rate * 1.001 + 1e-9) == (last, 0.0)
 
 
 @pytest.mark.parametrize("feed_forward", [True, False])
@@ -282,3 +271,12 @@ def test_scaling_the_stiffness_scales_the_gain_alone():
     assert stiff.gain.gain == pytest.approx(0.01 * soft.gain.gain, rel=1e-9)
     assert stiff.body.lag == pytest.approx(soft.body.lag)
     assert stiff.phase_margin_deg == pytest.approx(soft.phase_margin_deg)
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.floats(0.1, 20.0), st.floats(0.1, 20.0), st.floats(0.01, 100.0), st.floats(0.0, 100.0))
+def test_a_ramp_stays_between_its_ends_and_gets_there(first, last, rate, time):
+    ramp = RampForce(first, last, rate)
+    assert min(first, last) * (1 - 1e-12) <= ramp.at(time)[0] <= max(first, last) * (1 + 1e-12)
+    assert ramp.at(0.0)[0] == first
+    assert ramp.at(abs(last - first) / rate * 1.001 + 1e-9) == (last, 0.0)

@@ -53,21 +53,6 @@ def test_a_load_that_jumps_and_stays_is_followed_one_sample_later():
 # --- slips that go on
 
 
-class Slipping:
-    """A `SlipWatch` to which the first finger slips from a period on until another."""
-
-    def __init__(self, first, last):
-        self.first, self.last, self.k, self.slipping = first, last, -1, False
-
-    def start(self):
-        """Nothing to do."""
-
-    def step(self, time, loads):
-        self.k += 1
-        before, self.slipping = self.slipping, self.first <= self.k < self.last
-        return (self.slipping and not before, False)
-
-
 def test_a_load_under_which_it_goes_on_slipping_is_not_taken_for_held():
     """Heavier by half than the load that began to slip, for long enough for many blocks."""
     learnt = LearntSurface(lambda: FrictionBelief(0.6, 0.004, friction_deviation=0.3, spin_length_deviation=0.4))
@@ -167,7 +152,7 @@ def test_what_was_loaded_a_little_before_is_found_all_the_same():
     assert nudge.spin_length == pytest.approx((e,), rel=0.01)
 
 
-PERIOD, LAG, FOLLOWS, MU, LARGEST = 1e-3, 10, 15.0, 0.5, 15.5
+LAG, FOLLOWS, MU, LARGEST = 10, 15.0, 0.5, 15.5
 
 LIFT = LiftParameters(height=0.02, speed=0.06, acceleration=0.3, settle_time=0.05, hold_time=0.3)
 

@@ -19,19 +19,15 @@ from palpate.spatial import IDENTITY, ZERO
 def knock(speed, servo, contact, mass, damping_ratio, delay):
     """Peak of the contact force: a mass on a servo that goes on for a delay, then stops, meets a spring."""
     dt = min(2e-5, 0.02 * math.sqrt(mass / (contact + servo)))
-    position = reference = 0.0
-    velocity, peak, time = speed, 0.0, 0.0
-    servo_damping = 2.0 * math.sqrt(servo * mass)
-    damping = 2.0 * damping_ratio * math.sqrt(contact * mass)
+    servo_damping, damping = 2.0 * math.sqrt(servo * mass), 2.0 * damping_ratio * math.sqrt(contact * mass)
     # a steady ramp: the servo trails so far that its spring balances its damping
-    reference = speed * servo_damping / servo
-    while time < 0.2:
+    position, reference, velocity, peak = 0.0, speed * servo_damping / servo, speed, 0.0
+    for i in range(math.ceil(0.2 / dt)):
         force = max(contact * position + damping * velocity, 0.0)
         peak = max(peak, force)
         velocity += dt / mass * (servo * (reference - position) - servo_damping * velocity - force)
         position += dt * velocity
-        reference += dt * speed if time < delay else 0.0
-        time += dt
+        reference += dt * speed if i * dt < delay else 0.0
     return peak
 
 

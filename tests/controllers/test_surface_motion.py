@@ -143,7 +143,7 @@ def test_the_guard_lets_decaying_slow_and_small_swings_pass():
     assert swings([300] * 7, [0.1 * 1.6**i for i in range(7)], guard()).trips == 1  # grows slowly
 
 
-PERIOD, DELAY, FORCE = 1e-3, 0.0215, 2.0
+DELAY, FORCE = 0.0215, 2.0
 
 
 def fed(watch, depth, stiffness, damping_time, seconds=1.0, surface=lambda _: 0.0, scale=1.0):
