@@ -128,7 +128,7 @@ def test_from_rest_to_rest_no_phase_begins_or_ends_with_a_leap(tilt, lost, slew)
 
 
 def test_the_default_slew_lets_force_control_answer_a_bounce_at_once():
-    """From descending at landing speed to retreating at it in one period."""
+    """From descending at landing speed to the full retreat k (f - F) in one period."""
     plane, touch, explorer = Plane(gap=0.001), Touch(Finger(Sphere(RADIUS))), controller()
     explorer.start(touch.sense(plane.sample()))
     for _ in range(25):
@@ -136,7 +136,7 @@ def test_the_default_slew_lets_force_control_answer_a_bounce_at_once():
     plane.position[2] = RADIUS - 8.0 / STIFFNESS  # the object comes up: 8 N at once
     command = explorer.step(touch.sense(plane.sample()))
     assert command.phase is Phase.SETTLE
-    assert command.velocity_base_tip == pytest.approx((0.0, 0.0, WANTED.landing_speed))
+    assert command.velocity_base_tip == pytest.approx((0.0, 0.0, GAIN.gain * (8.0 - FORCE)))
 
 
 @pytest.mark.parametrize("zero", [(0.0, 0.0, -0.15), (0.0, 0.0, 0.15), (0.1, -0.1, -0.05)])
