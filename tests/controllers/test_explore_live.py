@@ -18,53 +18,48 @@ from palpate.controllers import (
     tracking_delay,
 )
 from palpate.controllers.paths import Follow
-from palpate.runtime.data import ArmSample, Phase, Sample, WrenchSample
+from palpate.runtime import Ending, Limits, Supervisor, run
+from palpate.runtime.data import Phase
 from palpate.runtime.live import Change, LiveParameters, ScheduledChanges
 from palpate.runtime.replay import RecordedChanges
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene
-from palpate.spatial import IDENTITY, norm, subtract
+from palpate.spatial import ZERO, norm, subtract
 from palpate.surfaces import Sphere
+from support.spring_world import RADIUS, STIFFNESS, SpringWorld
 
-PERIOD, RADIUS, STIFFNESS, DELAYS = 1e-3, 0.008, 20e3, 21
+PERIOD, DELAYS = 1e-3, 21
+
 GAIN = force_gain(STIFFNESS, (DELAYS + 0.5) * PERIOD)
 """A command acts `DELAYS` periods later, and is held for one: the model of `palpate.controllers.gains`."""
+
 WANTED = ExploreParameters(force=2.0, speed=0.02, gain=GAIN, lead=GAIN.delay)
+
 RASTER = Raster(0.2, 0.2, 0.1)
+
 SETTLED = 1.0
 """By then the tip has landed and sweeps [s]."""
 
 FORCES, SPEEDS = WANTED.force_range, WANTED.speed_range
+
 GAINS = GAIN.live_range
 
 
-class DelayedPlane:
+class DelayedPlane(SpringWorld):
     """A tilted plane like a spring, and a tip that moves as commanded `DELAYS` periods ago."""
 
     def __init__(self, tilt):
-        self.out = (math.sin(tilt), 0.0, math.cos(tilt))
+        out = (math.sin(tilt), 0.0, math.cos(tilt))
         x, y = RASTER.corners()[0]
-        self.position = (x, y, (RADIUS + 0.001 - x * self.out[0]) / self.out[2])
-        self.time = 0.0
-        self.underway = [(0.0, 0.0, 0.0)] * DELAYS
+        super().__init__(
+            lambda p: p[0] * out[0] + p[2] * out[2], (x, y, (RADIUS + 0.001 - x * out[0]) / out[2]), period=PERIOD
+        )
+        self.underway = [ZERO] * DELAYS
 
-    @property
-    def force(self):
-        depth = RADIUS - self.position[0] * self.out[0] - self.position[2] * self.out[2]
-        return STIFFNESS * max(depth, 0.0)
-
-    def sample(self):
-        force = self.force
-        wrench = (*(force * c for c in self.out), 0.0, 0.0, 0.0)
-        arm = ArmSample(self.time, self.position, IDENTITY, (0.0, 0.0, 0.0))
-        return Sample(self.time, arm, (WrenchSample(self.time, wrench, (0.0, 0.0, 0.0)),))
-
-    def move(self, command):
-        self.underway.append(command.velocity_base_tip)
-        velocity = self.underway.pop(0)
-        self.position = tuple(x + PERIOD * v for x, v in zip(self.position, velocity, strict=True))
-        self.time += PERIOD
+    def move(self, velocity):
+        self.underway.append(velocity)
+        super().move(self.underway.pop(0))
 
 
 class Sweep:
@@ -73,24 +68,22 @@ class Sweep:
     def __init__(self, changes=(), tilt=0.0, seconds=2.0, parameters=WANTED, controller=None):
         plane, touch = DelayedPlane(tilt), Touch(Finger(Sphere(RADIUS)))
         self.controller = controller or ExploreController(parameters, Follow(RASTER), PERIOD)
-        live = self.controller.live
-        scheduled = ScheduledChanges(live, changes)
+        scheduled = ScheduledChanges(self.controller.live, changes)
         self.observations, self.commands, self.changes, self.forces, self.values = [], [], [], [], []
         self.controller.start(touch.sense(plane.sample()))
         for _ in range(round(seconds / PERIOD)):
             now = touch.sense(plane.sample())
             self.changes += scheduled.step(now.time)
-            command = self.controller.step(now)
             self.observations.append(now)
-            self.commands.append(command)
-            self.forces.append(plane.force)
-            self.values.append(live.values)
-            plane.move(command)
+            self.commands.append(self.controller.step(now))
+            self.forces.append(norm(now.fingers[0].wrench[:3]))
+            self.values.append(self.controller.live.values)
+            plane.move(self.commands[-1].velocity_base_tip)
 
     @property
     def jumps(self):
         """How far the commanded velocity moved from period to period, from rest on [m/s]."""
-        velocities = [(0.0, 0.0, 0.0), *(command.velocity_base_tip for command in self.commands)]
+        velocities = [ZERO, *(command.velocity_base_tip for command in self.commands)]
         return [norm(subtract(b, a)) for a, b in pairwise(velocities)]
 
     def after(self, time):
@@ -209,46 +202,36 @@ def test_a_lower_speed_is_reached_by_braking(cruising):
 
 
 def test_in_simulation_force_and_speed_change_on_a_sphere_without_leaving_it_or_pressing_harder():
-    law, tip, stage, target = ContactLaw(), Tip(Sphere(RADIUS)), Stage(), SphereObject()
-    raster = Raster(0.02, 0.016, 0.004)
-    start = (*raster.corners()[0], target.top + RADIUS + 0.001)
-    backend = MujocoBackend(build_scene(tip, target, law, start, stage), PERIOD)
-    lag = tracking_delay(PERIOD, stage.lag)
+    law, tip, stage, target = ContactLaw(), Tip(Sphere(0.008)), Stage(), SphereObject()
+    raster, rows = Raster(0.02, 0.016, 0.004), []
+    start = (*raster.corners()[0], target.top + 0.009)
+    backend = MujocoBackend(build_scene(tip, target, law, start, stage), 1e-3)
+    lag = tracking_delay(1e-3, stage.lag)
     gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), lag)
-    parameters = ExploreParameters(force=2.0, speed=0.02, gain=gain, lead=lag)
-    controller = ExploreController(parameters, Follow(raster), PERIOD)
-    touch = Touch(Finger(Sphere(RADIUS), SensorPayload(tip.mass)))
+    controller = ExploreController(
+        ExploreParameters(force=2.0, speed=0.02, gain=gain, lead=lag), Follow(raster), 1e-3
+    )
     changes = [
         Change(1.5, "force", 4.0),
         Change(2.5, "speed", 0.03),
         Change(3.0, "force_gain", gain.live_range[1]),
         Change(3.5, "force", 1.0),
     ]
-    forces, commands = [], [(0.0, 0.0, 0.0)]
-    with backend:
-        sample = backend.start()
-        controller.start(touch.sense(sample))
-        scheduled = ScheduledChanges(controller.live, changes)
-        while True:
-            now = touch.sense(sample)
-            scheduled.step(now.time)
-            command = controller.step(now)
-            commands.append(command.velocity_base_tip)
-            if command.phase is Phase.SCAN:
-                forces.append((now.time, now.fingers[0].contact.normal_force, backend.truth().touching))
-            if command.phase.is_final:
-                break
-            sample = backend.step(command)
-    time, force, touching = np.array(forces).T
-    assert command.phase is Phase.DONE
-    assert touching.all()
-    for begin, end, low, high in (
-        (0.8, 1.5, 2.0, 2.0),
-        (1.5, 3.5, 2.0, 4.0),
-        (3.5, 4.2, 1.0, 4.0),
-        (4.2, 9.0, 1.0, 1.0),
-    ):
+    ending = run(
+        backend,
+        Touch(Finger(Sphere(0.008), SensorPayload(tip.mass))),
+        controller,
+        Supervisor(Limits(force=60.0)),
+        duration=20.0,
+        live=ScheduledChanges(controller.live, changes),
+        observers=(lambda _, now, command: rows.append((now, command, backend.truth().touching)),),
+    ).ending
+    assert ending is Ending.DONE
+    scanned = [row for row in rows if row[1].phase is Phase.SCAN]
+    time, force = np.array([(now.time, now.fingers[0].contact.normal_force) for now, _, _ in scanned]).T
+    velocity = np.array([command.velocity_base_tip for _, command, _ in rows])
+    assert all(touching for _, _, touching in scanned)
+    for begin, end, low, high in ((0.8, 1.5, 2, 2), (1.5, 3.5, 2, 4), (3.5, 4.2, 1, 4), (4.2, 9.0, 1, 1)):
         held = force[(time > begin) & (time <= end)]
-        assert held.max() <= 1.05 * high
-        assert held.min() >= 0.9 * low
-    assert np.linalg.norm(np.diff(np.array(commands), axis=0), axis=1).max() <= 10.0 * PERIOD * (1 + 1e-9)
+        assert 0.9 * low <= held.min() <= held.max() <= 1.05 * high
+    assert np.linalg.norm(np.diff(velocity, axis=0), axis=1).max() <= 10.0 * 1e-3 * (1 + 1e-9)

@@ -16,6 +16,7 @@ from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, add_scaled, norm, scale
 
 PERIOD, TOP = 2e-3, 0.02
+
 WANTED = ExploreParameters(
     force=2.0,
     speed=0.02,
@@ -24,7 +25,9 @@ WANTED = ExploreParameters(
     travel_speed=0.05,
     room=Room((-1.0,) * 3, (1.0,) * 3),
 )
+
 SPACE = Airspace(WANTED, PathPlane(), PERIOD, TOP)
+
 DOWN, UP, SIDE = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 
@@ -58,88 +61,56 @@ def test_first_up_then_across_within_speed_and_acceleration(a, b, low, high):
     if not rows:
         assert math.dist(a, b) <= 1e-3
         return
-    tips, velocities = np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
-    across = np.hypot(*velocities[:, :2].T) > 0.0
+    tips, velocities = np.array([row[1:] for row in rows]).transpose(1, 0, 2)
+    across, speed = np.hypot(*velocities[:, :2].T) > 0.0, np.linalg.norm(velocities, axis=1)
     assert not (across & (velocities[:, 2] != 0.0)).any()
     assert tips[across, 2].min(initial=TOP) >= min(max(low, high), TOP) - 6e-4
     assert np.hypot(*(tips[-1, :2] - b)) <= 6e-4
-    speed = np.linalg.norm(velocities, axis=1)
     # below where the run began, no faster than on landing
     fastest = WANTED.travel_speed if high >= TOP - 5e-4 else WANTED.landing_speed
     assert speed.max() <= fastest * (1 + 1e-9)
-    most = WANTED.acceleration * PERIOD
-    assert np.diff(speed, prepend=0.0).max() <= most + STEERING * ARRIVED + 1e-9
+    assert np.diff(speed, prepend=0.0).max() <= WANTED.acceleration * PERIOD + STEERING * ARRIVED + 1e-9
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.7, 1.5])
 def test_a_tip_on_the_surface_first_leaves_it_along_the_normal(slope):
+    """A return goes back along the axis."""
     into = (-math.sin(slope), 0.0, -math.cos(slope))
-    flight = begin((0.0, 0.0, 0.0), into, goal=((0.03, 0.0), TOP))
-    rows = fly(flight, (0.0, 0.0, 0.0), lambda tip, time: into if norm(tip) < 1e-4 else None)
+    flight = begin(ZERO, into, goal=((0.03, 0.0), TOP))
+    rows = fly(flight, ZERO, lambda tip, time: into if norm(tip) < 1e-4 else None)
     lift = [row for row in rows if row[0] is Phase.LIFT]
     assert lift[0][2] == pytest.approx(scale(-WANTED.lift_speed, into))
     assert norm(lift[-1][1]) == pytest.approx(WANTED.lift_distance, abs=2e-4)
     assert flight.arrived
-
-
-def test_a_return_along_the_axis_is_all_that_is_asked_for():
-    flight = begin((0.0, 0.0, 0.0), (0.6, 0.0, -0.8), back=3e-3)
-    rows = fly(flight, (0.0, 0.0, 0.0))
-    assert flight.arrived
-    assert rows[-1][1] == pytest.approx((0.0, 0.0, 3e-3), abs=1e-4)
+    back = begin(ZERO, (0.6, 0.0, -0.8), back=3e-3)
+    assert fly(back, ZERO)[-1][1] == pytest.approx((0.0, 0.0, 3e-3), abs=1e-4)
+    assert back.arrived
 
 
 def test_between_two_walls_a_lift_ends_after_twice_its_time_and_the_tip_rises():
-    """Walls 2 mm apart: whichever is felt, the other is less than a lift away."""
-    walls = {True: SIDE, False: scale(-1.0, SIDE)}
+    """Walls 2 mm apart: whichever is felt, the other is less than a lift away; the lift never gets 5 mm away."""
 
-    def feels(tip, time):
-        return walls[tip[0] > 0.0] if abs(tip[0]) > 1e-3 and tip[2] < 0.01 else None
+    def held(tip, time):
+        side = 1.0 if int(time / PERIOD) % 2 else -1.0
+        return scale(side, SIDE) if tip[2] < 0.01 else None
 
-    def held(tip, time):  # the lift never gets 5 mm away
-        return feels(((1.1e-3 if int(time / PERIOD) % 2 else -1.1e-3), 0.0, tip[2]), time)
-
-    flight = begin((0.0, 0.0, 0.0), SIDE, goal=((0.03, 0.0), TOP))
-    rows = fly(flight, (0.0, 0.0, 0.0), held)
-    lifted = sum(row[0] is Phase.LIFT for row in rows) * PERIOD
+    flight = begin(ZERO, SIDE, goal=((0.03, 0.0), TOP))
+    lifted = sum(row[0] is Phase.LIFT for row in fly(flight, ZERO, held)) * PERIOD
     assert lifted == pytest.approx(2.0 * WANTED.lift_distance / WANTED.lift_speed, abs=5 * PERIOD)
     assert flight.arrived
 
 
 def test_rising_along_a_wall_goes_on_and_under_a_ledge_does_not():
-    along = begin((0.0, 0.0, 0.0), goal=((0.0, 0.0), TOP))
-    rows = fly(along, (0.0, 0.0, 0.0), lambda tip, time: SIDE if tip[2] < 0.01 else None)
+    """A ledge from x = -1 mm on, met at a height of 10 mm, is left sideways and downwards."""
+    along, under = (begin(ZERO, goal=((0.0, 0.0), TOP)) for _ in range(2))
+    rows = fly(along, ZERO, lambda tip, time: SIDE if tip[2] < 0.01 else None)
     assert {row[0] for row in rows} == {Phase.TRAVEL}
-    assert along.arrived
-    # a ledge from x = -1 mm on, met at a height of 10 mm: it is left sideways and downwards
     leaning = (0.6, 0.0, 0.8)
-    under = begin((0.0, 0.0, 0.0), goal=((0.0, 0.0), TOP))
-    rows = fly(
-        under, (0.0, 0.0, 0.0), lambda tip, time: leaning if 0.01 < tip[2] < 0.013 and tip[0] > -1e-3 else None
-    )
+    rows = fly(under, ZERO, lambda tip, time: leaning if 0.01 < tip[2] < 0.013 and tip[0] > -1e-3 else None)
     assert Phase.LIFT in {row[0] for row in rows}
     assert not any(0.0105 < row[1][2] < 0.0125 for row in rows if row[1][0] > -1e-3)
+    assert along.arrived
     assert under.arrived
-
-
-def test_what_obstructs_a_flight_is_got_over():
-    """A post 6 mm high."""
-
-    def post(tip, time):
-        return SIDE if 0.01 < tip[0] < 0.012 and tip[2] < 0.006 else None
-
-    flight = begin((0.0, 0.0, 2e-3), goal=((0.03, 0.0), 2e-3))
-    rows = fly(flight, (0.0, 0.0, 2e-3), post)
-    assert flight.arrived
-    assert max(row[1][2] for row in rows) < 2e-3 + 2 * WANTED.lift_distance
-
-
-def test_a_wall_up_to_where_the_run_began_blocks():
-    flight = begin((0.0, 0.0, TOP), goal=((0.03, 0.0), TOP))
-    rows = fly(flight, (0.0, 0.0, TOP), lambda tip, time: SIDE if tip[0] > 0.01 else None)
-    assert flight.arrived is False
-    assert flight.velocity(TipState(0.0, ZERO, ZERO, True, SIDE, ZERO), SIDE, 0.0) == ZERO
-    assert rows[-1][1][0] < 0.0102
 
 
 def test_a_sensor_that_always_feels_something_does_not_let_it_fly():
@@ -150,25 +121,32 @@ def test_a_sensor_that_always_feels_something_does_not_let_it_fly():
     assert len(rows) * PERIOD < 2.5 * WANTED.lift_distance / WANTED.lift_speed
 
 
+def test_a_flight_passes_over_a_post_and_is_blocked_by_a_wall_up_to_where_the_run_began():
+    """The post is 6 mm high. A goal outside of the room is refused before the tip moves."""
+    over = begin((0.0, 0.0, 2e-3), goal=((0.03, 0.0), 2e-3))
+    rows = fly(over, (0.0, 0.0, 2e-3), lambda tip, _: SIDE if 0.01 < tip[0] < 0.012 and tip[2] < 0.006 else None)
+    assert over.arrived
+    assert max(row[1][2] for row in rows) < 2e-3 + 2 * WANTED.lift_distance
+    blocked = begin((0.0, 0.0, TOP), goal=((0.03, 0.0), TOP))
+    rows = fly(blocked, (0.0, 0.0, TOP), lambda tip, time: SIDE if tip[0] > 0.01 else None)
+    assert blocked.arrived is False
+    assert blocked.velocity(TipState(0.0, ZERO, ZERO, True, SIDE, ZERO), SIDE, 0.0) == ZERO
+    assert rows[-1][1][0] < 0.0102
+    assert begin((0.0, 0.0, TOP), goal=((1.5, 0.0), TOP)).arrived is False
+
+
 def test_knock_after_knock_it_gives_up():
     """Touched again wherever it is, but free in between."""
     knocks = []
 
     def feels(tip, time):
-        if int(time / PERIOD) % 400 == 399:
-            knocks.append(time)
-            return SIDE
-        return None
+        knocks.extend([time] if int(time / PERIOD) % 400 == 399 else [])
+        return SIDE if knocks and knocks[-1] == time else None
 
-    flight = begin((0.0, 0.0, 0.0), goal=((0.9, 0.0), 2e-3))
-    fly(flight, (0.0, 0.0, 0.0), feels, seconds=60.0)
+    flight = begin(ZERO, goal=((0.9, 0.0), 2e-3))
+    fly(flight, ZERO, feels, seconds=60.0)
     assert flight.arrived is False
     assert len(knocks) <= MAX_BUMPS + 1
-
-
-def test_a_goal_outside_of_the_room_is_refused_where_it_stands():
-    flight = begin((0.0, 0.0, TOP), goal=((1.5, 0.0), TOP))
-    assert flight.arrived is False
 
 
 def test_a_surface_that_comes_after_the_tip_is_outrun():

@@ -38,151 +38,127 @@ from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ram
 from palpate.surfaces import Sphere
 
 PERIOD, FORCE, RADIUS = 1e-3, 2.0, 0.008
+
 RASTER = Raster(0.02, 0.008, 0.008)
+
 PLATE = Box((0.2, 0.2, 0.04))
+
 RATE = 2.0  # of the sine [rad/s]: 10 mm, 20 mm/s
+
 SHAKEN = MovingTarget(
     PLATE,
     [DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), Sine(0.01, RATE / (2.0 * math.pi), math.pi / 2.0))],
     (0.0, 0.0, -0.01),
 )
+
 TURNTABLE = MovingTarget(PLATE, [DrivenJoint(JointKind.HINGE, (0.0, 0.0, 1.0), Ramp(1.0))])
 
 
 class Swept:
-    """One exploration of a target."""
+    """One exploration of a target, done unless `done` is false."""
 
     def __init__(
-        self, target, carrier=None, assumed=None, follow=False, seconds=8.0, make=None, landing=0.005, **options
+        self,
+        target,
+        carrier=None,
+        assumed=None,
+        follow=False,
+        seconds=8.0,
+        make=None,
+        landing=0.005,
+        done=True,
+        **options,
     ):
-        law, tip = ContactLaw(), Tip(Sphere(RADIUS))
-        self.carrier = carrier or Stage()
-        self.shape = getattr(target, "shape", target)
-        start = (*RASTER.corners()[0], self.shape.top + RADIUS + 0.001)
-        scene = build_scene(tip, target, law, start, self.carrier)
-        backend = MujocoBackend(scene, PERIOD, white_noise(3.1e-3, 1.6e-5, 1))
-        stiffness = assumed or law.stiffness
-        delay = tracking_delay(PERIOD, self.carrier.lag)
-        gain = force_gain(series_stiffness(stiffness, self.carrier.stiffness(tip.mass)), delay)
+        law, tip, carrier = ContactLaw(), Tip(Sphere(RADIUS)), carrier or Stage()
+        start = (*RASTER.corners()[0], getattr(target, "shape", target).top + RADIUS + 0.001)
+        backend = MujocoBackend(
+            build_scene(tip, target, law, start, carrier), PERIOD, white_noise(3.1e-3, 1.6e-5, 1)
+        )
+        stiffness, delay = assumed or law.stiffness, tracking_delay(PERIOD, carrier.lag)
+        gain = force_gain(series_stiffness(stiffness, carrier.stiffness(tip.mass)), delay)
         parameters = ExploreParameters(
             force=FORCE, speed=0.02, gain=gain, lead=delay, settle_time=0.8, landing_speed=landing
         )
-        self.finger = Finger(Sphere(RADIUS - FORCE / (2.0 * law.stiffness)), SensorPayload(tip.mass))
+        self.touch = Touch(Finger(Sphere(RADIUS - FORCE / (2.0 * law.stiffness)), SensorPayload(tip.mass)))
 
         def controller():
-            more = {} if make is None else make(gain)
+            more = options | ({} if make is None else make(gain))
             track = surface_filter(stiffness, gain, delay) if follow else None
-            return ExploreController(parameters, Follow(RASTER), PERIOD, follow=track, **options, **more)
+            return ExploreController(parameters, Follow(RASTER), PERIOD, follow=track, **more)
 
-        self.samples, self.commands, truth = [], [], []
+        rows, self.controller = [], controller
 
         def watch(sample, now, command):
-            self.samples.append(sample)
-            self.commands.append(command)
-            truth.append((backend.truth().touching, *backend.truth().force))
+            rows.append((sample, command, backend.truth().touching, backend.truth().force))
 
-        self.controller = controller
-        used = controller()
-        self.result = run(
-            backend,
-            Touch(self.finger),
-            used,
-            Supervisor(Limits(force=60.0)),
-            duration=seconds,
-            observers=(watch,),
-        )
-        phases = np.array([command.phase.value for command in self.commands])
-        self.time = np.array([sample.time for sample in self.samples])
-        self.scan = phases == Phase.SCAN.value
-        self.touching = np.array([row[0] for row in truth])
-        self.force = np.array([row[1:] for row in truth])
+        supervisor = Supervisor(Limits(force=60.0))
+        result = run(backend, self.touch, controller(), supervisor, duration=seconds, observers=(watch,))
+        self.samples, self.commands, touching, force = zip(*rows, strict=True)
+        self.time, self.force = np.array([sample.time for sample in self.samples]), np.array(force)
+        self.scan = np.array([command.phase is Phase.SCAN for command in self.commands])
+        assert not done or result.ending is Ending.DONE
+        assert np.array(touching)[self.scan].all()
 
     def rms(self, wanted=FORCE):
         return float(np.sqrt(np.mean((self.force[self.scan, 2] - wanted) ** 2)))
 
 
-@pytest.mark.slow
-def test_a_surface_that_moves_at_20_mm_per_s_is_followed():
-    swept = Swept(SHAKEN, follow=True)
-    assert swept.result.ending is Ending.DONE
-    assert swept.touching[swept.scan].all()
-    assert swept.rms() < 0.1
+def admittance(gain):
+    body = VirtualBody(0.005 / gain.gain, 1.0 / gain.gain, gain.stiffness, gain.delay)
+    return {"law": Admittance(body, PERIOD)}
 
 
-def test_a_turning_surface_is_swept():
-    swept = Swept(TURNTABLE, follow=True)
-    assert swept.result.ending is Ending.DONE
-    assert swept.touching[swept.scan].all()
-    assert swept.rms() < 0.05
+def test_a_turning_surface_is_followed_and_an_admittance_sweeps_too():
+    assert Swept(TURNTABLE, follow=True).rms() < 0.05
+    assert Swept(PLATE, make=admittance).rms() < 0.05
 
 
 def test_following_a_still_surface_costs_nothing():
-    still, followed = Swept(PLATE), Swept(PLATE, follow=True)
-    assert followed.result.ending is Ending.DONE
-    assert followed.rms() < still.rms() + 0.01
+    assert Swept(PLATE, follow=True).rms() < Swept(PLATE).rms() + 0.01
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("assumed", [20e3 / 3.0, 60e3])
 def test_with_a_stiffness_wrong_by_three_it_stays_stable(assumed):
-    swept = Swept(PLATE, assumed=assumed, follow=True)
-    assert swept.result.ending is Ending.DONE
-    assert np.abs(swept.force[swept.scan, 2] - FORCE).max() < 1.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("assumed", [20e3 / 3.0, 60e3])
-def test_a_moving_surface_is_kept_with_a_stiffness_wrong_by_three(assumed):
-    """Landed on slowly, near its turning point; no loss, and nothing near the force's limit of 20 N."""
-    swept = Swept(SHAKEN, assumed=assumed, follow=True, seconds=14.0, landing=0.0005)
-    assert swept.result.ending is Ending.DONE
-    assert swept.touching[swept.scan].all()
-    assert np.abs(swept.force[swept.scan, 2] - FORCE).max() < 0.5
-    assert swept.force[:, 2].max() < 10.0
+    """A moving surface is landed on slowly, near its turning point; nothing comes near the limit of 20 N."""
+    still = Swept(PLATE, assumed=assumed, follow=True)
+    assert np.abs(still.force[still.scan, 2] - FORCE).max() < 1.0
+    moving = Swept(SHAKEN, assumed=assumed, follow=True, seconds=14.0, landing=0.0005)
+    assert np.abs(moving.force[moving.scan, 2] - FORCE).max() < 0.5
+    assert moving.force[:, 2].max() < 10.0
 
 
 def test_a_force_that_swings_is_held():
     swept = Swept(PLATE, profile=SineForce(2.0, 0.8, 0.5))
-    assert swept.result.ending is Ending.DONE
     since = swept.time[swept.scan] - swept.time[swept.scan][0]
-    wanted = 2.0 + 0.8 * np.sin(2.0 * math.pi * 0.5 * since)
-    assert swept.rms(wanted) < 0.06
-
-
-def test_an_admittance_sweeps_too():
-    swept = Swept(
-        PLATE,
-        make=lambda gain: {
-            "law": Admittance(VirtualBody(0.005 / gain.gain, 1.0 / gain.gain, gain.stiffness, gain.delay), PERIOD)
-        },
-    )
-    assert swept.result.ending is Ending.DONE
-    assert swept.rms() < 0.05
+    assert swept.rms(2.0 + 0.8 * np.sin(2.0 * math.pi * 0.5 * since)) < 0.06
 
 
 def test_the_tip_turns_with_the_surface_and_its_path_stays():
-    """Over a sphere, with the tip's axis kept normal: what the tip's centre sweeps is what it swept upright."""
+    """Over a sphere, with the tip's axis kept normal: the tip's centre sweeps the same path as upright."""
     axis = NormalAxis((0.0, 0.0, -1.0), gain=8.0, fastest=1.0)
     swept = Swept(SphereObject(0.04), TurningStage(), make=lambda _: {"orientation": Orientation(axis, PERIOD)})
-    assert swept.result.ending is Ending.DONE
-    assert swept.touching[swept.scan].all()
-    arms = [sample.arm for sample in swept.samples]
-    position = np.array([arm.position_base_tip for arm in arms])[swept.scan]
-    down = -np.array([arm.rotation_base_tip for arm in arms])[swept.scan][:, :, 2]
+    position = np.array([sample.arm.position_base_tip for sample in swept.samples])[swept.scan]
+    down = -np.array([sample.arm.rotation_base_tip for sample in swept.samples])[swept.scan][:, :, 2]
     normal = -position / np.linalg.norm(position, axis=1)[:, None]  # the sphere's centre is the origin
     angle = np.degrees(np.arccos(np.clip(np.sum(down * normal, axis=1), -1.0, 1.0)))
     assert np.degrees(np.arccos((-normal[:, 2]).min())) > 10.0  # upright it would be off by so much
     assert np.median(angle[500:]) < 5.0
     # turning into place after landing rolls the tip away from the first corner: the first row steers it back
     reach = np.abs(position[1000:, :2]).max(axis=0)
-    assert reach == pytest.approx([0.01, 0.004], abs=0.5e-3)
     force = np.sum(swept.force[swept.scan] * -normal, axis=1)
+    assert reach == pytest.approx([0.01, 0.004], abs=0.5e-3)
     assert np.sqrt(np.mean((force - FORCE) ** 2)) < 0.05
 
 
+@pytest.mark.slow
+def test_a_surface_that_moves_at_20_mm_per_s_is_followed():
+    assert Swept(SHAKEN, follow=True).rms() < 0.1
+
+
 def test_a_replay_with_everything_on_is_the_same_bit_for_bit():
-    swept = Swept(SHAKEN, follow=True, seconds=2.0)
-    again = replay(swept.samples, PERIOD, Touch(swept.finger), swept.controller())
+    swept = Swept(SHAKEN, follow=True, seconds=2.0, done=False)
+    again = replay(swept.samples, PERIOD, swept.touch, swept.controller())
     controlled = sum(command.phase is not Phase.STOP for command in swept.commands)
-    assert list(again.commands)[:controlled] == swept.commands[:controlled]
+    assert tuple(again.commands)[:controlled] == swept.commands[:controlled]
     assert controlled > 1500

@@ -1,18 +1,22 @@
-"""A box held by the simulated hand, off centre and pulled at: nothing slips, unless spin is ignored."""
+"""A box in the simulated hand: pulled at off centre, and nudged before the lift within the limits."""
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import NeedWithoutSpin, least_grip_of_two
-from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
+from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters, Ramped
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.limit_surface import LimitSurface
+from palpate.runtime import Limits
 from palpate.runtime.data import Phase
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import SensorPayload
@@ -25,19 +29,30 @@ from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
 from palpate.sim.hand.load import RampLoad, ShakenLoad, SumOfLoads
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.objects.table import Table
-from palpate.spatial import subtract
+from palpate.spatial import ZERO, subtract
 
 PERIOD, MASS = 1e-3, 0.1
+
 BOX = Box((0.06, 0.05, 0.06))
-KNOWN = LimitSurface(0.5, 0.004)
+
 LIFT = LiftParameters(height=0.04, speed=0.06, acceleration=0.3)
+
 BRISTLES = FrictionLaw(0.5, 0.5, spin_length=0.004, stiffness=5e3)
+
 PULLED_FROM = 2.3
 """[s] By then it is lifted."""
 
+KNOWN = LimitSurface(0.5, 0.004)
+
+
+def sensed(scene, **options):
+    """A back end of a grasp scene, and the touch of all its fingers."""
+    backend, hand = HandBackend(scene, PERIOD, **options), scene.hand
+    return backend, Touch(*[Finger(t.surface, SensorPayload(t.mass, t.center_of_mass)) for t in hand.tips])
+
 
 class Held:
-    """A run, watched."""
+    """A lift, watched."""
 
     def __init__(self, load, need=None, hand=None, shape=BOX, friction=None, seed=1):
         scene = build_grasp_scene(
@@ -48,14 +63,9 @@ class Held:
             table=Table(-0.03),
             friction=friction,
         )
-        self.backend = HandBackend(scene, PERIOD, sensor=white_noise(0.01, 1e-4, seed=seed), load=load)
-        hand = scene.hand
-        carried = hand.tips[0]
-        tip = Finger(carried.surface, SensorPayload(carried.mass, carried.center_of_mass))
-        self.touch = Touch(*[tip] * hand.fingers)
-        known = KnownSurface(KNOWN)
-        plan = CommonGrip(hand.fingers, known, PERIOD, need=need)
-        self.grip = SlipSafeGrip(hand.fingers, known, PERIOD, plan=plan)
+        self.backend, self.touch = sensed(scene, sensor=white_noise(0.01, 1e-4, seed=seed), load=load)
+        known, fingers = KnownSurface(KNOWN), scene.hand.fingers
+        self.grip = SlipSafeGrip(fingers, known, PERIOD, plan=CommonGrip(fingers, known, PERIOD, need=need))
         self.controller = LiftController(self.grip, PERIOD, LIFT)
         self.now = self.touch.sense(self.backend.start())
         self.controller.start(self.now)
@@ -63,13 +73,12 @@ class Held:
     def until(self, time):
         grips, leasts = [], []
         while self.now.time < time:
-            command = self.controller.step(self.now)
-            self.now = self.touch.sense(self.backend.step(command))
+            self.now = self.touch.sense(self.backend.step(self.controller.step(self.now)))
             truth = self.backend.truth()
             if len(truth.fingers) == 2 and self.now.time > PULLED_FROM:
-                a, b, c, d, e, f = self.backend.pull
+                a, b, c, *moment = self.backend.pull
                 at = (subtract(finger.position, truth.position) for finger in truth.fingers)
-                leasts.append(least_grip_of_two(KNOWN, (a, b, c - MASS * GRAVITY, d, e, f), *at))
+                leasts.append(least_grip_of_two(KNOWN, (a, b, c - MASS * GRAVITY, *moment), *at))
                 grips.append(np.mean([abs(finger.force[0]) for finger in truth.fingers]))
         return np.array(grips), np.array(leasts)
 
@@ -129,51 +138,91 @@ def test_three_fingers_hold_with_the_same_control():
     assert abs(held.in_hand()[0] - height) < 2e-5
 
 
-@pytest.mark.parametrize("friction", [None, "bristles"], ids=["MuJoCo's friction", "friction plant"])
-def test_a_nudge_before_the_lift_tells_friction_and_spin_length(friction):
-    """mu within 3 %, e within 5 %, while the box stays where it stands."""
-    mu, e, hand = 0.4, 0.003, two_finger_hand()
+def nudged(belief=None, watch=lambda now, command: None, sensor=None, friction=None, contact=None, **parameters):
+    """Nudge a box on a table until done; returns the nudge, the way of the box, and the next command."""
+    hand = two_finger_hand()
     scene = build_grasp_scene(
         hand,
         HeldObject(BOX, MASS),
-        GraspContact(friction=mu, spin_length=e),
-        carrier=TurningStage(),
+        contact or GraspContact(),
+        TurningStage(),
         table=Table(-0.03),
-        friction=friction and replace(BRISTLES, static_friction=mu, kinetic_friction=mu, spin_length=e),
+        friction=friction,
     )
-    backend = HandBackend(scene, PERIOD, sensor=white_noise(0.01, 1e-4))
-    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
-    touch, belief = Touch(finger, finger), NudgedSurface(LimitSurface(0.35, 0.002))
-    nudge = NudgeController(2, PERIOD, NudgeParameters(2.0, (0.0, 0.0, -(hand.depth + hand.tip_along))))
+    backend, touch = sensed(scene, sensor=sensor)
+    options = {"grip": 2.0, "center": (0.0, 0.0, -(hand.depth + hand.tip_along))} | parameters
+    nudge, belief = NudgeController(2, PERIOD, NudgeParameters(**options)), belief or NudgedSurface(KNOWN)
     both = NudgeAndLift(nudge, belief, LiftController(SlipSafeGrip(2, belief, PERIOD), PERIOD))
     now = touch.sense(backend.start())
     both.start(now)
     before = backend.truth().position
     while not nudge.done:
-        now = touch.sense(backend.step(both.step(now)))
-    assert math.dist(backend.truth().position, before) < 5e-4
+        command = both.step(now)
+        watch(now, command)
+        now = touch.sense(backend.step(command))
+    return nudge, math.dist(backend.truth().position, before), both.step(now)
+
+
+@pytest.mark.parametrize("friction", [None, "bristles"], ids=["MuJoCo's friction", "friction plant"])
+def test_a_nudge_before_the_lift_tells_friction_and_spin_length(friction):
+    """mu within 3 %, e within 5 %, while the box stays where it stands."""
+    mu, e, belief = 0.4, 0.003, NudgedSurface(LimitSurface(0.35, 0.002))
+    plant = friction and replace(BRISTLES, static_friction=mu, kinetic_friction=mu, spin_length=e)
+    contact = GraspContact(friction=mu, spin_length=e)
+    nudge, way, command = nudged(belief, sensor=white_noise(0.01, 1e-4), friction=plant, contact=contact)
+    assert way < 5e-4
     assert nudge.friction == pytest.approx((mu, mu), rel=0.03)
     assert nudge.spin_length == pytest.approx((e, e), rel=0.05)
-    command = both.step(now)
     assert command.phase is Phase.APPROACH
     assert belief.surface(1) == LimitSurface(nudge.friction[1], nudge.spin_length[1])
 
 
-def test_what_does_not_slip_tells_nothing():
-    """A stroke of a tenth of the elastic travel: the least that was known before stays what is planned with."""
-    hand = two_finger_hand()
-    scene = build_grasp_scene(
-        hand, HeldObject(BOX, MASS), carrier=TurningStage(), table=Table(-0.03), friction=BRISTLES
-    )
-    backend = HandBackend(scene, PERIOD, sensor=white_noise(1e-3, 1e-5))
-    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
-    touch, center = Touch(finger, finger), (0.0, 0.0, -(hand.depth + hand.tip_along))
-    nudge = NudgeController(2, PERIOD, NudgeParameters(3.0, center, stroke=1e-4, speed=1e-3, angle=0.02, spin=0.1))
-    now = touch.sense(backend.start())
-    nudge.start(now)
-    while not nudge.done:
-        now = touch.sense(backend.step(nudge.step(now)))
+sizes = st.floats(1e-3, 1e2)
+
+
+def test_a_nudge_without_slip_measures_nothing():
+    """A stroke of a tenth of the elastic travel: the plan keeps the surface that was known before."""
+    belief, quiet = NudgedSurface(LimitSurface(0.35, 0.002)), white_noise(1e-3, 1e-5)
+    short = {"grip": 3.0, "stroke": 1e-4, "speed": 1e-3, "angle": 0.02, "spin": 0.1}
+    nudge, _, _ = nudged(belief, sensor=quiet, friction=BRISTLES, **short)
     assert nudge.friction == nudge.spin_length == (None, None)
-    belief = NudgedSurface(LimitSurface(0.35, 0.002))
-    belief.learn(0, nudge.friction[0], nudge.spin_length[0])
     assert belief.surface(0) == LimitSurface(0.35, 0.002)
+
+
+@settings(max_examples=200)
+@given(sizes, sizes, sizes, st.floats(0.0, 1.0), st.floats(0.0, 0.5))
+def test_the_distance_is_the_integral_of_the_speed(way, speed, acceleration, share, step):
+    """By trapezoids, exact on each straight piece; neither speed nor acceleration exceed their limits."""
+    motion = Ramped(way, speed, acceleration)
+    end, dt = share * motion.duration, step * motion.duration
+    corners = (motion.corner, motion.duration - motion.corner)
+    times = sorted({0.0, end, *(t for t in corners if 0.0 < t < end)})
+    gone = sum(0.5 * (b - a) * (motion.speed(a) + motion.speed(b)) for a, b in pairwise(times))
+    assert gone == pytest.approx(way * motion.progress(end), rel=1e-9, abs=1e-12 * way)
+    assert motion.progress(motion.duration) == pytest.approx(1.0)
+    assert motion.speed(0.0) == 0.0
+    assert motion.speed(motion.duration) == pytest.approx(0.0, abs=1e-9 * speed)
+    assert 0.0 <= motion.speed(end) <= speed * (1.0 + 1e-12)
+    assert abs(motion.speed(end + dt) - motion.speed(end)) <= acceleration * dt + 1e-9 * speed
+    # too short for its speed: 2 sqrt(way / acceleration), whatever the speed
+    assert Ramped(0.01, 1.0, 1.0).duration == Ramped(0.01, 100.0, 1.0).duration == pytest.approx(0.2)
+
+
+def test_a_nudge_as_it_is_by_default_keeps_the_supervisors_limits():
+    """Limits of speeds and of their change from period to period, with room to spare; it ends at rest."""
+    limits, rows = Limits(), []
+    nudge, _, _ = nudged(watch=lambda now, command: rows.append((now, command)))
+    parameters = nudge._parameters
+    velocity = np.array([command.velocity_base_tip for _, command in rows])
+    turning = np.array([command.angular_velocity_base_tip for _, command in rows])
+    touched = next(now.time for now, _ in rows if all(each.touching for each in now.fingers))
+    speeds, rates = np.linalg.norm(velocity, axis=1), np.linalg.norm(turning, axis=1)
+    steps, twists = (np.linalg.norm(np.diff(x, axis=0, prepend=[ZERO]), axis=1).max() for x in (velocity, turning))
+    assert steps <= 0.5 * limits.acceleration * PERIOD
+    assert twists <= 0.5 * limits.angular_acceleration * PERIOD
+    assert speeds.max() <= limits.speed
+    assert rates.max() == pytest.approx(parameters.spin, rel=0.02)
+    assert np.abs(turning[:, 0]).sum() * PERIOD == pytest.approx(2.0 * parameters.angle, rel=0.01)
+    assert -velocity[rates == 0.0, 2].sum() * PERIOD == pytest.approx(parameters.stroke, rel=0.01)
+    assert speeds[-1] == rates[-1] == 0.0
+    assert rows[-1][0].time + PERIOD - touched == pytest.approx(parameters.duration, abs=0.02)

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import Raster
-from palpate.controllers.paths import ContactPeriod, Hop, LegEnd, LegResult, PathEvent, Stroke
+from palpate.controllers.paths import ContactPeriod, Hop, LegEnd, PathEvent, Stroke
 from palpate.controllers.paths.rows import RasterRows
-from palpate.errors import InvalidValueError
 from support.paths_world import HeightWorld, explore
 
 RASTER = Raster(0.05, 0.05, 0.004)
+
 STEP, BALL = 1e-3, 4e-3
 
 
@@ -70,73 +70,52 @@ class Rolling(HeightWorld):
 
 
 class Swept:
-    """What came of rows on an object of some outline (negative inside), level, with walls that are too steep.
+    """Rows on an object of some outline (negative inside), level, with walls that are too steep.
 
     A point slides on it; a ball with `sharp`, whose middle may land so far beside the edge [m].
     """
 
     def __init__(self, outline, raster=RASTER, begin=None, lost=None, sharp=None):
         self.outline, self.raster = outline, raster
-        if begin is None:  # a place well on the object, as an experiment foresees it
-            begin = min(places(outline, raster), key=lambda p: (outline(*p) > -1.5e-3, p[1], p[0]))
-        self.strategy, self.felt, self.legs = RasterRows(raster, begin=begin), [], []
-        kind = HeightWorld if sharp is None else Rolling
-        world = kind(
+        # begin at a place well on the object, as an experiment foresees it
+        begin = begin or min(places(outline, raster), key=lambda p: (outline(*p) > -1.5e-3, p[1], p[0]))
+        self.strategy, felt = RasterRows(raster, begin=begin), []
+        feel = self.strategy.feel
+        self.strategy.feel = lambda contact: felt.append(contact.tip[:2]) or feel(contact)
+        world = (HeightWorld if sharp is None else Rolling)(
             (lambda u, v: -10.0 * max(outline(u, v), 0.0)) if sharp is None else outline,
             steep=math.radians(70.0),
             missing=lambda u, v: outline(u, v) > (5e-4 if sharp is None else sharp),
             lost=lost,
         )
-        explore(self, world)
+        self.legs = explore(self.strategy, world)
+        self.felt = np.array(felt)
         self.hops = [leg for leg in self.legs if isinstance(leg, Hop)]
         self.missed = [mark for mark in self.strategy.marks if mark.event is PathEvent.UNREACHABLE]
 
     @property
-    def plane(self):
-        return self.strategy.plane
-
-    def start(self):
-        self.strategy.start()
-
-    def next(self, ended):
-        leg = self.strategy.next(ended)
-        if leg is not None:
-            self.legs.append(leg)
-        return leg
-
-    def feel(self, felt):
-        self.felt.append(felt.tip[:2])
-        return self.strategy.feel(felt)
-
-    @property
     def share(self):
-        """Of what the rows could feel of the object."""
+        """Share of the places on the object that the rows reached."""
         return 1.0 - len(self.unfelt) / len(places(self.outline, self.raster))
 
     @property
     def unfelt(self):
-        """Where they did not."""
-        felt, missed = np.array(self.felt), []
-        for u, v in places(self.outline, self.raster):
-            near = felt[np.abs(felt[:, 1] - v) < 4e-4, 0]
-            if not len(near) or np.abs(near - u).min() >= STEP:
-                missed.append((u, v))
-        return missed
+        """Places on the object that the rows did not reach."""
+        near = {v: self.felt[np.abs(self.felt[:, 1] - v) < 4e-4, 0] for _, v in places(self.outline, self.raster)}
+        return [p for p in places(self.outline, self.raster) if np.abs(near[p[1]] - p[0]).min(initial=1.0) >= STEP]
 
     @property
     def way(self):
-        """Swept [m]."""
-        steps = np.hypot(*np.diff(np.array(self.felt), axis=0).T)
+        """Length of the sweeps [m]."""
+        steps = np.hypot(*np.diff(self.felt, axis=0).T)
         return steps[steps < STEP].sum()
 
     @property
     def pieces(self):
-        """Into how many parts the object cuts the rows."""
-        found = 0
-        for _, v in self.raster.corners()[::2]:
-            inside = [self.outline(u, v) < -2e-4 for u in np.arange(-0.025, 0.025, 2e-4)]
-            found += sum(b and not a for a, b in zip([False, *inside], inside, strict=False))
-        return found
+        """Number of parts into which the object cuts the rows."""
+        across, rows = np.arange(-0.025, 0.025, 2e-4), self.raster.corners()[::2]
+        inside = np.array([[False, *(self.outline(u, v) < -2e-4 for u in across)] for _, v in rows])
+        return int((inside[:, 1:] & ~inside[:, :-1]).sum())
 
 
 SHAPES = {
@@ -171,13 +150,15 @@ def test_round_a_sharp_rim_the_tip_turns_without_a_second_landing(name):
 
 
 def test_where_the_object_fills_the_field_it_is_the_raster():
+    """A loss ends it with a mark."""
     swept = Swept(lambda u, v: -1.0, begin=RASTER.corners()[0])
-    assert len(swept.hops) == 1
-    assert swept.share == 1.0
     corners = [corner for leg in swept.legs if isinstance(leg, Stroke) for corner in leg.corners]
     turns = [c for k, c in enumerate(corners) if k == 0 or math.dist(c, corners[k - 1]) > 1e-9]
+    assert len(swept.hops) == 1
+    assert swept.share == 1.0
     assert np.array(turns) == pytest.approx(np.array(RASTER.corners()))
     assert swept.strategy.marks == ()
+    assert Swept(SHAPES["box"], lost=lambda u, v: u > 0.0).strategy.marks[-1].event is PathEvent.LOST
 
 
 @settings(max_examples=12, deadline=None, derandomize=True)
@@ -205,10 +186,8 @@ def test_of_an_ellipse_anywhere_in_any_direction_every_row_longer_than_8_mm_is_s
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(st.floats(1e-3, 0.012), st.floats(-0.012, 0.012))
 def test_behind_a_hole_of_any_width_rows_go_on(width, at):
-    """Both sides are swept to its rims, for above and below it there are rows that tell of them."""
-    outline = without(box(0.0, 0.0, 0.044, 0.03), box(at, 0.0, width, 0.016))
-    swept = Swept(outline)
-    assert swept.share >= 0.95
+    """Both sides are swept to its rims: rows above and below show them."""
+    assert Swept(without(box(0.0, 0.0, 0.044, 0.03), box(at, 0.0, width, 0.016))).share >= 0.95
 
 
 def test_a_second_landing_in_the_middle_is_the_last_where_there_is_nothing():
@@ -218,6 +197,7 @@ def test_a_second_landing_in_the_middle_is_the_last_where_there_is_nothing():
     assert [mark.event for mark in strategy.marks] == [PathEvent.UNREACHABLE] * 2
     again = explore(strategy, HeightWorld(lambda u, v: 0.0, missing=lambda u, v: True))
     assert again == legs
+    assert len(strategy.marks) == 2  # a second start forgets the marks of the first
 
 
 @settings(max_examples=6, deadline=None, derandomize=True)
@@ -230,32 +210,11 @@ def test_on_nothing_the_number_of_tries_grows_with_the_logarithm_of_its_size(dou
     assert swept.share >= 0.95
 
 
-def test_a_loss_ends_it_with_a_mark():
-    swept = Swept(SHAPES["box"], lost=lambda u, v: u > 0.0)
-    assert swept.strategy.marks[-1].event is PathEvent.LOST
-
-
 def test_what_lies_across_the_path_to_the_next_row_is_passed_by():
     """A wall between two rows, at their ends only: the next row is landed on instead."""
     raster = Raster(0.02, 0.008, 0.004)
-
-    def outline(u, v):
-        return 5e-4 if u > 8e-3 and abs(v + 2e-3) < 1e-3 else -1.0
-
-    swept = Swept(outline, raster, begin=raster.corners()[0])
+    swept = Swept(
+        lambda u, v: 5e-4 if u > 8e-3 and abs(v + 2e-3) < 1e-3 else -1.0, raster, begin=raster.corners()[0]
+    )
     assert swept.share >= 0.95
     assert len(swept.hops) <= 4
-
-
-def test_told_the_same_again_it_asks_for_the_same_and_forgets_in_between():
-    strategy = RasterRows(RASTER)
-    first = strategy.next(None)
-    strategy.next(LegResult(LegEnd.MISSED, (0.0, 0.0, 0.0)))
-    strategy.start()
-    assert strategy.next(None) == first
-    assert strategy.marks == ()
-
-
-def test_a_beginning_beside_the_raster_is_refused():
-    with pytest.raises(InvalidValueError, match="begin"):
-        RasterRows(RASTER, begin=(0.03, 0.0))

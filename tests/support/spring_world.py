@@ -13,9 +13,9 @@ PERIOD, RADIUS, STIFFNESS = 2e-3, 0.004, 20e3
 class SpringWorld:
     """Where {distance <= 0} is solid; `hold` may keep the tip from moving as it is told."""
 
-    def __init__(self, distance, start, frame=IDENTITY, hold=lambda position, move: move):
+    def __init__(self, distance, start, frame=IDENTITY, hold=lambda position, move: move, period=PERIOD):
         """Take the distance of a point in the frame of the solid [m], and where the tip is there."""
-        self.distance, self.frame, self.hold = distance, np.array(frame), hold
+        self.distance, self.frame, self.hold, self.period = distance, np.array(frame), hold, period
         self.position = np.array(start, float)
         self.time = 0.0
 
@@ -35,8 +35,8 @@ class SpringWorld:
         return Sample(self.time, ArmSample(self.time, p, IDENTITY, ZERO), (wrench,))
 
     def move(self, velocity):
-        self.position = self.position + self.hold(self.position, PERIOD * self.frame.T @ np.array(velocity))
-        self.time += PERIOD
+        self.position = self.position + self.hold(self.position, self.period * self.frame.T @ np.array(velocity))
+        self.time += self.period
 
 
 class Script:
