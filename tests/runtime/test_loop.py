@@ -240,7 +240,8 @@ class AskingController(PuppetController):
         self._number, self._period = number, period
 
     def step(self, now):
-        signal.raise_signal(self._number) if len(self.seen) == self._period else None
+        if len(self.seen) == self._period:
+            signal.raise_signal(self._number)
         return super().step(now)
 
 

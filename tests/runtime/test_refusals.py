@@ -48,7 +48,8 @@ def begun(sample=S, period=PERIOD, times=1, closed=False):
     recorder = Recorder(MemoryLog())
     for _ in range(times):
         recorder.start(sample, NOW, period)
-        recorder.close() if closed else None
+        if closed:
+            recorder.close()
     return recorder
 
 

@@ -54,6 +54,13 @@ def test_what_people_write_is_read_as_they_mean_it():
     assert robot.limits == Limits()
 
 
+def test_the_limits_of_turning_are_read_and_have_defaults():
+    text = STAGE.replace("angular_speed_rad_per_s: 2.5", "angular_speed_rad_per_s: 0.7")
+    limits = read_robot_file(text.replace("_rad_per_s2: 250", "_rad_per_s2: 40")).limits
+    assert (limits.angular_speed, limits.angular_acceleration) == (0.7, 40.0)
+    assert (Limits().angular_speed, Limits().angular_acceleration) == (2.5, 250.0)
+
+
 def test_the_key_of_a_limit_is_its_name_with_a_unit():
     keys = {field.name: field.encode_name for field in msgspec.structs.fields(Limits)}
     assert {name: without_unit(key) for name, key in keys.items()} == {name: name for name in keys}
@@ -163,7 +170,14 @@ MISTAKES = [
     ("sample_age_s: 0.02", "sample_age_s: 20", ["limits.sample_age_s = 20", "at most 1 s"]),
     ("speed_m_per_s: 0.25", "speed_m_per_s: 250", ["limits.speed_m_per_s = 250", "at most 10 m/s"]),
     ("[1, 1, 1]", "[1000, 1000, 1000]", ["limits.workspace_upper_m = 1000", "at most 100 m"]),
+    ("angular_speed_rad_per_s", "angular_speed_deg_per_s", ["write angular_speed_rad_per_s"]),
+    ("angular_speed_rad_per_s", "angular_speed", ["limits.angular_speed: unknown key", "angular_speed_rad_per_s"]),
     # impossible
+    *(
+        (f"{key}: {given_}", f"{key}: {value}", [key])
+        for key, given_ in (("angular_speed_rad_per_s", "2.5"), ("angular_acceleration_rad_per_s2", "250"))
+        for value in ("0 #", "-1 #", ".nan #", ".inf #", "1e5 #", "fast #")
+    ),
     ("radius_m: 0.008", "radius_m: -0.008", ["fingers[0].surface.radius_m = -0.008: must be from"]),
     ("radius_m: 0.008", "radius_m: 0", ["fingers[0].surface.radius_m = 0.0: must be from"]),
     ("radius_m: 0.008", "radius_m: .nan", ["fingers[0].surface.radius_m = nan: must be from"]),

@@ -26,6 +26,7 @@ ONE_FINGER = Layout(6, None, (6,), 2)
 SMALL = Layout(0, None, (1,), 2)
 TWO_FINGERS_AND_A_HAND = Layout(7, 3, (6, 16), 3, tip_force=True)
 FEELING = Layout(6, None, (6,), 2, tip_force=True)
+SIDEWAYS = Layout(7, 4, (6, 6), 4, 2)
 
 
 def any_bits(rng, count):
@@ -46,25 +47,28 @@ def one_period(rng, layout, time):
     def arrays(count):
         return any_bits(rng, count)
 
+    def some(count, given_):
+        return None if not count or rng.integers(2) else tuple(given_() for _ in range(rng.integers(0, count + 1)))
+
     rotation = (numbers(3), numbers(3), numbers(3))
-    arm = ArmSample(numbers(1)[0], numbers(3), rotation, numbers(3), numbers(layout.joints))
-    if layout.tip_force:
-        arm = dataclasses.replace(arm, tip_force_base=numbers(3))
+    felt = numbers(3) if layout.tip_force else None
+    arm = ArmSample(numbers(1)[0], numbers(3), rotation, numbers(3), numbers(layout.joints), numbers(3), felt)
     hand = None if layout.hand_joints is None else HandSample(numbers(1)[0], numbers(layout.hand_joints))
     wrenches = tuple(WrenchSample(numbers(1)[0], numbers(channels), numbers(3)) for channels in layout.channels)
-    sample = Sample(time, arm, wrenches, hand)
     fingers = []
     for wrench in wrenches:
-        status = rng.choice(list(ContactStatus))
-        contact = Contact(
-            arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status)
-        )
+        status = ContactStatus(rng.choice(list(ContactStatus)))
+        contact = Contact(arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), status)
         health = HEALTHY if rng.integers(2) else SampleHealth(rng.choice(list(HealthCheck)))
         fingers.append(FingerObservation(wrench.time, numbers(6), contact, bool(rng.integers(2)), health))
-    now = Observation(time, arm, tuple(fingers), hand)
-    grip = None if rng.integers(2) else numbers(int(rng.integers(0, layout.grips + 1)))
-    command = Command(numbers(3), Phase(rng.choice(list(Phase))), grip)
-    return sample, now, command, *numbers(2)
+    command = Command(
+        numbers(3),
+        Phase(rng.choice(list(Phase))),
+        some(layout.grips, lambda: numbers(1)[0]),
+        numbers(3),
+        some(layout.finger_velocities, lambda: numbers(3) if rng.integers(2) else None),
+    )
+    return Sample(time, arm, wrenches, hand), Observation(time, arm, tuple(fingers), hand), command, *numbers(2)
 
 
 @lru_cache(maxsize=20)
