@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from wire_faults import tried
-from wired.cell import PATIENT, Cell
-from wired.fault_table import CASES, Case
+from wire.cell import PATIENT, Cell
+from wire.fault_table import CASES, Case
+from wire.faults import tried
 
 from faults.cell import own_address
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop

@@ -9,9 +9,9 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 import pytest
-from dead_sensors import CHANNELS, Case, pressed
 from hypothesis import given
 from hypothesis import strategies as st
+from wire.dead_sensors import CHANNELS, Case, pressed
 
 from faults.dead_sensor import FAULTS, NOISE, RATIO, DeadSensor, WithoutTipForce
 from faults.mountings import LIMIT, PERIOD, PLATE, ROTATIONS, TIP, K, Slide, TurnedSensor, moved, plunged
