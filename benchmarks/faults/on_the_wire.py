@@ -1,4 +1,4 @@
-"""The faults of `wired.fault_table` at random moments: an arm that holds a force, a hand, a sensor, emulated."""
+"""The faults of `wire.fault_table` at random moments: an arm that holds a force, a hand, a sensor, emulated."""
 
 from dataclasses import dataclass, replace
 
@@ -10,7 +10,7 @@ from faults.cell import own_address
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 
 SOME_TIME = 1e9
-"""[s] within which a fault may be noticed: `wire_faults.py` measures how long it takes."""
+"""Largest time to detect a fault [s]: `benchmarks/wire faults` measures it."""
 
 STROKE = 1.0
 """[s] of the motion to and fro, in which the fault comes at any time."""

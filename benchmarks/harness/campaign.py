@@ -82,7 +82,8 @@ def run(
         for listing in parts[name](options):
             found.append(listing)
             console.print(listing.printed())
-            console.print(*listing.notes, sep="\n", highlight=False)
+            for note in listing.notes:
+                console.print(note, highlight=False, markup=False)
             if options.write and listing.page is not None:
                 replace_in_page(listing.page, listing.title, listing.markdown())
     if options.csv is not None:
