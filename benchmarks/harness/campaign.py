@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from harness.command import chosen, parser_of
@@ -40,9 +41,9 @@ class Listing:
 
     def printed(self) -> Table:
         """Return the table for a terminal."""
-        table = Table(*self.heads, title=self.title)
+        table = Table(*map(escape, self.heads), title=escape(self.title))
         for row in self.rows:
-            table.add_row(*map(str, row))
+            table.add_row(*(escape(str(each)) for each in row))
         return table
 
     def markdown(self) -> str:
