@@ -96,9 +96,9 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/simulation
 	$(BIN)/python benchmarks/grasp.py
 	$(BIN)/python benchmarks/robust_grasps.py
-	$(BIN)/python benchmarks/sharing.py --runs 4
-	$(BIN)/python benchmarks/wire.py
-	$(BIN)/python benchmarks/foreign_connections.py
+	$(BIN)/python benchmarks/grip sharing --seeds 4
+	$(BIN)/python benchmarks/wire
+	$(BIN)/python benchmarks/wire connections
 	$(BIN)/python benchmarks/costs
 
 figures: $(VENV)/.test $(VENV)/.kernels  ## Measure the figures of README and docs anew, five minutes, and write them there

@@ -255,14 +255,17 @@ SCRIPTS = (
     "costs",
     "every_tip.py",
     "explorations.py",
+    "faults",
     "figures.py",
     "friction.py",
+    "fuzz",
     "grasp.py",
-    "hostile.py",
+    "grip",
     "simulation",
     "surface_maps.py",
     "tip_calibration.py",
     "trust",
+    "wire",
 )
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzzed.damage import damaged
-from fuzzed.readers import READERS
+from fuzz.damage import damaged
+from fuzz.readers import READERS
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -109,7 +109,7 @@ def test_a_cell_is_no_formula_and_a_number_stays_one(text, number):
 
 @pytest.mark.parametrize("name", READERS)
 def test_damaged_inputs_are_read_or_refused_in_one_sentence(name, tmp_path):
-    """The short form of benchmarks/fuzz_inputs.py."""
+    """The short form of benchmarks/fuzz."""
     reader = READERS[name](tmp_path)
     for example in reader.examples:
         reader.read(example)

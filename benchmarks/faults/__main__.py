@@ -28,6 +28,6 @@ if __name__ == "__main__":
     benchmarks = Path(__file__).resolve().parents[1]
     # `support` and `runtime.log` are the tests' own; `faults` is this folder
     sys.path[:1] = [str(benchmarks), str(benchmarks.parent / "tests")]
-    from faults.run import main
+    from faults.campaign import main
 
     sys.exit(main(__doc__))

@@ -1,15 +1,22 @@
-"""Kinds at random moments: tried one after the other, and counted."""
+"""Campaign of faults at random moments, and its command line."""
 
+import argparse
 import json
 import random
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from faults.kind import Kind, Moment, Verdict, Workshop
+from harness.campaign import Listing
+from rich.console import Console
+from rich.progress import Progress
+
+from faults.kind import Domain, Kind, Moment, Verdict, Workshop
+from faults.table import KINDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,15 +99,97 @@ def _verdict(kind: Kind, moment: Moment, workshop: Workshop) -> Verdict:
         return Verdict("", (f"{type(error).__name__} escaped at {where}: {' '.join(str(error).split())[:200]}",))
 
 
-def written(path: Path, found: Sequence[Tried]) -> None:
-    """Write what was found, one JSON object a line."""
-    path.write_text("".join(json.dumps(asdict(each)) + "\n" for each in found), encoding="utf-8")
-
-
-Progress = Callable[[Tried], None]
-
-
 def say(each: Tried) -> None:
     """Name a failure at once."""
     if not each.right:
         sys.stderr.write(f"{each.domain}, {each.kind} (seed {each.seed}): {'; '.join(each.problems)}\n")
+
+
+SHOWN = 3
+"""Different problems of a kind that the table shows."""
+
+
+def main(explanation: str | None = None) -> int:
+    """Try what was asked for, print what came of it; return 1 if anything was not right."""
+    parser = argparse.ArgumentParser(
+        "python benchmarks/faults", description=explanation, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--list", action="store_true", help="name the kinds, and end")
+    parser.add_argument("--kinds", default="", help="domains, or words that are in a kind's name; all if left out")
+    parser.add_argument("--moments", type=int, default=1, help="of each kind")
+    parser.add_argument("--seed", type=int, default=0, help="of the moments")
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="after which none is begun any more")
+    parser.add_argument("--robot", help="name, robot file, or module:factory")
+    parser.add_argument("--search", type=int, default=0, metavar="TRIES", help="instead: search for the worst")
+    parser.add_argument("--json", type=Path, help="write what came of each try, one JSON object a line; - prints")
+    asked = parser.parse_args()
+    kinds = chosen(asked.kinds, anywhere=asked.robot is not None)
+    if asked.list:
+        for kind in kinds:
+            print(f"{kind.domain:12} {kind.name}{'  (anywhere)' if kind.anywhere else ''}")
+        return 0
+    if not kinds:
+        parser.error(f"--kinds {asked.kinds!r}: none has these words; --list names them all")
+    found = list[Tried]()
+    console = Console(stderr=True)
+    with Workshop(asked.robot) as workshop, Progress(console=console, transient=True) as bar:
+        if asked.search:
+            from faults.search import searched  # builds scenes
+
+            return searched(asked.search, asked.seed)
+        task = bar.add_task("faults", total=len(kinds) * asked.moments)
+        until = time.monotonic() + asked.seconds
+        try:
+            for each in tried(kinds, asked.seed, asked.moments, workshop, until):
+                found.append(each)
+                say(each)
+                bar.update(task, advance=1, description=each.kind[:40])
+                if asked.json is not None and str(asked.json) != "-":
+                    with asked.json.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps(asdict(each)) + "\n")
+        except KeyboardInterrupt:
+            console.print("Interrupted: what was tried until then is below.")
+    if asked.json is not None and str(asked.json) == "-":
+        sys.stdout.write("".join(json.dumps(asdict(each)) + "\n" for each in found))
+        return int(not all(each.right for each in found))
+    return summary(found)
+
+
+def chosen(words: str, *, anywhere: bool) -> list[Kind]:
+    """Return the kinds of these domains, or with these words in their names."""
+    asked = words.split()
+    domains = {Domain(word) for word in asked if word in list(Domain)}
+    return [
+        kind
+        for kind in KINDS
+        if (kind.anywhere or not anywhere)
+        and (not asked or (kind.domain in domains if len(domains) == len(asked) else words in kind.name))
+    ]
+
+
+def summary(found: Sequence[Tried]) -> int:
+    """Print the failures and the counts; return 1 if there is a failure."""
+    console = Console(width=160)
+    wrong = defaultdict(list)
+    for each in found:
+        if not each.right:
+            wrong[each.domain, each.kind].append(each)
+    rows = []
+    for (domain, kind), those in wrong.items():
+        problems = Counter(problem for each in those for problem in each.problems)
+        tries = sum(each.kind == kind for each in found)
+        what = "; ".join(problem for problem, _ in problems.most_common(SHOWN))
+        seeds = " ".join(str(each.seed) for each in those[:SHOWN])
+        rows.append((domain, kind, f"{len(those)} of {tries}", what, seeds))
+    if rows:
+        console.print(Listing("failures", ("domain", "kind", "wrong", "what", "seeds"), rows).printed())
+    rows = []
+    for domain in Domain:
+        those = [each for each in found if each.domain == domain.value]
+        if those:
+            right, spent = sum(each.right for each in those), sum(each.seconds for each in those)
+            rows.append((domain.value, len({one.kind for one in those}), len(those), right, f"{spent:.0f}"))
+    console.print(Listing("faults", ("domain", "kinds", "tries", "right", "s"), rows).printed())
+    kinds, right = len({each.kind for each in found}), sum(each.right for each in found)
+    console.print(f"{kinds} kinds, {len(found)} tries, {right} right")
+    return int(right < len(found))

@@ -1,4 +1,4 @@
-"""Force/torque sensors that are dead or weak, whatever they still report, on arms that measure force or do not."""
+"""Dead or weak force/torque sensors, on arms with and without a force measurement of their own."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,7 +10,7 @@ from palpate.runtime.protocols import Backend
 from palpate.runtime.wrapped_backend import WrappedBackend
 
 NOISE, RATIO = 3e-3, 5e-3
-"""Of force [N], and of moments to that [m]."""
+"""Noise of the force [N], and ratio of the noise of moments to it [m]."""
 
 Reading = tuple[float, ...]
 
@@ -27,47 +27,47 @@ FAULTS: dict[str, Callable[[Reading, Reading, np.random.Generator], Reading]] = 
     "one axis": lambda given, last, rng: (*given[:2], last[2], *given[3:]),
     "a tenth": lambda given, last, rng: tuple(0.1 * x for x in given),
 }
-"""What is shown, by its name: from the true reading and the last one before the fault."""
+"""Reading shown, by name of the fault: from the true reading and the last one before the fault."""
 
 
-class DeadSensor(WrappedBackend[Backend]):
-    """Reports something else than it feels, from a time on [s]."""
+class Distorted(WrappedBackend[Backend]):
+    """Robot whose samples are reported differently from the truth."""
+
+    def start(self) -> Sample:
+        """See `Backend`."""
+        return self.shown(super().start())
+
+    def step(self, command: Command) -> Sample:
+        """See `Backend`."""
+        return self.shown(super().step(command))
+
+    def shown(self, sample: Sample) -> Sample:
+        """Return the sample as it is reported."""
+        raise NotImplementedError
+
+
+class DeadSensor(Distorted):
+    """Force sensor that shows one of `FAULTS` from a time on [s]."""
 
     def __init__(self, backend: Backend, fault: str, since: float) -> None:
-        """Take the robot, and one of `FAULTS`."""
+        """Take the robot and the name of the fault."""
         super().__init__(backend)
         self.fault, self.since = FAULTS[fault], since
         self.last: Reading | None = None
         self.rng = np.random.default_rng(0)
 
-    def start(self) -> Sample:
-        """See `Backend`."""
-        return self.reported(super().start())
-
-    def step(self, command: Command) -> Sample:
-        """See `Backend`."""
-        return self.reported(super().step(command))
-
-    def reported(self, sample: Sample) -> Sample:
+    def shown(self, sample: Sample) -> Sample:
         """Return the sample as the sensor shows it."""
         (given,) = sample.wrenches
         if self.last is None or sample.time < self.since:
             self.last = given.wrench
-        shown = given.wrench if sample.time < self.since else self.fault(given.wrench, self.last, self.rng)
-        return replace(sample, wrenches=(replace(given, wrench=shown),))
+        wrench = given.wrench if sample.time < self.since else self.fault(given.wrench, self.last, self.rng)
+        return replace(sample, wrenches=(replace(given, wrench=wrench),))
 
 
-class WithoutTipForce(WrappedBackend[Backend]):
-    """An arm that does not measure the force on its tip."""
+class WithoutTipForce(Distorted):
+    """Arm that does not measure the force on its tip."""
 
-    def start(self) -> Sample:
-        """See `Backend`."""
-        return _without(super().start())
-
-    def step(self, command: Command) -> Sample:
-        """See `Backend`."""
-        return _without(super().step(command))
-
-
-def _without(sample: Sample) -> Sample:
-    return replace(sample, arm=replace(sample.arm, tip_force_base=None))
+    def shown(self, sample: Sample) -> Sample:
+        """Return the sample without that force."""
+        return replace(sample, arm=replace(sample.arm, tip_force_base=None))

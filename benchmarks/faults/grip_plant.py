@@ -1,10 +1,14 @@
-"""An object held between two fingers of a hand on an arm: it stays by friction, or falls."""
+"""Object held by friction between two fingers of a hand on an arm, and a rig that lifts it."""
 
 import math
 
-from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
+from faults.fault_rig import FaultyBackend, Rig
+from palpate.runtime.data import ArmSample, Command, HandSample, Phase, Sample, WrenchSample
 from palpate.runtime.pacing import SimulatedTime
+from palpate.runtime.supervision import Limits
+from palpate.runtime.touch import Finger, Touch
 from palpate.spatial import IDENTITY, Vector, cross
+from palpate.surfaces import Sphere
 
 GRAVITY = 9.80665
 TIP_RADIUS = 0.01
@@ -103,3 +107,23 @@ class GripPlant:
             moment = cross((side * TIP_RADIUS, 0.0, 0.0), force)
             fingers.append(WrenchSample(time, (*force, *moment), (0.0, 0.0, GRAVITY)))
         return Sample(time, arm, tuple(fingers), HandSample(time, (0.01,)))
+
+
+GRIP = 3.0
+"""Grip of each finger [N]: a fifth more than the object needs."""
+LIFTING = Command((0.0, 0.0, 0.01), Phase.HOLD, (GRIP, GRIP))
+
+
+class Lift:
+    """Controller that holds and lifts."""
+
+    def start(self, first):
+        pass
+
+    def step(self, now):
+        return LIFTING
+
+
+def holding_rig() -> Rig:
+    touch = Touch(*[Finger(Sphere(TIP_RADIUS))] * 2)
+    return Rig(FaultyBackend(GripPlant(GRIP)), touch, Lift(), Limits(), duration=0.4)

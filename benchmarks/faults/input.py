@@ -6,7 +6,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from fuzzed.readers import READERS
+from fuzz.readers import READERS
 
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 
@@ -60,7 +60,7 @@ class DamagedInput:
 
     def __call__(self, moment: Moment, workshop: Workshop) -> Verdict:
         """See `Trial`; the process that reads has limits of its own."""
-        program = Path(__file__).resolve().parents[1] / "fuzz_inputs.py"
+        program = Path(__file__).resolve().parents[1] / "fuzz"
         words = [
             "--child",
             "--reader",

@@ -1,16 +1,16 @@
-"""A sensor that is mounted the wrong way round, and a tip that goes down onto a plate with it."""
+"""Wrongly mounted sensor on a tip that moves down onto a plate."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from faults.dead_sensor import Distorted
 from faults.kind import Moment, Verdict, Workshop
 from faults.on_the_loop import FORCE_EXCESS
 from palpate.runtime import Finger, Limits, Supervisor, Touch, run
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.result import Ending
-from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ArmCarrier, Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene, white_noise
 from palpate.surfaces import Sphere
@@ -19,7 +19,7 @@ PERIOD, TIP, K, LIMIT, SPEED = 1e-3, 0.008, 20e3, 20.0, 0.01
 PLATE = Box((0.2, 0.2, 0.04))
 
 ROTATIONS = Rotation.create_group("O").as_matrix()
-"""The 24 that map axes to axes."""
+"""The 24 rotations that map axes to axes."""
 
 WRONG = [matrix for matrix in ROTATIONS if not np.allclose(matrix, np.eye(3))]
 
@@ -29,20 +29,14 @@ def name_of(rotation):
     return "".join(f"{'+' if row.sum() > 0 else '-'}{'xyz'[int(np.abs(row).argmax())]}" for row in rotation)
 
 
-class TurnedSensor(WrappedBackend):
-    """Shows wrenches in axes that are turned against those that are believed."""
+class TurnedSensor(Distorted):
+    """Sensor whose true axes are turned against those of the robot file."""
 
     def __init__(self, backend, rotation):
         super().__init__(backend)
         self.rotation = rotation
 
-    def start(self):
-        return self.turned(super().start())
-
-    def step(self, command):
-        return self.turned(super().step(command))
-
-    def turned(self, sample):
+    def shown(self, sample):
         wrenches = []
         for each in sample.wrenches:
             force, moment = np.reshape(each.wrench, (2, 3)) @ self.rotation.T
@@ -52,7 +46,7 @@ class TurnedSensor(WrappedBackend):
 
 
 class Plunge:
-    """Goes down with a speed [m/s], whatever it feels, or until it feels something."""
+    """Controller that moves down at a speed [m/s], without end or until contact."""
 
     def __init__(self, phase, stops, speed=SPEED):
         self.phase, self.stops, self.speed = phase, stops, speed
@@ -67,7 +61,7 @@ class Plunge:
 
 
 class Slide(Plunge):
-    """Goes down until it feels something and 0.2 mm on, then sideways."""
+    """Controller that moves down until contact and 0.2 mm further, then sideways."""
 
     def __init__(self):
         super().__init__(Phase.SCAN, stops=True)
@@ -82,6 +76,14 @@ class Slide(Plunge):
         return Command(phase=Phase.DONE) if x > 0.01 else Command((SPEED, 0.0, 0.0), Phase.SCAN)
 
 
+def over_plate(carrier, clearance):
+    """Return a tip at this distance [m] above a plate, and its touch."""
+    start = (0.0, 0.0, PLATE.top + TIP + clearance)
+    scene = build_scene(Tip(Sphere(TIP)), PLATE, ContactLaw(stiffness=K), start, carrier, Fidelity(0.5e-3))
+    backend = MujocoBackend(scene, PERIOD, white_noise(3.1e-3, 1.6e-5, seed=1))
+    return backend, Touch(Finger(Sphere(TIP), SensorPayload(scene.tip.mass)))
+
+
 def plunged(rotation, phase, arm, stops=False, speed=SPEED):
     """Return how a plunge onto a plate ended, and the largest true force [N]."""
     return moved(Plunge(phase, stops, speed), rotation, arm)
@@ -89,19 +91,15 @@ def plunged(rotation, phase, arm, stops=False, speed=SPEED):
 
 def moved(controller, rotation, arm):
     """Return how a motion ended, and the largest true force [N]."""
-    carrier = ArmCarrier() if arm else Stage()
-    start = (0.0, 0.0, PLATE.top + TIP + 0.001)
-    scene = build_scene(Tip(Sphere(TIP)), PLATE, ContactLaw(stiffness=K), start, carrier, Fidelity(0.5e-3))
-    backend = MujocoBackend(scene, PERIOD, white_noise(3.1e-3, 1.6e-5, seed=1))
+    backend, touch = over_plate(ArmCarrier() if arm else Stage(), 0.001)
     forces = []
 
     def watch(sample, now, command):
         forces.append(float(np.linalg.norm(backend.truth().force)))
 
-    # what gravity would show of a wrong mounting at rest is not there: the payload is turned with the sensor
-    finger = Finger(Sphere(TIP), SensorPayload(scene.tip.mass))
+    # gravity does not reveal the wrong mounting at rest: the payload is turned with the sensor
     turned, supervisor = TurnedSensor(backend, rotation), Supervisor(Limits(force=LIMIT))
-    result = run(turned, Touch(finger), controller, supervisor, duration=2.0, observers=(watch,))
+    result = run(turned, touch, controller, supervisor, duration=2.0, observers=(watch,))
     return result, max(forces)
 
 

@@ -1,16 +1,16 @@
-"""The faults of `wired.fault_table` at random moments: an arm that holds a force, a hand, a sensor, emulated."""
+"""The faults of `wire.fault_table` at random moments: an arm that holds a force, a hand, a sensor, emulated."""
 
 from dataclasses import dataclass, replace
 
-from wire_faults import tried
-from wired.cell import PATIENT, Cell
-from wired.fault_table import CASES, Case
+from wire.cell import PATIENT, Cell
+from wire.fault_table import CASES, Case
+from wire.faults import tried
 
 from faults.cell import own_address
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 
 SOME_TIME = 1e9
-"""[s] within which a fault may be noticed: `wire_faults.py` measures how long it takes."""
+"""Largest time to detect a fault [s]: `benchmarks/wire faults` measures it."""
 
 STROKE = 1.0
 """[s] of the motion to and fro, in which the fault comes at any time."""

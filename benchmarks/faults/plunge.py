@@ -1,4 +1,4 @@
-"""A tip that is sent anywhere, with a sensor that is wrong in any way: what is exceeded, per limit."""
+"""Tip under a hostile controller with a faulty sensor: largest ratios to the limits."""
 
 import math
 from collections import deque
@@ -9,16 +9,13 @@ import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from faults.mountings import LIMIT, PERIOD, TIP, K
-from palpate.runtime import Finger, Limits, Supervisor, Touch, run
+from faults.dead_sensor import Distorted
+from faults.mountings import LIMIT, PERIOD, PLATE, TIP, over_plate
+from palpate.runtime import Limits, Supervisor, run
 from palpate.runtime.data import Command, Phase
-from palpate.runtime.wrapped_backend import WrappedBackend
-from palpate.sensing.compensation import SensorPayload
-from palpate.sim import ArmCarrier, Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene, white_noise
+from palpate.sim import ArmCarrier, Stage
 from palpate.spatial import ZERO, norm, subtract
-from palpate.surfaces import Sphere
 
-PLATE = Box((0.2, 0.2, 0.04))
 LONGEST = 1.0
 """[s] of each run."""
 
@@ -67,7 +64,7 @@ class PlungeCase:
 
 
 class Attacker:
-    """The controller of a case."""
+    """Controller of a case."""
 
     def __init__(self, case: PlungeCase, limits: Limits) -> None:
         self._case, self._limits, self._first, self._velocity = case, limits, 0.0, np.zeros(3)
@@ -91,8 +88,8 @@ class Attacker:
         return Command(tuple(self._velocity.tolist()), phase)
 
 
-class AttackedSensor(WrappedBackend):
-    """The sensor of a case."""
+class AttackedSensor(Distorted):
+    """Sensor of a case."""
 
     def __init__(self, backend, case: PlungeCase) -> None:
         super().__init__(backend)
@@ -101,13 +98,7 @@ class AttackedSensor(WrappedBackend):
         self._rotation = Rotation.from_euler("xy", [2 * math.pi * case.turn, 2 * math.pi * case.roll]).as_matrix()
         self._frozen = None
 
-    def start(self):
-        return self._shown(super().start())
-
-    def step(self, command):
-        return self._shown(super().step(command))
-
-    def _shown(self, sample):
+    def shown(self, sample):
         case, (first, *others) = self._case, sample.wrenches
         self._kept.append(first.wrench)
         if sample.time < 0.5 * LONGEST * case.wrong_from:
@@ -142,17 +133,11 @@ class Plunge:
         Position counts beyond the workspace, as a share of its width. Acceleration is that of the controller's
         commands that reach the robot, and that of a reaction from its stop on: how hard it stops is not limited.
         """
-        start = (0.0, 0.0, PLATE.top + TIP + self.clearance)
-        lower, upper = ((-0.02, -0.02, start[2] - 0.02), (0.02, 0.02, start[2] + 0.02))
+        height = PLATE.top + TIP + self.clearance
+        lower, upper = (-0.02, -0.02, height - 0.02), (0.02, 0.02, height + 0.02)
         limits = msgspec.structs.replace(self.limits, workspace_lower=lower, workspace_upper=upper)
-        scene = build_scene(
-            Tip(Sphere(TIP)), PLATE, ContactLaw(stiffness=K), start, self.carrier, Fidelity(0.5e-3)
-        )
-        backend = MujocoBackend(scene, PERIOD, white_noise(3.1e-3, 1.6e-5, seed=1))
-        most, supervisor = (
-            dict.fromkeys(("force", "speed", "commanded speed", "acceleration", "beyond"), 0.0),
-            None,
-        )
+        backend, touch = over_plate(self.carrier, self.clearance)
+        most = dict.fromkeys(("force", "speed", "commanded speed", "acceleration", "beyond"), 0.0)
         supervisor, last, tripped = Supervisor(limits), ZERO, False
 
         def watch(sample, now, command) -> None:
@@ -174,7 +159,6 @@ class Plunge:
             for name, value in seen.items():
                 most[name] = max(most[name], value)
 
-        touch = Touch(Finger(Sphere(TIP), SensorPayload(scene.tip.mass)))
         run(
             AttackedSensor(backend, case),
             touch,

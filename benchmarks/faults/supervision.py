@@ -2,7 +2,7 @@
 
 from faults.fault_rig import Rig
 from faults.fault_table import ANYWHERE, ON_A_SENSOR, WITH_A_HAND
-from faults.grip_rig import holding_rig
+from faults.grip_plant import holding_rig
 from faults.hostile_controllers import CONTROLLERS
 from faults.kind import Domain, Kind
 from faults.mountings import WRONG, Mounted, name_of

@@ -1,1 +1,1 @@
-"""Objects held in simulation while something pulls at them: the runs behind `benchmarks/{holding,sharing}.py`."""
+"""Grips in simulation: leagues, long holds, onset of slip, held tools and objects."""

@@ -1,9 +1,9 @@
-"""One object held while its friction changes, or is another one than believed, and what came of it by the truth.
+"""Simulated grasp whose friction changes or differs from the estimate, judged by the simulation's truth.
 
-The object is gripped and lifted by the experiment's own plan, controller and touch; something pulls lightly beside
-the line of the contacts. Long after all of that is steady, mu of some contacts goes over to a share of itself.
-With MuJoCo's friction slip and spin are of the object over each fingertip; with the friction plant, the way along
-which contacts slipped. Onset is when a contact has moved by `ONSET` beyond where it was when friction began to
+The experiment's own plan, controller and touch grip and lift the object; a light load pulls beside the line of the
+contacts. Once the grasp is steady, mu of some contacts falls to a share of its value. With MuJoCo's friction, slip
+and spin are motions of the object over each fingertip; with the friction plant, the distance that each contact
+slipped. Slip begins when a contact has moved by `ONSET_SLIP` or `ONSET_SPIN` from its position at the start of the
 change: MuJoCo's contacts creep by less in that time.
 """
 
@@ -28,23 +28,23 @@ from palpate.sim.hand.hand import finger_name
 from palpate.sim.tip import TIP_GEOM
 
 ONSET_SLIP, ONSET_SPIN = 5e-6, math.radians(0.05)
-"""[m], [rad] Above what an elastic contact gives way by when its load is shared anew."""
+"""[m], [rad] More than the elastic motion of a contact when its load is redistributed."""
 
 RISE, SETTLED = 0.4, 0.1
-"""[s] In which the pull grows, and from there to the change of friction."""
+"""[s] Rise time of the pull, and time from then to the change of friction."""
 
 DROPPED = 0.01
-"""[m] Of slip."""
+"""Slip of an object that counts as dropped [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrictionChange:
-    """How mu changes.
+    """Change of mu.
 
     Attributes:
-        left: Share of mu that is left in the end; 1: nothing changes.
-        duration: In which it goes over [s].
-        fingers: Where; all if empty.
+        left: Share of mu that remains at the end; 1: no change.
+        duration: Duration of the change [s].
+        fingers: Fingers whose contacts change; all if empty.
     """
 
     left: float = 1.0
@@ -54,18 +54,18 @@ class FrictionChange:
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What came of it.
+    """Result of one hold.
 
     Attributes:
         dropped: Whether the object was lost.
-        slip: Since the change, or since the lift if nothing changed [m].
-        spin: Likewise [rad].
-        latency: From the first slip to the first alarm [s]; infinite: no alarm; NaN: no slip, or less than
-            counts as slip in an experiment.
-        grip: Mean of what the fingers press with before the change [N].
-        after: Mean of the last 0.1 s [N].
-        alarms: How many in all.
-        early: Of them, before anything changed.
+        slip: Slip since the change, or since the lift if nothing changed [m].
+        spin: Spin since the change, or since the lift if nothing changed [rad].
+        latency: Time from the first slip to the first alarm [s]; infinite without an alarm, NaN without a slip
+            that an experiment counts.
+        grip: Mean finger force before the change [N].
+        after: Mean finger force of the last 0.1 s [N].
+        alarms: Number of alarms.
+        early: Number of alarms before the change.
     """
 
     dropped: bool
@@ -79,7 +79,7 @@ class Held:
 
 
 def drawn(seed: int, known: Knowledge, fingers: int, **more: object) -> GraspConfig:
-    """Return a grasp: object, weight, friction, pull and where it pulls are drawn."""
+    """Return a grasp with object, weight, friction, pull and its lever arm drawn at random."""
     draw = np.random.default_rng((seed, 23))
     chosen: dict[str, object] = {
         "known": known,
@@ -96,15 +96,6 @@ def drawn(seed: int, known: Knowledge, fingers: int, **more: object) -> GraspCon
         "seed": seed,
     }
     return GraspConfig(**(chosen | more))  # type: ignore[arg-type]
-
-
-def believed_too_high(
-    seed: int, known: Knowledge, fingers: int, share: float = 0.3, **more: object
-) -> GraspConfig:
-    """The same, where the truth is that share less than is believed at the middle of what it may be."""
-    config = drawn(seed, known, fingers, **more)
-    assert config.friction is not None
-    return drawn(seed, known, fingers, believed_friction=config.friction / (1.0 - share), **more)
 
 
 @dataclass(slots=True)
@@ -130,7 +121,7 @@ class _Friction:
         self.first = self.rows.copy()
 
     def set(self, gone: float) -> None:
-        """Take what is so long after the change began [s]."""
+        """Set friction for the time since the change began [s]."""
         share = min(max(gone / self.change.duration, 0.0), 1.0)
         now = self.first[self.at] * (1.0 - share * (1.0 - self.change.left))
         plant = self.backend._plant
@@ -142,7 +133,7 @@ class _Friction:
 
 
 class Run:
-    """A plan that is carried out piece by piece, with its own controller if no other is given."""
+    """Run of a plan in pieces, with the plan's own controller unless another is given."""
 
     def __init__(self, planned: GraspPlan, controller: GraspController | None = None, every: int = 1) -> None:
         """Begin; the truth of every so many periods is kept."""
@@ -160,11 +151,11 @@ class Run:
 
     @property
     def truth(self) -> GraspTruth:
-        """What happened so far."""
+        """Truth recorded so far."""
         return self._kept.truth()
 
     def until(self, end: float, change: FrictionChange | None = None) -> None:
-        """Go on until then [s]; friction changes long after the lift."""
+        """Continue until this time [s]; friction changes once the grasp is steady."""
         friction = None if change is None else _Friction(self._backend, change)
         while self._now.time < end:
             command = self.controller.step(self._now)
@@ -176,7 +167,7 @@ class Run:
             self._now = self._touch.sense(self._sample)
 
     def held(self, change: FrictionChange | None, seconds: float) -> Held:
-        """Go on until so long after the change [s]; all counts from there on, or from the lift without one."""
+        """Continue for this long after the change [s]; judge from the change on, or from the lift without one."""
         begins, since = self.changes, 0.0 if change is None else self.changes
         self.until(begins + seconds, change)
         truth, time, alarms = self.truth, self.truth.time, [each.time for each in self.controller.grip.alarms]
@@ -204,7 +195,7 @@ class Run:
         )
 
     def each_held(self, changes: Iterable[FrictionChange | None], seconds: float) -> list[Held]:
-        """Go on with each of several changes, from the same instant: in processes that are forks of this one."""
+        """Continue with each of several changes from the same instant, each in a fork of this process."""
         self.until(self.changes)
         return [_forked(partial(self.held, change, seconds)) for change in changes]
 
@@ -214,9 +205,9 @@ def _forked(work: Callable[[], Held]) -> Held:
     if child := os.fork():
         os.close(sends)
         with os.fdopen(receives, "rb") as pipe:
-            said = pipe.read()
+            sent = pipe.read()
         os.waitpid(child, 0)
-        found = pickle.loads(said)  # of our own fork
+        found = pickle.loads(sent)  # of our own fork
         assert isinstance(found, Held)
         return found
     with os.fdopen(sends, "wb") as pipe:

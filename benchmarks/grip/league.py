@@ -1,10 +1,17 @@
-"""Ours and its rivals in the same scenarios: the same hand, servo, sensors, objects and beliefs."""
+"""League of grips, ours and published ones, on the same hand, servos, sensors, objects and estimates."""
 
+import argparse
+import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from harness.campaign import Listing
 
 from grip.changed_friction import FrictionChange, Held, Run, drawn
 from grip.rivals import ConstantGrip, RatioGrip, SlipTriggeredGrip
@@ -14,25 +21,30 @@ from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
-from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.config import GraspConfig, Knowledge
 from palpate.experiments.grasp.plan import GraspPlan, plan
 
 TOO_HIGH = 0.3
-"""Share by which friction is less than believed."""
+"""Share by which the estimate of friction exceeds its true value."""
 
-LONG = 0.38
-"""[s] From the change to the end; what shakes or steps goes on for `rise`."""
+HOLD = 0.38
+"""Time from the change to the end [s]; a shaking or stepped load lasts `rise`."""
+
+FIRST_SEED = 2000
+"""First of the seeds on which nothing was tuned."""
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "slip-safe-grasps.md"
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What happens.
+    """Disturbance of a grasp.
 
     Attributes:
-        name: As the table has it.
-        change: Of friction; None: none.
-        too_high: Whether more friction is believed than there is.
-        config: What else is not as usual.
+        name: Name in the table.
+        change: Change of friction; None: none.
+        too_high: Whether the estimate of friction is too high.
+        config: Settings that differ from the usual grasp.
     """
 
     name: str
@@ -40,15 +52,26 @@ class Scenario:
     too_high: bool = False
     config: tuple[tuple[str, object], ...] = ()
 
-    def grasp(self, seed: int, *, plant: bool) -> GraspConfig:
-        """Return it, drawn."""
-        config = drawn(seed, "touched", 2, plant=plant, **dict(self.config))
+    def grasp(self, seed: int, known: Knowledge = "touched", fingers: int = 2, *, plant: bool) -> GraspConfig:
+        """Return a grasp drawn with this seed."""
+        config = drawn(seed, known, fingers, plant=plant, **dict(self.config))
         if not self.too_high:
             return config
         assert config.friction is not None
         more = dict(self.config) | {"believed_friction": config.friction / (1.0 - TOO_HIGH)}
-        return drawn(seed, "touched", 2, plant=plant, **more)
+        return drawn(seed, known, fingers, plant=plant, **more)
 
+
+CHANGES = (
+    Scenario("nothing changes", FrictionChange()),
+    Scenario("mu -30 %, all", FrictionChange(0.7)),
+    Scenario("mu -50 %, all", FrictionChange(0.5)),
+    Scenario("mu -30 %, one finger", FrictionChange(0.7, fingers=(0,))),
+    Scenario("mu -50 %, one finger", FrictionChange(0.5, fingers=(0,))),
+)
+"""Changes of friction long after the lift; also the first one counts from then on."""
+
+ESTIMATE_TOO_HIGH = Scenario("believed 30 % too high", too_high=True)
 
 SCENARIOS = (
     Scenario("nothing changes"),
@@ -56,7 +79,7 @@ SCENARIOS = (
     Scenario("mu -50 % in 20 ms", FrictionChange(0.5)),
     Scenario("one finger, mu -30 %", FrictionChange(0.7, fingers=(0,))),
     Scenario("one finger, mu -50 %", FrictionChange(0.5, fingers=(0,))),
-    Scenario("believed 30 % too high", too_high=True),
+    ESTIMATE_TOO_HIGH,
     Scenario("step of 2.5 N in 5 ms", config=(("load", "step"), ("pull", 2.5), ("rise", 0.005))),
     Scenario("shaken at 5 Hz", config=(("load", "shake"), ("pull", 1.0), ("shake_frequency", 5.0), ("rise", 3.0))),
 )
@@ -85,35 +108,21 @@ SCHEMES: Mapping[str, Callable[[GraspPlan], GraspController]] = {
 }
 
 
-def of_seed(scheme: str, seed: int, *, plant: bool) -> list[Held]:
-    """Return what comes of every scenario; where only friction changes, one grip and lift serve all."""
-
-    def begun(scenario: Scenario) -> Run:
-        planned = plan(scenario.grasp(seed, plant=plant), None, {})
-        return Run(planned, SCHEMES[scheme](planned))
-
-    alike = [each for each in SCENARIOS if not each.too_high and not each.config]
-    found = dict(zip(alike, begun(alike[0]).each_held([each.change for each in alike], LONG), strict=True))
-    return [found[each] if each in found else begun(each).held(each.change, LONG) for each in SCENARIOS]
-
-
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What came of all runs of a scheme in a scenario.
+    """Results of all runs of one scheme in one scenario.
 
     Attributes:
-        runs: How many.
-        drops: Of them.
-        interval: Of the share of drops, 95 % (Wilson 1927).
-        slip: Median and largest [m].
-        spin: Largest [rad].
-        latency: Median and largest of those that slipped and were held [s].
-        grip: Mean before anything changes [N].
+        runs: Number of runs.
+        drops: Number of dropped objects.
+        slip: Median and largest slip [m].
+        spin: Largest spin [rad].
+        latency: Median and largest latency of the alarm after a slip [s].
+        grip: Mean grip before the change [N].
     """
 
     runs: int
     drops: int
-    interval: tuple[float, float]
     slip: tuple[float, float]
     spin: float
     latency: tuple[float, float]
@@ -129,7 +138,6 @@ class Row:
         return cls(
             len(runs),
             drops,
-            wilson(drops, len(runs)),
             (float(np.median(slips)), float(slips.max())),
             max(each.spin for each in runs),
             latency,
@@ -138,12 +146,11 @@ class Row:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """Drops, slip, spin, latency and grip, as the table has them."""
-        low, high = self.interval
+        """Drops, slip, spin, latency and grip, formatted for the table."""
         median, most = self.slip
         soon, late = (_milliseconds(each) for each in self.latency)
         return (
-            f"{self.drops}/{self.runs} ({100.0 * low:.0f} to {100.0 * high:.0f} %)",
+            drops_of(self.drops, self.runs),
             f"{1e3 * median:.2g} / {1e3 * most:.2g}",
             f"{math.degrees(self.spin):.2g}",
             f"{soon} / {late}",
@@ -167,3 +174,91 @@ def wilson(good: int, of: int) -> tuple[float, float]:
     middle = share + 0.5 * z * z / of
     half = z * math.sqrt(share * (1.0 - share) / of + 0.25 * (z / of) ** 2)
     return max((middle - half) / scale, 0.0), min((middle + half) / scale, 1.0)
+
+
+def drops_of(drops: int, runs: int) -> str:
+    """Return the number of drops and its interval in per cent."""
+    low, high = wilson(drops, runs)
+    return f"{drops}/{runs} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
+
+
+def of_seed(
+    seed: int,
+    scheme: str = "ours",
+    scenarios: Sequence[Scenario] = SCENARIOS,
+    known: Knowledge = "touched",
+    fingers: int = 2,
+    *,
+    plant: bool,
+) -> list[Held]:
+    """Return the result of each scenario; those in which only friction changes share one grip and lift."""
+
+    def begun(scenario: Scenario) -> Run:
+        planned = plan(scenario.grasp(seed, known, fingers, plant=plant), None, {})
+        return Run(planned, SCHEMES[scheme](planned))
+
+    alike = [each for each in scenarios if not each.too_high and not each.config]
+    found = {}
+    if alike:
+        results = begun(alike[0]).each_held([each.change for each in alike], HOLD)
+        found = dict(zip(alike, results, strict=True))
+    return [found[each] if each in found else begun(each).held(each.change, HOLD) for each in scenarios]
+
+
+def over_seeds(
+    of_one: Callable[[int], Any], options: argparse.Namespace, first: int = FIRST_SEED, count: int = 40
+) -> list[Any]:
+    """Return results of consecutive seeds, from several processes."""
+    begin = first if options.first is None else options.first
+    with ProcessPoolExecutor(options.jobs) as pool:
+        return list(pool.map(of_one, range(begin, begin + (options.seeds or count))))
+
+
+def league(options: argparse.Namespace) -> Iterator[Listing]:
+    """Compare all schemes in all scenarios, two fingers, friction touched."""
+    by_scheme = [over_seeds(partial(of_seed, scheme=each, plant=options.plant), options) for each in SCHEMES]
+    rows = [
+        (scenario.name, scheme, *Row.of([seed[i] for seed in runs]).cells)
+        for i, scenario in enumerate(SCENARIOS)
+        for scheme, runs in zip(SCHEMES, by_scheme, strict=True)
+    ]
+    yield Listing(
+        f"grip_league{' bristles' if options.plant else ''}", ("scenario", "grip", *HEADS), rows, page=PAGE
+    )
+
+
+def of_cases(
+    title: str,
+    options: argparse.Namespace,
+    names: Sequence[str],
+    runs: Callable[..., Sequence[object]],
+    heads: Sequence[str],
+    cells: Callable[[int, Sequence[object]], Iterable[str]],
+) -> Listing:
+    """Return rows of names x knowledge x fingers; `runs(seed, known=, fingers=, plant=)` has a result per name."""
+    rows = []
+    for known, fingers in itertools.product(options.known or KNOWN, options.fingers or FINGERS):
+        one = partial(runs, known=known, fingers=fingers, plant=options.plant)
+        for name, found in zip(names, zip(*over_seeds(one, options), strict=True), strict=True):
+            rows.append((name, known, fingers, *cells(fingers, found)))
+    return Listing(title, ("", "friction", "fingers", *heads), rows)
+
+
+def changed(scenarios: Sequence[Scenario], title: str, options: argparse.Namespace) -> Iterator[Listing]:
+    """Hold with our grip in these scenarios, for all knowledge of friction and numbers of fingers."""
+
+    def cells(_: int, found: Sequence[object]) -> Iterable[str]:
+        held = [each for each in found if isinstance(each, Held)]
+        return (*Row.of(held).cells, f"{sum(each.early for each in held)}")
+
+    runs = partial(of_seed, scenarios=scenarios)
+    yield of_cases(title, options, [each.name for each in scenarios], runs, (*HEADS, "alarms before"), cells)
+
+
+KNOWN, FINGERS = ("touched", "estimated", "untouched"), (2, 3)
+
+PARTS = {
+    "league": league,
+    "changes": partial(changed, CHANGES, "friction changes in 20 ms"),
+    "too-high": partial(changed, (ESTIMATE_TOO_HIGH,), "friction below its estimate, from the lift on"),
+}

@@ -8,8 +8,7 @@ import pytest
 
 from faults.campaign import moments, tried
 from faults.kind import Domain, Kind, Workshop
-from faults.known import KNOWN
-from faults.table import KINDS
+from faults.table import KINDS, KNOWN
 
 HANDFUL = {Domain.SUPERVISION: 8, Domain.INPUT: 1, Domain.PROTOCOL: 2, Domain.NETWORK: 1, Domain.PROCESS: 1}
 """Kinds of each domain: a minute."""

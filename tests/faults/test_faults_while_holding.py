@@ -5,8 +5,7 @@ import pytest
 from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
 from faults.fault_rig import Commands, carry_out
 from faults.fault_table import ANYWHERE, WITH_A_HAND, Fault
-from faults.grip_plant import TIP_RADIUS, GripPlant
-from faults.grip_rig import GRIP, holding_rig
+from faults.grip_plant import GRIP, TIP_RADIUS, GripPlant, holding_rig
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.supervision import Supervisor
 from palpate.runtime.touch import Finger, Touch

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from held_pin import END, IN_HAND, NOISE, SIDE, ZERO, touching
+from grip.held_pin import END, IN_HAND, NOISE, SIDE, ZERO, touching
 from scipy.spatial.transform import Rotation
 
 from palpate.friction.slip.place_watch import PlaceWatch, StandingPlace

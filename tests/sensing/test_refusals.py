@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from held_pin import PIN
+from grip.held_pin import PIN
 
 from palpate import Solver, Sphere, contact_from_wrench, contacts_from_wrenches
 from palpate.errors import InvalidValueError

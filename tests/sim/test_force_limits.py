@@ -9,9 +9,9 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 import pytest
-from dead_sensors import CHANNELS, Case, pressed
 from hypothesis import given
 from hypothesis import strategies as st
+from wire.dead_sensors import CHANNELS, Case, pressed
 
 from faults.dead_sensor import FAULTS, NOISE, RATIO, DeadSensor, WithoutTipForce
 from faults.mountings import LIMIT, PERIOD, PLATE, ROTATIONS, TIP, K, Slide, TurnedSensor, moved, plunged
@@ -353,14 +353,14 @@ class Tared(TurnedSensor):
 
     def start(self):
         sample = self.backend.start()
-        self.offset = np.subtract(sample.wrenches[0].wrench, self.turned(sample).wrenches[0].wrench)
+        self.offset = np.subtract(sample.wrenches[0].wrench, self.shown(sample).wrenches[0].wrench)
         return self.tared(sample)
 
     def step(self, command):
         return self.tared(self.backend.step(command))
 
     def tared(self, sample):
-        wrong = self.turned(sample).wrenches[0].wrench + self.offset
+        wrong = self.shown(sample).wrenches[0].wrench + self.offset
         return replace(sample, wrenches=(replace(sample.wrenches[0], wrench=tuple(wrong.tolist())),))
 
 

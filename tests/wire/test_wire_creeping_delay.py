@@ -1,6 +1,6 @@
 """A line that holds back ever more of what devices send: real clients take no sample for younger than it is.
 
-`benchmarks/creeping_delay.py` measures how soon that is noticed.
+`benchmarks/wire creeping` measures how soon that is noticed.
 """
 
 import os
@@ -22,7 +22,7 @@ from support.waiting import until
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from wired.delayed import DelayedLine
+from wire.delayed import DelayedLine
 
 pytestmark = pytest.mark.slow
 

@@ -1,6 +1,6 @@
 """Faults on a servo bus: how the hand reacts, when it detects them, what it reports, how it recovers.
 
-How long that takes on a computer, `benchmarks/wire_faults.py` measures.
+How long that takes on a computer, `benchmarks/wire faults` measures.
 """
 
 import contextlib

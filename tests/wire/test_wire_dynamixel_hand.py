@@ -393,7 +393,7 @@ def test_fingers_of_the_simulation_are_fingers_here():
 
 
 def test_four_servos_can_be_read_and_written_more_than_300_times_a_second(monkeypatch):
-    """By what a full cycle puts on the wire, at 1 Mbit/s and ten bits a byte; `benchmarks/wire.py` measures it."""
+    """By what a full cycle puts on the wire, at 1 Mbit/s and ten bits a byte; `benchmarks/wire` measures it."""
     sent, heard = [], []
     write, read = Port.writePort, Port._read
     monkeypatch.setattr(Port, "writePort", lambda port, packet: sent.append(len(packet)) or write(port, packet))

@@ -1,4 +1,4 @@
-"""The fault campaign of `benchmarks/wire_faults.py`: every row on a robot on the wire, real clients, real sockets.
+"""The fault campaign of `benchmarks/wire faults`: every row on a robot on the wire, real clients, real sockets.
 
 The arm holds a force and slides, the hand presses; then a fault is injected for real. What is safe is asked of the
 emulator. A dozen rows run fast, all of them with the slow tests. Clients are patient here, since tests share their
@@ -21,11 +21,11 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from wire_faults import shown, tried
-from wire_soak import Account, Look, soak
-from wired.cell import ARM, BOX, GRIP, PATIENT, Cell, Tip
-from wired.fault_table import CASES, NOTICED, Case, Safe
-from wired.procedures import Borne, Lost, Procedure, Refused, Switch, nothing, read_on, recover_arm
+from wire.cell import ARM, BOX, GRIP, PATIENT, Cell, Tip
+from wire.fault_table import CASES, NOTICED, Case, Safe
+from wire.faults import listed, tried
+from wire.procedures import Borne, Lost, Procedure, Refused, Switch, nothing, read_on, recover_arm
+from wire.soak import Account, Look, soak
 
 from palpate.hw.devices import DeviceError
 from palpate.runtime.data import Command
@@ -75,7 +75,7 @@ SOME_TIME = 1e9
 def waits_long() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ("LONGEST", "REST_WITHIN"):
-            patch.setattr(f"wired.procedures.{name}", WITHIN)
+            patch.setattr(f"wire.procedures.{name}", WITHIN)
         yield
 
 
@@ -123,7 +123,7 @@ def test_the_table_has_what_was_asked_for() -> None:
 def test_the_campaign_sees_what_is_not_as_it_must_be(
     cells: Cells, procedure: Procedure, says: str, problem: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("wired.procedures.LONGEST", 1.5)
+    monkeypatch.setattr("wire.procedures.LONGEST", 1.5)
     cell = cells.of(Tip.BOX)
     if problem == "does not come back":
         up = cell.up
@@ -135,7 +135,7 @@ def test_the_campaign_sees_what_is_not_as_it_must_be(
             break
     else:
         pytest.fail(f"not seen: {row.problems}")
-    assert "made up" in str(shown([row]).columns[0]._cells)
+    assert "made up" in listed([row]).rows[0]
     monkeypatch.undo()
     cell.everything_up()
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from held_pin import PIN, RADIUS
+from grip.held_pin import PIN, RADIUS
 from scipy.spatial.transform import Rotation
 
 from palpate.estimation import Assumption

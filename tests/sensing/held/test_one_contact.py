@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from held_pin import PIN, pressed
+from grip.held_pin import PIN, pressed
 from scipy.spatial.transform import Rotation
 
 from palpate.estimation import Assumption

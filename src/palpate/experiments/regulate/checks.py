@@ -17,7 +17,7 @@ FARTHEST_MOTION = 1.8 * LARGEST_MOTION
 
 PUSH_SHARE = 1.25
 """Of the force limit, that a push may reach by the model of a landing. A sensor that is dead is noticed later than
-one that shows the limit: with it all dead sensors kept to 1.5 (`benchmarks/dead_sensors.py`)."""
+one that shows the limit: with it all dead sensors kept to 1.5 (`benchmarks/wire dead`)."""
 
 
 def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) -> None:

@@ -1,11 +1,11 @@
 """Damaged and hostile inputs to every reader: refused in one sentence, within bounds of memory and time.
 
-    python benchmarks/fuzz_inputs.py [--inputs 20000] [--seconds 60] [--seed 0] [--reader NAME]
+    python benchmarks/fuzz [--inputs 20000] [--seconds 60] [--seed 0] [--reader NAME]
 
-Valid examples of every format are damaged as whoever knows the format would: bits, lengths, counts, numbers,
-nesting, repetition, splices; records of a log with check sums that are right again. Each reader has a process of
-its own with a limit on its memory. Asked: a value or one sentence of a PalpateError, below 300 MB above the start
-of the process and 2 s of processor time each. Ends with 1 if an input breaks that, and prints its seed.
+Valid examples of every format are damaged with knowledge of the format: bits, lengths, counts, numbers, nesting,
+repetition, splices; records of a log with corrected check sums. Each reader has a process of its own with a limit
+on its memory. Required: a value or one sentence of a PalpateError, at most 300 MB above the start of the process
+and 2 s of processor time each. Ends with 1 if an input breaks that, and prints its seed.
 """
 
 import argparse
@@ -17,14 +17,16 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-
-from fuzzed.damage import damaged
-from fuzzed.readers import READERS
 from rich.console import Console
 from rich.table import Table
 
 from palpate.errors import PalpateError
+
+BENCHMARKS = Path(__file__).resolve().parents[1]
+sys.path[:1] = [str(BENCHMARKS), str(BENCHMARKS.parent / "tests")]
+
+from fuzz.damage import damaged  # noqa: E402
+from fuzz.readers import READERS  # noqa: E402
 
 MOST_MEMORY, MOST_TIME, HANGS = 300.0, 2.0, 20
 """[MB] above the start, [s] of an input, and [s] after which it counts as hung."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from palpate.spatial import ZERO
-from wired.avoided import (
+from wire.avoided import (
     a_second_client_is_refused,
     a_silent_loop_stops_the_arm,
     commands_are_not_overwritten,
@@ -22,8 +22,8 @@ from wired.avoided import (
     threads_run_on,
     upper_registers_unused,
 )
-from wired.cell import ARM, BOTA, BOX, HAND, Cell, Tip
-from wired.procedures import (
+from wire.cell import ARM, BOTA, BOX, HAND, Cell, Tip
+from wire.procedures import (
     Avoided,
     Borne,
     Lost,

@@ -1,6 +1,6 @@
 """Clients without a token that hold connections until they are killed; imports nothing heavy.
 
-`foreign_connections.py` starts it: python benchmarks/foreign_clients.py COUNT HOST:PORT [HOST:PORT ...]
+`connections.py` starts it: python benchmarks/wire/foreign_clients.py COUNT HOST:PORT [HOST:PORT ...]
 """
 
 import os
@@ -12,7 +12,7 @@ from time import sleep
 
 
 def main() -> None:
-    """Come, print a line, and go on by one byte a second; come again if sent away."""
+    """Connect, print a line, send one byte a second; connect again if closed."""
     resource.setrlimit(resource.RLIMIT_NOFILE, (4096, 4096))
     os.setpriority(os.PRIO_PROCESS, 0, 19)
     ports = [(host, int(port)) for host, port in (each.rsplit(":", 1) for each in sys.argv[2:])]

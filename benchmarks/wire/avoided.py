@@ -15,7 +15,7 @@ from palpate.hw.devices import DeviceError
 from palpate.hw.ur.rtde import REGISTER
 from palpate.runtime.real_time import RealTime
 from palpate.spatial import ZERO
-from wired.cell import ARM, Cell
+from wire.cell import ARM, Cell
 
 LONGEST_STALL = 0.25
 """[s] of our own threads while the library connects and lets go; by itself it stops them for 0.5 s."""

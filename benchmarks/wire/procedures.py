@@ -11,7 +11,7 @@ import psutil
 
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
-from wired.cell import PERIOD, Cell, Truth
+from wire.cell import PERIOD, Cell, Truth
 
 Act = Callable[[Cell], object]
 LONGEST = 3.0

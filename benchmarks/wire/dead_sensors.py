@@ -1,23 +1,20 @@
-"""How hard a dead force sensor lets a robot press, with and without a second channel of force.
-
-    python benchmarks/dead_sensors.py [--quick] [--robot stage]
+"""Largest force of a robot whose force sensor is dead, with and without a second channel of force.
 
 A regulation of 2 N on a plate of 20 kN/m, with force limits of 10 and 20 N. The fingertip's sensor dies before
-or during the approach, or in contact, and reports a constant, zeros, noise alone, or a tenth of the force; or one
-axis is dead. Asked: the largest true force is at most 1.5 times the limit, and what one period at the measured
-speed adds. Ends with 1 if one is larger.
+or during the approach, or in contact, and reports a constant, zeros, noise alone, or a tenth of the force; or
+one axis is dead. Required: the largest true force is at most 1.5 times the limit plus the increase in one
+period at the measured speed.
 """
 
 import argparse
-import sys
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import msgspec
 import numpy as np
-from rich.console import Console
-from rich.table import Table
+from harness.campaign import Listing
 
 from faults.dead_sensor import FAULTS, NOISE, RATIO, DeadSensor, WithoutTipForce
 from palpate.experiments.kit.recorded_run import RecordedRun
@@ -42,7 +39,7 @@ class Case:
 
 
 def pressed(case: Case, fault: str, since: float) -> tuple[float, float, str]:
-    """Return the largest true force, the largest allowed [N], and how it ended."""
+    """Return the largest true force, the largest allowed force [N], and the ending."""
     given = load_robot(case.robot)
     limits = msgspec.structs.replace(given.file.limits, force=case.limit, contact_speed=None)
     robot = replace(given, file=msgspec.structs.replace(given.file, limits=limits))
@@ -63,7 +60,7 @@ def pressed(case: Case, fault: str, since: float) -> tuple[float, float, str]:
 
 
 def worst(case: Case, quick: bool) -> Iterator[tuple[str, float, float, float, str]]:
-    """Of each fault: since when [s] it is worst, the largest true force, the largest allowed [N], the ending."""
+    """Yield each fault, its worst time [s], the largest true and the largest allowed force [N], and the ending."""
     for fault in FAULTS:
         if fault != "none":
             tried = [(since, *pressed(case, fault, since)) for since in (SINCE[:1] if quick else SINCE)]
@@ -71,28 +68,16 @@ def worst(case: Case, quick: bool) -> Iterator[tuple[str, float, float, float, s
             yield fault, since, force, allowed, why
 
 
-def main() -> int:
-    """Measure and print; return 1 if a force is larger than asked."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="sensors that are dead from the start only")
-    parser.add_argument("--robot", action="append", help=f"instead of {', '.join(ROBOTS)}; may be repeated")
-    given = parser.parse_args()
-    table = Table(
-        "robot", "limit N", "second channel", "noise", "sensor", "since s", "force N", "allowed N", "trip"
-    )
-    missed = 0
-    for robot in given.robot or ROBOTS:
-        for case in [
-            Case(robot, limit, c, noisy) for limit in LIMITS for c in CHANNELS for noisy in (True, False)
-        ]:
-            for fault, since, force, allowed, why in worst(case, given.quick):
-                missed += force > allowed
-                row = (f"{force:.3g}", f"{allowed:.3g}", why[:60])
-                noise = "declared" if case.noisy else "none"
-                table.add_row(robot, f"{case.limit:g}", case.channel, noise, fault, f"{since:g}", *row)
-    Console(width=190).print(table)
-    return 1 if missed else 0
+def dead(options: argparse.Namespace) -> Iterator[Listing]:
+    """Press with each dead sensor."""
+    rows, met = [], True
+    for case in itertools.product(options.robot or ROBOTS, LIMITS, CHANNELS, (True, False)):
+        for fault, since, force, allowed, why in worst(Case(*case), options.quick):
+            met = met and force <= allowed
+            noise = "declared" if case[-1] else "none"
+            rows.append((*case[:-1], noise, fault, since, f"{force:.3g}", f"{allowed:.3g}", why[:60]))
+    heads = ("robot", "limit N", "second channel", "noise", "sensor", "since s", "force N", "allowed N", "trip")
+    yield Listing("force with a dead sensor", heads, rows, met)
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+PARTS = {"dead": dead}

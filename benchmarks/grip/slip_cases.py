@@ -1,4 +1,4 @@
-"""What the held object goes through: holds, ramps, steps and shaking, that slip or do not."""
+"""Loads of a held object: holds, ramps, steps and shaking, with and without slip."""
 
 import math
 from collections.abc import Iterator
@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
-from slip_model import PERIOD, TIME_STEP, Held, hold
 
+from grip.slip_model import PERIOD, TIME_STEP, Held, hold
 from palpate.errors import FloatArray
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
@@ -199,6 +199,3 @@ def _sensed(rng: np.random.Generator, held: Held, i: int) -> tuple[ContactLoad, 
 def seeds(first: int, count: int) -> Iterator[np.random.Generator]:
     for seed in range(first, first + count):
         yield np.random.default_rng(seed)
-
-
-__all__ = ["NOISE", "PERIOD", "Case", "Felt", "Shape", "felt", "seeds"]

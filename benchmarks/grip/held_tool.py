@@ -1,18 +1,18 @@
-"""What is felt through a held pin of 80 mm: where, how hard, at how many places, and whether it slips in the hand.
+"""Contacts through a held pin of 80 mm: place, force, number of places, slip in the hand.
 
-    python benchmarks/held_tool.py [contact] [count] [slip] [alarms] [--seeds 200]
-
-Sensors are of a Nano17's noise (3.1 mN, 16 uN m at 1 kHz), with matrices 0.1 % wrong, zeros that drift by 10 mN
-and 0.1 mN m in a minute; fingers' poses are 0.1 mm and 0.2 degrees wrong, the pin's mass 5 %. What was felt in the
-air just before is taken off. Exit status 1: a figure asked for was not reached.
+Sensors have the noise of a Nano17 (3.1 mN, 16 uN m at 1 kHz), matrices that are 0.1 % wrong, zeros that drift by
+10 mN and 0.1 mN m in a minute. Poses of the fingers are 0.1 mm and 0.2 degrees wrong, the mass of the pin 5 %. The
+wrench in the air just before is subtracted.
 """
 
 import argparse
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
-from held_pin import (
+from harness.campaign import Listing
+
+from grip.held_pin import (
     END,
     HAND,
     IN_HAND,
@@ -28,9 +28,6 @@ from held_pin import (
     pressed,
     touching,
 )
-from rich.console import Console
-from rich.table import Table
-
 from palpate.friction.slip.tool_slip import SlipSign, ToolSlip
 from palpate.sensing import ContactStatus
 from palpate.sensing.held import (
@@ -59,10 +56,10 @@ SLIP_SECONDS, BEFORE = 0.2, 1.0
 BOUNDS = ContactBounds(friction=1.0, spin_length=2e-3, separation=SEPARATION)
 
 
-def contact(seeds: int) -> tuple[Table, bool]:
+def contact(seeds: int) -> Listing:
     """Touch the pin with 1 N along it, friction up to 0.4, a spin of 0.2 mN m; judged over places all along it."""
     heads = ("held by", "from the grip [mm]", "along: rms, 95 % [mm]", "force: rms [%]", "in 95 % interval [%]")
-    table, good = Table(*heads, title="contact, 1 N"), True
+    rows, good = [], True
     for name, measure in (("one sensor", by_sensor), ("two fingers", by_fingers)):
         for reach in (*REACHES, None):
             rngs = [np.random.default_rng(seed) for seed in range(seeds)]
@@ -71,14 +68,16 @@ def contact(seeds: int) -> tuple[Table, bool]:
             rms, relative = (float(np.sqrt(np.mean(np.square(each)))) for each in (along, force))
             if reach is None:
                 good = good and rms < WITHIN and relative < 0.01
-            table.add_row(
-                name,
-                "any" if reach is None else f"{1e3 * reach:g}",
-                f"{1e3 * rms:.2f}, {1e3 * np.quantile(np.abs(along), SURE):.2f}",
-                f"{100 * relative:.2f}",
-                f"{100 * np.mean(covered):.0f}",
+            rows.append(
+                (
+                    name,
+                    "any" if reach is None else f"{1e3 * reach:g}",
+                    f"{1e3 * rms:.2f}, {1e3 * np.quantile(np.abs(along), SURE):.2f}",
+                    f"{100 * relative:.2f}",
+                    f"{100 * np.mean(covered):.0f}",
+                )
             )
-    return table, good
+    return Listing("contact, 1 N", heads, rows, good)
 
 
 def touched(
@@ -113,10 +112,10 @@ def by_sensor(rng: np.random.Generator, external: np.ndarray) -> ExternalWrenche
     return told.seen_from(HAND.inverse())
 
 
-def count(seeds: int) -> tuple[Table, bool]:
+def count(seeds: int) -> Listing:
     """One or two contacts, 1 N, loads that change each by itself; windows of 0.2 s."""
     heads = ("contacts", "each load changes by [%]", "one [%]", "several [%]", "untold [%]")
-    table, good = Table(*heads, title="count"), True
+    rows, good = [], True
     for heights in ((-0.02,), (-0.02, -0.015), (-0.02, -0.01)):
         apart = f"{len(heights)}" + (f", {1e3 * (heights[1] - heights[0]):g} mm apart" if len(heights) > 1 else "")
         right = ContactCount.ONE if len(heights) == 1 else ContactCount.SEVERAL
@@ -126,8 +125,8 @@ def count(seeds: int) -> tuple[Table, bool]:
             shares = {each: float(np.mean([c is each for c in counts])) for each in ContactCount}
             if swing >= ENOUGH and (len(heights) == 1 or heights[1] - heights[0] >= SEPARATION):
                 good = good and shares[right] >= SURE
-            table.add_row(apart, f"{100 * swing:g}", *(f"{100 * shares[each]:.0f}" for each in ContactCount))
-    return table, good
+            rows.append((apart, f"{100 * swing:g}", *(f"{100 * shares[each]:.0f}" for each in ContactCount)))
+    return Listing("count", heads, rows, good)
 
 
 ENOUGH = 0.05
@@ -135,19 +134,10 @@ ENOUGH = 0.05
 `SEPARATION` apart must be told."""
 
 
-def slip(seeds: int) -> tuple[Table, bool]:
+def slip(seeds: int) -> Listing:
     """The pin presses with 1 N on a point, and slips by 1 mm in 0.2 s, along the contact's normal."""
-    table, good = (
-        Table(
-            "touches with",
-            "noticed [%]",
-            "median [ms]",
-            "latest [ms]",
-            "before it slips [%]",
-            title="slip of 1 mm",
-        ),
-        True,
-    )
+    heads = ("touches with", "detected [%]", "median [ms]", "latest [ms]", "before it slips [%]")
+    rows, good = [], True
     for name, (normal, place) in (("its side", SIDE), ("its end", END)):
         delays, early = [], 0
         for seed in range(seeds):
@@ -159,26 +149,28 @@ def slip(seeds: int) -> tuple[Table, bool]:
             delays.append(np.inf if told is None else told - BEFORE)
         late = np.array(delays)
         good = good and early <= seeds // 100 and float(np.mean(late < SLIP_SECONDS)) >= 0.99
-        table.add_row(
-            name,
-            f"{100 * np.mean(np.isfinite(late)):.0f}",
-            f"{1e3 * np.median(late):.0f}",
-            f"{1e3 * late.max():.0f}",
-            f"{100 * early / seeds:.1f}",
+        rows.append(
+            (
+                name,
+                f"{100 * np.mean(np.isfinite(late)):.0f}",
+                f"{1e3 * np.median(late):.0f}",
+                f"{1e3 * late.max():.0f}",
+                f"{100 * early / seeds:.1f}",
+            )
         )
-    return table, good
+    return Listing("slip of 1 mm", heads, rows, good)
 
 
-def alarms(seeds: int) -> tuple[Table, bool]:
+def alarms(seeds: int) -> Listing:
     """As in `slip`, without slip: ten seconds of each seed."""
-    seconds, table, good = 10.0, Table("touches with", "hours", "false alarms", title="no slip"), True
+    seconds, rows, good = 10.0, [], True
     for name, (normal, place) in (("its side", SIDE), ("its end", END)):
         found = [first_sign(seed, np.zeros((int(seconds * RATE), 6)), normal, place) for seed in range(seeds)]
         false = sum(each is not None for each in found)
         hours = seeds * seconds / 3600.0
         good = good and false <= 1 + 2.0 * hours
-        table.add_row(name, f"{hours:.2f}", f"{false}")
-    return table, good
+        rows.append((name, f"{hours:.2f}", f"{false}"))
+    return Listing("no slip", ("touches with", "hours", "false alarms"), rows, good)
 
 
 def first_sign(seed: int, slips: np.ndarray, normal: np.ndarray, place: np.ndarray) -> float | None:
@@ -190,27 +182,9 @@ def first_sign(seed: int, slips: np.ndarray, normal: np.ndarray, place: np.ndarr
     return None
 
 
-STUDIES: dict[str, Callable[[int], tuple[Table, bool]]] = {
-    "contact": contact,
-    "count": count,
-    "slip": slip,
-    "alarms": alarms,
-}
+def part(study: Callable[[int], Listing], options: argparse.Namespace) -> Iterator[Listing]:
+    """Carry out a study with the number of seeds given."""
+    yield study(options.seeds or 200)
 
 
-def main() -> int:
-    """Run the studies that are named, or all."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("studies", nargs="*", choices=[*STUDIES, []], metavar="study")
-    parser.add_argument("--seeds", type=int, default=200)
-    asked = parser.parse_args()
-    reached = True
-    for name in asked.studies or STUDIES:
-        table, good = STUDIES[name](asked.seeds)
-        Console().print(table)
-        reached = reached and good
-    return 0 if reached else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+PARTS = {f"pin-{study.__name__}": partial(part, study) for study in (contact, count, slip, alarms)}

@@ -1,6 +1,4 @@
-"""A pin of 80 mm between two fingers: where along it it touches, how hard, and whether it slips.
-
-    python benchmarks/exploring_pin.py [--seeds N]
+"""Robot `stage-pin`, a pin of 80 mm between two fingers: place and force of touches along it, and slips of it.
 
 The robot is `stage-pin`; each seed is another pair of sensors, and other noise. Along the pin: its side is pressed
 against a small ball with 1 N, in the direction of the squeeze and across it, at several heights; what is felt in
@@ -12,11 +10,10 @@ knocked, the squeeze fades, or it is pulled slowly through the fingers; the time
 import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
+from harness.campaign import Listing
 
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
@@ -151,18 +148,10 @@ def nothing(backend: GraspedTool, period: int, rng: np.random.Generator) -> None
     """Leave it alone."""
 
 
-def knock(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
-    """Push along the pin with 12.5 to 14 N for 3 ms, more than friction holds."""
+def knock(least: float, most: float, backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
+    """Push along the pin with a force between these [N] for 3 ms; friction holds less than 12.5 N."""
     if period == 0:
-        backend.push((0.0, 0.0, float(rng.uniform(12.5, 14.0) * rng.choice([-1.0, 1.0]))))
-    elif period == 3:
-        backend.push((0.0, 0.0, 0.0))
-
-
-def hard_knock(backend: GraspedTool, period: int, rng: np.random.Generator) -> None:
-    """Push along the pin with 20 to 40 N for 3 ms."""
-    if period == 0:
-        backend.push((0.0, 0.0, float(rng.uniform(20.0, 40.0) * rng.choice([-1.0, 1.0]))))
+        backend.push((0.0, 0.0, float(rng.uniform(least, most) * rng.choice([-1.0, 1.0]))))
     elif period == 3:
         backend.push((0.0, 0.0, 0.0))
 
@@ -213,52 +202,54 @@ def watched(seed: int, happens: Happening, belief: float) -> Watched:
 
 CASES: tuple[tuple[str, Happening], ...] = (
     ("nothing", nothing),
-    ("knock", knock),
-    ("hard knock", hard_knock),
+    ("knock", partial(knock, 12.5, 14.0)),
+    ("hard knock", partial(knock, 20.0, 40.0)),
     ("fading squeeze", fade),
     ("dragged", drag),
 )
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=20)
-    seeds = parser.parse_args().seeds
-    console = Console()
-    table = Table("touch of 1 N", "cross-talk", "along the pin, RMS / largest [mm]", "force, RMS / largest [%]")
+def pin_touches(options: argparse.Namespace) -> Iterator[Listing]:
+    """Compare touches along the pin with MuJoCo's contacts."""
+    rows = []
     for share in CROSS_TALK:
         found: dict[str, list[Felt]] = {}
-        for seed in track(range(seeds), f"cross-talk {share:g}", console=console):
+        for seed in range(options.seeds or 20):
             for name, felt in touches(seed, share):
                 found.setdefault(name, []).append(felt)
         for name, each in found.items():
             along, force = 1e3 * np.array([f.along for f in each]), 1e2 * np.array([f.force for f in each])
-            table.add_row(name, f"{share:g}", _sizes(along), _sizes(force))
-    console.print(table)
-    table = Table("what happens", "friction believed", "stopped", "moved, median / most [mm]", "late [s]", "by")
+            rows.append((name, f"{share:g}", _sizes(along), _sizes(force)))
+    heads = ("touch of 1 N", "cross-talk", "along the pin, RMS / largest [mm]", "force, RMS / largest [%]")
+    yield Listing("touches along the pin", heads, rows)
+
+
+def pin_runs(options: argparse.Namespace) -> Iterator[Listing]:
+    """Disturb explorations, and see which are stopped."""
+    rows, seeds = [], options.seeds or 20
     for name, happens in CASES:
         for belief in (1.0, MISBELIEVED):
-            runs = [watched(seed, happens, belief) for seed in track(range(seeds), name, console=console)]
+            runs = [watched(seed, happens, belief) for seed in range(seeds)]
             stopped = [run for run in runs if run.words]
             moved = 1e3 * np.array([run.moved for run in stopped or runs])
             late = max((run.late for run in stopped), default=float("nan"))
             words = sorted({run.words for run in stopped})
-            by = ", ".join(f"{sum(run.words == each for run in runs)} {each}" for each in words)
-            table.add_row(
-                name,
-                f"{belief:g} times",
-                f"{len(stopped)} of {seeds}",
-                f"{np.median(moved):.2g} / {moved.max():.2g}",
-                f"{late:.3g}",
-                by,
+            rows.append(
+                (
+                    name,
+                    f"{belief:g} times",
+                    f"{len(stopped)} of {seeds}",
+                    f"{np.median(moved):.2g} / {moved.max():.2g}",
+                    f"{late:.3g}",
+                    ", ".join(f"{sum(run.words == each for run in runs)} {each}" for each in words),
+                )
             )
-    console.print(table)
+    heads = ("disturbance", "friction estimate", "stopped", "moved, median / most [mm]", "late [s]", "by")
+    yield Listing("disturbed explorations", heads, rows)
 
 
 def _sizes(errors: np.ndarray) -> str:
     return f"{np.sqrt(np.mean(errors**2)):.2g} / {np.abs(errors).max():.2g}"
 
 
-if __name__ == "__main__":
-    main()
+PARTS = {"pin-touches": pin_touches, "pin-runs": pin_runs}

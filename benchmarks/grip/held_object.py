@@ -1,6 +1,4 @@
-"""A box between two fingers, lowered on a table's edge: where it touches, and whether at one place or several.
-
-    python benchmarks/held_object.py [--seeds N]
+"""Contacts of a held box that is lowered on a table's edge: their place, and whether there are several.
 
 A box of 40 x 40 x 30 mm and 0.1 kg, turned by some 45 degrees about the line of the fingers, touches with its
 lower edge. The table's edge lies across that: raised like a ridge, so that both edges cross in one point, or with
@@ -12,12 +10,11 @@ seed; MuJoCo's contacts are the truth.
 
 import argparse
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
+from harness.campaign import Listing
 
 from palpate.errors import FloatArray
 from palpate.kinematics import Pose
@@ -192,32 +189,22 @@ def drawn(kind: str, seed: int) -> Lowered:
     return Lowered(turn, beside, ridge, float(rng.uniform(0.45, 0.7)), seed)
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=40)
-    parser.add_argument("--verbose", action="store_true")
-    given = parser.parse_args()
-    console = Console()
-    answered = []
-    for kind in ("crossing", "lying"):
-        for seed in track(range(given.seeds), kind, console=console):
-            answered.append(asked(drawn(kind, seed)))
-            if given.verbose:
-                console.print(kind, seed, answered[-1])
-    table = Table("MuJoCo's contacts", "told", "place off: RMS / largest [mm]", "stated, RMS [mm]")
+def box(options: argparse.Namespace) -> Iterator[Listing]:
+    """Compare the verdict with MuJoCo's contacts."""
+    answered = [asked(drawn(kind, seed)) for kind in ("crossing", "lying") for seed in range(options.seeds or 40)]
+    rows = []
     for name, low, high in (("one", 0.0, RARELY), ("now one, now two", RARELY, MOSTLY), ("two", MOSTLY, 1.1)):
         answers = [each for each in answered if low <= each.several < high]
         if answers:
-            told = ", ".join(f"{sum(each.count is count for each in answers)} {count}" for count in ContactCount)
+            counts = ", ".join(f"{sum(each.count is count for each in answers)} {count}" for count in ContactCount)
             off, sd = (1e3 * np.array([getattr(each, which) for each in answers]) for which in ("off", "sd"))
-            table.add_row(name, told, f"{_rms(off):.2g} / {np.nanmax(off):.2g}", f"{_rms(sd):.2g}")
-    console.print(table)
+            rows.append((name, counts, f"{_rms(off):.2g} / {np.nanmax(off):.2g}", f"{_rms(sd):.2g}"))
+    heads = ("MuJoCo's contacts", "verdicts", "error of place: RMS / largest [mm]", "stated, RMS [mm]")
+    yield Listing("a held box on an edge", heads, rows)
 
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
-if __name__ == "__main__":
-    main()
+PARTS = {"box": box}

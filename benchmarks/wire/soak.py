@@ -1,30 +1,26 @@
-"""A robot on the wire for a long time, with random faults: nothing leaks, and every fault is accounted for.
+"""Robot on the wire for a long time with random faults: no leaks, and every fault is accounted for.
 
-    python benchmarks/wire_soak.py [--minutes 30] [--seed 9] [--every 4]
-
-A loop at 500 Hz holds a force with an emulated UR arm, a Net F/T box and a Dynamixel hand, through the real client
-libraries. Now and then one of the faults of `wired.fault_table` is drawn; each must be noticed, told by the device
-that has it, and passed. Clients wait longer than usual, so that a stall of a busy machine is not taken for a
-fault. What is counted: memory, file descriptors, threads and processes, of this process and the emulator's.
+A loop at 500 Hz holds a force with an emulated UR arm, a Net F/T box and a Dynamixel hand, through the real
+client libraries. Faults of `wire.fault_table` are drawn at random; each must be detected, reported by its
+device, and passed. Clients wait longer than usual, so that a stall of a busy machine is not taken for a fault.
+Memory, file descriptors, threads and processes of this process and the emulator's are counted.
 """
 
 import argparse
-import os
 from collections import Counter
-from contextlib import suppress
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from time import monotonic
 
 import numpy as np
 import psutil
-from rich.console import Console
-from rich.table import Table
-from wired.cell import PATIENT, PERIOD, Cell, Tip
-from wired.fault_table import CASES, Case
-from wired.procedures import Borne, Lost, matches
+from harness.campaign import Listing, load, raise_priority
 
 from palpate.hw.devices import DeviceError
+from wire.cell import PATIENT, PERIOD, Cell, Tip
+from wire.fault_table import CASES, Case
+from wire.procedures import Borne, Lost, matches
 
 ADDRESS = "127.0.41.2"
 UP_WITHIN = 120.0
@@ -174,41 +170,34 @@ def _try(cell: Cell, case: Case, account: Account) -> None:
     cell.everything_up(UP_WITHIN)
 
 
-def show(account: Account, console: Console) -> None:
-    """Print what happened."""
-    table = Table(
-        "fault", "times", "noticed ms, median / worst", title=f"{account.looks[-1].time / 60:.1f} minutes of soak"
-    )
+def accounts(account: Account) -> Listing:
+    """Return faults, growth and errors."""
+    rows = []
     for name, times in sorted(account.injected.items()):
         noticed = account.noticed.get(name)
         shown = f"{1e3 * float(np.median(noticed)):.0f} / {1e3 * max(noticed):.0f}" if noticed else "counted"
-        table.add_row(name, str(times), shown)
-    console.print(table)
+        rows.append((name, times, shown))
     first, last = account.looks[len(account.looks) // 5], account.looks[-1]
     grown = account.growth()
-    console.print(f"{account.steps} periods of {1e3 * PERIOD:g} ms, {account.injected.total()} faults")
-    console.print(
+    notes = (
+        f"{account.steps} periods of {1e3 * PERIOD:g} ms, {account.injected.total()} faults, {load()}",
         f"memory {first.memory[0]:.1f} + {first.memory[1]:.1f} MB at {first.time:.0f} s, "
-        f"{last.memory[0]:.1f} + {last.memory[1]:.1f} MB at the end; grown by {grown[0]:+.2f} + {grown[1]:+.2f} MB"
-    )
-    console.print(
+        f"{last.memory[0]:.1f} + {last.memory[1]:.1f} MB at the end; growth {grown[0]:+.2f} + {grown[1]:+.2f} MB",
         f"files {first.files} -> {last.files}, threads {first.threads} -> {last.threads}, "
-        f"processes {first.processes} -> {last.processes}"
+        f"processes {first.processes} -> {last.processes}",
+        f"leaks: {account.leaks() or 'none'}",
+        f"faults that differ from their rows: {len(account.wrong)}",
+        *account.wrong,
+        f"errors that were not injected: {len(account.stalls)}",
+        *account.stalls,
     )
-    console.print("leaks:", account.leaks() or "none")
-    console.print(f"faults that were not as their rows say: {len(account.wrong)}", *account.wrong, sep="\n  ")
-    console.print(f"errors that nobody injected: {len(account.stalls)}", *account.stalls, sep="\n  ")
+    title = f"{last.time / 60:.1f} minutes of soak"
+    return Listing(title, ("fault", "times", "noticed ms, median / worst"), rows, notes=notes)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Soak a robot on the wire, with random faults.")
-    parser.add_argument("--minutes", type=float, default=30.0)
-    parser.add_argument("--every", type=float, default=4.0, help="mean time between faults [s]")
-    parser.add_argument("--seed", type=int, default=9)
-    options = parser.parse_args()
-    with suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, -20)
-    console = Console(width=150)
+def soaked(options: argparse.Namespace) -> Iterator[Listing]:
+    """Soak for `--minutes`; an error that ends the soak follows its account."""
+    raise_priority()
     resource_tracker.ensure_running()  # a process of multiprocessing's own, which would come with the first other
     before = {child.pid for child in psutil.Process().children(recursive=True)}
     account = Account()
@@ -217,10 +206,9 @@ def main() -> None:
             soak(cell, account, 60.0 * options.minutes, options.every, options.seed)
     finally:
         if account.looks:
-            show(account, console)
+            yield accounts(account)
     left = {child.pid for child in psutil.Process().children(recursive=True)} - before
-    console.print(f"load {os.getloadavg()[0]:.1f}; processes left: {len(left)}")
+    yield Listing("processes left", ("number",), [(len(left),)])
 
 
-if __name__ == "__main__":
-    main()
+PARTS = {"soak": soaked}

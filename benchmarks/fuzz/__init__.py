@@ -1,0 +1,1 @@
+"""Fuzz campaign: valid inputs, their damage, and the readers of outside input."""
