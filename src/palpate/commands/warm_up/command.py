@@ -1,24 +1,33 @@
 """`palpate warm-up`: everything is compiled in a process of its own, so that Ctrl-C ends it at once."""
 
+import hashlib
 import json
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Self
 
+from llvmlite import binding
 from rich.console import Console
 
+import palpate
+from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
-from palpate.commands.warm_up.record import WarmUpRecord
+from palpate.experiments.kit.versions import versions_text
+from palpate.grasp.solvers.compiled import Compiled, cache_folder
 from palpate.runtime.progress_bar import progress_bar
+
+KERNELS = ("*.nbi", "*.nbc")
+SOLVERS = ("*.so",)
 
 STEPS = "palpate.commands.warm_up.steps"
 
@@ -130,3 +139,47 @@ def _progress(console: Console) -> Iterator[ShowStep]:
         return
     with progress_bar(console, "compiling for the first time", None, "{task.completed:.0f}/{task.total}") as bar:
         yield lambda step, number, total: bar.show(number, words=f"compiling for {step}", total=total)
+
+
+@dataclass(frozen=True, slots=True)
+class WarmUpRecord:
+    """A file beside what is compiled.
+
+    Attributes:
+        path: Of the file; another for each place of palpate and of kernels.
+        made_of: Hash of all that compiled code depends on.
+    """
+
+    path: Path
+    made_of: str
+
+    @classmethod
+    def here(cls) -> Self:
+        """Return that of this palpate on this machine."""
+        package = Path(palpate.__file__).parent
+        place = f"{package}\n{os.environ.get('NUMBA_CACHE_DIR', '')}"
+        machine = f"{versions_text()}{binding.get_host_cpu_name()}\n{Compiled().compiler}\n"
+        hashed = hashlib.sha256(machine.encode())
+        for folder, folders, files in os.walk(package, followlinks=True):
+            folders.sort()
+            for name in sorted(files):
+                if name.endswith(".py"):
+                    hashed.update((Path(folder) / name).read_bytes())
+        name = hashlib.sha256(place.encode()).hexdigest()[:16]
+        return cls(cache_folder().parent / f"warm-up-{name}.json", hashed.hexdigest())
+
+    def read(self) -> dict[str, Any] | None:
+        """Return what was reported when everything was compiled; None if it is not, or no longer."""
+        try:
+            found: dict[str, Any] = json.loads(self.path.read_text(encoding="utf-8"))
+            kept = found["made_of"] == self.made_of and all(map(os.path.isfile, found["files"]))
+            return found if kept else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def write(self, report: dict[str, Any]) -> None:
+        """Keep what was reported, if a file can be written."""
+        folders = [(Path(folder), KERNELS) for folder in report["folders"]] + [(Path(report["solvers"]), SOLVERS)]
+        files = [str(file) for folder, kinds in folders for kind in kinds for file in folder.glob(kind)]
+        with suppress(OSError), replacing(self.path) as file:
+            file.write(json.dumps(report | {"made_of": self.made_of, "files": files}).encode())

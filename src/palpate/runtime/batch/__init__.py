@@ -1,6 +1,5 @@
 """Many independent runs over processes: cases in, outcomes out, in the same order and with the same numbers."""
 
-from palpate.runtime.batch.bar import batch_bar, quiet
 from palpate.runtime.batch.outcome import (
     BatchError,
     BatchProgress,
@@ -9,10 +8,12 @@ from palpate.runtime.batch.outcome import (
     Outcome,
     ShowProgress,
     Success,
+    batch_bar,
+    quiet,
     results_of,
 )
+from palpate.runtime.batch.process import Workers
 from palpate.runtime.batch.run import run_batch
-from palpate.runtime.batch.workers import Workers
 
 __all__ = [
     "BatchError",

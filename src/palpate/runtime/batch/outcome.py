@@ -1,11 +1,18 @@
-"""What became of a case: its result, or why there is none."""
+"""The outcome of a case, the progress of a batch, and the bar that shows it."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from rich.console import Console
+
 from palpate.errors import PalpateError, shown
+from palpate.runtime.progress_bar import progress_bar
+
+SHOWN_AFTER = 2.0
+"""A shorter batch shows no bar [s]."""
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
@@ -97,3 +104,25 @@ def results_of(outcomes: Iterable[Outcome[Case, Result]]) -> list[Result]:
             f"{first.kind.value}: {first.error}\n{first.traceback}".rstrip()
         )
     return [outcome.result for outcome in outcomes if isinstance(outcome, Success)]
+
+
+def quiet(progress: BatchProgress) -> None:
+    """Show nothing."""
+
+
+@contextmanager
+def batch_bar(console: Console | None = None) -> Iterator[ShowProgress]:
+    """Show how far a batch is, from two seconds on; yields the function that `run_batch` calls.
+
+    Args:
+        console: Where to; standard error if not given. Only a terminal gets a bar.
+    """
+    console = Console(stderr=True) if console is None else console
+    amount = "{task.completed:.0f}/{task.total}"
+    with progress_bar(console, "cases", None, amount, after=SHOWN_AFTER, drawn=console.is_terminal) as bar:
+
+        def show(progress: BatchProgress) -> None:
+            failed = f", {progress.failed} failed" if progress.failed else ""
+            bar.show(progress.done, words=f"cases{failed}", total=progress.cases, elapsed=progress.elapsed)
+
+        yield show

@@ -11,7 +11,6 @@ from multiprocessing.connection import wait
 from typing import Any, Generic
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.batch.bar import batch_bar
 from palpate.runtime.batch.outcome import (
     BatchError,
     BatchProgress,
@@ -22,11 +21,11 @@ from palpate.runtime.batch.outcome import (
     Result,
     ShowProgress,
     Success,
+    batch_bar,
 )
 from palpate.runtime.batch.pickling import packed
-from palpate.runtime.batch.process import ParentTime, WorkerProcess
+from palpate.runtime.batch.process import ParentTime, WorkerProcess, Workers
 from palpate.runtime.batch.worker import Done, Raised, Ready, Refused
-from palpate.runtime.batch.workers import Workers
 
 TICK = 0.25
 """Longest time between two calls of `progress` [s]."""
