@@ -231,7 +231,7 @@ def test_tool_payload_and_slider_are_set(shared):
 )
 def test_other_versions_and_a_clock_that_runs_faster(version, scale):
     with controller(version=version, scale=scale) as emulator:
-        settings = UrSettings(stale_after=2.0, watchdog=1.0)
+        settings = UrSettings(stale_after=2.0, watchdog=scale)  # its seconds are the controller's
         with UrArm(address(emulator), settings) as arm:
             assert arm.version == version
             stalled = truth(emulator, "given_up")

@@ -6,5 +6,5 @@ slip and from holding.
 
 Measured and left out: high-frequency content without a ripple tells about a third of the slips within 30 ms if it
 is to give no false alarm, as friction need not stick and slip (8 ms of third differences; the cases of
-benchmarks/grip onset). A load that comes up to the limit surface that is believed tells nothing where that is wrong.
+`benchmarks/grip onset`). A load that reaches the believed limit surface shows nothing where that surface is wrong.
 """
