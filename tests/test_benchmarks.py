@@ -209,6 +209,7 @@ def test_finished_parts_are_in_the_report_after_an_interruption(ending, tmp_path
 # ---------------------------------------------------------------------------------------------------- families
 
 
+@pytest.mark.slow
 def test_without_noise_every_fit_finds_the_sphere(monkeypatch):
     monkeypatch.setattr(surface_maps, "NOISE", 0.0)
     monkeypatch.setattr(surface_maps, "TILT", 0.0)

@@ -89,6 +89,7 @@ def test_nesting_is_refused_before_there_is_stack_for_it(opening):
         read_yaml(opening * 50_000)
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_what_is_printed_steers_no_terminal(text):
     shown = inert(text)
@@ -98,6 +99,7 @@ def test_what_is_printed_steers_no_terminal(text):
         assert shown == text
 
 
+@pytest.mark.slow
 @given(st.text(), st.floats())
 def test_a_cell_is_no_formula_and_a_number_stays_one(text, number):
     cell = inert_cell(text)
@@ -107,6 +109,7 @@ def test_a_cell_is_no_formula_and_a_number_stays_one(text, number):
         assert inert_cell(first + "cmd|x").startswith("'")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_damaged_inputs_are_read_or_refused_in_one_sentence(name, tmp_path):
     """The short form of benchmarks/fuzz."""

@@ -275,6 +275,7 @@ def piped(words, **environment):
     return done.stdout, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "which"), [(HELP, 0), (MISTAKE, 1)])
 def test_pipes_get_no_colours_unless_they_are_forced(words, which):
     assert ESCAPE not in "".join(piped(words))

@@ -120,6 +120,7 @@ def tiny(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_kernel_is_told_once_with_what_it_calls_and_from_the_cache_not_at_all(tiny):
     assert tiny() == ("6.0 8.0 ['tiny.twice']", [f"palpate: compiling tiny.twice ({ONCE})"])
     assert tiny() == ("6.0 8.0 []", [])

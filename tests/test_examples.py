@@ -140,6 +140,7 @@ def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
     assert max(off) <= 10.0  # [um], on a mesh that lies up to 4 um below the formula
 
 
+@pytest.mark.slow
 def test_a_sensor_of_ones_own_is_named_in_a_robot_file(tmp_path):
     assert "OK: 3.00 N at x = 8.0 mm" in printed_by("own_sensor.py", "--force", "3", folder=tmp_path)
 

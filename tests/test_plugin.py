@@ -146,6 +146,7 @@ def palpate_cell(tmp_path_factory):
     return typed
 
 
+@pytest.mark.slow
 @pytest.mark.xdist_group("wire")
 def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpate_cell):
     assert "bench_arm" in palpate_cell("robot", "check", "bench.yaml")

@@ -192,6 +192,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_measured(tm
 # --- matrix ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_calibration_matrix_inverts_the_sensor(tmp_path):
     sensor = sensor_in(tmp_path)
     loads = written(tmp_path, loads_csv(np.random.default_rng(3)))
@@ -379,6 +380,7 @@ def mounted_csv(rng, change=lambda wrench: wrench):
     return table(f"qw,qx,qy,qz,{WRENCH}", np.hstack([quaternions, change(rows)])), turn.inv()
 
 
+@pytest.mark.slow
 def test_the_sensor_on_the_flange_is_found_and_the_file_has_its_payload(tmp_path):
     sensor = sensor_in(tmp_path)
     text, turn = mounted_csv(np.random.default_rng(2))
@@ -389,6 +391,7 @@ def test_the_sensor_on_the_flange_is_found_and_the_file_has_its_payload(tmp_path
     assert load_sensor_file(sensor).payload.mass == pytest.approx(0.030, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "words"),
     [

@@ -89,6 +89,7 @@ def check_identical(found, least=1000):
 # --- the same again ---
 
 
+@pytest.mark.slow
 def test_a_run_with_noise_sensor_file_and_live_changes_comes_out_bit_for_bit(nano, capsys):
     found = replay_log(nano)
     check_identical(found, 4400)
@@ -103,6 +104,7 @@ def test_a_run_with_noise_sensor_file_and_live_changes_comes_out_bit_for_bit(nan
     assert not list(nano.glob("*.html"))
 
 
+@pytest.mark.slow
 def test_without_the_recorded_changes_it_would_not(nano):
     log = read_log(nano / "latest.mcap")
     found = replay_log(replace(log, changes=log.changes[1:]))

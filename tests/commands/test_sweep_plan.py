@@ -50,6 +50,7 @@ def values(word):
 # --- ranges
 
 
+@pytest.mark.slow
 @given(typed_numbers, typed_numbers, st.integers(2, 40))
 def test_a_range_has_the_floats_nearest_to_the_true_numbers_ends_included(first, last, count):
     if first == last:
@@ -287,6 +288,7 @@ def test_two_at_once_in_a_folder_are_one_too_many(tmp_path):
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_a_writer_that_is_killed_at_whatever_instant_leaves_whole_records_and_no_lock(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "O_TMPFILE", 0, raising=False)  # with it, nothing shows that a kill came in time

@@ -43,6 +43,7 @@ def lines(console):
 # --- progress where the output is captured
 
 
+@pytest.mark.slow
 def test_every_phase_and_every_so_often_a_run_is_a_line_of_its_own(monkeypatch):
     monkeypatch.setattr(progress, "LINE_INTERVAL", 0.0)
     console = captured()

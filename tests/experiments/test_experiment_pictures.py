@@ -196,6 +196,7 @@ def grasp():
     return run_grasp(rise=0.3)
 
 
+@pytest.mark.slow
 def test_what_is_played_begins_with_the_lift_and_shows_the_worst_moment_first(grasp):
     picture = moments_picture(grasp)
     space, *surfaces = picture.panels

@@ -51,6 +51,7 @@ def test_the_shipped_stage_says_what_holds_without_a_file():
     assert felt(plan_of(default)) == felt(plan_of(default, STAGE))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stage-nano17", "turning-stage", "ur5e-sim", "FILE"])
 def test_a_script_that_names_a_robot_gets_what_its_file_says(name, tmp_path):
     if name == "FILE":

@@ -75,6 +75,7 @@ def recognised_run():
 # --- what is found ---
 
 
+@pytest.mark.slow
 def test_mu_and_e_lie_within_their_intervals_which_are_narrow(folder):
     file = load_friction_file(folder / "friction.yaml")
     assert file.friction.lower <= 0.7 <= file.friction.upper
@@ -98,6 +99,7 @@ def test_what_is_kept_reads_back_to_the_same_and_is_a_limit_surface(folder):
     assert surface.spin_length == file.spin_length.value
 
 
+@pytest.mark.slow
 def test_its_log_tells_the_very_same_again(folder, evaluated):
     """Friction, its intervals, and which material it is."""
     kept = load_friction_file(folder / "friction.yaml")

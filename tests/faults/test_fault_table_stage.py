@@ -33,6 +33,7 @@ RESTS = 1e-3
 CASES = [(fault, plain_finger) for fault in ANYWHERE] + [(fault, sensor_finger) for fault in ON_A_SENSOR]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "finger"), CASES, ids=[fault.name for fault, _ in CASES])
 def test_a_fault_ends_in_the_safe_state_within_two_periods(fault, finger):
     rig = stage_rig(finger())

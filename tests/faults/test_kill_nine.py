@@ -116,6 +116,7 @@ def check_killed(found: Killed) -> None:
     assert found.lost <= MOST_LOST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [0.05, 0.55, 0.85])
 def test_after_kill_nine_the_device_stops_itself_and_the_log_is_readable(after, tmp_path):
     check_killed(kill_nine(tmp_path, after))

@@ -72,6 +72,7 @@ def test_from_18_strokes_at_3_percent_p_within_015_and_gamma_within_005_and_the_
     assert sum(off < [1.96 * each.standard_deviations[2] for each in found]) >= 3
 
 
+@pytest.mark.slow
 def test_a_finger_that_turns_beside_the_contact_is_reckoned_with():
     """0.3 mm off, unknown: taken for exact, intervals of p are far too narrow; told, they hold it."""
     rng, law, held = np.random.default_rng(3), law_of(p=1.3), {0.0: 0, 3e-4: 0}
@@ -88,6 +89,7 @@ def test_a_finger_that_turns_beside_the_contact_is_reckoned_with():
     assert held[0.0] < held[3e-4]
 
 
+@pytest.mark.slow
 def test_the_planned_slips_tell_p_and_gamma_better_than_thirds_of_each_kind():
     """Against translate, twist and v = e omega at 1, 2 and 4 N, twice each, over the same surfaces."""
     law, errors = law_of(p=1.75), {True: [], False: []}

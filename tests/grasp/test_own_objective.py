@@ -16,6 +16,7 @@ from support.grasp_families import instances
 from support.opti_grasp import opti_forces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*CONVEX, *OTHERS])
 def test_ipopt_finds_the_same_forces(name):
     objective, subject_to = (CONVEX | OTHERS)[name]

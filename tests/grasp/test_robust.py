@@ -330,6 +330,7 @@ def test_one_contact_fails_as_often_as_its_integral_says():
     assert probability_within_limits(forces[1:], friction, length, of_mu, of_e) == pytest.approx(share, abs=3e-3)
 
 
+@pytest.mark.slow
 def test_sampled_holding_is_what_another_solver_counts():
     """Forces of known friction hold half of the time: shares of clarabel's, whose draws are others'."""
     rng = np.random.default_rng(31)

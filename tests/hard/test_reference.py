@@ -10,6 +10,7 @@ from reference.compare import Answer
 AXES, WRENCH = (1.0, 2.0, 1.5), (0.3, -0.2, -1.0, 0.4, 0.1, 0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cases.ALL)
 def test_the_stored_answers_are_those_of_the_reference_and_satisfy_the_equations(name):
     """Surface, moment balance, torque along the normal, pushing: a few of every category, solved again."""

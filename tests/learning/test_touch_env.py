@@ -400,6 +400,7 @@ def test_an_emulated_robot_is_learnt_with_as_well_and_nothing_is_left_running(tm
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("reads ")]
 
 
+@pytest.mark.slow
 def test_several_environments_at_once_are_those_of_their_seeds():
     together = gymnasium.make_vec("palpate/Touch-v0", num_envs=2, vectorization_mode="sync", duration=0.1)
     seen, _ = together.reset(seed=5)

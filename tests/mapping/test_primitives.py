@@ -57,6 +57,7 @@ def shapes(rng):
     yield BoxShape(c, R, np.array([1.0, 0.8, 0.6]), 0.2, FIVE_FACES)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(seed=seeds)
 def test_slopes_are_those_of_the_residuals(seed):
@@ -129,6 +130,7 @@ def test_the_fit_moves_and_scales_with_the_contacts(kind, seed, exponent):
     assert b.normal_sd == pytest.approx(a.normal_sd, rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [kind for kind, sizes in SIZES.items() if sizes])
 def test_claimed_standard_deviations_hold(kind):
     rng = np.random.default_rng(3)

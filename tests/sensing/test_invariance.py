@@ -126,6 +126,7 @@ SIMILARITIES = {
 }
 
 
+@pytest.mark.slow
 @every_tip
 @both_models
 @pytest.mark.parametrize("change", SIMILARITIES)

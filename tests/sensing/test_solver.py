@@ -112,6 +112,7 @@ def test_a_contact_stays_as_it_is_when_the_next_is_found():
         first.centroid[0] = 0.0
 
 
+@pytest.mark.slow
 def test_threads_and_processes_share_it():
     for surface in SURFACES[1::5]:
         solver = pickle.loads(pickle.dumps(Solver(surface, "hard")))

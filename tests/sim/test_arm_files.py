@@ -369,6 +369,7 @@ def step_tested(model, behind, start, bandwidth, period=1e-3):
     return step_test(carrier, TIP, start, Fidelity(), period), computed, 2.0 / bandwidth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "behind", "start", "bandwidth"),
     [

@@ -87,6 +87,7 @@ def test_a_tip_starts_upright_where_it_was_placed_and_stays_there(carrier):
         assert sample.wrenches[0].acceleration[2] == pytest.approx(GRAVITY, rel=1e-6)
 
 
+@pytest.mark.slow
 @carriers
 @pytest.mark.parametrize("friction", [None, RUBBER], ids=["MuJoCo's friction", "plant"])
 def test_the_sensor_feels_the_true_contact(carrier, friction):

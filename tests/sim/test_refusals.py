@@ -394,6 +394,7 @@ PRESSES = [
 ROWS = [*SENSORS, *CONTACTS, *OBJECTS, *TIPS, *CARRIERS, *HANDS, *PRESSES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("call", "message"), ROWS, ids=[f"{i}-{row[1]}" for i, row in enumerate(ROWS)])
 def test_a_bad_input_is_refused_by_name(call, message):
     with pytest.raises(InvalidValueError, match=message):

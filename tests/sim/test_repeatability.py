@@ -178,6 +178,7 @@ SCENES = {
 """Back end with its commands; periods after which it is in mid-motion."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SCENES)
 def test_a_run_continues_from_a_snapshot_bit_for_bit(kind):
     """Here, in a back end that was never started and in one that is elsewhere; a restart repeats all of it."""

@@ -66,6 +66,7 @@ def test_quadrics(make):
     check_surface(make())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("placed", [{}, FRAME], ids=["own frame", "placed"])
 @pytest.mark.parametrize("name", TIPS)
 def test_other_fingertips(name, placed):
@@ -89,6 +90,7 @@ def turning_stage():
 SIMULATIONS = {kind: lambda make=make: make(1)[0] for kind, make in BACKENDS.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "make", [SpringPlane, turning_stage, *SIMULATIONS.values()], ids=["plane", "turning", *SIMULATIONS]
 )

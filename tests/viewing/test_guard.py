@@ -136,6 +136,7 @@ def test_viewers_are_so_many_and_one_more_gets_a_sentence(server):
     until(lambda: socket_status(server, f"/?token={server.guard.token}", {}) == 101)
 
 
+@pytest.mark.slow
 def test_connections_that_never_finish_a_request_make_room(server):
     address = ("127.0.0.1", server.get_port())
     with contextlib.ExitStack() as silent:

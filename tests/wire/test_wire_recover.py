@@ -38,6 +38,7 @@ def log(emulator):
     return emulator.control.log("ur")
 
 
+@pytest.mark.slow
 def test_what_is_well_is_reported_and_left_alone(cell, capsys):
     emulator, path = cell
     before = log(emulator)

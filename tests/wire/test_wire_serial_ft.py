@@ -287,6 +287,7 @@ def test_a_line_that_is_not_there_or_in_use_fails_to_start(tmp_path: Path) -> No
             second.start()
 
 
+@pytest.mark.slow
 def test_it_leaves_nothing_behind(tmp_path: Path) -> None:
     files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()
     for kind in ("bota", "resense"):

@@ -115,6 +115,7 @@ def test_faults_of_the_start_reach_the_client(
         client.end()
 
 
+@pytest.mark.slow
 def test_an_emulator_listens_on_loopback_only_and_reports_a_taken_address_and_its_end() -> None:
     with EmulatorProcess(SimpleUr(OTHER)) as process:
         children = psutil.Process(os.getpid()).children(recursive=True)

@@ -45,6 +45,7 @@ LOAD = (1.2, -0.4, 5.1, 0.02, 0.3, -0.01)
 STATE = UrState(1.0, 1.0, 12.346, JOINTS, MOVING, POSE, MOVING, LOAD, 2, 7, 1, 1.0, 0.8, 0)
 
 
+@pytest.mark.slow
 @given(st.tuples(SIX, SIX, SIX, SIX, SIX), st.integers(0, 2**31), st.integers(0, 10**9))
 def test_one_end_reads_what_the_other_writes_bit_for_bit(sixes, bits, lost):
     file = new_memory()

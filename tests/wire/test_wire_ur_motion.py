@@ -149,6 +149,7 @@ def test_a_profile_keeps_its_limits_and_never_overshoots(
     assert previous <= 1.01 * acceleration * dt * fraction + math.sqrt(2.0 * acceleration * ZERO_LENGTH)
 
 
+@pytest.mark.slow
 def test_a_linear_move_is_straight_keeps_its_speed_and_takes_its_time_which_the_slider_stretches() -> None:
     took = []
     for fraction in (1.0, 0.5):
@@ -199,6 +200,7 @@ def test_a_speed_accelerates_as_commanded_goes_on_until_stopped_and_follows_the_
     assert bench.reply == 1
 
 
+@pytest.mark.slow
 @given(joint=st.integers(0, 5), speed=st.floats(-0.3, 0.3))
 @settings(max_examples=10, deadline=None)
 def test_joint_speeds_turn_the_commanded_joints_and_follow_the_slider(joint: int, speed: float) -> None:
@@ -231,6 +233,7 @@ def test_servoed_joints_reach_their_goal_as_its_lag_says() -> None:
     assert bench.robot.arm.joints == pytest.approx(goal, abs=1e-6)
 
 
+@pytest.mark.slow
 @given(
     robot_base=st.tuples(*[st.floats(-1.0, 1.0)] * 6),
     tip=st.tuples(*[st.floats(-0.1, 0.1)] * 6),
@@ -321,6 +324,7 @@ def test_force_is_that_of_the_object_about_the_tcp_without_the_payload() -> None
     assert bench.force[:3] == pytest.approx((0.0, 0.0, 1.2 * 9.82), abs=1e-9)
 
 
+@pytest.mark.slow
 @given(st.floats(5.0, 50.0))
 @settings(max_examples=10, deadline=None)
 def test_the_watchdog_waits_for_its_set_time(frequency: float) -> None:
@@ -371,6 +375,7 @@ def test_an_asynchronous_move_is_reported_and_stopped() -> None:
     assert rest[0] < target[0] - 0.05
 
 
+@pytest.mark.slow
 def test_a_protective_stop_holds_still_and_cannot_be_unlocked_at_once() -> None:
     bench = Bench()
     bench.write(SPEED_L, (0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))

@@ -73,6 +73,7 @@ def gone(pid: int) -> bool:
     return not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
 
 
+@pytest.mark.slow
 def test_an_arm_is_brought_up_moves_tares_stops_and_leaves_nothing(tmp_path):
     files = len(os.listdir("/proc/self/fd"))
     settings = replace(PATIENT, payload=FlangePayload(0.4, (0.0, 0.0, 0.05)), speed_slider=0.5)
@@ -185,6 +186,7 @@ def test_a_failed_start_is_reported_and_loads_nothing(tmp_path, capfd, fault, li
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGABRT])
 def test_the_death_of_the_client_is_reported_by_the_next_call(tmp_path, how):
     with arm_on(tmp_path) as arm:
@@ -196,6 +198,7 @@ def test_the_death_of_the_client_is_reported_by_the_next_call(tmp_path, how):
         arm.read()
 
 
+@pytest.mark.slow
 def test_an_old_state_is_blamed_on_controller_or_client_and_a_late_one_is_accepted(tmp_path, monkeypatch):
     """The client publishes its beat more often than states: where both are old, it is not the controller."""
     with arm_on(tmp_path) as arm:
@@ -235,6 +238,7 @@ def test_a_client_that_hangs_is_noticed_and_replaced(tmp_path, monkeypatch):
         arm.tare()
 
 
+@pytest.mark.slow
 def test_an_abandoned_reply_is_not_taken_for_the_next_one(tmp_path):
     """As after Ctrl-C in the middle of a request."""
     with arm_on(tmp_path) as arm:
@@ -244,6 +248,7 @@ def test_an_abandoned_reply_is_not_taken_for_the_next_one(tmp_path):
             arm.tare()
 
 
+@pytest.mark.slow
 def test_files_with_the_names_of_python_s_modules_do_not_get_into_the_client(tmp_path, monkeypatch):
     """A working folder may have a queue.py and a socket.py of its own."""
     work = tmp_path / "work"

@@ -300,6 +300,7 @@ def test_rubbish_neither_stops_nor_misleads_the_controller(packages: int, seed: 
     assert broken > packages // 1200
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=400), max_size=20))
 def test_the_script_port_accepts_anything(pieces: list[bytes]) -> None:
     programs(*pieces)

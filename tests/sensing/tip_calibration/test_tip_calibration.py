@@ -207,6 +207,7 @@ def egg(semi_axes):
     )
 
 
+@pytest.mark.slow
 def test_another_shape_is_told_and_its_deviations_are_a_surface() -> None:
     axes = (0.008, 0.00805, 0.0081)
     round_one = _fitted(SPHERE, NANO17, 4, 50, egg((0.008, 0.0081, 0.0082)))[1]
