@@ -118,5 +118,6 @@ def _end_with(run, folder, environment, outputs) -> None:
 def _forget() -> None:
     """Empty what palpate remembers of its surroundings: experiments, commands, plug-ins."""
     for cached in gc.get_objects():
-        if isinstance(cached, functools._lru_cache_wrapper) and str(cached.__module__).startswith("palpate"):
+        # the type itself: `isinstance` would ask a weak proxy, whose object may be gone
+        if type(cached) is functools._lru_cache_wrapper and str(cached.__module__).startswith("palpate"):
             cached.cache_clear()
