@@ -286,7 +286,7 @@ def test_the_end_of_a_blocked_leg_is_reported_with_its_reason():
     path.next(LegResult(LegEnd.REACHED, (0.0, 0.0, 0.0)))
     first = path.next(LegResult(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
     second = path.next(LegResult(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
-    assert (*first.to, *second.to) == pytest.approx((0.012, 0.0, 0.016, 0.0))
+    assert (*first.to, *second.to) == pytest.approx((0.012, 0.0, 0.016, 0.0))  # pyright: ignore[reportAttributeAccessIssue]
     assert [mark.event for mark in path.marks] == [PathEvent.BLOCKED, PathEvent.UNREACHABLE]
     assert "force" in path.marks[0].reason
     assert path.marks[1].position == pytest.approx((0.012, 0.0, 0.05))

@@ -81,7 +81,7 @@ class Swept:
         begin = begin or min(places(outline, raster), key=lambda p: (outline(*p) > -1.5e-3, p[1], p[0]))
         self.strategy, felt = RasterRows(raster, begin=begin), []
         feel = self.strategy.feel
-        self.strategy.feel = lambda contact: felt.append(contact.tip[:2]) or feel(contact)
+        self.strategy.feel = lambda contact: felt.append(contact.tip[:2]) or feel(contact)  # pyright: ignore[reportAttributeAccessIssue]
         world = (HeightWorld if sharp is None else Rolling)(
             (lambda u, v: -10.0 * max(outline(u, v), 0.0)) if sharp is None else outline,
             steep=math.radians(70.0),

@@ -107,7 +107,7 @@ def test_a_contact_stays_as_it_is_when_the_next_is_found():
     assert type(first) is Contact
     for result in (first, contacts_from_wrenches(SURFACES[1], WRENCHES)):
         with pytest.raises(FrozenInstanceError):
-            result.normal_force = 0.0
+            result.normal_force = 0.0  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(ValueError, match="read-only"):
         first.centroid[0] = 0.0
 

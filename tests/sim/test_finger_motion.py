@@ -99,7 +99,8 @@ def test_each_finger_presses_with_its_grip_force(tmp_path, n, joints):
     sensors = hand.sensor_poses(truth.joint_position)
     for i, (felt, pose, load) in enumerate(zip(truth.fingers, sensors, sample.wrenches, strict=True)):
         along = np.array(pose.rotation).T @ felt.force
-        assert (hand.closing_axes(i) @ felt.force)[0] == pytest.approx(-3.0, abs=0.02)
+        closing = hand.closing_axes(i) @ felt.force  # pyright: ignore[reportAttributeAccessIssue]
+        assert closing[0] == pytest.approx(-3.0, abs=0.02)
         weight = hand.tips[0].mass * np.array(load.acceleration)
         assert np.array(load.wrench[:3]) + weight == pytest.approx(along, abs=1e-6)
 

@@ -226,14 +226,14 @@ def test_shapes_are_frozen_values(shape):
     given = np.array(size) if shape is Ellipsoid else size
     surface, plain = shape(given, center=center, rotation=R), shape(**{name: size})
     for array in (center, R, *([given] if shape is Ellipsoid else [])):
-        array[0] = 9.0
+        array[0] = 9.0  # pyright: ignore[reportIndexIssue]
     for tip, expected in ((surface, (size, (1, 2, 3), NINETY_DEGREES)), (plain, (size, (0, 0, 0), EYE))):
         for attribute, wanted in zip((name, "center", "rotation"), expected, strict=True):
             np.testing.assert_array_equal(getattr(tip, attribute), wanted)
             with pytest.raises(AttributeError):
                 setattr(tip, attribute, wanted)
     with pytest.raises((AttributeError, TypeError)):
-        surface.colour = "red"
+        surface.colour = "red"  # pyright: ignore[reportAttributeAccessIssue]
     for array in (surface.center, surface.rotation):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
