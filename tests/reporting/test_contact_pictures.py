@@ -1,4 +1,4 @@
-"""Pictures of friction, of loads inside a limit surface, and of grasp forces; captions state only what was measured."""
+"""Pictures of friction, of loads inside a limit surface, and of grasp forces."""
 
 from dataclasses import replace
 

@@ -23,9 +23,8 @@ from reporting.every_report import KINDS, html_of
 from reporting.test_report import parsed
 from viewing.browser import needs_browser, page
 
-QUICK = ("runs", "sweep")
-IN_BROWSER = [QUICK[0], *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != QUICK[0])]
-EVERY = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS]
+QUICK = "runs"
+IN_BROWSER = [QUICK, *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != QUICK)]
 
 PHONE = 400
 
@@ -71,12 +70,18 @@ def is_number(told):
     return True
 
 
-@pytest.fixture
-def pictures(monkeypatch):
-    """Every picture that is put into a page meanwhile."""
+def written(kind, typed, folder):
+    """Return the page of a report and its pictures."""
     seen, card = [], page_module._card
-    monkeypatch.setattr(page_module, "_card", lambda picture, n: seen.append(picture) or card(picture, n))
-    return seen
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page_module, "_card", lambda picture, n: seen.append(picture) or card(picture, n))
+        return html_of(kind, typed, folder), seen
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def report(request, tmp_path_factory):
+    """One page of each kind and its pictures, for all tests of the module."""
+    return written(request.param, "A name.", tmp_path_factory.mktemp("report"))
 
 
 def labels(panel):
@@ -86,37 +91,34 @@ def labels(panel):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", EVERY)
-def test_every_picture_has_a_sentence_and_units_and_can_be_printed(kind, pictures, tmp_path):
-    html = html_of(kind, "A name.", tmp_path)
+def test_every_picture_has_a_sentence_and_units_and_can_be_printed(report):
+    html, pictures = report
     assert pictures
     assert html.count("<figcaption>") == html.count("<figure") == len(pictures)
     for picture in pictures:
         assert re.fullmatch(r"\w.{30,}[.]", picture.caption, re.DOTALL), picture.title
-        told = [label for panel in picture.panels for label in labels(panel)]
-        assert all("[" in each or UNITLESS.search(each) for each in told if each), (picture.title, told)
+        shown = [label for panel in picture.panels for label in labels(panel)]
+        assert all("[" in each or UNITLESS.search(each) for each in shown if each), (picture.title, shown)
         assert len(paper_figure(picture).axes) >= len(picture.panels)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", EVERY)
-def test_every_number_has_a_cell_for_its_unit(kind, tmp_path):
+def test_every_number_has_a_cell_for_its_unit(report):
     """The cell is empty beside a ratio or a count, as `test_a_ratio_or_count_has_no_unit...` states."""
     counted = 0
-    for row in Tables(html_of(kind, "a name", tmp_path)).rows:
+    for row in Tables(report[0]).rows:
         classes = [name for name, _ in row]
         if classes == ["name", "value"]:
-            continue  # what was asked: its units stand in the words
-        if any(is_number(told) for name, told in row if name == "value"):
+            continue  # settings: their units stand in the words
+        if any(is_number(text) for name, text in row if name == "value"):
             counted += 1
-            assert any(str(name).startswith("unit") for name, _ in row), row
+            assert any(str(name).startswith("unit") for name in classes), row
     assert counted
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", EVERY)
-def test_parts_come_in_the_same_order_and_nothing_from_outside(kind, tmp_path):
-    html = html_of(kind, "a name", tmp_path)
+def test_parts_come_in_the_same_order_and_nothing_from_outside(report):
+    html, _ = report
     order = [html.index(part) for part in ("<h1>", 'class="asked"', 'class="outcome"', "<figure", "What to do")]
     order += [html.index("How to repeat it"), html.index("<footer>")]
     assert order == sorted(order)
@@ -166,43 +168,44 @@ def test_a_ratio_or_count_has_no_unit_and_says_nothing_of_it():
     assert table(rows, ("name", "value", "unit", "note")).count('<td class="unit"></td>') == 1
 
 
-def at_width(browser, width):
-    browser.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
-
-
-def in_theme(browser, theme):
+def brightness(browser, theme):
     feature = {"name": "prefers-color-scheme", "value": theme}
     browser.call("Emulation.setEmulatedMedia", features=[feature])
-
-
-def brightness(browser):
     return float(np.asarray(Image.open(io.BytesIO(browser.screenshot())).convert("L")).mean())
 
 
-@needs_browser
-@pytest.mark.parametrize("kind", IN_BROWSER)
-def test_a_browser_without_network_draws_it_and_runs_nothing_else(kind, pictures, tmp_path):
-    path, profile = tmp_path / "report.html", tmp_path / "profile"
-    path.write_text(html_of(kind, HOSTILE, tmp_path), encoding="utf-8")
-    with page(profile, "about:blank") as browser:
+@pytest.fixture(scope="module")
+def offline(tmp_path_factory):
+    """A browser without network and as narrow as a phone, for the reports of all kinds."""
+    with page(tmp_path_factory.mktemp("profile"), "about:blank") as browser:
         browser.call("Network.enable")
         browser.call("Log.enable")
         browser.call(
             "Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0
         )
-        at_width(browser, PHONE)
-        browser.call("Page.navigate", url=path.as_uri())
-        browser.wait_for("document.body.dataset.shown === 'all'")
-        drawn = browser.evaluate("document.querySelectorAll('.plot .main-svg').length > 0")
-        assert drawn == (len(pictures) > 0)
-        assert browser.evaluate("[...document.querySelectorAll('.plot')].every(each => each.data.length >= 0)")
-        assert browser.evaluate("window.ran === undefined")
-        assert browser.evaluate("document.querySelectorAll('iframe, object').length") == 0
-        assert "<script>" in browser.evaluate("document.body.innerText"), "it is shown as it was typed"
-        assert browser.evaluate("document.scrollingElement.scrollWidth") <= PHONE
-        light = brightness(browser)
-        in_theme(browser, "dark")
-        assert brightness(browser) < 90.0 < 180.0 < light
-        assert browser.errors == []
-        assert browser.complaints == []
-        assert all(url.startswith(("file://", "data:", "about:", "blob:")) for url in browser.requests)
+        browser.call(
+            "Emulation.setDeviceMetricsOverride", width=PHONE, height=900, deviceScaleFactor=1, mobile=False
+        )
+        yield browser
+
+
+@needs_browser
+@pytest.mark.parametrize("kind", IN_BROWSER)
+def test_a_browser_without_network_draws_it_and_runs_nothing_else(kind, offline, tmp_path):
+    path = tmp_path / "report.html"
+    html, pictures = written(kind, HOSTILE, tmp_path)
+    path.write_text(html, encoding="utf-8")
+    for former in (offline.errors, offline.complaints, offline.requests):
+        former.clear()
+    offline.call("Page.navigate", url=path.as_uri())
+    offline.wait_for(f"location.href === '{path.as_uri()}' && document.body.dataset.shown === 'all'")
+    assert offline.evaluate("document.querySelectorAll('.plot .main-svg').length > 0") == bool(pictures)
+    assert offline.evaluate("[...document.querySelectorAll('.plot')].every(each => each.data.length >= 0)")
+    assert offline.evaluate("window.ran === undefined")
+    assert offline.evaluate("document.querySelectorAll('iframe, object').length") == 0
+    assert "<script>" in offline.evaluate("document.body.innerText"), "it is shown as it was typed"
+    assert offline.evaluate("document.scrollingElement.scrollWidth") <= PHONE
+    assert brightness(offline, "dark") < 90.0 < 180.0 < brightness(offline, "light")
+    assert offline.errors == offline.complaints == []
+    assert offline.requests
+    assert all(url.startswith(("file://", "data:", "about:", "blob:")) for url in offline.requests)
