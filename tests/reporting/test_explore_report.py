@@ -1,4 +1,4 @@
-"""The report on an exploration: figures that mean something, and whatever is missing, the rest is told."""
+"""The report on an exploration: its figures, the growth of its map, and reports of runs that lack something."""
 
 import functools
 import io
@@ -8,15 +8,27 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from mapping.raster import RADIUS, sphere_cap
+from palpate.controllers.paths import Mark, PathEvent
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.growth_picture import growth_picture
+from palpate.experiments.explore.map_growth import SHARES, MapGrowth, map_growth
 from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.snapshots_picture import snapshots_picture
+from palpate.mapping import SurfaceMap
+from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
 from palpate.mapping.primitives.sphere import SphereShape
+from palpate.mapping.surface_map.mesh import surface_mesh
 from palpate.reporting.page import report_page
+from palpate.reporting.plots import plots
 from palpate.reporting.terminal import key_figures
+from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
 from reporting.test_report import parsed
+from support.drawn import panels as drawn_panels
 from support.explore_runs import pictures, section, untrue
 
+GREW = "How the map grew"
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 
 
@@ -29,15 +41,22 @@ def figures(report):
     return {figure.name: figure for figure in report.figures}
 
 
-@pytest.mark.parametrize("name", ["sphere", "ellipsoid", "box", "cylinder"])
-def test_the_table_fits_80_columns(name):
+@pytest.mark.parametrize(
+    ("name", "title"),
+    [
+        ("sphere", "of a sphere"),
+        ("ellipsoid", "of an ellipsoid"),
+        ("box", "of a box"),
+        ("cylinder", "of a cylinder"),
+    ],
+)
+def test_the_title_has_an_article_and_the_table_fits_80_columns(name, title):
     report = exploration_report(exploration(name))
+    assert title in report.title
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(key_figures(report.title, report.outcome, report.figures))
-    rows = [
-        line for line in console.export_text().splitlines() if line.startswith("\N{BOX DRAWINGS LIGHT VERTICAL}")
-    ]
-    assert len(rows) == len(report.figures)  # none wrapped
+    rows = [line for line in console.export_text().splitlines() if line.startswith("\u2502")]
+    assert len(rows) == len(report.figures), "a row is wrapped"
 
 
 def test_a_sphere_has_a_radius_with_a_band_that_holds_it():
@@ -63,15 +82,10 @@ def test_the_flat_top_of_a_box_is_a_plane():
     assert figures(exploration_report(exploration("box")))["shape"].value == "plane"
 
 
-@pytest.mark.parametrize(("name", "title"), [("ellipsoid", "of an ellipsoid"), ("box", "of a box")])
-def test_grammar(name, title):
-    assert title in exploration_report(exploration(name)).title
-
-
-def test_nothing_mapped_nothing_said():
-    told = exploration_report(replace(exploration("sphere"), map=None))
-    assert not {"shape", "map to true surface, RMS"} & set(figures(told))
-    assert not {"The map", "How the map grew", "Which shape it is"} & {each.heading for each in told.sections}
+def test_without_a_map_its_figures_and_sections_are_left_out():
+    report = exploration_report(replace(exploration("sphere"), map=None))
+    assert not {"shape", "map to true surface, RMS"} & set(figures(report))
+    assert not {"The map", GREW, "Which shape it is"} & {each.heading for each in report.sections}
 
 
 def select(found, kept):
@@ -99,9 +113,127 @@ def test_whatever_is_missing_the_rest_is_reported(cut):
     assert len(html) < 4_000_000, "small enough to send"
 
 
-def test_what_only_the_simulation_knows_is_told_of_a_simulation_alone():
-    found = exploration("sphere")
-    told = exploration_report(untrue(found))
-    assert "true" not in pictures(told, "The surface")["Touched surface"].caption
-    assert not pictures(told, "Errors of single points")
-    assert section(told, "Over time").parts
+def test_a_report_of_a_real_run_claims_no_truth():
+    report = exploration_report(untrue(exploration("sphere")))
+    assert "true" not in pictures(report, "The surface")["Touched surface"].caption
+    assert not pictures(report, "Errors of single points")
+    assert section(report, "Over time").parts
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    """An exploration of a small patch with a noisy force."""
+    config = ExploreConfig(object="ellipsoid", speed=0.05, width=0.014, depth=0.01, force_noise=0.01)
+    return explore(config)
+
+
+@pytest.fixture(scope="module")
+def growth(noisy) -> MapGrowth:
+    assert noisy.growth is not None
+    return noisy.growth
+
+
+def test_more_and_more_is_known(growth, noisy):
+    """Area never shrinks, path length, time and contacts neither, and the end is the map that was made."""
+    curve = growth.curve
+    for value in (curve.time, curve.contacts, curve.path_length):
+        assert (np.diff(value) >= 0.0).all()
+    assert (np.diff(curve.area) >= -0.02 * curve.area[-1]).all(), "but for ragged edges"
+    whole = MeshFigures.of(noisy.map.mesh)
+    assert curve.area[-1] == pytest.approx(whole.area, rel=0.05)
+    assert curve.middle[-1] == pytest.approx(whole.middle, rel=0.1)
+    known = np.isfinite(curve.middle)
+    assert (curve.middle <= curve.tail)[known].all()
+    assert (known == (curve.area > 0.0)).all()
+    assert curve.contacts[-1] == len(noisy.cloud)
+
+
+def test_snapshots_show_shares_of_the_path(growth):
+    curve = growth.curve
+    assert curve.path_length / curve.path_length[-1] == pytest.approx(SHARES, abs=0.01)
+    for moment, each in enumerate(growth.snapshots):
+        done = float(np.linalg.norm(np.diff(each.done[:, :2], axis=0), axis=1).sum())
+        assert done <= curve.path_length[moment] + 1e-3
+        assert len(each.mesh.triangles) == 0 or curve.area[moment] > 0.0
+    assert not len(growth.snapshots[-1].to_go), "nothing is left at the end"
+    middle = growth.snapshots[SHARES.index(0.3)]
+    assert middle.to_go[0] == pytest.approx(middle.done[-1]), "it goes on from where the tip is"
+
+
+def test_marks_come_when_they_were_made(noisy):
+    record, middle = noisy.record, noisy.record.time[len(noisy.record.time) // 2]
+    mark = ShownMark("edge", (0.0, 0.0, 0.1))
+    plans = (
+        PlanChange(record.time[0], ShownPlan("stroke", ((0.0, 0.0, 0.0),))),
+        PlanChange(middle, ShownPlan("", (), (0.0, 0.0, 1.0), (mark,))),
+    )
+    grown = map_growth(noisy.cloud, record, noisy.map.surface, plans)
+    for time, each in zip(grown.curve.time, grown.snapshots, strict=True):
+        assert tuple(each.marks) == ((mark,) if time >= middle - record.time[0] else ())
+
+
+def test_a_map_that_grew_has_a_section_of_its_growth(noisy):
+    assert set(pictures(exploration_report(noisy), GREW)) == {"Growth of the map", "The map while it grew"}
+    nothing = noisy.cloud.select(np.zeros(len(noisy.cloud), bool))
+    assert map_growth(nothing, noisy.record, noisy.map.surface, ()) is None
+
+
+def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
+    marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(PathEvent))
+    last = replace(growth.snapshots[-1], marks=marks)
+    picture = snapshots_picture(replace(growth, snapshots=(*growth.snapshots[:-1], last)))
+    (space,) = drawn_panels(picture)
+    (steps,) = space.marks
+    assert len(steps.marks) == len(picture.steps) == len(SHARES)
+    colours = [c for marks in steps.marks for mark in marks for c in getattr(mark, "colourings", ())]
+    assert {(each.low, each.high) for each in colours} == {(0.0, 1e6 * growth.largest_sd)}
+    named = {mark.name for marks in steps.marks for mark in marks}
+    assert named == {"map", "path of the tip", "tip", "still to go", *(event.value for event in PathEvent)}
+    assert "100 % of the path" in picture.steps[picture.step]
+    assert "1 x edge" in picture.caption
+    ends = plots(picture)[0]["layout"]["scene"]["xaxis"]["range"]
+    assert ends[0] < 1e3 * min(each.done[:, 0].min() for each in growth.snapshots), "the frame of all steps"
+
+
+def test_curves_are_over_path_length_time_and_contacts(growth):
+    panels = drawn_panels(growth_picture(growth))
+    assert [panel.x.label for panel in panels[:3]] == ["path length [mm]", "time [s]", "contacts"]
+    assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.curve.area) for panel in panels[:3])
+    assert len({(mark.colour, mark.dash) for mark in panels[3].marks}) == len(panels[3].marks), "a line each"
+
+
+def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth, noisy):
+    nothing = replace(growth.curve, area=0.0 * growth.curve.area)
+    empty = tuple(replace(each, mesh=surface_mesh(SurfaceMap())) for each in growth.snapshots)
+    other = replace(noisy)
+    vars(other)["growth"] = MapGrowth(nothing, empty)  # in the place of what it would compute
+    drawn = pictures(exploration_report(other), GREW)
+    ((title, picture),) = drawn.items()
+    assert title == "The map while it grew"
+    assert "nothing of the surface counts as observed" in picture.caption
+    assert "nan" not in picture.caption + " ".join(picture.steps)
+
+
+def test_figures_of_a_mesh_are_those_of_its_area():
+    """A cap of a sphere: area by its height, and half of it below the median."""
+    cloud = sphere_cap(half=0.008, row=0.002)
+    mesh = surface_mesh(SurfaceMap.learned(cloud))
+    figures = MeshFigures.of(mesh)
+    x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
+    # the plan of the mesh, stretched by 1 / n_z
+    plan = np.ptp(x) * np.ptp(y)
+    assert plan * 0.9 < figures.area < plan * (1.0 + 0.5 * (0.0114 / RADIUS) ** 2) * 1.02
+    area, sd = triangle_areas(mesh.vertices, mesh.triangles), mesh.sd[mesh.triangles].mean(axis=1)
+    assert area[sd <= figures.middle].sum() == pytest.approx(0.5 * figures.area, rel=0.02)
+    assert area[sd <= figures.tail].sum() == pytest.approx(0.95 * figures.area, rel=0.02)
+    bigger = replace(mesh, vertices=3.0 * mesh.vertices)
+    assert MeshFigures.of(bigger).area == pytest.approx(9.0 * figures.area)
+
+
+@pytest.mark.parametrize("size", [0.005, 0.05, 0.5])
+def test_a_mesh_stays_small(size):
+    points = np.random.default_rng(0).uniform(0.0, size, (1000, 3)) * [1.0, 1.0, 0.1]
+    voxel = voxel_for(points, 5e-4, 3000)
+    assert voxel >= 5e-4
+    assert (size / voxel) ** 2 <= 3000
+    assert voxel_for(np.zeros((0, 3)), 5e-4, 3000) == 5e-4
