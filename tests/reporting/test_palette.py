@@ -65,22 +65,22 @@ def test_lines_over_time_can_be_read_on_the_ground_of_every_phase(theme):
         assert contrast(getattr(line, theme), getattr(phase, theme)) >= DRAWN_CONTRAST, (line.name, phase.name)
 
 
+TOGETHER = (
+    (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND),
+    (palette.FELT, palette.COMMAND),
+    (palette.FELT, palette.TRUTH, palette.SPIN_COLOUR, palette.SET),
+    palette.SIDE_BY_SIDE[:3],
+)
+"""Colours in one picture: of forces, of a replay, of a grasp, of runs side by side."""
+
+
 @pytest.mark.parametrize("theme", THEMES)
 @pytest.mark.parametrize("eyes", list(BLIND))
-@pytest.mark.parametrize(
-    "together",
-    [
-        (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND),
-        (palette.FELT, palette.COMMAND),
-        (palette.FELT, palette.TRUTH, palette.SPIN_COLOUR, palette.SET),
-        palette.SIDE_BY_SIDE[:3],
-    ],
-    ids=["force", "replay", "grasp", "runs"],
-)
-def test_what_stands_in_one_picture_is_told_apart_by_all_eyes(theme, eyes, together):
-    seen = {each.name: lab(np.array(BLIND[eyes]) @ linear(getattr(each, theme))) for each in together}
-    for one, other in itertools.combinations(seen, 2):
-        assert np.linalg.norm(seen[one] - seen[other]) >= APART, (one, other)
+def test_all_eyes_can_distinguish_the_colours_of_one_picture(theme, eyes):
+    for colours in TOGETHER:
+        seen = {each.name: lab(np.array(BLIND[eyes]) @ linear(getattr(each, theme))) for each in colours}
+        for one, other in itertools.combinations(seen, 2):
+            assert np.linalg.norm(seen[one] - seen[other]) >= APART, (one, other)
 
 
 def test_every_colour_is_one_thing():

@@ -1,4 +1,4 @@
-"""The page of a report, its file, its table on a terminal, and figures as they are shown."""
+"""The page of a report, its file, its table on a terminal and its fragment in a notebook."""
 
 import io
 from dataclasses import replace
@@ -13,6 +13,7 @@ from palpate.errors import InvalidValueError
 from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure, TimeSeries
 from palpate.reporting.force_picture import force_overview
+from palpate.reporting.notebook import report_fragment
 from palpate.reporting.page import report_page, write_report
 from palpate.reporting.report import NOTHING, FigureTable, Paragraph, Pictures, Report, Section, TextTable
 from palpate.reporting.terminal import key_figures
@@ -83,12 +84,9 @@ def test_the_figures_of_sections_count_as_the_reports():
     assert report.all_figures == (*PLAIN.figures, *more)
 
 
-def test_the_same_run_gives_the_same_report():
-    assert report_page(PLAIN) == report_page(PLAIN)
-
-
 def test_the_file_is_the_report_and_a_failed_write_leaves_the_former(tmp_path, monkeypatch):
     path = tmp_path / "report.html"
+    assert report_page(PLAIN) == report_page(PLAIN), "the same report gives the same bytes"
     monkeypatch.setattr(page_module, "report_page", lambda _: "<p>\N{GREEK SMALL LETTER MU}</p>")
     write_report(PLAIN, path)
     assert path.read_bytes() == b"<p>\xce\xbc</p>"
@@ -100,17 +98,14 @@ def test_the_file_is_the_report_and_a_failed_write_leaves_the_former(tmp_path, m
 
 
 @pytest.mark.parametrize(
-    ("value", "text"),
-    [(3.0, "3"), (28801.0, "28801"), (0.0123456, "0.01235"), (39.99996, "40.00"), (12345.6, "12346"),
-     (1234.5, "1234"), (float("nan"), "-"), (float("inf"), "inf"), (1.5e-9, "1.500e-09"), ("done", "done")],
+    ("value", "digits", "text"),
+    [(3.0, {}, "3"), (28801.0, {}, "28801"), (0.0123456, {}, "0.01235"), (39.99996, {}, "40.00"),
+     (12345.6, {}, "12346"), (1234.5, {}, "1234"), (float("nan"), {}, "-"), (float("inf"), {}, "inf"),
+     (1.5e-9, {}, "1.500e-09"), ("done", {}, "done"),
+     (40.037, {"digits": 5}, "40.037"), (12345.6, {"digits": 5}, "12346")],
 )  # fmt: skip
-def test_key_figures_show_four_digits(value, text):
-    assert KeyFigure("x", value).text == text
-
-
-def test_key_figures_show_as_many_digits_as_asked_for():
-    assert KeyFigure("x", 40.037, digits=5).text == "40.037"
-    assert KeyFigure("x", 12345.6, digits=5).text == "12346"
+def test_key_figures_show_four_digits_or_as_many_as_asked_for(value, digits, text):
+    assert KeyFigure("x", value, **digits).text == text
 
 
 def test_terminal_table_shows_text_as_it_is():
@@ -119,11 +114,6 @@ def test_terminal_table_shows_text_as_it_is():
     text = console.export_text()
     for said in ("[bold]RMS[/bold]", "0.5", "[red]x", "[b]t", "Done."):
         assert said in text
-
-
-def test_lengths_must_fit():
-    with pytest.raises(InvalidValueError, match="speed has 3 entries: must be 600"):
-        replace(SERIES, speed=np.zeros(3))
 
 
 @pytest.mark.parametrize("compute", [np.zeros(0), np.array([0.0, 3e-3])], ids=["no-period", "overrun"])
@@ -142,6 +132,26 @@ def test_timing_in_real_time_tells_of_deadlines_and_in_simulated_time_of_slow_pe
         assert text in html
 
 
-def test_phases_may_be_any_strings():
-    assert replace(SERIES, phase=np.array([Phase.SCAN] * 600)).phase == ("scan",) * 600
-    assert replace(SERIES, phase=[Phase.LIFT] * 600).phase == ("lift",) * 600
+def test_series_have_one_length_and_phases_of_any_strings():
+    with pytest.raises(InvalidValueError, match="speed has 3 entries: must be 600"):
+        replace(SERIES, speed=np.zeros(3))
+    for phases in (np.array([Phase.SCAN] * 600), [Phase.SCAN] * 600):
+        assert replace(SERIES, phase=phases).phase == ("scan",) * 600
+
+
+UNSEEN = Section("Nothing seen", (Pictures(lambda: [None]),))
+SEEN = Section("Errors", (Paragraph("x"), Pictures(lambda: [None, *[force_overview(SERIES)] * 2])))
+
+
+@pytest.mark.parametrize(("sections", "pictures"), [((), 0), ((UNSEEN,), 0), ((UNSEEN, SEEN, SEEN), 1)])
+def test_a_notebook_shows_the_figures_and_the_first_picture(sections, pictures):
+    whole = parsed(report_fragment(replace(PLAIN, sections=sections)))
+    assert whole.tags.count("img") == pictures
+    assert {"0.01235", "Done."} <= set(whole.text)
+
+
+def test_text_in_a_notebook_is_text():
+    evil = "<script>x</script>"
+    whole = parsed(report_fragment(Report(evil, evil, (KeyFigure(evil, evil, evil, evil),))))
+    assert "script" not in whole.tags
+    assert whole.text.count(evil) == 6
