@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from websockets.sync.client import connect
 
 from palpate.experiments.explore.experiment import Explore
 from palpate.runtime import Ending
@@ -18,7 +17,7 @@ from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
 from palpate.viewing.server import ViewServer
 from support.waiting import until
 from viewing.test_frames import observer_without_process
-from viewing.test_server import PROTOCOL, decoded
+from viewing.test_server import decoded, opened
 
 CONTEXT = multiprocessing.get_context("spawn")
 FORCE = LiveParameter("force", 2.0, 0.5, 10.0, 5.0, "N", "normal force")
@@ -188,8 +187,7 @@ def test_somebody_changes_the_force_of_a_run_that_goes_on(live_run):
     """From a client's socket to the recorded change: the whole way, at the speed of reality."""
     (planned, run), asked = live_run, []
     with LiveView(planned.view(), port=ANY_PORT, live=live_parameters_of(run.controller)) as view:
-        address = view.url.replace("http", "ws", 1)
-        with connect(address, subprotocols=[PROTOCOL], compression=None, max_size=None) as client:
+        with opened(view.url) as client:
 
             def meddle(sample, now, command):
                 if not asked and now.time > 0.5:

@@ -4,7 +4,6 @@ import itertools
 import math
 import multiprocessing
 import pickle
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.runtime import plan_track
 from palpate.runtime.plan_track import STEP, PlanTrack
 from palpate.runtime.shown_plan import MOST_CORNERS, MOST_MARKS, PlanDiary, ShownMark, ShownPlan
-from palpate.viewing import ANY_PORT, Player, frames_of_log
+from palpate.viewing import frames_of_log
 from palpate.viewing.plan_board import CAPACITY, PlanBoard, PlanReader, PlanWriter
 from palpate.viewing.plan_drawing import LABEL_DISTANCE, places
 
@@ -207,29 +206,3 @@ def test_words_on_the_screen_are_apart_and_none_is_lost():
             math.dist(at, mark.position) < LABEL_DISTANCE and mark.event in words.split(", ")
             for at, words in found
         )
-
-
-def test_lines_and_marks_are_in_the_scene_and_go_when_it_is_wound_back(short_run):
-    plans = short_run.plans
-    with Player(short_run.scene, frames_of_log(short_run.log), port=ANY_PORT, plans=plans) as player:
-        scene: Any = player.server.scene
-        player._playing.value = False
-        player._slider.value = float(plans[1].time) + 0.3
-        player.step(0.0)
-        to_go = scene.get_handle_by_name("/plan/to_go").points
-        assert to_go[-1, 1, :2] == pytest.approx(plans[1].plan.path[-1][:2], abs=1e-6)
-        assert (to_go[:, :, 2] > short_run.planned.target.top).all(), "above the surface"
-        player.drawing.follow(ShownPlan("", (), UP, (ShownMark("edge", (0.0, 0.0, 0.1)),)))
-        assert scene.get_handle_by_name("/marks/mark_0").position == pytest.approx((0.0, 0.0, 0.1))
-        assert scene.get_handle_by_name("/marks/word_0").text == "edge"
-        player.drawing.refresh(player._frames[:1])
-        assert "1 x edge" in player.drawing._numbers.content
-        player._slider.value = 0.0
-        player.step(0.0)
-        assert scene.get_handle_by_name("/marks/mark_0") is None
-        assert scene.get_handle_by_name("/marks/word_0") is None
-        player._slider.value = 1e3
-        player.step(0.0)
-        player.drawing.refresh(player._frames[-1:])
-        assert scene.get_handle_by_name("/plan/to_go") is None, "nothing is left at the end"
-        assert len(scene.get_handle_by_name("/plan/done").points) > 50

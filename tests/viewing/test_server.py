@@ -1,6 +1,8 @@
-"""The view's server and what it serves: real sockets, real processes, no browser."""
+"""The view's server: where it listens, who gets in, what it sends, how its processes end. Real sockets."""
 
 import contextlib
+import http.client
+import io
 import os
 import signal
 import socket
@@ -8,34 +10,46 @@ import subprocess
 import sys
 import urllib.error
 import urllib.request
+from urllib.parse import urlsplit
 
-import numpy as np
 import psutil
 import pytest
 import viser
 import zstandard
+from rich.console import Console
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from palpate.commands.view.command import _print_where
+from palpate.commands.view.config import ViewConfig
 from palpate.errors import InvalidValueError
-from palpate.viewing import ANY_PORT, LiveView, Player, ViewScene, ViewUnavailableError, frames_of_log
+from palpate.viewing import ANY_PORT, LOOPBACK, LiveView, ViewScene, ViewUnavailableError, guard
+from palpate.viewing.guard import LARGEST_MESSAGE, MOST_VIEWERS, MOST_WAITING, ViewGuard, is_own_host
 from palpate.viewing.server import ViewServer
-from support.waiting import until
+from support.waiting import WITHIN, until
+from viewing.browser import needs_browser, page
 
 PROTOCOL = f"viser-v{viser.__version__}"
 
 
 @pytest.fixture
-def player(short_run):
-    with Player(short_run.scene, frames_of_log(short_run.log), port=ANY_PORT) as made:
-        yield made
+def server():
+    made = ViewServer("t", port=ANY_PORT)
+    yield made
+    made.stop()
 
 
-def heard(url, wanted):
-    """What a browser would be told, until a text occurs in it."""
-    said = bytearray()
-    with connect(url.replace("http", "ws", 1), subprotocols=[PROTOCOL], compression=None, max_size=None) as client:
-        until(lambda: said.extend(decoded(client.recv(timeout=60.0))) or wanted in said)
-    return bytes(said)
+def opened(url):
+    """Open the WebSocket of a view."""
+    return connect(url.replace("http", "ws", 1), subprotocols=[PROTOCOL], compression=None, max_size=None)
+
+
+def messages_until(url, wanted):
+    """Return the decoded messages to a browser until a text occurs in them."""
+    received = bytearray()
+    with opened(url) as client:
+        until(lambda: received.extend(decoded(client.recv(timeout=60.0))) or wanted in received)
+    return bytes(received)
 
 
 def decoded(part):
@@ -44,100 +58,51 @@ def decoded(part):
     return zstandard.ZstdDecompressor().decompress(part[16 : 16 + compressed])
 
 
-def map_points(player):
-    chunks = [player.server.scene.get_handle_by_name(f"/map/chunk_{i}") for i in range(100)]
-    return np.concatenate([np.empty((0, 3)), *(chunk.points for chunk in chunks if chunk is not None)])
+def other_addresses():
+    found = {str(info[4][0]) for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
+    return {each for each in found if not each.startswith("127.")}
 
 
-def test_a_log_is_in_the_scene(player, short_run):
-    frames = frames_of_log(short_run.log)
-    player.step(1e9)
-    assert player.time == pytest.approx(frames.time[-1] - frames.time[0])
-    points = map_points(player)
-    assert len(points) > 50
-    assert np.abs(short_run.planned.target.signed_distance(points.astype(float))).max() < 2e-4
-    assert player.server.scene.get_handle_by_name("/body_0").position == pytest.approx(frames.position[-1])
-    said = heard(player.url, b"/map/chunk_0")
-    for name in (b"/body_0/part_", b"/part_1", b"/contact_force_0"):
-        assert name in said
-
-
-def test_the_arrow_is_the_contact_force(player, short_run):
-    frames = frames_of_log(short_run.log)
-    middle = int(np.flatnonzero(frames.finger(0).touching)[len(frames) // 3])
-    arrow = player.server.scene.get_handle_by_name("/contact_force_0")
-    assert not arrow.visible, "nothing is touched at the beginning"
-    player.step(float(frames.time[middle] - frames.time[0]) + 1e-9)
-    assert arrow.visible
-    start, end = arrow.position + arrow.points[0]
-    assert start == pytest.approx(frames.centroid[middle], abs=1e-6)
-    force = (end - start) / 0.015
-    assert force == pytest.approx(frames.force[middle], abs=1e-3)
-    assert force[2] > 1.5, "the object pushes the finger up"
-
-
-def test_winding_back_takes_the_map_back(player):
-    player.step(1.5)
-    player.drawing.refresh(player._frames[:1])
-    early = map_points(player)
-    assert len(early) > 10
-    player.step(1e9)
-    player._slider.value = 1.5
-    player.step(0.03)
-    assert player.time == 1.5
-    player.drawing.refresh(player._frames[:1])
-    assert map_points(player) == pytest.approx(early)
-
-
-def test_stopped_is_stopped(player):
-    player._playing.value = False
-    player.step(1.0)
-    assert player.time == 0.0
-
-
-def test_speed_is_speed(short_run):
-    scene, frames = short_run.scene, frames_of_log(short_run.log)
-    with Player(scene, frames, speed=2.5, port=ANY_PORT) as player:
-        player.step(0.2)
-        assert player.time == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
-def test_impossible_speeds(short_run, speed):
-    with pytest.raises(InvalidValueError, match="speed"):
-        Player(short_run.scene, frames_of_log(short_run.log), speed, port=ANY_PORT)
-
-
-def test_an_empty_log_has_nothing_to_show(short_run):
-    with pytest.raises(InvalidValueError, match="no periods"):
-        Player(short_run.scene, frames_of_log(short_run.log)[:0], port=ANY_PORT)
-
-
-def test_what_people_typed_is_text(short_run):
-    scene = ViewScene("<img src=x onerror=alert(1)> {1+1} /a/b", ())
-    with Player(scene, frames_of_log(short_run.log), port=ANY_PORT) as player:
-        said = heard(player.url, b"onerror")
-    assert b"&lt;img src=x" in said
-    assert b"<img" not in said
-
-
-def test_it_listens_on_this_machine_alone():
-    server = ViewServer("t", port=ANY_PORT)
+def reaches(address, port):
+    """Ask for the whole page: of a connection that comes as a server stops, asyncio leaves a transport open."""
     try:
-        assert server.get_host() == "127.0.0.1"
-        with urllib.request.urlopen(server.url) as page:
-            assert b"<html" in page.read().lower()
-        others = [str(i[4][0]) for i in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
-        for address in {a for a in others if not a.startswith("127.")}:
-            with socket.socket() as outside:
-                outside.settimeout(2.0)
-                assert outside.connect_ex((address, server.get_port())) != 0
-        for path in ("/../../../../../../etc/passwd", "/%2e%2e/%2e%2e/_viser.py"):
-            with pytest.raises(urllib.error.HTTPError, match="404"):
-                urllib.request.urlopen(server.url.replace("/?", f"{path}?"))
-        assert server.request_share_url() is None
+        with contextlib.closing(http.client.HTTPConnection(address, port, timeout=60.0)) as asking:
+            asking.request("GET", "/")
+            return bool(asking.getresponse().read())
+    except ConnectionRefusedError:
+        return False
+
+
+@pytest.mark.parametrize(("host", "reached"), [(LOOPBACK, False), ("0.0.0.0", True)])
+def test_other_machines_reach_it_only_on_request(host, reached):
+    assert ViewConfig("runs/explore").host == LOOPBACK, "--host changes it"
+    server = ViewServer("t", host, ANY_PORT)
+    try:
+        assert reaches(LOOPBACK, server.get_port())
+        for address in other_addresses():
+            assert reaches(address, server.get_port()) is reached
     finally:
         server.stop()
+
+
+def test_it_serves_the_page_on_this_machine_and_no_other_files(server):
+    assert server.get_host() == "127.0.0.1"
+    with urllib.request.urlopen(server.url) as page:
+        assert b"<html" in page.read().lower()
+    for path in ("/../../../../../../etc/passwd", "/%2e%2e/%2e%2e/_viser.py"):
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(server.url.replace("/?", f"{path}?"))
+    assert server.request_share_url() is None
+
+
+@pytest.mark.parametrize(
+    ("host", "warned"), [(LOOPBACK, False), ("localhost", False), ("0.0.0.0", True), ("::", True)]
+)
+def test_the_command_warns_if_other_machines_can_reach_the_view(host, warned):
+    out = io.StringIO()
+    _print_where(Console(file=out, width=200), "http://localhost:1", host, None)
+    assert "http://localhost:1" in out.getvalue()
+    assert ("Everybody who reaches" in out.getvalue()) is warned
 
 
 @pytest.mark.slow
@@ -153,22 +118,23 @@ def test_a_port_in_use_is_told_and_not_evaded(capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_a_host_that_is_not_ours_is_told():
-    with pytest.raises(InvalidValueError, match=r"192\.0\.2\.1.*127\.0\.0\.1 serves this machine alone"):
-        ViewServer("t", host="192.0.2.1", port=ANY_PORT)
-    with pytest.raises(InvalidValueError, match="port = 70000"):
-        ViewServer("t", port=70000)
-
-
-def test_a_host_without_a_name_is_told():
-    with pytest.raises(InvalidValueError, match=r"no name of a host"):
-        ViewServer("t", host="a" * 70 + ".example", port=ANY_PORT)
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ({"host": "192.0.2.1", "port": ANY_PORT}, r"192\.0\.2\.1.*127\.0\.0\.1 serves this machine alone"),
+        ({"port": 70000}, "port = 70000"),
+        ({"host": "a" * 70 + ".example", "port": ANY_PORT}, "no name of a host"),
+    ],
+)
+def test_an_address_of_another_machine_is_refused(address, message):
+    with pytest.raises(InvalidValueError, match=message):
+        ViewServer("t", **address)
 
 
 def test_the_tab_has_the_name_of_the_view():
     server = ViewServer('t "quoted" <b>', port=ANY_PORT)
     try:
-        assert b'document.title = "t \\"quoted\\" <b>"' in heard(server.url, b"document.title")
+        assert b'document.title = "t \\"quoted\\" <b>"' in messages_until(server.url, b"document.title")
     finally:
         server.stop()
 
@@ -176,7 +142,7 @@ def test_the_tab_has_the_name_of_the_view():
 def test_closing_frees_the_port_without_a_word(capfd):
     server = ViewServer("t", port=ANY_PORT)
     port = server.get_port()
-    heard(server.url, b"ReplayDone")
+    messages_until(server.url, b"ReplayDone")
     server.stop()
     server.stop()
     again = ViewServer("t", port=port)
@@ -185,12 +151,188 @@ def test_closing_frees_the_port_without_a_word(capfd):
     assert (out, err) == ("", "")
 
 
+def page_status(server, path, headers):
+    """What a request for the page gets: status and headers."""
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=60.0)) as asking:
+        asking.request("GET", path, headers=headers)
+        reply = asking.getresponse()
+        return reply.status, reply.headers
+
+
+def socket_status(server, path, headers):
+    """What the handshake of a WebSocket gets."""
+    host = headers.get("Host", f"127.0.0.1:{server.get_port()}")
+    more = {name: value for name, value in headers.items() if name != "Host"}
+    try:
+        with (
+            socket.create_connection(("127.0.0.1", server.get_port())) as through,
+            connect(f"ws://{host}{path}", sock=through, subprotocols=[PROTOCOL], additional_headers=more),
+        ):
+            return 101
+    except InvalidStatus as refused:
+        return refused.response.status_code
+
+
+REFUSED = (
+    ("", {}),
+    ("?token=", {}),
+    ("?token=guessed", {}),
+    ("?token=%ff%00", {}),
+    ("", {"Cookie": "palpate-{port}=guessed"}),
+    ("", {"Cookie": "palpate-1={token}"}),
+    ("?token={token}", {"Host": "evil.example:{port}"}),
+    ("?token={token}", {"Host": "192.0.2.1:{port}"}),
+    ("?token={token}", {"Host": "127.0.0.1.evil.example"}),
+    ("?token={token}", {"Origin": "http://evil.example"}),
+    ("?token={token}", {"Origin": "null"}),
+    ("?token={token}", {"Origin": "http://127.0.0.1:1"}),
+    ("", {"Cookie": "palpate-{port}={token}", "Origin": "http://localhost:{port}"}),
+)
+"""Query and headers without the token, of another host, or of a page from another origin."""
+
+
+def test_another_page_or_another_token_is_refused_and_reported_once(server, caplog):
+    known = {"port": server.get_port(), "token": server.guard.token}
+    for count, (query, headers) in enumerate(REFUSED, 1):
+        path = "/" + query.format(**known)
+        sent = {name: value.format(**known) for name, value in headers.items()}
+        assert page_status(server, path, sent)[0] == 403, (query, headers)
+        assert socket_status(server, path, sent) == 403, (query, headers)
+        assert server.guard.refused == 2 * count
+        assert len(caplog.records) == 1
+
+
+@pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
+def test_the_token_gets_in_and_a_cookie_carries_it_on(server, name):
+    origin = f"{name}:{server.get_port()}"
+    status, headers = page_status(server, f"/?token={server.guard.token}", {"Host": origin})
+    assert status == 200
+    cookie = headers["Set-Cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+    sent = {"Host": origin, "Origin": f"http://{origin}", "Cookie": f"other=1; {cookie.split(';')[0]}"}
+    assert socket_status(server, "/", sent) == 101
+    assert page_status(server, "/", {"Cookie": sent["Cookie"]})[0] == 200
+    assert server.guard.refused == 0
+
+
+@pytest.mark.parametrize(
+    ("header", "host", "own"),
+    [
+        ("localhost:8080", "127.0.0.1", True),
+        ("LOCALHOST", "127.0.0.1", True),
+        ("[::1]:8080", "::1", True),
+        ("127.0.0.1:9000", "127.0.0.1", True),  # the near end of a tunnel
+        ("10.0.0.5:8080", "127.0.0.1", False),
+        ("10.0.0.5:8080", "0.0.0.0", True),
+        ("10.0.0.5:8080", "10.0.0.5", True),
+        ("10.0.0.6:8080", "10.0.0.5", False),
+        (f"{socket.gethostname()}:8080", "0.0.0.0", True),
+        ("evil.example", "0.0.0.0", False),
+        ("evil.example", "", False),
+        ("", "0.0.0.0", False),
+        ("[", "0.0.0.0", False),
+    ],
+)
+def test_a_name_that_others_can_make_resolve_here_is_not_ours(header, host, own):
+    assert is_own_host(header, host) is own
+
+
+def test_every_view_has_a_token_of_its_own():
+    assert len({ViewGuard("127.0.0.1").token for _ in range(100)}) == 100
+
+
+def test_without_its_guard_a_view_is_not_served(monkeypatch):
+    monkeypatch.setattr(ViewGuard, "installed", contextlib.nullcontext)
+    with pytest.raises(ViewUnavailableError, match="cannot be checked"):
+        ViewServer("t", port=ANY_PORT)
+
+
+def test_viewers_are_so_many_and_one_more_gets_a_sentence(server):
+    with contextlib.ExitStack() as viewers:
+        for _ in range(MOST_VIEWERS):
+            viewers.enter_context(opened(server.url))
+        with pytest.raises(InvalidStatus) as refused:
+            opened(server.url)
+        assert refused.value.response.status_code == 503
+        assert b"close one" in refused.value.response.body
+    until(lambda: socket_status(server, f"/?token={server.guard.token}", {}) == 101)
+
+
+@pytest.mark.slow
+def test_connections_that_never_finish_a_request_make_room(server):
+    address = ("127.0.0.1", server.get_port())
+    with contextlib.ExitStack() as silent:
+        waiting = [silent.enter_context(socket.create_connection(address, timeout=WITHIN)) for _ in range(300)]
+        for each in waiting:
+            with contextlib.suppress(OSError):
+                each.sendall(b"GET / HTTP/1.1\r\nX-")
+        with opened(server.url) as viewer:
+            assert viewer.recv(timeout=WITHIN)
+        for each in waiting[: -MOST_WAITING - 1]:
+            with contextlib.suppress(ConnectionResetError):
+                assert each.recv(1) == b""
+
+
+def test_a_message_that_is_too_large_ends_its_connection(server):
+    with opened(server.url) as viewer:
+        viewer.send(b"\x00" * (LARGEST_MESSAGE + 1))
+        with contextlib.suppress(ConnectionClosed):
+            until(lambda: viewer.recv(timeout=WITHIN) is None)
+        assert viewer.close_code == 1009
+
+
+def test_a_page_that_does_not_read_is_disconnected(server, monkeypatch):
+    monkeypatch.setattr(guard, "SLOWEST", 0.0)
+    url = urlsplit(server.url)
+    with socket.create_connection((url.hostname, url.port), timeout=WITHIN) as lazy:
+        lazy.sendall(
+            f"GET /?{url.query} HTTP/1.1\r\nHost: {url.netloc}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            f"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
+            f"Sec-WebSocket-Protocol: {PROTOCOL}\r\n\r\n".encode()
+        )
+        assert b"101" in lazy.recv(100)
+        live = server._websock_server._live_connections
+        until(lambda: len(live) == 1)
+        text = server.gui.add_html("")
+
+        def gone():
+            text.content = os.urandom(500_000).hex()
+            return not live
+
+        until(gone)
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_browser_lets_the_own_page_in_and_another_port_of_the_host_not(tmp_path, server):
+    """Cookies go to every port of a host: what keeps another server's page out is its origin."""
+    socket_of = f"new WebSocket('ws://{urlsplit(server.url).netloc}/', '{PROTOCOL}')"
+    asked = (
+        f"window.asked = 'waits'; s = {socket_of}; s.onopen = () => asked = 'in'; s.onerror = () => asked = 'out'"
+    )
+    other = ViewServer("other", port=ANY_PORT)
+    try:
+        with page(tmp_path, server.url) as browser:
+            browser.wait_for("document.title === 't'")  # it came over the WebSocket
+            browser.evaluate(asked)
+            browser.wait_for("window.asked === 'in'")
+            assert server.guard.refused == 0
+            browser.call("Page.navigate", url=other.url)
+            browser.wait_for("document.title === 'other'")
+            browser.evaluate(asked)
+            browser.wait_for("window.asked === 'out'")
+            assert server.guard.refused == 1
+    finally:
+        other.stop()
+
+
 @pytest.mark.slow
 def test_a_live_view_shows_a_run_and_closes_cleanly(short_run):
     with LiveView(short_run.scene, port=ANY_PORT) as view:
         for period in short_run.periods:
             view.observe(*period)
-        said = heard(view.url, b"/map/chunk_0")
+        said = messages_until(view.url, b"/map/chunk_0")
         assert b"/contact_force" in said
         assert view.is_alive
         process = view._process
