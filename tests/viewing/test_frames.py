@@ -1,4 +1,4 @@
-"""Rows of a view: the same from the loop as from its log, and geometry that fits the arm's."""
+"""Rows of a view: the same from the loop as from its log, and whole and in order through the ring."""
 
 import multiprocessing
 from types import SimpleNamespace
@@ -17,16 +17,19 @@ from palpate.viewing import FrameLayout, Frames, LiveView, Part, RowMaker, TipPl
 from palpate.viewing.plan_board import PlanBoard
 from palpate.viewing.plots import extremes
 from palpate.viewing.request_board import BoardWriter, RequestBoard
-from palpate.viewing.row_ring import RingReader, RowRing
+from palpate.viewing.row_ring import RingReader, RingWriter, RowRing
 from palpate.viewing.rows import SELDOM
+
+CONTEXT = multiprocessing.get_context("spawn")
+PLAIN = 28
 
 
 def observer_without_process(scene, live=None, free_poses=None, capacity=100_000, plan=None):
     """The observer of a live view, what its process would read, and how it would ask."""
-    context, live = multiprocessing.get_context("spawn"), live or LiveParameters()
-    maker, board = RowMaker(scene, live, free_poses), RequestBoard(context, tuple(live.parameters))
-    ring, view = RowRing(context, maker.layout.width, capacity), object.__new__(LiveView)
-    view._take_up(maker, ring, board, live, plan, PlanBoard(context))
+    live = live or LiveParameters()
+    maker, board = RowMaker(scene, live, free_poses), RequestBoard(CONTEXT, tuple(live.parameters))
+    ring, view = RowRing(CONTEXT, maker.layout.width, capacity), object.__new__(LiveView)
+    view._take_up(maker, ring, board, live, plan, PlanBoard(CONTEXT))
     read = RingReader(ring).read
     return view.observe, SimpleNamespace(read=lambda: Frames(read(), maker.layout)), BoardWriter(board)
 
@@ -61,11 +64,6 @@ def test_the_map_lies_on_the_object(short_run):
     frames = frames_of_log(short_run.log)
     error = short_run.planned.target.signed_distance(frames.centroid[frames.scanning])
     assert np.abs(error).max() < 2e-4  # half the compression of 2 N at 20 kN/m, and what friction adds
-
-
-def test_no_such_finger(short_run):
-    with pytest.raises(InvalidValueError, match="finger = 1: must be from 0 to 0"):
-        frames_of_log(short_run.log).finger(1)
 
 
 def test_a_robot_that_tells_less_than_it_has_does_not_end_the_run(short_run):
@@ -141,15 +139,21 @@ def test_truth_is_looked_up_often_enough_and_not_in_every_period(short_run):
     assert reader.read().posture(0).free[0].position[0] == len(asked) == len(changes) + 2
 
 
-def test_parts_need_a_body():
-    part = Part(np.zeros((3, 3)), np.array([[0, 1, 2]]), (0, 0, 0), "elbow")
-    with pytest.raises(InvalidValueError, match="body = 'elbow': is none that moves in this scene; there are tip"):
-        ViewScene("no arm", (part,))
+ELBOW = Part(np.zeros((3, 3)), np.array([[0, 1, 2]]), (0, 0, 0), "elbow")
 
 
-def test_rows_of_another_width_are_refused():
-    with pytest.raises(InvalidValueError, match="must be"):
-        Frames(np.zeros((4, 3)), FrameLayout())
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda frames: frames.finger(1), "finger = 1: must be from 0 to 0"),
+        (lambda _: ViewScene("t", (ELBOW,)), "body = 'elbow': is none that moves in this scene; there are tip"),
+        (lambda _: Frames(np.zeros((4, 3)), FrameLayout()), "must be"),
+        (lambda _: RowRing(CONTEXT, PLAIN, 1), "at least 2"),
+    ],
+)
+def test_a_missing_finger_or_body_and_wrong_sizes_are_refused(short_run, call, message):
+    with pytest.raises(InvalidValueError, match=message):
+        call(frames_of_log(short_run.log))
 
 
 @pytest.mark.parametrize("count", [1, 10, 999, 5000])
@@ -160,3 +164,80 @@ def test_plots_lose_no_peak(count):
     assert (np.diff(thin[:, 0]) >= 0).all()
     assert (thin.max(axis=0) == rows.max(axis=0)).all()
     assert (thin.min(axis=0) == rows.min(axis=0)).all()
+
+
+@given(st.integers(3, 80), st.integers(2, 40), st.lists(st.integers(0, 60), max_size=8))
+def test_rows_come_out_whole_and_in_order_and_the_rest_is_counted(width, capacity, bursts):
+    ring = RowRing(CONTEXT, width, capacity)
+    writer, reader = RingWriter(ring), RingReader(ring)
+    written, read = 0, []
+    for burst in bursts:
+        for _ in range(burst):
+            writer.write([written + 0.5] * (width - 2))
+            written += 1
+        rows = reader.read()
+        # a full ring's oldest row may be the next one that is written over
+        assert len(rows) >= min(burst, capacity - 1)
+        read += rows.tolist()
+    numbers = [row[0] for row in read]
+    assert numbers == sorted(set(numbers))
+    assert all(row[-1] == row[0] and set(row[1:-1]) == {row[0] + 0.5} for row in read)
+    assert reader.lost == written - len(read)
+
+
+def write_many(ring, count):
+    writer, width = RingWriter(ring), ring.width
+    for i in range(count):
+        writer.write([float(i)] * (width - 2))
+
+
+@pytest.mark.slow
+def test_rows_are_never_torn_between_processes():
+    """A ring so small that the writer laps the reader all the time."""
+    ring, count = RowRing(CONTEXT, PLAIN, 16), 50_000
+    reader, process = RingReader(ring), CONTEXT.Process(target=write_many, args=(ring, count))
+    process.start()
+    read, last = 0, -1.0
+    while process.is_alive():
+        rows = reader.read()
+        if len(rows):
+            assert (rows == rows[:, :1]).all(), "a row of two periods"
+            assert rows[0, 0] > last
+            read, last = read + len(rows), rows[-1, 0]
+    process.join()
+    read += len(reader.read())
+    assert process.exitcode == 0
+    assert read + reader.lost == count
+    assert read > 0
+
+
+def test_nothing_written_is_nothing_read():
+    reader = RingReader(RowRing(CONTEXT, PLAIN))
+    assert reader.read().shape == (0, PLAIN)
+    assert np.isfinite(reader.lost)
+
+
+def filled_ring(capacity):
+    """A ring that has just been filled: the next row goes over the oldest one."""
+    ring = RowRing(CONTEXT, PLAIN, capacity)
+    writer = RingWriter(ring)
+    for _ in range(capacity):
+        writer.write([7.0] * (PLAIN - 2))
+    return ring, RingReader(ring), np.frombuffer(ring._memory)[:-1].reshape(capacity, -1)
+
+
+def test_a_row_that_is_just_being_written_is_left_out():
+    """Its ends may still be the old ones when a reader passes in the middle: only the count of rows tells."""
+    _, reader, memory = filled_ring(8)
+    memory[0, 5:-1] = -1.0
+    rows = reader.read()
+    assert rows[:, 0].tolist() == list(range(1, 8))
+    assert (rows[:, 1:-1] == 7.0).all()
+    assert reader.lost == 1
+
+
+@pytest.mark.parametrize("end", [0, -1])
+def test_a_row_with_two_numbers_is_left_out(end):
+    _, reader, memory = filled_ring(8)
+    memory[3, end] = 11.0  # what comes next in that place
+    assert reader.read()[:, 0].tolist() == [1, 2, 4, 5, 6, 7]

@@ -124,16 +124,17 @@ def test_a_slider_that_is_still_being_moved_is_not_pulled_back(panel):
     assert (force.value, asked) == (4.0, [("force", 3.0), ("force", 4.0)])
 
 
-@pytest.mark.parametrize("wrong", [11.0, -1.0, float("nan"), float("inf")])
-def test_a_value_out_of_range_is_refused_and_the_slider_goes_back(panel, wrong):
-    """Browsers keep a slider in its range; whoever speaks their protocol need not."""
+def test_a_value_out_of_range_is_refused_and_the_slider_goes_back(panel):
+    """Browsers keep a slider in its range; another client of their protocol need not."""
     controls, (force, _), asked = panel
     controls.step(said(2.0, 0.5))
-    force.value = wrong
-    controls.step(said(2.0, 0.5))
-    assert (asked, force.value) == ([], 2.0)
-    assert "refused: force" in controls._status.content
-    assert "must lie between 0.5 and 10 N" in controls._status.content
+    for wrong in (11.0, -1.0, float("nan"), float("inf")):
+        controls._status.content = ""
+        force.value = wrong
+        controls.step(said(2.0, 0.5))
+        assert (asked, force.value) == ([], 2.0)
+        assert "refused: force" in controls._status.content
+        assert "must lie between 0.5 and 10 N" in controls._status.content
     controls.step(said(2.0, 0.5))
     assert asked == []
 

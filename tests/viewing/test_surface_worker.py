@@ -1,5 +1,6 @@
 """The surface that grows in another process: the map's own, never waited for, and dispensable."""
 
+import math
 import multiprocessing
 import os
 import signal
@@ -11,10 +12,13 @@ from scipy.spatial import KDTree
 
 from palpate.errors import InvalidValueError
 from palpate.mapping import Knowledge
+from palpate.mapping.mesh_figures import MeshFigures
 from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, frames_of_log
 from palpate.viewing import surface_worker as module
-from palpate.viewing.surface_grower import POSITION, SurfaceGrower, contacts_of, rim_edges
-from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
+from palpate.viewing.surface_drawing import LATE, late
+from palpate.viewing.surface_grower import POSITION, TIME, SurfaceGrower, contacts_of, rim_edges
+from palpate.viewing.surface_view import GrownSurface
+from palpate.viewing.surface_worker import SurfaceFeed, SurfaceUpdate, SurfaceWorker
 from support.waiting import until
 
 
@@ -31,6 +35,20 @@ def fed(short_run):
     yield worker, SurfaceFeed(worker.connection, view), frames_of_log(short_run.log)
     worker.close()
     assert not worker.is_alive
+
+
+@pytest.fixture
+def pipe():
+    ours, theirs = multiprocessing.get_context("spawn").Pipe()
+    yield ours, theirs
+    ours.close()
+    theirs.close()
+
+
+@pytest.fixture(scope="module")
+def whole(felt):
+    """The surface from all contacts."""
+    return grown_of(*felt)
 
 
 def grown_of(view, contacts, parts=1):
@@ -50,24 +68,22 @@ def test_contacts_lie_on_the_object(felt, short_run):
     assert inside == pytest.approx(-short_run.planned.half_compliance * short_run.planned.config.force, rel=0.1)
 
 
-def test_the_surface_is_the_object_where_it_was_felt(felt, short_run):
-    view, contacts = felt
-    grown = grown_of(view, contacts)
+def test_the_surface_is_the_object_where_it_was_felt(felt, whole, short_run):
+    (view, contacts), grown = felt, whole
     seen = grown.vertices[np.unique(grown.observed)]
     assert np.abs(short_run.planned.target.signed_distance(seen)).max() < 2e-5
     assert grown.contacts == len(contacts)
     far = np.max(KDTree(contacts[:, POSITION]).query(seen)[0])
     assert far <= 0.75 * view.rows + 1e-4, "nothing is claimed where nothing was felt"
-    whole = 0.010 * 0.004  # of the raster; on a convex object contacts lie inside of it
-    assert 0.3 * whole < grown.figures.area < whole
+    raster = 0.010 * 0.004  # of the raster; on a convex object contacts lie inside of it
+    assert 0.3 * raster < grown.figures.area < raster
     friction = grown.friction[np.isfinite(grown.friction)]
     assert np.median(friction) == pytest.approx(0.3, abs=0.01)
     assert friction == pytest.approx(0.3, abs=0.05), "at the ends of rows the tip slows down"
 
 
-def test_what_is_known_has_an_edge_and_what_is_beyond_is_no_part_of_it(felt):
-    view, contacts = felt
-    grown = grown_of(view, contacts)
+def test_what_is_known_has_an_edge_and_what_is_beyond_is_no_part_of_it(felt, whole):
+    (view, contacts), grown = felt, whole
     assert len(grown.rim)
     observed = {tuple(sorted(t)) for t in grown.observed.tolist()}
     assert not observed & {tuple(sorted(t)) for t in grown.rim.tolist()}
@@ -78,10 +94,10 @@ def test_what_is_known_has_an_edge_and_what_is_beyond_is_no_part_of_it(felt):
     assert everything.figures.area > grown.figures.area
 
 
-def test_in_parts_or_at_once(felt):
+def test_contacts_may_come_in_parts_or_at_once(felt, whole):
     view, contacts = felt
     first = contacts[: len(contacts) // 2]
-    assert grown_of(view, first).figures.area < grown_of(view, contacts).figures.area
+    assert grown_of(view, first).figures.area < whole.figures.area
     once, twice = grown_of(view, first[:400], 1), grown_of(view, first[:400], 4)
     assert twice.vertices == pytest.approx(once.vertices, abs=1e-9)
     assert twice.sd == pytest.approx(once.sd, rel=1e-5)
@@ -132,18 +148,14 @@ def test_winding_back_begins_anew_and_an_old_answer_is_thrown_away(fed):
     assert found == [len(contacts_of(half, SurfaceView(rows=2e-3)))]
 
 
-def test_what_waits_is_bounded(short_run, monkeypatch):
+def test_the_number_of_waiting_contacts_is_bounded(pipe, short_run, monkeypatch):
     monkeypatch.setattr(module, "MOST_WAITING", 300)
-    view = short_run.planned.view().surface
-    ours, theirs = multiprocessing.get_context("spawn").Pipe()
-    feed = SurfaceFeed(ours, view)
+    feed = SurfaceFeed(pipe[0], short_run.planned.view().surface)
     feed._busy = True  # a process that never answers
     for _ in range(5):
         feed.add(frames_of_log(short_run.log)[500:1500])
         assert feed.take() is None
         assert feed.waiting <= 300 + 1000
-    ours.close()
-    theirs.close()
 
 
 def test_a_killed_process_is_told_of_once_and_for_all(fed):
@@ -215,18 +227,55 @@ def test_a_live_view_ends_with_all_its_processes(short_run):
 
 @pytest.mark.slow
 def test_the_worker_ends_with_the_view_s_process(short_run):
-    scene = short_run.planned.view()
-    with LiveView(scene, port=ANY_PORT) as view:
+    with LiveView(short_run.planned.view(), port=ANY_PORT) as view:
         view._process.kill()
         until(lambda: not view.makes_surface)
 
 
-def test_a_surface_needs_a_map():
+@pytest.mark.parametrize(("name", "value"), [("rows", 0.0), ("voxel", -1e-3), ("half_compliance", -1.0)])
+def test_a_surface_needs_a_map_and_possible_lengths(name, value):
+    with pytest.raises(InvalidValueError, match=name):
+        replace(SurfaceView(rows=2e-3), **{name: value})
     with pytest.raises(InvalidValueError, match="there is none without a map"):
         ViewScene("t", (), map_spacing=None, surface=SurfaceView(rows=2e-3))
 
 
-@pytest.mark.parametrize(("name", "value"), [("rows", 0.0), ("voxel", -1e-3), ("half_compliance", -1.0)])
-def test_impossible_lengths(name, value):
-    with pytest.raises(InvalidValueError, match=name):
-        replace(SurfaceView(rows=2e-3), **{name: value})
+def nothing_grown(contacts):
+    corners = np.zeros((0, 3))
+    triangles, edge = np.zeros((0, 3), np.int64), np.zeros((0, 2), np.int64)
+    none = np.zeros(0)
+    figures = MeshFigures(0.0, math.nan, math.nan)
+    return GrownSurface(corners, corners, triangles, triangles, edge, none, none, figures, contacts)
+
+
+def test_a_surface_is_behind_by_what_was_felt_since_what_it_was_made_from(pipe, short_run):
+    """Until the worker answers it grows, then it falls to what came meanwhile."""
+    ours, theirs = pipe
+    view, frames = short_run.planned.view().surface, frames_of_log(short_run.log)
+    times = contacts_of(frames, view)[:, TIME]
+    feed = SurfaceFeed(ours, view)
+    assert feed.behind == 0.0
+    half = len(frames) // 2
+    feed.add(frames[:half])
+    sent_until = contacts_of(frames[:half], view)[-1, TIME]
+    assert feed.take() is None
+    assert feed.behind == pytest.approx(sent_until - times[0])
+    feed.add(frames[half:])
+    assert feed.behind == pytest.approx(times[-1] - times[0])
+    theirs.recv()
+    theirs.send(SurfaceUpdate(0, nothing_grown(1)))
+    assert feed.take() is not None
+    assert feed.behind == pytest.approx(times[-1] - sent_until)
+    feed._due = 0.0
+    feed.take()
+    theirs.recv()
+    theirs.send(SurfaceUpdate(0, nothing_grown(2)))
+    assert feed.take() is not None
+    assert feed.behind == 0.0
+    feed.clear()
+    assert feed.behind == 0.0
+
+
+def test_little_is_not_worth_a_word_and_more_is_told_in_seconds():
+    assert late(0.0) == late(0.99 * LATE) == ""
+    assert "12 s behind" in late(12.3)
