@@ -23,6 +23,9 @@ from reporting.every_report import KINDS, html_of
 from reporting.test_report import parsed
 from viewing.browser import needs_browser, page
 
+pytestmark = pytest.mark.xdist_group("every report")
+"""One worker runs them: they share written reports and a browser."""
+
 QUICK = "runs"
 IN_BROWSER = [QUICK, *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != QUICK)]
 

@@ -98,6 +98,7 @@ def test_what_is_drawn_has_the_numbers_in_millimetres_and_the_colours_of_roles()
     assert plots(FORCE)[0]["data"][0]["line"]["color"] == "role:felt"
 
 
+@pytest.mark.slow
 def test_a_paper_has_one_file_for_each_picture_and_colouring(tmp_path):
     written = write_pictures(REPORT, tmp_path, "pdf")
     assert [each.name for each in written] == [

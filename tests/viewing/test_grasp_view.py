@@ -14,6 +14,7 @@ from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.scene_view import scene_view
+from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.data import Command
@@ -103,8 +104,6 @@ def test_every_body_is_where_the_simulation_has_it(grasp):
 
 
 def pose_of(body):
-    from palpate.kinematics import Pose
-
     a, b, c, d, e, f, g, h, i = body.xmat.tolist()
     return Pose(tuple(body.xpos.tolist()), ((a, b, c), (d, e, f), (g, h, i)))
 
