@@ -51,6 +51,7 @@ def test_every_package_that_says_what_is_public_has_its_place_in_the_api(maker):
     assert found - LEFT_OUT <= {module for page in maker.PAGES.values() for module in page.modules}
 
 
+@pytest.mark.slow
 def test_every_public_name_is_on_its_page(maker, texts):
     """With a heading of its own, or a link to where it has one."""
     for page, (_, _, modules) in maker.PAGES.items():

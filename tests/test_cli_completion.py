@@ -41,6 +41,7 @@ def completed(script, *lines):
     return [set(line.split()) for line in done.stdout.splitlines()]
 
 
+@pytest.mark.slow
 @needs_bash
 def test_every_command_and_every_option_is_completed(script, capsys):
     names = [name.split() for name in leaves()]
@@ -67,6 +68,7 @@ COMPLETED = {
 }
 
 
+@pytest.mark.slow
 @needs_bash
 def test_values_are_completed_by_their_kind(script):
     assert completed(script, *COMPLETED) == list(COMPLETED.values())

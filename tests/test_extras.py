@@ -37,6 +37,7 @@ def test_what_is_missing_is_named_with_its_remedy():
     assert told.value.name == "no_such_library"
 
 
+@pytest.mark.slow
 def test_a_command_that_needs_it_is_a_mistake_and_leaves_nothing(tmp_path):
     out = tmp_path / "out"
     typed = ["sweep", "explore", "--vary", "force=1,2", "--ray", "local", "--out", str(out)]
@@ -50,6 +51,7 @@ def test_a_command_that_needs_it_is_a_mistake_and_leaves_nothing(tmp_path):
     assert any(each.startswith("ray") for each in brought), brought
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("typed", [["explore", "--robot", "emulated-ur5e"], ["grasp", "--robot", "emulated-hand"]])
 def test_only_a_ur_needs_the_library_of_its_maker(tmp_path, typed):
     """One line, before anything starts, and nothing is left."""

@@ -30,6 +30,7 @@ def palpate(tmp_path_factory):
     return InstalledPlugin(PLUGIN, tmp_path_factory)
 
 
+@pytest.mark.slow
 def test_its_name_and_its_options_are_shown(palpate):
     assert "texture" in palpate("--help")
     shown = palpate("texture", "--help")
@@ -66,6 +67,7 @@ def test_it_is_dry_run_on_a_robot_swept_and_seen(palpate):
     assert (palpate.folder / "seen.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_class_in_a_script_does_all_that_too(palpate):
     named = f"{SCRIPT}:Texture"
     assert json.loads(palpate(named, "--out", "mine", "--json"))["figures"]["roughness_rms_um"] == pytest.approx(
@@ -103,6 +105,7 @@ def mentioned():
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("point", entry_points(group="palpate.experiments"), ids=lambda point: point.name)
 def test_no_module_outside_an_experiment_names_it(point):
     """No module imports it or holds its name as a text; docstrings may, as examples of what to type."""

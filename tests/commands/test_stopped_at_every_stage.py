@@ -93,6 +93,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stage", "how"), CASES)
 def test_whatever_stops_it_at_whatever_stage_it_ends_as_promised(stage, how, typed, tmp_path):
     terminal = OnTerminal(typed, controlling=how != "uncontrolled")

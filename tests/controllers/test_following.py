@@ -134,6 +134,7 @@ def test_a_force_that_swings_is_held():
     assert swept.rms(2.0 + 0.8 * np.sin(2.0 * math.pi * 0.5 * since)) < 0.06
 
 
+@pytest.mark.slow
 def test_the_tip_turns_with_the_surface_and_its_path_stays():
     """Over a sphere, with the tip's axis kept normal: the tip's centre sweeps the same path as upright."""
     axis = NormalAxis((0.0, 0.0, -1.0), gain=8.0, fastest=1.0)

@@ -303,6 +303,7 @@ def targets(grip, seconds, first=0.0):
     return grip_load(grip, lambda t: (HANGS, SPINS), round(seconds / PERIOD), round(first / PERIOD))[1]
 
 
+@pytest.mark.slow
 @given(st.floats(0.1, 8.0), st.floats(0.0, 0.02), st.floats(0.0, 0.5))
 @settings(max_examples=8, deadline=None)
 def test_what_is_expected_is_held_when_it_begins_and_no_longer_when_it_is_over(force, moment, earlier):

@@ -213,6 +213,7 @@ def test_what_is_played_begins_with_the_lift_and_shows_the_worst_moment_first(gr
     assert all(len(mark.starts) == len(picture.steps) for mark in arrows.values())
 
 
+@pytest.mark.slow
 def test_forces_in_space_hold_the_object_and_end_at_its_surface(grasp):
     picture = moments_picture(grasp)
     space, step = picture.panels[0], picture.step

@@ -57,6 +57,7 @@ def rows(fast, slow):
     return [*(pytest.param(*row, id=name) for name, row in fast.items()), *marked]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fields", "bounds"), rows(FAST, SLOW))
 def test_an_exploration_stays_on_the_surface_and_keeps_its_bounds(fields, bounds):
     check_held(carried_out(plan_of(ExploreConfig(**fields))), bounds)

@@ -88,6 +88,7 @@ def test_mu_and_e_lie_within_their_intervals_which_are_narrow(folder):
     assert [at.normal_force for at in file.loads] == pytest.approx([1.0, 3.0], rel=0.05)
 
 
+@pytest.mark.slow
 def test_what_is_kept_reads_back_to_the_same_and_is_a_limit_surface(folder):
     path = folder / "friction.yaml"
     file = load_friction_file(path)

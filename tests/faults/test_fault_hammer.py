@@ -175,6 +175,7 @@ def test_whatever_goes_wrong_no_wild_command_reaches_the_robot_at_length(history
     hammer_pushing(history, bounds)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(histories)
 def test_whatever_goes_wrong_what_is_held_is_not_dropped(history):

@@ -39,6 +39,7 @@ def test_false_alarms_are_as_seldom_as_is_said():
     assert 3 <= len(alarms) <= 30  # at most one in 2 s; the bound over windows is within a factor of ten
 
 
+@pytest.mark.slow
 def test_noise_that_is_alike_raises_no_more():
     """Behind a filter of 5 ms, as long as it is said."""
     rng, seconds, alike = np.random.default_rng(1), 40, 0.005

@@ -80,6 +80,7 @@ def test_what_can_just_be_held_is_told_from_what_cannot(seed, family, decades, b
         assert not beyond or decades < -8.0  # there its forces leave no more than is allowed
 
 
+@pytest.mark.slow
 def test_threads_that_share_an_optimizer_get_what_is_right_or_an_error():
     grasp = paired(5, 0.0, 50.0)
     for objective in ("min_effort", "min_peak"):

@@ -45,6 +45,7 @@ def test_base_and_tip_are_set_before_and_behind_the_arm(q):
     assert np.allclose(matrix(TURNED.pose(q)), matrix(expected), atol=1e-14)
 
 
+@pytest.mark.slow
 @given(angles, angles)
 def test_the_velocity_of_the_tip_is_linear_in_the_joints(q, rates):
     v, w = TURNED.velocity(q, rates)

@@ -192,6 +192,7 @@ def offline(tmp_path_factory):
         yield browser
 
 
+@pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("kind", IN_BROWSER)
 def test_a_browser_without_network_draws_it_and_runs_nothing_else(kind, offline, tmp_path):

@@ -19,6 +19,7 @@ def pids(shared, cases=4):
     return set(results_of(run_batch(pid, [0.05] * cases, shared, quiet)))
 
 
+@pytest.mark.slow
 def test_batches_with_other_work_are_done_by_the_same_processes_and_none_is_left():
     with Workers(2) as shared:
         first = pids(shared)

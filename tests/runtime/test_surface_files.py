@@ -126,6 +126,7 @@ class Egg(PlacedSurface, frozen=True, kw_only=True):
 """
 
 
+@pytest.mark.slow
 def test_a_symbolic_surface_of_ones_own_is_named_by_its_class(tmp_path, monkeypatch):
     (tmp_path / "egg.py").write_text(EGG)
     monkeypatch.chdir(tmp_path)

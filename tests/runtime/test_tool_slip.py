@@ -36,6 +36,7 @@ def told(*observations):
     return None, None
 
 
+@pytest.mark.slow
 def test_a_tool_that_is_held_slides_and_swings_and_nothing_is_told():
     rng = np.random.default_rng(0)
     loads = 1.0 + 0.3 * np.sin(0.05 * np.arange(2000)) + 0.005 * rng.standard_normal(2000)

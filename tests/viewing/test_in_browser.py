@@ -143,6 +143,7 @@ def test_a_page_opens(tmp_path):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ci", "ends"), [("", "1 skipped"), ("true", "1 failed")])
 def test_without_a_browser_tests_are_skipped_but_fail_in_ci_and_say_how_to_install_it(ci, ends, tmp_path):
     (tmp_path / "test_page.py").write_text(TEST)

@@ -70,6 +70,7 @@ class Page:
         return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layout", [ONE_FINGER, TWO_FINGERS_AND_A_HAND], ids=["one finger", "hand"])
 def test_foxglove_gets_what_the_log_holds(layout):
     pytest.importorskip("foxglove", reason="the extra foxglove is not installed")

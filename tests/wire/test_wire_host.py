@@ -216,6 +216,7 @@ def test_without_the_token_a_connection_ends_and_nothing_is_switched(running: Ru
     assert running.mover.faults == 0
 
 
+@pytest.mark.slow
 def test_connections_without_the_token_make_room_and_one_too_many_is_refused(running: Running) -> None:
     """`select` takes 1024 descriptors; of 1020 connections an emulator once died. Here they are one process."""
     where = ("127.0.0.1", running.host.control_port)

@@ -213,6 +213,7 @@ def test_a_stream_taken_by_another_client_is_noticed_and_taken_back() -> None:
         good(ft)
 
 
+@pytest.mark.slow
 def test_nobody_listens() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))

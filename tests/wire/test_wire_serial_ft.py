@@ -250,6 +250,7 @@ def test_pieces_are_put_together(kind: str, tmp_path: Path) -> None:
         assert ft.read().wrench == pytest.approx(LOAD)
 
 
+@pytest.mark.slow
 @both
 def test_silence_and_an_unplugged_line_are_noticed_and_pass(kind: str, tmp_path: Path) -> None:
     with started(kind, tmp_path, silent_after=0.04) as (server, ft):
@@ -260,6 +261,7 @@ def test_silence_and_an_unplugged_line_are_noticed_and_pass(kind: str, tmp_path:
             assert good(ft).wrench == pytest.approx(LOAD)
 
 
+@pytest.mark.slow
 def test_a_bota_that_rebooted_is_set_up_again(tmp_path: Path) -> None:
     with started("bota", tmp_path, silent_after=0.04) as (server, ft):
         server.inject("rebooted", 1)
@@ -278,6 +280,7 @@ def test_a_bota_that_does_not_reply_fails_to_start_with_an_explanation(tmp_path:
             ft.start()
 
 
+@pytest.mark.slow
 def test_a_line_that_is_not_there_or_in_use_fails_to_start(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="check the cable"):
         SerialSensor(str(tmp_path / "none"), Bota(51), StreamSettings(NOISE)).start()

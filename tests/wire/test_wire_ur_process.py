@@ -115,6 +115,7 @@ def test_an_arm_is_brought_up_moves_tares_stops_and_leaves_nothing(tmp_path):
         arm.read()
 
 
+@pytest.mark.slow
 def test_without_commands_an_arm_comes_to_rest_and_goes_on_with_the_next(tmp_path):
     with arm_on(tmp_path, UrSettings(stale_after=1.0, watchdog=0.1)) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)

@@ -83,6 +83,7 @@ def batches(paths, size):
     return [paths[i : i + size] for i in range(0, len(paths), size)]
 
 
+@pytest.mark.slow
 def test_a_killed_process_loses_at_most_half_a_second(tmp_path):
     check(tmp_path, 3, seed=1)
 

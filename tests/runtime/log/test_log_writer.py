@@ -275,6 +275,7 @@ def test_a_folder_without_a_log_is_refused(tmp_path):
         log_in(tmp_path)
 
 
+@pytest.mark.slow
 def test_sixty_random_channels_at_1_khz_stay_below_half_a_megabyte_per_second(tmp_path):
     """The worst case there is: doubles of any bits, none of them repeated."""
     rng = np.random.default_rng(0)

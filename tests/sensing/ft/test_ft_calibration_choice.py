@@ -1,6 +1,7 @@
 """Which model of a sensor is proposed, and that what is proposed holds."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -91,6 +92,7 @@ def test_the_map_is_what_was_fitted_one_by_one_and_in_a_batch(seed):
     assert fit.map.step(tuple(raw[0].tolist())) == fit.map.step(tuple(raw[0].tolist()))
 
 
+@pytest.mark.slow
 def test_intervals_of_a_bent_sensor_hold_the_truth():
     """95 % intervals of a load that was not among those of the calibration; many more: benchmarks/trust."""
     inside = []

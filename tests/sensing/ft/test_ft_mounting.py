@@ -52,6 +52,7 @@ def test_the_rotation_is_within_a_tenth_of_a_degree_and_within_its_intervals(nam
     assert 0.93 - 1.0 / seeds <= np.mean(inside) <= 0.98 + 2.0 / seeds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SENSORS)
 def test_every_left_handed_sensor_is_refused_and_every_right_handed_one_is_a_mounting(name):
     a, wrench, turn, noise = measured(3, name)

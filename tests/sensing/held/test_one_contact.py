@@ -20,6 +20,7 @@ def counted(seeds, heights, bounds=BOUNDS, **window):
     ]
 
 
+@pytest.mark.slow
 def test_one_place_is_covered_and_its_probability_uniform():
     found = counted(250, (-0.02,), ContactBounds(wander=0.0))
     probability = np.array([each.probability for each in found])

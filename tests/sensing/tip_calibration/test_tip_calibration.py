@@ -95,6 +95,7 @@ def test_a_capsule_and_a_superellipsoid_are_where_their_supports_say() -> None:
             np.testing.assert_allclose(np.column_stack(slopes) / (2.0 * step), x, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [NANO17, WRIST], ids=["nano17", "wrist"])
 @pytest.mark.parametrize("axes", [SPHERE, ELLIPSOID], ids=["sphere", "ellipsoid"])
 def test_a_wrong_drawing_is_put_right(kind: Instrumented, axes) -> None:
@@ -176,6 +177,7 @@ def slipped(true, planned, kind, rng):
     return replace(felt, position=felt.position + 2e-4 * (np.arange(len(planned)) == 7)[:, None])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "assumption", "words"),
     [
