@@ -6,8 +6,6 @@ OUT    ?= runs/demo
 MOMENTS ?= 10
 SEED   ?= 0
 BASE   ?= HEAD
-# Emulated devices run in real time: what failed beside other tests is tried once more by itself, and said so.
-AGAIN   = (echo "Failed tests once more, by themselves:"; $(BIN)/python -m pytest --last-failed --last-failed-no-failures none)
 
 # Hundreds of short processes run in tests: what Python compiles of their sources is kept.
 export PYTHONDONTWRITEBYTECODE :=
@@ -27,11 +25,11 @@ demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and 
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.025 --force-noise 0.01 --moment-noise 1e-4 --out $(OUT)
 
 test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests: at most 3 minutes on two cores
-	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup || $(AGAIN)
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
 
 test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too: at most 30 minutes on two cores
-	$(BIN)/python -m pytest -n auto --dist loadgroup --ignore tests/wire || $(AGAIN)
-	$(BIN)/python -m pytest tests/wire || $(AGAIN)
+	$(BIN)/python -m pytest -n auto --dist loadgroup --ignore tests/wire
+	$(BIN)/python -m pytest tests/wire
 
 mutants: $(VENV)/.test $(VENV)/.kernels  ## Make 300 small faults in the package and count those that the tests detect: an hour
 	$(BIN)/python tests/mutants run

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,27 +23,26 @@ print(json.dumps(dict(step="a thing", number=1, of=1)), flush=True)
 """
 
 DONE = """
-solver, kernel = pathlib.Path({solvers!r}), pathlib.Path({kernels!r})
-for file in [solver / "made.so", kernel / "made.nbi"]:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.touch()
-print(json.dumps(dict(compiled=["one", "two"], folders=[str(kernel)] * {kept}, solvers=str(solver))), flush=True)
+kernels = pathlib.Path({kernels!r})
+kernels.mkdir(parents=True, exist_ok=True)
+(kernels / "made.nbi").touch()
+print(json.dumps(dict(compiled=["one", "two"], folders=[str(kernels)] * {kept})), flush=True)
 """
 
 
 @pytest.fixture
 def pretend(tmp_path, monkeypatch):
-    """Let something else than all of palpate be compiled; returns what sets it, and where things are kept."""
-    solvers, kernels = tmp_path / "palpate" / "grasp", tmp_path / "kernels"
+    """Let something else than all of palpate be compiled; returns what sets it, and where kernels are kept."""
+    kernels = tmp_path / "kernels"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(kernels))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setattr(command, "STEPS", "fake_steps")
 
     def pretended(then=DONE, kept=1):
-        then = then.format(solvers=str(solvers), kernels=str(kernels), kept=kept)
+        then = then.format(kernels=str(kernels), kept=kept)
         (tmp_path / "fake_steps.py").write_text(FAKE.format(then=then))
-        return solvers, kernels
+        return kernels
 
     return pretended
 
@@ -54,7 +52,7 @@ def document(capsys):
 
 
 def test_run_again_it_has_nothing_to_compile_until_something_is_gone(pretend, capsys):
-    solvers, _ = pretend()
+    kernels = pretend()
     assert main(["warm-up", "--json"]) == 0
     found = document(capsys)
     assert (found["figures"]["compiled"], found["functions"]) == (2, ["one", "two"])
@@ -62,7 +60,7 @@ def test_run_again_it_has_nothing_to_compile_until_something_is_gone(pretend, ca
     found = document(capsys)
     assert found["figures"]["compiled"] == 0
     assert found["outcome"].startswith("Nothing to compile; kept in ")
-    (solvers / "made.so").unlink()
+    (kernels / "made.nbi").unlink()
     assert main(["warm-up", "--json"]) == 0
     assert document(capsys)["figures"]["compiled"] == 2
 
@@ -76,7 +74,7 @@ def test_a_folder_that_numba_passed_over_is_told(pretend, capsys, monkeypatch):
 
 def test_every_step_has_a_name_of_its_own():
     names = [name for name, _ in steps()]
-    assert len(set(names)) == len(names) > 20
+    assert len(set(names)) == len(names) > 15
 
 
 @pytest.mark.slow
@@ -100,8 +98,6 @@ def test_ctrl_c_ends_it_at_once_and_what_is_compiled_by_then_is_kept(tmp_path):
 
 HEARD = """
 import sys
-called = []
-sys.addaudithook(lambda event, given: called.append(given[1]) if event == "subprocess.Popen" else None)
 from numba.core import event
 compiled = []
 class Hears(event.Listener):
@@ -111,7 +107,6 @@ event.register("numba:compile", Hears())
 from palpate.__main__ import main
 code = main()
 assert not compiled, compiled
-assert not [each for each in called if "-shared" in each], called
 sys.exit(code)
 """
 
@@ -160,7 +155,7 @@ def test_after_it_nothing_is_compiled(tmp_path):
     (tmp_path / "wrenches.csv").write_text(WRENCHES)
     environment = os.environ | {
         "NUMBA_CACHE_DIR": str(tmp_path / "numba"),
-        "XDG_CACHE_HOME": str(tmp_path / "cache"),
+        "XDG_CACHE_HOME": str(tmp_path),
     }
 
     def run(program, typed):
@@ -175,12 +170,8 @@ def test_after_it_nothing_is_compiled(tmp_path):
         assert done.returncode == 0, f"{typed}: {done.stderr}"
         return done
 
-    def kept():
-        return set(Path(tmp_path / "cache").rglob("*.so"))
-
     first = json.loads(run(("-m", "palpate"), "warm-up --json").stdout)
     assert first["figures"]["compiled"] > 20
-    before = kept()
     assert "palpate: compiling" not in run(("-c", HEARD), "warm-up").stderr
     missing = []
     for typed in AFTERWARDS:
@@ -189,14 +180,12 @@ def test_after_it_nothing_is_compiled(tmp_path):
         except AssertionError as error:
             missing.append(str(error))
     assert not missing, "\n".join(missing)
-    assert kept() == before
 
 
 @pytest.mark.parametrize(
     ("then", "kept", "message"),
     [
         (DONE, 0, "set NUMBA_CACHE_DIR"),
-        (DONE.replace('solver / "made.so", ', ""), 1, "it needs a C compiler"),
         ("raise OSError('No space left on device')", 1, "No space left on device"),
     ],
 )

@@ -1,7 +1,8 @@
 """Commands and scripts in processes that need not import anything first: forks of the test process.
 
 A fork has a folder, environment, exit code and output of its own, as a process that a user starts. Signals, closed
-pipes and what imports load are for real processes, not for forks.
+pipes, what imports load and pictures are for real processes, not for forks: OpenGL hangs in a fork of a process
+that has used it.
 """
 
 import contextlib
@@ -12,6 +13,7 @@ import io
 import os
 import runpy
 import signal
+import subprocess
 import sys
 import tempfile
 import traceback
@@ -36,7 +38,17 @@ class Ended:
 
 
 def palpate(*words: object, folder: Path | None = None, environment: Mapping[str, str] | None = None) -> Ended:
-    """Carry out a command as typed."""
+    """Carry out a command as typed; one that draws a picture, in a process of its own."""
+    if "--picture" in words:
+        done = subprocess.run(
+            [sys.executable, "-m", "palpate", *map(str, words)],
+            cwd=folder,
+            env=os.environ | dict(environment or {}),
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+        )
+        return Ended(done.returncode, done.stdout, done.stderr)
 
     def run() -> int:
         from palpate.__main__ import main
@@ -69,7 +81,10 @@ def forked(run: Callable[[], int], folder: Path | None, environment: Mapping[str
             _end_with(run, folder, environment or {}, (out.fileno(), err.fileno()))
         _, status = os.waitpid(child, 0)
         said, told = (_whole(file) for file in (out, err))
-    return Ended(os.waitstatus_to_exitcode(status), said, told)
+    code = os.waitstatus_to_exitcode(status)
+    if code < 0:
+        told += f"ended by {signal.Signals(-code).name}; after {TIMEOUT} s that is an alarm\n"
+    return Ended(code, said, told)
 
 
 @functools.cache

@@ -23,20 +23,14 @@ from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.experiments.kit.versions import versions_text
-from palpate.grasp.solvers.compiled import Compiled, cache_folder
+from palpate.grasp.solvers.compiled import cache_folder
 from palpate.runtime.progress_bar import progress_bar
 
 KERNELS = ("*.nbi", "*.nbc")
-SOLVERS = ("*.so",)
 
 STEPS = "palpate.commands.warm_up.steps"
 
 REMEDY = "no folder to keep kernels in can be written: set NUMBA_CACHE_DIR to one that can"
-
-NO_SOLVERS = (
-    "no solver of grasp forces could be compiled and kept, without which they take 20 times as long: it needs a C "
-    "compiler (gcc or clang, or what CC names), and XDG_CACHE_HOME a folder that can be written"
-)
 
 INTERRUPTED = "interrupted; what was compiled is kept, and `palpate warm-up` goes on from there"
 
@@ -102,15 +96,14 @@ def _warnings(report: dict[str, Any]) -> list[str]:
     wanted = os.environ.get("NUMBA_CACHE_DIR", "")
     if wanted and not any(Path(each).is_relative_to(Path(wanted).absolute()) for each in report["folders"]):
         warnings.append(f"NUMBA_CACHE_DIR = {wanted} cannot be written: choose another")
-    if not any(Path(report["solvers"]).glob("*.so")):
-        warnings.append(NO_SOLVERS)
     return warnings
 
 
 def _result(console: Console, report: dict[str, Any], duration: float) -> CommandResult:
     """Print the result and return it."""
     count = len(report["compiled"])
-    folders = _shown_folders(report)
+    # one that holds everything
+    folders = [Path(os.path.commonpath(report["folders"]))] if report["folders"] else []
     what = f"Compiled {count} functions in {duration:.0f} s" if count else "Nothing to compile"
     outcome = f"{what}; kept in {' and '.join(map(str, folders))}" if folders else what
     say(console, outcome)
@@ -123,13 +116,6 @@ def _result(console: Console, report: dict[str, Any], duration: float) -> Comman
         facts={"functions": report["compiled"], "folders": folders},
         warnings=tuple(report.get("warnings", ())),
     )
-
-
-def _shown_folders(report: dict[str, Any]) -> list[Path]:
-    """The folders that hold everything, as few as there are."""
-    kernels = [Path(os.path.commonpath(report["folders"]))] if report["folders"] else []
-    solvers = Path(report["solvers"])
-    return kernels + ([solvers] if any(solvers.glob("*.so")) else [])
 
 
 @contextmanager
@@ -158,7 +144,7 @@ class WarmUpRecord:
         """Return that of this palpate on this machine."""
         package = Path(palpate.__file__).parent
         place = f"{package}\n{os.environ.get('NUMBA_CACHE_DIR', '')}"
-        machine = f"{versions_text()}{binding.get_host_cpu_name()}\n{Compiled().compiler}\n"
+        machine = f"{versions_text()}{binding.get_host_cpu_name()}"
         hashed = hashlib.sha256(machine.encode())
         for folder, folders, files in os.walk(package, followlinks=True):
             folders.sort()
@@ -179,7 +165,6 @@ class WarmUpRecord:
 
     def write(self, report: dict[str, Any]) -> None:
         """Keep what was reported, if a file can be written."""
-        folders = [(Path(folder), KERNELS) for folder in report["folders"]] + [(Path(report["solvers"]), SOLVERS)]
-        files = [str(file) for folder, kinds in folders for kind in kinds for file in folder.glob(kind)]
+        files = [str(file) for folder in report["folders"] for kind in KERNELS for file in Path(folder).glob(kind)]
         with suppress(OSError), replacing(self.path) as file:
             file.write(json.dumps(report | {"made_of": self.made_of, "files": files}).encode())

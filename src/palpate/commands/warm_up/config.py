@@ -8,11 +8,11 @@ class WarmUpConfig:
     """Compile once what palpate would otherwise compile when it is first needed: a minute or a few.
 
     Contact sensing on every kind of fingertip, controllers, simulation, kinematics, maps, comparison of meshes,
-    and grasp forces of two to four contacts for every objective. What is compiled is kept, for every later
-    program; run again, it reports that there is nothing to compile. Ctrl-C keeps what is compiled by then.
+    and grasp forces. What is compiled is kept, for every later program; run again, it reports that there is
+    nothing to compile. Ctrl-C keeps what is compiled by then.
 
-    Left out are a grasp with limits of actuators, which is another one for every hand, and fingertips given by
-    functions of your own, which are never kept. Set NUMBA_CACHE_DIR and XDG_CACHE_HOME to keep it all elsewhere.
+    Left out are grasp objectives of your own, and fingertips given by functions of your own, which are never kept.
+    Set NUMBA_CACHE_DIR to keep it all elsewhere.
 
     Example: palpate warm-up
     """

@@ -25,7 +25,6 @@ from palpate.friction.slip.load_fall import LoadFall
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
 from palpate.grasp.problem.scaled import ScaledGrasp
-from palpate.grasp.solvers.compiled import cache_folder
 from palpate.grasp.solvers.least_effort import least_violation
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
 from palpate.mapping import HeightMap, SurfaceMap, TouchCloud, surface_mesh
@@ -87,10 +86,8 @@ def steps() -> Iterator[Step]:
     yield "shapes of a felt surface", _name_shape
     yield "a surface map", _map
     yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
-    for contacts in (2, 3, 4):
-        for wanted in Objective:
-            what = wanted.value.replace("_", " ")
-            yield f"grasp forces of {contacts} contacts, {what}", partial(_hold, contacts, wanted)
+    for wanted in Objective:
+        yield f"grasp forces, {wanted.value.replace('_', ' ')}", partial(_hold, wanted)
     yield "grasp forces with a reserve", _hold_with_reserve
     yield "grasp forces with shared actuators", _hold_by_tendon
     for name, surface in tips[1:]:
@@ -169,27 +166,29 @@ def _map() -> None:
     fit_primitive(cloud.thinned(1e-3), PrimitiveKind.SPHERE)
 
 
-def _grasp(n: int) -> GraspContacts:
-    """Contacts around a ball of 30 mm."""
-    angle = 2.0 * np.pi * np.arange(n) / n
-    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])
-    up = np.tile((0.0, 0.0, 1.0), (n, 1))
+def _three_fingers() -> GraspContacts:
+    """Around a ball of 30 mm."""
+    angle = 2.0 * np.pi * np.arange(3) / 3
+    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
+    up = np.tile((0.0, 0.0, 1.0), (3, 1))
     return GraspContacts(0.03 * out, np.stack([-out, up, np.cross(-out, up)], axis=2), 0.6, 0.005, 0.0, 20.0)
 
 
-def _hold(contacts: int, wanted: Objective) -> None:
-    GraspForceOptimizer(_grasp(contacts), wanted).solve(-WRENCH)
+GRASP = _three_fingers()
+
+
+def _hold(wanted: Objective) -> None:
+    GraspForceOptimizer(GRASP, wanted).solve(-WRENCH)
 
 
 def _hold_by_tendon() -> None:
-    GraspForceOptimizer(_grasp(3), shared_actuators=(np.full((1, 12), 0.01), -1.0, 1.0)).solve(-WRENCH)
+    GraspForceOptimizer(GRASP, shared_actuators=(np.full((1, 12), 0.01), -1.0, 1.0)).solve(-WRENCH)
 
 
 def _hold_with_reserve() -> None:
-    grasp = _grasp(3)
-    RobustLeastEffort(grasp, GraspUncertainty(np.full(3, 0.05), np.full(3, 5e-4))).solve(-WRENCH)
-    load, size = ScaledGrasp.of(grasp).load(1e3 * WRENCH)
-    least_violation(ScaledGrasp.of(grasp).sized(size), load, 0.01)
+    RobustLeastEffort(GRASP, GraspUncertainty(np.full(3, 0.05), np.full(3, 5e-4))).solve(-WRENCH)
+    load, size = ScaledGrasp.of(GRASP).load(1e3 * WRENCH)
+    least_violation(ScaledGrasp.of(GRASP).sized(size), load, 0.01)
 
 
 def main() -> None:
@@ -204,7 +203,7 @@ def main() -> None:
         use()
     modules = [vars(module) for name, module in sys.modules.items() if name.startswith("palpate.")]
     folders = {folder for names in modules for each in names.values() if (folder := compiling.kept_in(each))}
-    _write(out, compiled=compiling.KEPT, folders=sorted(folders), solvers=str(cache_folder()))
+    _write(out, compiled=compiling.KEPT, folders=sorted(folders))
 
 
 def _write(out: IO[str], **report: Any) -> None:

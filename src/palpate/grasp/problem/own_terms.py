@@ -24,7 +24,7 @@ from palpate.grasp.problem.convex_forms import (
     row_of,
 )
 from palpate.grasp.problem.limits import CoupledLimits
-from palpate.grasp.solvers.compiled import BUILDING, Compiled, in_place
+from palpate.grasp.solvers.compiled import BUILDING, in_place, machine_code
 
 __all__ = ["OwnTerms", "SmoothTerms"]
 
@@ -53,7 +53,7 @@ class SmoothTerms:
         lagrangian = f + casadi.dot(multipliers, g)
         wanted = [f, casadi.gradient(f, w), g, casadi.jacobian(g, w), casadi.hessian(lagrangian, w)[0]]
         once: Any = casadi.cse([casadi.densify(each) for each in wanted])
-        (function,) = Compiled().prepare([casadi.Function("own_terms", [w, multipliers], once)])
+        function = machine_code(casadi.Function("own_terms", [w, multipliers], once))
         n = w.numel()
         self._given = np.zeros(n), np.zeros(self.count)
         # CasADi's matrices are column-major

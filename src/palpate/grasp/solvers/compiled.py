@@ -15,10 +15,9 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from threading import RLock
-from typing import Any, Protocol
+from typing import Any
 
 import casadi
 
@@ -26,7 +25,7 @@ from palpate.atomic_file import replacing
 from palpate.compiling import compiling
 from palpate.errors import FloatArray
 
-__all__ = ["BUILDING", "Compiled", "Executor", "Interpreted", "in_place"]
+__all__ = ["BUILDING", "in_place", "machine_code"]
 
 FLAGS = ("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-semantic-interposition", "-fPIC", "-shared")
 """None of them changes a bit. Without the third and the fourth every square and square root is a call through the
@@ -43,83 +42,56 @@ COMPILER_TIMEOUT = 120.0
 """Seconds after which a compiler is taken to hang; it needs two."""
 
 
-class Executor(Protocol):
-    """Runs CasADi functions."""
+def machine_code(function: Any, compiler: str | None = None) -> Any:
+    """Return a CasADi function compiled by the system's C compiler; where that fails, as it is, 20 times slower.
 
-    def prepare(self, functions: Sequence[Any], what: str = ...) -> list[Any]:
-        """Return functions that do the same, ready to be called.
-
-        Args:
-            functions: Of CasADi.
-            what: They are, for people who wait.
-        """
-        ...
-
-
-class Interpreted:
-    """CasADi's own virtual machine: nothing to wait for, 20 times slower."""
-
-    def prepare(self, functions: Sequence[Any], what: str = "") -> list[Any]:
-        """Return them as they are."""
-        return list(functions)
-
-
-class Compiled:
-    """Machine code by the system's C compiler; where that fails, `Interpreted`.
-
-    Attributes:
-        compiler: Its path; None if there is none.
+    Args:
+        function: Of CasADi.
+        compiler: Its name, by default $CC, cc, gcc or clang, whichever there is.
     """
-
-    def __init__(self, compiler: str | None = None, folder: Path | None = None) -> None:
-        """Choose a compiler (by default $CC, cc or gcc) and where its results are kept."""
-        named = (compiler,) if compiler is not None else (os.environ.get("CC") or "cc", "gcc", "clang")
-        self.compiler = next((found for name in named if (found := shutil.which(name))), None)
-        self._folder = folder
-
-    def prepare(self, functions: Sequence[Any], what: str = "the solver of grasp forces") -> list[Any]:
-        """Return them compiled."""
-        if self.compiler is None or platform.system() == "Windows":
-            return list(functions)
-        try:
-            library = self._library(functions, self.compiler, what)
-            with BUILDING:
-                return [casadi.external(each.name(), str(library)) for each in functions]
-        except (OSError, RuntimeError, subprocess.SubprocessError):
-            return list(functions)
-
-    def _library(self, functions: Sequence[Any], compiler: str, what: str) -> Path:
+    names = (compiler,) if compiler is not None else (os.environ.get("CC") or "cc", "gcc", "clang")
+    found = next(filter(None, map(shutil.which, names)), None)
+    if found is None or platform.system() == "Windows":
+        return function
+    try:
+        library = _library(function, found)
         with BUILDING:
-            generator = casadi.CodeGenerator("grasp.c", {"with_header": False})
-            for each in functions:
-                generator.add(each)
-            code = generator.dump()
-        made_of = "\n".join(
-            (casadi.CasadiMeta.version(), compiler, *FLAGS, platform.system(), platform.machine(), code)
-        )
-        name = _digest(made_of.encode())
-        folder = cache_folder() if self._folder is None else self._folder
-        for library in folder.glob(f"{name}-*.so"):
-            if library.name == f"{name}-{_digest(library.read_bytes())}.so":
-                return library
-            library.unlink(missing_ok=True)  # to load it might end this process
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        for left in folder.glob(f"{ROOM}*"):
-            if time.time() - left.stat().st_mtime > COMPILER_TIMEOUT:  # whoever made it was killed
-                shutil.rmtree(left, ignore_errors=True)
-        with tempfile.TemporaryDirectory(prefix=ROOM, dir=folder) as room:
-            source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
-            source.write_text(code)
-            command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
-            with compiling(what):
-                subprocess.run(
-                    command, check=True, capture_output=True, timeout=COMPILER_TIMEOUT, stdin=subprocess.DEVNULL
-                )
-            machine_code = made.read_bytes()
-        library = folder / f"{name}-{_digest(machine_code)}.so"
-        with replacing(library) as file:  # two programs that do this at once write the same
-            file.write(machine_code)
-        return library
+            return casadi.external(function.name(), str(library))
+    except (OSError, RuntimeError, subprocess.SubprocessError):
+        return function
+
+
+def _library(function: Any, compiler: str) -> Path:
+    with BUILDING:
+        generator = casadi.CodeGenerator("grasp.c", {"with_header": False})
+        generator.add(function)
+        code = generator.dump()
+    made_of = "\n".join(
+        (casadi.CasadiMeta.version(), compiler, *FLAGS, platform.system(), platform.machine(), code)
+    )
+    name = _digest(made_of.encode())
+    folder = cache_folder()
+    for library in folder.glob(f"{name}-*.so"):
+        if library.name == f"{name}-{_digest(library.read_bytes())}.so":
+            return library
+        library.unlink(missing_ok=True)  # to load it might end this process
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    for left in folder.glob(f"{ROOM}*"):
+        if time.time() - left.stat().st_mtime > COMPILER_TIMEOUT:  # whoever made it was killed
+            shutil.rmtree(left, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix=ROOM, dir=folder) as room:
+        source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
+        source.write_text(code)
+        command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
+        with compiling("an objective of grasp forces"):
+            subprocess.run(
+                command, check=True, capture_output=True, timeout=COMPILER_TIMEOUT, stdin=subprocess.DEVNULL
+            )
+        machine_code = made.read_bytes()
+    library = folder / f"{name}-{_digest(machine_code)}.so"
+    with replacing(library) as file:  # two programs that do this at once write the same
+        file.write(machine_code)
+    return library
 
 
 def _digest(content: bytes) -> str:
