@@ -63,13 +63,12 @@ class Swept:
 
     def __init__(
         self, target, carrier=None, assumed=None, follow=False, seconds=8.0, make=lambda gain: {}, landing=0.005,
-        done=True, raster=RASTER, changes=lambda gain: (), **options,
+        done=True, raster=RASTER, noise=True, changes=lambda gain: (), **options,
     ):  # fmt: skip
         law, tip, carrier = ContactLaw(), Tip(Sphere(RADIUS)), carrier or Stage()
         start = (*raster.corners()[0], getattr(target, "shape", target).top + RADIUS + 0.001)
-        backend = MujocoBackend(
-            build_scene(tip, target, law, start, carrier), PERIOD, white_noise(3.1e-3, 1.6e-5, 1)
-        )
+        sensor = white_noise(3.1e-3, 1.6e-5, 1) if noise else None
+        backend = MujocoBackend(build_scene(tip, target, law, start, carrier), PERIOD, sensor)
         stiffness, delay = assumed or law.stiffness, tracking_delay(PERIOD, carrier.lag)
         gain = force_gain(series_stiffness(stiffness, carrier.stiffness(tip.mass)), delay)
         parameters = ExploreParameters(
@@ -166,7 +165,8 @@ def test_live_changes_of_force_speed_and_gain_keep_contact_and_force_on_a_sphere
         strongest = Change(3.0, "force_gain", gain.live_range[1])
         return Change(1.5, "force", 4.0), Change(2.5, "speed", 0.03), strongest, Change(3.5, "force", 1.0)
 
-    swept = Swept(SphereObject(), seconds=20.0, raster=Raster(0.02, 0.016, 0.004), changes=changes)
+    raster = Raster(0.02, 0.016, 0.004)
+    swept = Swept(SphereObject(), seconds=20.0, raster=raster, noise=False, changes=changes)
     velocity = np.array([command.velocity_base_tip for command in swept.commands])
     for begin, end, low, high in ((0.8, 1.5, 2, 2), (1.5, 3.5, 2, 4), (3.5, 4.2, 1, 4), (4.2, 9.0, 1, 1)):
         held = swept.normal_force[swept.scan & (swept.time > begin) & (swept.time <= end)]
