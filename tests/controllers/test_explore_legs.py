@@ -87,34 +87,34 @@ OUTSIDE = [Stroke(((0.01, 0.0),)), Hop((0.01, 0.0)), Hop((0.0, 0.0))]
 
 ROOM = replace(WANTED, room=Room((-0.01, -0.01, -0.01), (0.006, 0.01, 0.05)))
 
-EDGE = [Stroke(((0.02, 0.0),)), Hop((0.0, 0.0)), Stroke(((1e-3, 0.0),))]
-
 OBSTACLES = {
     # a wall from x = 8 mm on, 50 mm high
     "wall": (
         WALL,
         {"distance": lambda p: min(p[2], max(0.008 - p[0], p[2] - 0.05))},
         [LegEnd.BLOCKED, LegEnd.REACHED, LegEnd.REACHED],
-        (0.0, 0.008 - RADIUS + 1e-3),
+        0.008 - RADIUS + 1e-3,
     ),
-    "end of the room": (OUTSIDE, {"wanted": ROOM}, [LegEnd.BLOCKED, LegEnd.BLOCKED, LegEnd.REACHED], (0.0, 0.006)),
-    # over an edge by 70 degrees, and the way in which the tip comes to rest
-    "edge": (
-        EDGE,
-        {"distance": lambda p: table(p)},
-        [LegEnd.STEEP, LegEnd.REACHED, LegEnd.REACHED],
-        (0.006 + RADIUS * math.sin(math.radians(70.0)) - 1e-4, 0.006 + RADIUS),
-    ),
+    "end of the room": (OUTSIDE, {"wanted": ROOM}, [LegEnd.BLOCKED, LegEnd.BLOCKED, LegEnd.REACHED], 0.006),
 }
 
 
 @pytest.mark.parametrize("name", OBSTACLES)
 def test_a_leg_ends_at_an_obstacle_and_the_next_one_follows(name):
-    """The tip gets so far along x [m]; neither what is higher than the start nor what lies outside is entered."""
-    asked, options, ends, (least, most) = OBSTACLES[name]
+    """The tip gets less than so far along x [m]: past neither a wall higher than the start nor the room's end."""
+    asked, options, ends, most = OBSTACLES[name]
     e, how = legs(*asked, **options)
     assert how == [LegEnd.REACHED, *ends]
-    assert least < e.position[:, 0].max() < most
+    assert e.position[:, 0].max() < most
+    assert e.phases[-1] is Phase.DONE
+
+
+def test_a_stroke_over_an_edge_ends_as_steep_and_the_next_follows():
+    """Over the edge by 70 degrees, and the way in which the tip comes to rest."""
+    e, how = legs(Stroke(((0.02, 0.0),)), Hop((0.0, 0.0)), Stroke(((1e-3, 0.0),)), distance=table)
+    beyond = e.position[e.at(Phase.SCAN), 0].max() - 0.006
+    assert how == [LegEnd.REACHED, LegEnd.STEEP, LegEnd.REACHED, LegEnd.REACHED]
+    assert RADIUS * math.sin(math.radians(70.0)) - 1e-4 < beyond < RADIUS
     assert e.phases[-1] is Phase.DONE
 
 

@@ -83,7 +83,7 @@ class LevelSet:
             return self.distance((*point, z)) - self.radius
 
         touching = next((z for z in np.linspace(0.1, -0.1, 4001) if gap(z) <= 0.0), None)
-        return None if touching is None else (*point, brentq(gap, touching, touching + 5e-5, xtol=1e-15))
+        return None if touching is None else (*point, brentq(gap, touching, touching + 6e-5, xtol=1e-15))
 
     def felt(self, p):
         n = self.normal(p)
