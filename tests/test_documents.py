@@ -27,9 +27,9 @@ UNMARKED = {
     ),
     "docs/robots.md": ("palpate",),
 }
-"""Commands that are not run, of documents whose blocks have no marks: README shows the best of all in one block, and
-docs/robots.md is about robots. `tests/wire` runs the emulated robots, which keep real time, and a cell like that of
-docs/robots.md."""
+"""Commands that are not run, of documents whose blocks have no marks: README shows the best of all in one block,
+docs/robots.md is about robots. `tests/wire` runs both emulated robots, which keep real time, and a cell like that
+of docs/robots.md."""
 
 NOTED: list[object] = []
 """What `note` was asked for."""
