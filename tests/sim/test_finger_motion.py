@@ -12,7 +12,6 @@ from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command
 from palpate.sim import CylinderObject, Lift, SphereObject
-from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand_file import HandFile
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
@@ -22,6 +21,7 @@ from palpate.sim.hand.turning_hand import sideways_name, turning_hand
 from palpate.sim.objects.table import Table
 from palpate.sim.tip import Tip
 from palpate.surfaces import Sphere
+from support.simulated import started
 
 TIP = Tip(Sphere(0.008), mass=0.015)
 
@@ -66,12 +66,6 @@ def made(tmp_path, n=3, joints=3, **options):
     path = tmp_path / "hand.xml"
     path.write_text(hand_text(n, joints))
     return HandFile(path, tuple(f"s{i}" for i in range(n)), BEND[joints] * n, **options).read([TIP] * n)
-
-
-def started(scene):
-    backend = HandBackend(scene)
-    backend.start()
-    return backend
 
 
 def in_air(hand):

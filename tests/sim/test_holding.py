@@ -20,7 +20,8 @@ from palpate.sim.hand.contact import FRICTION_STEP, LARGEST_CONTACT_STEP, GraspC
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.surfaces import Ellipsoid
-from support.held_object import BOX, held, lead_object, led, move, normal_force, press, pull, standing
+from support.held_object import BOX, held, lead_object, led, normal_force, press, pull, standing
+from support.simulated import move
 
 TWO, THREE, BALL = two_finger_hand(), three_finger_hand(), SphereObject(0.03)
 OBLONG = replace(TWO, tip=replace(TWO.tip, surface=Ellipsoid((0.008, 0.009, 0.012), center=(0, 0, 0.014))))

@@ -8,15 +8,15 @@ import pytest
 
 from palpate.kinematics import UR5E, FollowingErrorLimit, Pose, nearest_joint_position
 from palpate.kinematics.reference_kernel import MAX_LEAD
-from palpate.sim import Box, ContactLaw, Tip
+from palpate.sim import ArmCarrier, Box, ContactLaw, Fidelity, MujocoBackend, Tip, build_scene
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.ur5e import ur5e
-from palpate.sim.contact_law import pair_parameters
 from palpate.surfaces import Sphere
+from support.simulated import angle_between, move
 
 TIP = Tip(Sphere(0.008))
 GRAVITY = 9.80665
-STILL = (0.0, 0.0, 0.0)
+STILL, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -0.01)
 UPRIGHT = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 ARM = ur5e(
     pose_flange_tip=Pose((0.0, 0.0, 0.1), UPRIGHT)
@@ -25,23 +25,16 @@ HOME = tuple(np.radians((-90.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
 ABOVE = nearest_joint_position(ARM.kinematics, Pose((-0.1333, 0.45, 0.3)), HOME)
 
 
-def spec_of(arm, start, tip=TIP, gravity=GRAVITY):
-    """A scene of arm and tip, and its tip's body."""
+def model_of(arm=ARM, start=ABOVE, tip=TIP, gravity=GRAVITY):
+    """A scene of arm and tip."""
     spec = mujoco.MjSpec()
     spec.option.timestep = 0.5e-3
     spec.option.gravity = [0.0, 0.0, -gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     flange = arm.add_to(spec, start)
     if tip is not None:
         tip.add_to(flange).gravcomp = 1.0
-        for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
-            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="sensor")
-    return spec
-
-
-def model_of(arm=ARM, start=ABOVE, tip=TIP, gravity=GRAVITY):
-    return spec_of(arm, start, tip, gravity).compile()
+    return spec.compile()
 
 
 class Run:
@@ -226,52 +219,34 @@ def test_wild_commands_keep_every_joint_within_its_speed():
     assert run.joint_speed <= math.pi
 
 
-def pushing(following_error_limit=None, friction=0.3, speed=0.01, stiffness=100e3):
-    """The tip 0.3 mm above a box."""
-    arm = ur5e(
-        pose_flange_tip=ARM.pose_flange_tip, following_error_limit=following_error_limit or FollowingErrorLimit()
-    )
-    start = nearest_joint_position(arm.kinematics, Pose((-0.1333, 0.45, 0.0283)), HOME)
-    spec = spec_of(arm, start)
-    Box().add_geom(spec.worldbody.add_body(name="object", pos=[-0.1333, 0.45, 0.0]), "object")
-    inverse_mass = float(spec.copy().compile().body("tip").invweight0[0])
-    pair = pair_parameters(ContactLaw(stiffness=stiffness, friction=friction), inverse_mass, 0.5e-3)
-    spec.option.impratio = pair.impratio
-    spec.add_pair(
-        geomname1="tip",
-        geomname2="object",
-        condim=4,
-        friction=pair.friction,
-        solref=pair.solref,
-        solreffriction=pair.solreffriction,
-        solimp=pair.solimp,
-    )
-    return Run(spec.compile(), arm), arm, start
+def pushed(limit, friction, periods):
+    """A tip that an arm pushes on a box for some periods, with the sample before and after; its arm and start."""
+    arm = ur5e(Pose((0.1333, -0.45, 0.0)), ARM.pose_flange_tip, following_error_limit=limit)
+    carrier, start = ArmCarrier(arm), (0.0, 0.0, 0.0283)
+    law = ContactLaw(stiffness=100e3, friction=friction)
+    backend = MujocoBackend(build_scene(TIP, Box(), law, start, carrier, Fidelity(0.5e-3)), 1e-3)
+    first = backend.start().arm
+    return backend, first, move(backend, periods, DOWN).arm, carrier, carrier.joint_start(start)
 
 
 def test_the_following_error_limit_bounds_the_push_against_an_obstacle():
-    run, arm, start = pushing(FollowingErrorLimit(0.0005, 0.005), friction=0.05)
-    first = run.tip
-    run.go(3000, (0.0, 0.0, -0.01))
-    load = -run.data.sensordata[:3] + (0.0, 0.0, TIP.mass * GRAVITY)
-    assert load[2] == pytest.approx(arm.push(start, (0.0, 0.0, -1.0)), rel=0.05)
-    assert turned(run.tip, first) < 0.01
+    backend, first, last, carrier, joints = pushed(FollowingErrorLimit(0.0005, 0.005), 0.05, 3000)
+    largest = carrier.arm.push(joints, (0.0, 0.0, -1.0))
+    assert backend.truth().force[2] == pytest.approx(largest, rel=0.05)
+    assert angle_between(last.rotation_base_tip, first.rotation_base_tip) < 0.01
     # no wind-up: backing off frees the tip after following-error limit and depth are taken back
-    run.go(300, (0.0, 0.0, 0.01))
-    assert run.data.ncon == 0
-    assert math.dist(run.tip.position[:2], first.position[:2]) < 2e-3
+    freed = move(backend, 300, (0.0, 0.0, 0.01)).arm
+    assert not backend.truth().touching
+    assert math.dist(freed.position_base_tip[:2], first.position_base_tip[:2]) < 2e-3
 
 
 def test_a_tip_that_pushes_for_long_stays_where_it_is():
     """An arm yields askew; the tip settles, and does not skate along the wall."""
-    run, arm, start = pushing()
-    run.go(2000, (0.0, 0.0, -0.01))
-    settled = run.tip.position
-    run.go(1500, (0.0, 0.0, -0.01))
-    assert math.dist(run.tip.position, settled) < 0.2e-3
-    # what the following-error limit leaves at most: in the stiffest direction
-    stiffest = np.linalg.svd(arm.tip_compliance(start)[:3, :3], compute_uv=False)[-1]
-    assert -run.data.sensordata[2] < MAX_LEAD * arm.following_error_limit.distance / stiffest
+    backend, _, settled, carrier, joints = pushed(FollowingErrorLimit(), 0.3, 2000)
+    assert math.dist(move(backend, 1500, DOWN).arm.position_base_tip, settled.position_base_tip) < 0.2e-3
+    # the following-error limit allows at most this push, in the stiffest direction
+    stiffest = np.linalg.svd(carrier.arm.tip_compliance(joints)[:3, :3], compute_uv=False)[-1]
+    assert backend.truth().force[2] < MAX_LEAD * carrier.arm.following_error_limit.distance / stiffest
 
 
 def test_the_tip_yields_by_its_compliance():
