@@ -9,6 +9,7 @@ import typing
 from dataclasses import dataclass, make_dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -146,23 +147,9 @@ TYPED = re.compile(r"`palpate ([a-z][a-z-]*)")
 RESULT = RunResult(Ending.DONE, None, None, RobotRest.at_rest(), 1.0, 1.0, None, None)
 
 
-@dataclass
-class Planned:
-    """As much of a plan as advice needs."""
-
-    name: str
-
-    @property
-    def robot(self):
-        return load_robot(self.name)
-
-    @property
-    def config(self):
-        return SimpleNamespace(robot=self.name)
-
-
 def advised(robot, **how):
-    return advice_on_ending("explore", Planned(robot), replace(RESULT, **how))
+    planned: Any = SimpleNamespace(robot=load_robot(robot), config=SimpleNamespace(robot=robot))
+    return advice_on_ending("explore", planned, replace(RESULT, **how))
 
 
 def tripped(cause):
