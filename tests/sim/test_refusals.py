@@ -61,7 +61,6 @@ from palpate.sim.hand.turning_hand import TurningHand, turning_hand
 from palpate.sim.objects.fixed_pieces import FixedPieces
 from palpate.sim.objects.heights import HeightField, bumps
 from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
-from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
 from palpate.sim.render.files import write_gif
 from palpate.sim.render.place import ScenePlacement
@@ -84,6 +83,7 @@ from palpate.sim.sensor.stages import (
 )
 from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift, WarmUp
 from palpate.surfaces import CompliantTip, Composite, Cylinder, Ellipsoid, Paraboloid, Patch, Sphere
+from support.meshes import joined
 from support.simulated import started
 
 NAN, INF = math.nan, math.inf
@@ -157,8 +157,7 @@ def pulled(body):
 
 
 def torus_mesh(kind):
-    mesh = trimesh.creation.torus(0.03, 0.012)
-    return kind(Triangles(np.array(mesh.vertices), np.array(mesh.faces)))
+    return kind(joined(trimesh.creation.torus(0.03, 0.012)))
 
 
 def of_another_sensor(state_of, sensor):

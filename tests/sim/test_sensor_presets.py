@@ -31,16 +31,9 @@ from palpate.sim.sensor.stages import Dropouts, FirstOrderLag, SampleClock, alik
 from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift
 from palpate.spatial import IDENTITY, ZERO
 from palpate.surfaces import Sphere
+from support.sensor_readings import DT, NOTHING, REST, readings, sampled
 
-DT = 1e-3
-REST = (0.0, 0.0, 9.81)
-NOTHING = (0.0,) * 6
 REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
-
-
-def readings(model, count, load=NOTHING, seed=1, acceleration=REST):
-    sensor = simulated_sensor(model, DT, seed)
-    return np.array([sensor.step(DT * k, load, acceleration).wrench for k in range(count)])
 
 
 @pytest.mark.parametrize("preset", REAL)
@@ -55,6 +48,11 @@ def test_a_preset_is_one_specimen_with_its_sources_and_limits(preset):
         assert np.all(np.abs(one.thermal_drift.per_kelvin) <= 5e-4 * np.array(one.rated))
 
 
+def ages_of(model):
+    """Ages of the samples that a sensor of a model shows [s]."""
+    return [DT * k - sample.time for k, sample in enumerate(sampled(simulated_sensor(model, DT), 1000))]
+
+
 def test_a_nano17_shows_whole_steps_of_its_resolution_288_microseconds_late():
     model = nano17()
     at_once = simulated_sensor(replace(model, clock=None), DT).step(1.0, NOTHING, REST)
@@ -62,8 +60,7 @@ def test_a_nano17_shows_whole_steps_of_its_resolution_288_microseconds_late():
     shown = readings(model, 2000, (1.0, 2.0, -3.0, 0.01, 0.02, -0.03))
     steps = shown * (alike(320.0, 64e3))
     assert np.allclose(steps, np.round(steps), atol=1e-6)
-    sensor = simulated_sensor(model, DT)
-    ages = [DT * k - sensor.step(DT * k, NOTHING, REST).time for k in range(1000)]
+    ages = ages_of(model)
     assert 288e-6 - 1e-9 <= min(ages) <= max(ages) <= 288e-6 + 1 / 7000 + 1e-9
 
 
@@ -71,10 +68,8 @@ def test_an_ft300s_ends_at_its_16_bits_and_is_old():
     shown = readings(ft300s(), 40, (400.0, -400.0, 0.0, 40.0, 0.0, 0.0))
     assert shown[-1, 0] == pytest.approx(327.67)
     assert shown[-1, 3] == pytest.approx(32.767)
-    sensor = simulated_sensor(ft300s(), DT)
-    ages = [DT * k - sensor.step(DT * k, NOTHING, REST).time for k in range(1000)]
-    assert min(ages) >= 8.333e-3 - 1e-6
-    assert max(ages) <= 18.334e-3
+    ages = ages_of(ft300s())
+    assert 8.333e-3 - 1e-6 <= min(ages) <= max(ages) <= 18.334e-3
 
 
 @pytest.mark.parametrize("specimen", [0, 3])

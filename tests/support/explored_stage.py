@@ -14,7 +14,7 @@ from palpate.controllers import (
 from palpate.controllers.paths import Strategy
 from palpate.runtime import Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.log import MemoryLog, Record, Recorder
-from palpate.runtime.result import RunResult
+from palpate.runtime.result import Ending, RunResult
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ContactLaw, MujocoBackend, Stage, Tip, build_scene
 from palpate.surfaces import Sphere
@@ -25,10 +25,9 @@ LAW, STAGE = ContactLaw(), Stage()
 
 @dataclass(eq=False)
 class Legs:
-    """Passes on to a strategy and remembers what it asked for and what came of it."""
+    """Passes on to a strategy and remembers how its legs ended."""
 
     strategy: Strategy
-    legs: list = field(default_factory=list)
     ends: list = field(default_factory=list)
 
     @property
@@ -41,18 +40,15 @@ class Legs:
 
     def start(self):
         self.strategy.start()
-        self.legs, self.ends = [], []
+        self.ends = []
 
     def feel(self, felt):
         return self.strategy.feel(felt)
 
     def next(self, ended):
-        leg = self.strategy.next(ended)
         if ended is not None:
             self.ends.append(ended.how)
-        if leg is not None:
-            self.legs.append(leg)
-        return leg
+        return self.strategy.next(ended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +57,6 @@ class Explored:
 
     result: RunResult
     strategy: Strategy
-    legs: list
     ends: list
     record: Record
     truth: np.ndarray
@@ -89,17 +84,22 @@ class Explored:
     def most_force(self):
         return float(np.linalg.norm(self.truth, axis=1).max())
 
-    def force_rms(self, skip=0):
+    def force_rms(self):
         """True normal force against the set one, while sweeping."""
-        force = -np.sum(self.truth * self.record.normal, axis=1)[self.scan][skip:]
+        force = -np.sum(self.truth * self.record.normal, axis=1)[self.scan]
         return float(np.sqrt(np.mean((force - FORCE) ** 2)))
 
+    def check_ended(self, ending=Ending.DONE):
+        """Check how it ended: at rest, and never above the force limit."""
+        assert self.result.ending is ending
+        assert self.most_force < Limits().force
+        assert np.linalg.norm(self.record.velocity[-1]) < 1e-3
 
-def explored(target, strategy, start, *, law=LAW, speed=0.02, seconds=60.0, limits=None, noise=None, **given):
+
+def explored(target, strategy, start, *, law=LAW, speed=0.02, seconds=60.0, limits=None, **given):
     """Explore from a place of the tip's centre."""
     tip = Tip(Sphere(RADIUS))
-    scene = build_scene(tip, target, law, start, STAGE)
-    backend = MujocoBackend(scene, PERIOD) if noise is None else MujocoBackend(scene, PERIOD, noise)
+    backend = MujocoBackend(build_scene(tip, target, law, start, STAGE), PERIOD)
     delay = tracking_delay(PERIOD, STAGE.lag)
     gain = force_gain(series_stiffness(LAW.stiffness, STAGE.stiffness(tip.mass)), delay)
     parameters = ExploreParameters(force=FORCE, speed=speed, gain=gain, lead=delay, **given)
@@ -114,4 +114,4 @@ def explored(target, strategy, start, *, law=LAW, speed=0.02, seconds=60.0, limi
         recorder=Recorder(memory),
         observers=(lambda *_: truth.append(backend.truth().force),),
     )
-    return Explored(result, strategy, watched.legs, watched.ends, memory.record(), np.array(truth))
+    return Explored(result, strategy, watched.ends, memory.record(), np.array(truth))
