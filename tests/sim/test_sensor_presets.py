@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from palpate.estimation import Assumption
 from palpate.runtime.data import ArmSample, Sample
 from palpate.runtime.supervision.fresh_samples import FreshSamples
 from palpate.runtime.touch import SensorFinger, Touch
@@ -18,8 +17,6 @@ from palpate.sensing.ft import (
     FTPipeline,
     HealthCheck,
     PayloadEntry,
-    average_bias,
-    estimate_drift,
     read_sensor,
     sensor_text,
 )
@@ -28,7 +25,6 @@ from palpate.sim.sensor.model import SensorModel, noisy_sensor
 from palpate.sim.sensor.presets import PresetSensor, axia80, ft300s, nano17, sensor_preset, ur5e_sensor
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.sim.sensor.stages import Dropouts, FirstOrderLag, SampleClock, alike
-from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift
 from palpate.spatial import IDENTITY, ZERO
 from palpate.surfaces import Sphere
 from support.sensor_readings import DT, NOTHING, REST, readings, sampled
@@ -148,26 +144,6 @@ def test_the_delay_of_the_file_is_that_of_a_growing_load():
     assert np.mean(late[1000:]) == pytest.approx(sensor_file(model, DT).device_delay, rel=0.01)
 
 
-def test_a_tare_finds_the_bias_and_the_noise():
-    bias = (0.11, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
-    model = replace(nano17(), bias=bias, thermal_drift=None, clock=None)
-    found = average_bias(readings(model, 4000), noise=model.noise_sd)
-    assert np.all(np.abs(np.subtract(found.mean, bias)) < 5 * np.array(found.standard_error))
-    assert np.allclose(np.array(found.sd) / model.noise_sd, 1.0, atol=0.06)
-    assert sensor_file(model, DT).noise == model.noise_sd
-
-
-def test_a_drift_is_found_at_its_rate_and_none_where_there_is_none():
-    profile = TemperatureProfile((0.0, 100.0), (0.0, 10.0))
-    model = replace(nano17(), thermal_drift=ThermalDrift(alike(0.01, 1e-4), profile))
-    limit = alike(5e-4, 5e-6)
-    drifting = estimate_drift(readings(model, 20_000), period=DT, limit=limit)
-    assert drifting.verdict.breaks(Assumption.WHITE_IN_TIME)
-    assert np.all(np.abs(drifting.slope - alike(1e-3, 1e-5)) < 1.5 * drifting.half_width)
-    steady = estimate_drift(readings(replace(model, thermal_drift=None), 20_000), period=DT, limit=limit)
-    assert steady.verdict.ok
-
-
 def observed(model, count, seed=3):
     """Observations through the whole of touch, and the samples."""
     payload = PayloadEntry(mass=0.03)
@@ -194,9 +170,3 @@ def test_the_supervisor_sees_lost_samples_by_their_stamps_and_only_those():
         before = now
     assert 0 < sum(f is not None for f in findings) < 2000
     assert any(f is not None and "force/torque sensor 1" in f.measure for f in findings)
-
-
-def test_a_device_that_sends_nothing_any_more_is_found_frozen():
-    model = replace(noisy_sensor(0.01, 1e-4), rated=alike(10.0, 1.0), dropouts=Dropouts(0.999))
-    verdicts = {now.fingers[0].health.measure for now, _ in observed(model, 500)}
-    assert HealthCheck.FROZEN in verdicts

@@ -49,6 +49,13 @@ def normal_force(finger):
     return math.hypot(finger.force[0], finger.force[1])
 
 
+def wrench_of_fingers(truth):
+    """Return the force and the moment about the object's origin that it exerts on the fingers, base frame."""
+    forces = [finger.force for finger in truth.fingers]
+    moments = [np.cross(np.subtract(f.position, truth.position), f.force) + f.torque for f in truth.fingers]
+    return np.concatenate([np.sum(forces, axis=0), np.sum(moments, axis=0)])
+
+
 def lead_object(backend):
     """Make the object so heavy that no contact changes its velocity, and weightless; the contact law stays."""
     model, body = backend.scene.model, backend.scene.model.body("object").id
