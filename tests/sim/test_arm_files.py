@@ -22,10 +22,10 @@ from palpate.kinematics import (
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ArmCarrier, ArmFile, Fidelity, ServoedArm
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
-from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.arm_file import ARMS
 from palpate.sim.carriers.servoed_arm import FLANGE, PREFIX
 from palpate.sim.carriers.step_test import step_test
+from support.arm_run import ArmRun
 from support.file_arms import GANTRY, MOBILE, OWN, SCARA, own_arm, written
 from support.refusals import check_refusals
 
@@ -169,25 +169,15 @@ def test_in_a_scene_it_is_the_arm_that_it_is_alone(name, tmp_path):
 @pytest.mark.parametrize("name", [*OWN, "scara"])
 def test_it_does_not_sag_follows_without_lag_and_keeps_to_its_speeds(name, tmp_path):
     model = model_named(name, tmp_path)
-    arm, compiled, data = in_scene(model, model.home)
-    drive = ArmDrive(arm, compiled, data, 1e-3)
-    drive.start()
-    first = np.array(arm.kinematics.pose(data.qpos.tolist()).position)
-    speeds = [each.speed for each in model.arm.limits]
-
-    def go(periods, v):
-        for _ in range(periods):
-            drive.begin(v, (0.0, 0.0, 0.0))
-            for _ in range(drive.steps):
-                drive.advance()
-                mujoco.mj_step(compiled, data)
-                assert np.all(np.abs(data.qvel) <= speeds)
-        return np.array(arm.kinematics.pose(data.qpos.tolist()).position) - first
-
-    assert go(200, (0.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-6)
-    stroke = np.array((0.02, -0.01, 0.005))
-    assert go(1000, tuple(stroke)) == pytest.approx(stroke, abs=0.05e-3)
-    go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
+    arm, compiled, _ = in_scene(model, model.home)
+    run, stroke = ArmRun(compiled, arm), np.array((0.02, -0.01, 0.005))
+    first = np.array(run.tip.position)
+    run.go(200)
+    assert run.tip.position == pytest.approx(first, abs=1e-6)
+    run.go(1000, stroke)
+    assert run.tip.position - first == pytest.approx(stroke, abs=0.05e-3)
+    run.go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
+    run.check_speeds()
 
 
 def test_a_file_with_degrees_frames_defaults_and_a_gripper_is_read(tmp_path):

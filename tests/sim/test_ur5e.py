@@ -9,9 +9,9 @@ import pytest
 from palpate.kinematics import UR5E, FollowingErrorLimit, Pose, nearest_joint_position
 from palpate.kinematics.reference_kernel import MAX_LEAD
 from palpate.sim import ArmCarrier, Box, ContactLaw, Fidelity, MujocoBackend, Tip, build_scene
-from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.ur5e import ur5e
 from palpate.surfaces import Sphere
+from support.arm_run import ArmRun
 from support.simulated import angle_between, move
 
 TIP = Tip(Sphere(0.008))
@@ -35,36 +35,6 @@ def model_of(arm=ARM, start=ABOVE, tip=TIP, gravity=GRAVITY):
     if tip is not None:
         tip.add_to(flange).gravcomp = 1.0
     return spec.compile()
-
-
-class Run:
-    """An arm under control at 1 kHz; `joint_speed` is the fastest that any joint has really been."""
-
-    def __init__(self, model, arm=ARM):
-        self.model, self.data = model, mujoco.MjData(model)
-        self.drive = ArmDrive(arm, model, self.data, 1e-3)
-        self.kinematics = arm.kinematics
-        self.drive.start()
-        self.joint_speed = 0.0
-
-    def period(self, velocity=STILL, angular_velocity=STILL):
-        self.drive.begin(tuple(velocity), tuple(angular_velocity))
-        motion = self.drive.reference.motion
-        for _ in range(self.drive.steps):
-            self.drive.advance()
-            mujoco.mj_step(self.model, self.data)
-            self.joint_speed = max(self.joint_speed, float(np.abs(self.data.qvel).max()))
-        assert max(map(abs, motion.joint_velocity)) <= math.pi
-        return motion
-
-    def go(self, periods, velocity=STILL, angular_velocity=STILL):
-        for _ in range(periods):
-            motion = self.period(velocity, angular_velocity)
-        return motion
-
-    @property
-    def tip(self):
-        return self.kinematics.pose(self.data.qpos.tolist())
 
 
 def turned(a, b):
@@ -136,7 +106,7 @@ def test_motors_carry_gravity_and_end_at_their_limits():
 
 def test_a_circle_is_followed_with_its_orientation_kept():
     """50 mm/s, radius 50 mm, from rest. Asked for: 0.5 mm; lag counts."""
-    run = Run(model_of())
+    run = ArmRun(model_of(), ARM)
     radius, speed = 0.05, 0.05
     first = run.tip
     center = np.array(first.position) - (radius, 0.0, 0.0)
@@ -176,7 +146,7 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
     arm = ur5e(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
     near = tuple(np.radians((0.0, -80.0, 100.0, -20.0, 8.0, 0.0)).tolist())
     start = nearest_joint_position(arm.kinematics, sideways(math.radians(10.0), tilt), near)
-    run = Run(model_of(arm, start), arm)
+    run = ArmRun(model_of(arm, start), arm)
     first, smallest, way = run.tip, math.inf, np.zeros(3)
     worst = 0.0
     for _ in range(round(0.2 / speed / 1e-3)):
@@ -184,7 +154,7 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
         smallest = min(smallest, motion.smallest_singular_value)
         way += (0.0, -1e-3 * speed, 0.0)
         worst = max(worst, float(np.linalg.norm(np.subtract(run.tip.position, first.position) - way)))
-    assert run.joint_speed <= math.pi
+    run.check_speeds()
     if speed < 0.1:
         assert smallest < 0.3 * run.drive.reference.inverse.threshold
         assert (
@@ -198,7 +168,7 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
 def test_the_edge_of_the_reach_is_met_and_left_with_every_joint_within_its_speed():
     arm = ur5e(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
     start = tuple(np.radians((0.0, -60.0, 25.0, -40.0, -90.0, 0.0)).tolist())
-    run = Run(model_of(arm, start), arm)
+    run = ArmRun(model_of(arm, start), arm)
     out = np.subtract(run.tip.position, (0.0, run.tip.position[1], 0.1625))
     out *= 0.05 / np.linalg.norm(out)
     run.go(2500, out)
@@ -208,15 +178,15 @@ def test_the_edge_of_the_reach_is_met_and_left_with_every_joint_within_its_speed
     assert max(map(abs, still.joint_velocity)) < 0.05
     run.go(1000, -out)
     assert (run.tip.position - before) @ out < -0.8 * 0.05**2
-    assert run.joint_speed <= math.pi
+    run.check_speeds()
 
 
 def test_wild_commands_keep_every_joint_within_its_speed():
-    run, rng = Run(model_of()), np.random.default_rng(0)
+    run, rng = ArmRun(model_of(), ARM), np.random.default_rng(0)
     for _ in range(15):
         v, w = rng.normal(size=3) * 0.7, rng.normal(size=3) * 4.0
         run.go(100, v, w)
-    assert run.joint_speed <= math.pi
+    run.check_speeds()
 
 
 def pushed(limit, friction, periods):
@@ -252,7 +222,7 @@ def test_a_tip_that_pushes_for_long_stays_where_it_is():
 def test_the_tip_yields_by_its_compliance():
     """A wrench on the tip, at rest: MuJoCo against J K^-1 J'."""
     model = model_of()
-    run = Run(model)
+    run = ArmRun(model, ARM)
     wrench = np.array((3.0, -2.0, 5.0, 0.1, 0.2, -0.1))
     run.data.body("tip").xfrc_applied[:3] = wrench[:3]
     # MuJoCo applies forces at the centre of mass, which is the tip frame's origin here

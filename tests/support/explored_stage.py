@@ -1,6 +1,7 @@
 """An exploration on the simulated stage through the public pieces: scene, touch, controller, supervisor, log."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from unittest import mock
 
 import numpy as np
 
@@ -21,34 +22,6 @@ from palpate.surfaces import Sphere
 
 PERIOD, FORCE, RADIUS = 1e-3, 2.0, 0.004
 LAW, STAGE = ContactLaw(), Stage()
-
-
-@dataclass(eq=False)
-class Legs:
-    """Passes on to a strategy and remembers how its legs ended."""
-
-    strategy: Strategy
-    ends: list = field(default_factory=list)
-
-    @property
-    def plane(self):
-        return self.strategy.plane
-
-    @property
-    def marks(self):
-        return self.strategy.marks
-
-    def start(self):
-        self.strategy.start()
-        self.ends = []
-
-    def feel(self, felt):
-        return self.strategy.feel(felt)
-
-    def next(self, ended):
-        if ended is not None:
-            self.ends.append(ended.how)
-        return self.strategy.next(ended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,14 +77,16 @@ def explored(target, strategy, start, *, law=LAW, speed=0.02, seconds=60.0, limi
     gain = force_gain(series_stiffness(LAW.stiffness, STAGE.stiffness(tip.mass)), delay)
     parameters = ExploreParameters(force=FORCE, speed=speed, gain=gain, lead=delay, **given)
     finger = Finger(Sphere(RADIUS - FORCE / (2 * LAW.stiffness)), SensorPayload(tip.mass))
-    memory, truth, watched = MemoryLog(), [], Legs(strategy)
-    result = run(
-        backend,
-        Touch(finger),
-        ExploreController(parameters, watched, PERIOD),
-        Supervisor((limits or Limits()).allowing(speed + 0.02)),
-        duration=seconds,
-        recorder=Recorder(memory),
-        observers=(lambda *_: truth.append(backend.truth().force),),
-    )
-    return Explored(result, strategy, watched.ends, memory.record(), np.array(truth))
+    memory, truth = MemoryLog(), []
+    with mock.patch.object(strategy, "next", wraps=strategy.next) as legs:
+        result = run(
+            backend,
+            Touch(finger),
+            ExploreController(parameters, strategy, PERIOD),
+            Supervisor((limits or Limits()).allowing(speed + 0.02)),
+            duration=seconds,
+            recorder=Recorder(memory),
+            observers=(lambda *_: truth.append(backend.truth().force),),
+        )
+    ends = [ended.how for (ended,), _ in legs.call_args_list if ended is not None]
+    return Explored(result, strategy, ends, memory.record(), np.array(truth))
