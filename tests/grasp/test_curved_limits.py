@@ -7,7 +7,7 @@ import pytest
 
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus
 from palpate.grasp.problem.inscribed import inscribed
-from support.grasp_families import around, check_held, grasp_of, within_limits
+from support.grasp_families import around, check_forces, grasp_of, within_limits
 
 
 def best_of_random_starts(solver, result, load, rng, starts):
@@ -44,7 +44,7 @@ def test_limits_are_kept_and_random_starts_are_1_percent_better_in_5_of_100_gras
         result = optimizer.solve(load, warm_start=False)
         if result.status is SolveStatus.SOLVED:
             solutions += 1
-            check_held(grasp, load, result.forces, 1e-9 * np.linalg.norm(load))
+            check_forces(grasp, load, result.forces, 1e-9 * np.linalg.norm(load))
             np.testing.assert_array_equal(result.margin, grasp.margins(result.forces))
             worse += result.objective > 1.01 * best_of_random_starts(optimizer._solver, result, load, rng, starts)
     assert worse <= 0.05 * count

@@ -10,7 +10,7 @@ from palpate.grasp.certificates.disturbance import largest_disturbance, worst_di
 from palpate.grasp.certificates.sensitivity import grip_sensitivity
 from palpate.grasp.robust.least_effort import RobustLeastEffort
 from palpate.grasp.robust.uncertainty import GraspUncertainty
-from support.grasp_families import check_held, opposite
+from support.grasp_families import check_forces, opposite
 
 MU, E, MOST = 0.6, 0.004, 8.0
 SPIN = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
@@ -43,7 +43,7 @@ def test_what_is_found_is_held_within_the_true_limits():
     load, direction = np.array([0.5, 0.2, -1.0, 0.001, 0.0, 0.002]), np.array([0.2, 1.0, 0.3, 0.01, 0.0, 0.0])
     found = largest_disturbance(grasp, direction, load)
     assert found.factor > 0.0
-    check_held(grasp, load + found.factor * direction, found.forces, 1e-6)
+    check_forces(grasp, load + found.factor * direction, found.forces, 1e-6)
     assert found.forces[:, 0].max() <= MOST * (1.0 + 1e-9)
 
 

@@ -14,7 +14,7 @@ from palpate.grasp.certificates.sensitivity import grip_sensitivity
 from palpate.grasp.certificates.support_function import BearableWrenches
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.solvers.least_effort import Outcome
-from support.grasp_families import check_held, grasp_of, solved
+from support.grasp_families import check_forces, grasp_of, solved
 from support.refusals import check_refusals
 
 MU, E, RADIUS = 0.5, 0.006, 0.03
@@ -157,7 +157,7 @@ def test_largest_disturbance_is_held_and_a_little_more_is_not(directions):
     for _ in range(3):
         direction = rng.standard_normal(6) * [1, 1, 1, RADIUS, RADIUS, RADIUS]
         found = largest_disturbance(grasp, direction, load)
-        check_held(grasp, load + found.factor * direction, found.forces, 1e-7)
+        check_forces(grasp, load + found.factor * direction, found.forces, 1e-7)
         # no forces at all do better: proven by the normal alone
         assert found.normal @ direction == pytest.approx(1.0)
         proven = borne.reach(found.normal) - found.normal @ load

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
-from support.grasp_families import Reference, around, check_held, grasp_of, instances
+from support.grasp_families import Reference, around, check_forces, grasp_of, instances
 from support.refusals import check_refusals
 
 LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
@@ -31,7 +31,7 @@ def test_every_load_is_held_or_proven_impossible():
         if each.factor > 1.0:
             assert result.status is SolveStatus.SOLVED, each
             size = np.linalg.norm(each.load[:3]) + np.linalg.norm(each.load[3:]) / 0.03
-            check_held(each.grasp, each.load, result.forces, 1e-9 * size)
+            check_forces(each.grasp, each.load, result.forces, 1e-9 * size)
             reference = Reference(each.grasp).least_effort(each.load)
             if np.isfinite(reference):
                 assert result.objective == pytest.approx(reference, rel=1e-8)
@@ -68,7 +68,7 @@ def test_without_largest_forces_a_closed_grasp_holds_any_load():
     endless = grasp_of(*around(4, rng), 0.8, 0.004, rng)
     result = GraspForceOptimizer(endless, "load_factor").solve(LOAD)
     assert result.load_factor == math.inf
-    check_held(endless, LOAD, result.forces)
+    check_forces(endless, LOAD, result.forces)
     with pytest.raises(InvalidValueError, match="max_margin"):
         GraspForceOptimizer(endless, "max_margin")
 
@@ -108,7 +108,7 @@ def test_actuators_are_not_overloaded():
     between = 0.5 * (peak + free.forces[:, 0].max())
     result = GraspForceOptimizer(limited(between)).solve(LOAD)
     assert result.status is SolveStatus.SOLVED
-    check_held(grasp, LOAD, result.forces)
+    check_forces(grasp, LOAD, result.forces)
     assert result.forces[:, 0].max() == pytest.approx(between, rel=1e-8)
     bounded = GraspForceOptimizer(replace(grasp, force_max=np.full(5, between))).solve(LOAD)
     np.testing.assert_allclose(result.forces, bounded.forces, atol=1e-6)
@@ -130,7 +130,7 @@ def test_contacts_come_go_and_move(grasp):
         assert result.status is fresh.status
         if result.status is SolveStatus.SOLVED:
             assert result.objective == pytest.approx(fresh.objective, rel=1e-7)
-            check_held(some, LOAD, result.forces, 1e-8)
+            check_forces(some, LOAD, result.forces, 1e-8)
 
 
 def test_a_load_that_is_no_number_gets_a_status_and_bad_shapes_and_names_are_refused(grasp):

@@ -127,7 +127,7 @@ def solved(grasp, load, reserve=None, weight=0.01):
     return outcome, used, forces, solver
 
 
-def check_held(grasp, load, forces, most=1e-9):
+def check_forces(grasp, load, forces, most=1e-9):
     """Check that forces balance a load and keep all limits, both within `most` [N, N m]."""
     assert np.abs(grasp.grasp_map @ forces.ravel() + load).max() <= most
     assert grasp.margins(forces).min() >= -most
