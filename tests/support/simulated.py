@@ -1,6 +1,7 @@
 """Simulated back ends for tests: started, moved, and the angle between orientations."""
 
 import math
+from typing import Any
 
 from palpate.kinematics.pose import rotvec_from_rotation, times, transposed
 from palpate.runtime.data import Command
@@ -9,7 +10,7 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.spatial import ZERO
 
 
-def started(scene, **options):
+def started(scene, **options) -> Any:
     """Return a started back end over a scene of a tip or of a hand."""
     backend = HandBackend(scene, **options) if hasattr(scene, "hand") else MujocoBackend(scene, **options)
     backend.start()
