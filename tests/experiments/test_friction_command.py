@@ -26,8 +26,6 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
-    FrictionEstimate,
-    FrictionFile,
     How,
     friction_file_text,
     load_friction_file,
@@ -38,6 +36,7 @@ from palpate.friction.materials.recognition import RecognitionOutcome
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.sliding import FrictionBound
 from palpate.runtime.log import log_in, read_log
+from support.found_friction import finding, found_friction
 from support.friction_runs import FRICTION, check_measured, planned, rubbed, texts_of
 from support.refusals import check_refusals
 
@@ -238,19 +237,7 @@ def test_a_mean_is_in_between_and_never_surer_than_the_model_nor_than_it_scatter
 # --- the file ---
 
 
-def finding(value, how=How.MEASURED):
-    return FrictionEstimate(value=value, lower=0.9 * value, upper=1.1 * value, how=how)
-
-
-KEPT = FrictionFile(
-    palpate_friction=1,
-    provenance="a test",
-    friction=finding(0.5),
-    speed=0.01,
-    spin_length=finding(0.003),
-    load_exponent=finding(0.2),
-    norm_exponent=finding(1.5),
-)
+KEPT = found_friction(0.5, 0.003, 0.2, 1.5)
 
 
 @pytest.mark.parametrize(

@@ -256,22 +256,20 @@ def test_the_surface_is_that_of_all_of_them():
     np.testing.assert_allclose(height, [0.0, 0.03, np.nan], atol=1e-12)
 
 
-def test_what_would_start_inside_something_else_is_refused_with_where_to_put_it():
+@pytest.mark.parametrize(("shape", "height"), [(Box((0.06, 0.06, 0.04)), 0.03), (SphereObject(0.03), 0.04)])
+def test_an_object_that_would_start_inside_its_table_is_refused_with_where_to_put_it(shape, height):
     """A block half inside its table was shot 80 mm up without a message."""
-    law, above, table = ContactLaw(stiffness=10e3), (0.0, 0.0, 0.2), Table(top=0.01)
-    for shape, height in ((Box((0.06, 0.06, 0.04)), 0.03), (SphereObject(0.03), 0.04)):
 
-        def standing(z, shape=shape):
-            return ObjectBody(shape, 0.5, mount=Mount.FREE, position=(0.0, 0.0, z))
+    def standing(z):
+        target = ObjectBody(shape, 0.5, mount=Mount.FREE, position=(0.0, 0.0, z))
+        return build_scene(TIP, target, ContactLaw(stiffness=10e3), (0.0, 0.0, 0.2), table=Table(top=0.01))
 
-        with pytest.raises(
-            InvalidValueError, match=rf"z = 0.02 m: .* inside the table.*put it at z = {height:g} m"
-        ):
-            build_scene(TIP, standing(0.02), law, above, table=table)
-        backend = started(build_scene(TIP, standing(height), law, above, table=table))
-        for _ in range(300):
-            backend.step(Command())
-            assert backend.truth().pose_base_object.position[2] <= height + 1e-9
+    with pytest.raises(InvalidValueError, match=rf"z = 0.02 m: .* inside the table.*put it at z = {height:g} m"):
+        standing(0.02)
+    backend = started(standing(height))
+    for _ in range(300):
+        backend.step(Command())
+        assert backend.truth().pose_base_object.position[2] <= height + 1e-9
 
 
 def rubbing_at(position, normal, pressed, tangential, spin):
