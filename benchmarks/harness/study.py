@@ -135,6 +135,7 @@ class Study:
         rows: In the order of the table.
         checks: Figures that were asked for.
         tables: Further tables (rich), each as it stands.
+        pictured: Number of quantities, from the first on, that the picture shows.
     """
 
     title: str
@@ -145,6 +146,7 @@ class Study:
     rows: tuple[Row, ...] = ()
     checks: tuple[Check, ...] = ()
     tables: tuple[Any, ...] = ()
+    pictured: int = 9
 
 
 @dataclass(frozen=True, slots=True)
