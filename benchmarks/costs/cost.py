@@ -43,8 +43,7 @@ def _measure(
             (name, quantity(each.median, "s"), f"{ratio.median:.3g}", f"{ratio.low:.3g} to {ratio.high:.3g}")
         )
         if name in limits:
-            kept = ratio.median <= limits[name]
-            checks.append(Check(f"{name}, ratio", f"<= {limits[name]:g}", f"{ratio.median:.3g}", kept))
+            checks.append(Check.at_most(f"{name}, ratio", limits[name], ratio.median))
     first = next(iter(found))
     table = grid(title, "", f"per {item}", f"to {first}", "95 % interval", rows=rows)
     return Study(title, checks=tuple(checks), tables=(table,))

@@ -66,11 +66,6 @@ def silent() -> Iterator[None]:
             os.close(each)
 
 
-def at_most(what: str, limit: float, got: float) -> Check:
-    """Return a figure that may not exceed a limit; NaN misses it."""
-    return Check(what, f"<= {limit:.3g}", f"{got:.3g}", bool(got <= limit))
-
-
 # ------------------------------------------------------------------------------------------------ one grasp size
 
 
@@ -157,20 +152,20 @@ def least_effort(effort: Effort, sizes: Sequence[int] = SIZES, methods: Sequence
     rows = {(row.case, row.method): row for row in study.rows}
     newton = {n: rows[f"n = {n}", NEWTON.name] for n in sizes}
     checks = [
-        at_most(f"warm Newton over clarabel direct, n = {n}", NOISE * WARM.get(n, 0.1), row.ratio.median)
+        Check.at_most(f"warm Newton over clarabel direct, n = {n}", NOISE * WARM.get(n, 0.1), row.ratio.median)
         for n, row in newton.items()
         if n <= 100 and row.ratio
     ]
     tails = [tail(n, effort) for n in sizes if n <= 10]
-    checks.append(at_most("warm Newton, 99 % of periods, n <= 10, us", 100.0, 1e6 * max(tails)))
+    checks.append(Check.at_most("warm Newton, 99 % of periods, n <= 10, us", 100.0, 1e6 * max(tails)))
     if {100, 1000} <= newton.keys():
         exponent = float(np.log10(newton[1000].cost / newton[100].cost))
-        checks.append(at_most("exponent of time in n, 100 to 1000", 1.1, exponent))
+        checks.append(Check.at_most("exponent of time in n, 100 to 1000", 1.1, exponent))
     if 4 in newton:
         got = 1e6 * rows["n = 4", OPTIMIZER.name].cost
-        checks.append(at_most("from Python with result, n = 4, us", 25.0, got))
+        checks.append(Check.at_most("from Python with result, n = 4, us", 25.0, got))
     most = max(row.errors[2].largest for row in newton.values())
-    checks.append(at_most("evaluations along trajectories", MOST_EVALUATIONS, most))
+    checks.append(Check.at_most("evaluations along trajectories", MOST_EVALUATIONS, most))
     # clarabel solves the loads that Newton steps alone leave undecided: only their answers must be right
     checks += exactness(NEWTON.name, list(newton.values()))[1:]
     checks += exactness(OPTIMIZER.name, [rows[f"n = {n}", OPTIMIZER.name] for n in sizes])
@@ -192,9 +187,9 @@ def exactness(name: str, rows: Sequence[Row]) -> list[Check]:
     """Return that all was solved, to which gap and which violation."""
     error, violation = (float(np.max([row.errors[k].largest for row in rows])) for k in (0, 1))
     return [
-        at_most(f"{name}: share of loads unsolved", 0, max(row.errors[0].silent for row in rows)),
-        at_most(f"{name}: error of the objective", GAP, error),
-        at_most(f"{name}: violation", BALANCED, violation),
+        Check.at_most(f"{name}: share of loads unsolved", 0, max(row.errors[0].silent for row in rows)),
+        Check.at_most(f"{name}: error of the objective", GAP, error),
+        Check.at_most(f"{name}: violation", BALANCED, violation),
     ]
 
 
@@ -213,13 +208,13 @@ def hard(effort: Effort, methods: Sequence[GraspMethod] = METHODS) -> Study:
     score, newton = found[OPTIMIZER.name], found[NEWTON.name]
     wrong = (Verdict.VIOLATES, Verdict.WORSE, Verdict.FALSELY_INFEASIBLE, Verdict.WRONGLY_SOLVED)
     checks = (
-        at_most("feasible, not solved", 0, score.total(FEASIBLE) - score.verdicts[Verdict.RIGHT]),
-        at_most("feasible, called infeasible", 0, score.verdicts[Verdict.FALSELY_INFEASIBLE]),
-        at_most("infeasible, not certified", 0, score.total(INFEASIBLE) - score.verdicts[Verdict.CERTIFIED]),
-        at_most("error of the objective", GAP, score.error),
-        at_most("violation", BALANCED, score.violation),
-        at_most("evaluations of Newton alone", MOST_EVALUATIONS, newton.evaluations),
-        at_most("wrong answers of Newton alone", 0, newton.total(wrong)),
+        Check.at_most("feasible, not solved", 0, score.total(FEASIBLE) - score.verdicts[Verdict.RIGHT]),
+        Check.at_most("feasible, called infeasible", 0, score.verdicts[Verdict.FALSELY_INFEASIBLE]),
+        Check.at_most("infeasible, not certified", 0, score.total(INFEASIBLE) - score.verdicts[Verdict.CERTIFIED]),
+        Check.at_most("error of the objective", GAP, score.error),
+        Check.at_most("violation", BALANCED, score.violation),
+        Check.at_most("evaluations of Newton alone", MOST_EVALUATIONS, newton.evaluations),
+        Check.at_most("wrong answers of Newton alone", 0, newton.total(wrong)),
     )
     about = (
         "Right: objective within 1e-4, violation within 1e-6. Loads: 0.2 to 0.9999 (feasible) or "
@@ -239,7 +234,7 @@ def objectives(effort: Effort, sizes: Sequence[int] = tuple(OTHERS)) -> Study:
             ours.append(next(row for row in found if row.method == OPTIMIZER.name))
             ratio = ours[-1].ratio
             if objective is not Objective.LOAD_FACTOR and ratio:
-                checks.append(at_most(f"{ours[-1].case}, over clarabel direct", OTHERS[n], ratio.median))
+                checks.append(Check.at_most(f"{ours[-1].case}, over clarabel direct", OTHERS[n], ratio.median))
         checks += exactness(objective.value, ours)
     return Study("Other objectives", "", "time per load", "s", QUANTITIES, tuple(rows), tuple(checks), pictured=1)
 

@@ -121,6 +121,11 @@ class Check:
     got: str
     kept: bool | None = None
 
+    @classmethod
+    def at_most(cls, what: str, limit: float, got: float) -> "Check":
+        """Return the check of a number that may not exceed a limit; NaN misses it."""
+        return cls(what, f"<= {limit:.3g}", f"{got:.3g}", bool(got <= limit))
+
 
 @dataclass(frozen=True, slots=True)
 class Study:

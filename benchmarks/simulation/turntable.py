@@ -4,7 +4,7 @@ The plate is heavy and its motion is prescribed. The tip hangs on three slides a
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -13,7 +13,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contacts_from_wrenches
-from palpate.sim import ContactLaw, Fidelity, Integrator, SensorModel, Stage, Tip
+from palpate.sim import ContactLaw, Fidelity, SensorModel, Stage, Tip
 from palpate.sim.contact_law import PairParameters, frictionless_parameters, pair_parameters
 from palpate.sim.contact_pair import add_pair
 from palpate.sim.friction.law import FrictionLaw
@@ -24,7 +24,6 @@ from palpate.sim.presets import EXPLORE
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.surfaces import Ellipsoid
-from simulation.choices import sensors
 
 PLATE_GEOM = "plate"
 SAMPLE = 1e-3  # [s]: what is sensed is read at 1 kHz
@@ -36,6 +35,9 @@ TILT = ((0.8, 0.0, 0.6), (0.36, 0.8, -0.48), (-0.48, 0.6, 0.64))
 LAW = replace(EXPLORE.law, friction=FRICTION, spin_length=SPIN_LENGTH)
 PRESS, SETTLE, RIDE = 0.1, 0.15, 0.25  # [s]: ramp of the force, until it has settled, and the ride
 STAGE = Stage()
+SOFT = 20e3
+"""[N/m] Stiffness of the preset's contact."""
+
 OWN_FINDER = (1e-6, 50)
 """MuJoCo's own tolerance [m] and iterations for shapes of which it knows no closed form: an ellipsoid on a box."""
 
@@ -252,45 +254,37 @@ class Accuracy:
 
 def accuracy(
     ridden: Ride,
-    stiffness: float,
-    sensor: SensorModel | None = None,
+    stiffness: float = SOFT,
     *,
-    compensated: bool = True,
     shrunk: bool = True,
     hard: bool = False,
-    seeds: Sequence[int] = (0,),
 ) -> Accuracy:
     """Return the errors of contacts sensed on a ride.
 
     Args:
         ridden: The ride.
         stiffness: Stiffness of its contact [N/m].
-        sensor: A perfect one if not given.
-        compensated: Whether the tip's weight and inertia are taken off.
         shrunk: Whether the tip is sensed as smaller by its half of the compression.
         hard: Whether the wrench-axis method is used, which neglects the spin torque.
-        seeds: Seeds of the sensor, one run for each.
     """
     carried = tip()
-    payload = SensorPayload(carried.mass, carried.center_of_mass) if compensated else SensorPayload()
-    wrenches = np.vstack([_sensed(ridden, sensor or SensorModel(), payload, seed) for seed in seeds])
-    points, torque = (np.concatenate([each] * len(seeds)) for each in (ridden.points, ridden.spin_torque))
+    wrenches = _sensed(ridden, SensorPayload(carried.mass, carried.center_of_mass))
     surface = tip_surface(0.5 * FORCE / stiffness if shrunk else 0.0)
     found = contacts_from_wrenches(surface, wrenches, model="hard" if hard else "soft")
-    off = found.centroid - points
+    off = found.centroid - ridden.points
     # the tip's lowest point is where a level plate touches it, whatever the depth
     squares = np.square(surface.half_lengths)
     foot = surface.center - surface.rotation @ (squares * surface.rotation[2]) / height_over_plate(surface)
     return Accuracy(
         to_contact=_spread(np.linalg.norm(off, axis=1)),
         on_surface=_spread(np.linalg.norm(found.centroid - foot, axis=1)),
-        spin_torque=_spread(np.abs(found.spin_torque - torque)),
-        of_torque=float(np.median(np.abs(torque))),
+        spin_torque=_spread(np.abs(found.spin_torque - ridden.spin_torque)),
+        of_torque=float(np.median(np.abs(ridden.spin_torque))),
     )
 
 
-def _sensed(ridden: Ride, model: SensorModel, payload: SensorPayload, seed: int) -> FloatArray:
-    sensor = simulated_sensor(model, SAMPLE, seed)
+def _sensed(ridden: Ride, payload: SensorPayload) -> FloatArray:
+    sensor = simulated_sensor(SensorModel(), SAMPLE, 0)
     found = []
     for i, row in enumerate(np.hstack([ridden.loads, ridden.accelerations]).tolist()):
         load, acceleration = tuple(row[:6]), tuple(row[6:])
@@ -356,68 +350,3 @@ def limit_surface(
         if math.degrees(angle) < 80.0:  # there is a direction to speak of
             turned.append(float(np.degrees(np.abs(ridden.direction)).max()))
     return LimitSurface(max(errors), max(turned), min(touching))
-
-
-# -------------------------------------------------------------------------------- the table
-
-
-STEPS = {2e3: 2e-3, 20e3: 0.5e-3, 100e3: 0.5e-3, 500e3: 0.2e-3}
-"""Time step for each contact stiffness: [N/m] -> [s]."""
-
-SOFT = 20e3  # [N/m]: of the rows that do not name one
-NOISY = range(8)  # seeds of a sensor with noise
-
-
-@dataclass(frozen=True, slots=True)
-class Known:
-    """Figures of the first measurements: median, and 99th percentile where there is one [mm, mm, mNm]."""
-
-    to_contact: float
-    on_surface: tuple[float, float]
-    spin_torque: tuple[float, float]
-
-    def beaten_by(self, found: Accuracy) -> bool:
-        """Return whether every figure is as good, or better; the last digit counts half."""
-        got = (found.to_contact[0], *found.on_surface, *found.spin_torque)
-        before = (self.to_contact, *self.on_surface, *self.spin_torque)
-        return all(1e3 * new <= old + 0.0005 for new, old in zip(got, before, strict=True))
-
-
-FACTS = {
-    "2 kN/m": Known(1.13, (0.49, 0.59), (0.121, 0.127)),
-    "20 kN/m": Known(0.115, (0.050, 0.057), (0.014, 0.016)),
-    "100 kN/m": Known(0.023, (0.010, 0.011), (0.003, 0.003)),
-    "500 kN/m": Known(0.005, (0.002, 0.002), (0.001, 0.001)),
-    "weight and inertia left in": Known(0.130, (0.078, 0.095), (0.140, 0.233)),
-    "noise 10 mN, 0.1 mNm": Known(0.136, (0.087, 0.215), (0.17, 0.60)),
-    "noise 50 mN, 1 mNm": Known(0.443, (0.43, 1.07), (1.04, 3.87)),
-    "wrench-axis method": Known(0.339, (0.325, 0.347), (0.81, 0.87)),
-}
-"""Ellipsoid on a plane, 5.3 N, mu 0.5, 20 mm/s and 1 rad/s, MuJoCo 4.0. What the tip weighed, and where, is
-not known: the row with its weight left in depends on that."""
-
-STIFFNESS_ROWS = ("2 kN/m", "20 kN/m", "100 kN/m", "500 kN/m")
-
-
-def sensed_rows(tell: Callable[[str], None] = lambda _: None) -> Iterator[tuple[str, Accuracy]]:
-    """Yield the whole table; about ten seconds."""
-    for stiffness, step in STEPS.items():
-        fidelity, law = replace(EXPLORE.fidelity, time_step=step), replace(LAW, stiffness=stiffness)
-        ridden, name = ride(fidelity, law), f"{1e-3 * stiffness:g} kN/m"
-        tell(f"sensed: {name}")
-        yield name, accuracy(ridden, stiffness)
-        own = ride(fidelity, law, finder=OWN_FINDER)
-        yield f"{name}, MuJoCo's own contact finder", accuracy(own, stiffness)
-        yield f"{name}, tip not shrunk", accuracy(ridden, stiffness, shrunk=False)
-    preset = ride()
-    yield "weight and inertia left in", accuracy(preset, SOFT, compensated=False)
-    for name, model in sensors()[1:]:
-        tell(f"sensed: {name}")
-        yield name, accuracy(preset, SOFT, model, seeds=NOISY)
-    for step in (0.1e-3, 0.5e-3, 1e-3):
-        for integrator in (Integrator.IMPLICITFAST, Integrator.RK4):
-            computed = ride(Fidelity(step, integrator))
-            yield f"{integrator.value}, {1e3 * step:g} ms", accuracy(computed, SOFT)
-    plant = ride(plant=FrictionLaw(FRICTION, FRICTION, spin_length=SPIN_LENGTH))
-    yield "friction plant", accuracy(plant, SOFT)
-    yield "wrench-axis method", accuracy(preset, SOFT, hard=True)

@@ -18,7 +18,7 @@ from grasp_forces.judges import EffortJudge, ThetaJudge, bracket, dual, least_ef
 from grasp_forces.methods import CLARABEL, METHODS, NEWTON, OPTIMIZER, GraspMethod, of_objective
 from grasp_forces.problem import Answer, Ended, Problem
 from grasp_forces.trajectories import LARGEST_STEP, LEAST_STEP, trajectory
-from harness.study import Effort
+from harness.study import Check, Effort
 
 from palpate.grasp import Objective
 from support.grasp_families import around, grasp_of, instances
@@ -208,9 +208,9 @@ def test_other_objectives_and_hard_families_are_judged(monkeypatch):
 
 
 def test_a_missed_figure_is_missed():
-    assert study.at_most("", 1.0, 1.0).kept
-    assert not study.at_most("", 1.0, 1.01).kept
-    assert not study.at_most("", 1.0, np.nan).kept
+    assert Check.at_most("", 1.0, 1.0).kept
+    assert not Check.at_most("", 1.0, 1.01).kept
+    assert not Check.at_most("", 1.0, np.nan).kept
 
 
 @pytest.mark.slow
