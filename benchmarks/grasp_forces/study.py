@@ -5,8 +5,8 @@
 least-effort: 2 to 1000 contacts, cold and warm along loads that move 0.1 to 1 % a period. hard: slippery, sticky,
 antipodal, parallel, coincident, in-line and large-e grasps under loads of known factors. objectives: max_margin,
 min_peak and load_factor against clarabel. Errors are against 18 digits (least effort) or clarabel at 1e-11. Times
-are processor time, solvers in turns: trust ratios. Warm, for clarabel and cvxpy: workspace kept. A few minutes;
---quick takes a tenth. Exit status 1: a figure asked for was not reached.
+are processor time, solvers in turns: trust ratios. Warm, for clarabel and cvxpy: workspace kept. About four
+minutes; --quick takes one. Exit status 1: a figure asked for was not reached.
 """
 
 import os
@@ -76,15 +76,15 @@ def size_rows(
     effort.tell(case)
     times = dict[tuple[str, bool], list[Timing]]()
     errors: dict[str, list[tuple[float, float, float]]] = {method.name: [] for method in methods}
-    for k in range(effort.of(4, 1)):
+    for k in range(effort.of(3, 1)):
         path = trajectory(n, effort.of(PERIODS, 100), np.random.default_rng([effort.seed, n, k]))
         judging, runs = judge(path.problem), dict[tuple[str, bool], Timed]()
         with silent():
             for method in sorted(methods, key=lambda each: each.name != CLARABEL.name):
-                errors[method.name] += along(method, path, effort.of(10, 3), judging)
+                errors[method.name] += along(method, path, effort.of(5, 3), judging)
                 for warm in (True, False):
                     runs[method.name, warm] = turn(method.prepare(path.problem), path.loads, warm=warm)
-            for key, timing in rounds(runs, effort.of(9, 3)).items():
+            for key, timing in rounds(runs, effort.of(6, 3)).items():
                 times.setdefault(key, []).append(timing)
     rows = []
     for method in methods:
