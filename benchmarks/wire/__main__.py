@@ -2,12 +2,11 @@
 
     python benchmarks/wire [PART ...] [--tries N] [--csv FILE]
 
-brief (without a part): ages, rates, some faults and a short soak in two minutes. age: age of a UR arm's state
-at 500 Hz and time to detect faults (`--seconds`, `--tries`). sensors: rates, losses, processor time and faults
-of force/torque sensors. faults: every fault of a robot in contact (`--page`). soak: random faults for
-`--minutes`. experiment: one exploration and one grasp on MuJoCo, on the wire and from the log. creeping: delays
-that grow. connections: cost of foreign connections to a control loop. dead: largest force of a robot whose
-force sensor is dead, in simulation.
+brief (without a part): ages, rates, some faults and a short soak in two minutes. age: age of a UR arm's state at
+500 Hz (`--seconds`). sensors: rates, losses and processor time of force/torque sensors. faults: every fault of a
+robot in contact (`--page`). soak: random faults for `--minutes`. experiment: one exploration and one grasp on
+MuJoCo, on the wire and from the log. creeping: delays that grow. connections: cost of foreign connections to a
+control loop. dead: largest force of a robot whose force sensor is dead, in simulation.
 
 Close other programs: the largest times depend on this computer as well. Exit status 1: a figure was missed.
 """
