@@ -14,12 +14,9 @@ from palpate.errors import FloatArray
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contacts_from_wrenches
 from palpate.sim import ContactLaw, Fidelity, SensorModel, Stage, Tip
-from palpate.sim.contact_law import PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.contact_law import pair_parameters
 from palpate.sim.contact_pair import add_pair
-from palpate.sim.friction.law import FrictionLaw
-from palpate.sim.friction.pairs import FrictionPair
-from palpate.sim.friction.plant import FrictionPlant
-from palpate.sim.friction.step import FrictionStep, MujocoFriction
+from palpate.sim.friction.step import MujocoFriction
 from palpate.sim.presets import EXPLORE
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
@@ -79,7 +76,6 @@ def ride(
     law: ContactLaw = LAW,
     speed: float = SPEED,
     rate: float = RATE,
-    plant: FrictionLaw | None = None,
     seconds: float = RIDE,
     finder: tuple[float, int] | None = None,
 ) -> Ride:
@@ -90,7 +86,6 @@ def ride(
         law: Contact of tip and plate.
         speed: Of the plate [m/s].
         rate: Of the plate [rad/s].
-        plant: Friction by the plant instead of MuJoCo's.
         seconds: That are kept [s].
         finder: Tolerance [m] and iterations of MuJoCo's contact finder; those of palpate's scenes if not given.
 
@@ -98,15 +93,11 @@ def ride(
         InvalidValueError: The law cannot be kept with this time step.
     """
     carried = tip()
-    model = _model(carried, fidelity, law, plant is not None)
+    model = _model(carried, fidelity, law)
     if finder is not None:
         model.opt.ccd_tolerance, model.opt.ccd_iterations = finder
     data = mujoco.MjData(model)
-    friction: FrictionStep = (
-        MujocoFriction(model, data)
-        if plant is None
-        else FrictionPlant(model, data, [FrictionPair(TIP_GEOM, PLATE_GEOM, plant)])
-    )
+    friction = MujocoFriction(model, data)
     stiffness, dt = STAGE.stiffness(carried.mass), fidelity.time_step
     depth = FORCE / stiffness + FORCE / law.stiffness
     every, rows, samples = max(1, round(SAMPLE / dt)), [], 0
@@ -123,7 +114,7 @@ def ride(
             continue
         samples += 1
         if data.ncon:
-            rows.append(_row(model, data, friction, plate, tip_velocity, speed, rate))
+            rows.append(_row(model, data, plate, tip_velocity, speed, rate))
     table = np.array(rows).reshape(-1, 17)
     return Ride(
         loads=table[:, :6],
@@ -138,7 +129,7 @@ def ride(
     )
 
 
-def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mujoco.MjModel:
+def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw) -> mujoco.MjModel:
     spec = fidelity.new_spec()
     surface = carried.surface
     assert isinstance(surface, Ellipsoid)
@@ -172,8 +163,7 @@ def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mu
         contype=0,
         conaffinity=0,
     )
-    parameters = frictionless_parameters if plant else pair_parameters
-    pair: PairParameters = parameters(law, 1.0 / (STAGE.mass + carried.mass) + 1e-4, fidelity.time_step)
+    pair = pair_parameters(law, 1.0 / (STAGE.mass + carried.mass) + 1e-4, fidelity.time_step)
     spec.option.impratio = pair.impratio
     add_pair(spec, TIP_GEOM, PLATE_GEOM, pair)
     kinds = (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
@@ -185,7 +175,6 @@ def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mu
 def _row(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    friction: FrictionStep,
     plate: tuple[float, float],
     tip_velocity: FloatArray,
     speed: float,
@@ -193,18 +182,12 @@ def _row(
 ) -> tuple[float, ...]:
     s = data.sensordata
     contact = data.contact[0]
-    if isinstance(friction, FrictionPlant):
-        true = friction.contacts[0]
-        f_n, torque = true.normal_force, true.spin_torque
-        fx, fy, _ = true.tangential_force
-        point = np.array(true.position)
-    else:
-        wrench = np.zeros(6)
-        mujoco.mj_contactForce(model, data, 0, wrench)
-        # what the tip does to the plate; its frame's x points into the plate
-        f_n, torque = float(wrench[0]), -float(wrench[3])
-        fx, fy, _ = (-(wrench[1] * contact.frame[3:6] + wrench[2] * contact.frame[6:9])).tolist()
-        point = contact.pos.copy()
+    wrench = np.zeros(6)
+    mujoco.mj_contactForce(model, data, 0, wrench)
+    # what the tip does to the plate; its frame's x points into the plate
+    f_n, torque = float(wrench[0]), -float(wrench[3])
+    fx, fy, _ = (-(wrench[1] * contact.frame[3:6] + wrench[2] * contact.frame[6:9])).tolist()
+    point = contact.pos.copy()
     rx, ry = float(point[0]) - plate[0], float(point[1]) - plate[1]
     vx, vy = speed - rate * ry - float(tip_velocity[0]), rate * rx - float(tip_velocity[1])
     direction = math.atan2(vx * fy - vy * fx, vx * fx + vy * fy)
@@ -324,21 +307,19 @@ class LimitSurface:
 def limit_surface(
     fidelity: Fidelity = EXPLORE.fidelity,
     law: ContactLaw = LAW,
-    plant: FrictionLaw | None = None,
     angles: Sequence[float] = LIMIT_ANGLES,
 ) -> LimitSurface:
     """Return how far full slip is from MuJoCo's own limit surface, an ellipse.
 
     Args:
         fidelity: How it is computed.
-        law: Its friction and spin length count for the plant, too.
-        plant: Friction by the plant.
+        law: Contact of tip and plate.
         angles: From sliding, 0, to spinning, 90 [deg].
     """
     errors, turned, touching = [0.0], [0.0], [1.0]
     for angle in np.radians(angles).tolist():
         v, w = SLIP_SPEED * math.cos(angle), SLIP_SPEED * math.sin(angle) / law.spin_length
-        ridden = ride(fidelity, law, v, w, plant, seconds=LIMIT_SECONDS)
+        ridden = ride(fidelity, law, v, w, seconds=LIMIT_SECONDS)
         touching.append(ridden.touching)
         most = law.friction * ridden.normal_force
         if not len(most) or not most.all():
