@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, Limit, Pose, kernel
 
@@ -41,12 +42,7 @@ def over_shoulder(q1, q2):
     def out(q3):
         return WRIST.pose((0.0, q2, q3, 0.0, -1.57, 0.0)).position[0]
 
-    low, high = 0.0, -q2
-    assert out(low) > 0.0 > out(high)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if out(middle) > 0.0 else (low, middle)
-    return (q1, q2, low, 0.0, -1.57, 0.0)
+    return (q1, q2, brentq(out, 0.0, -q2, xtol=1e-15), 0.0, -1.57, 0.0)
 
 
 @pytest.mark.slow

@@ -29,8 +29,7 @@ class Mujoco:
         self.data.qpos[:] = q
         mujoco.mj_kinematics(self.model, self.data)
         body = self.data.body(self.body)
-        rows = body.xmat.reshape(3, 3)
-        pose = Pose(tuple(body.xpos), tuple(map(tuple, rows))) @ self.flange @ TIP
+        pose = Pose(tuple(body.xpos), tuple(map(tuple, body.xmat.reshape(3, 3)))) @ self.flange @ TIP
         return np.array(pose.position), np.array(pose.rotation)
 
 
@@ -60,10 +59,8 @@ def test_the_tip_moves_as_commanded_and_no_joint_beyond_its_limits(model):
         assert np.all((lower <= there) & (there <= upper))
         before, after = truth.tip(q), truth.tip(there)
         assert motion.pose_base_tip.position == pytest.approx(before[0], abs=1e-13)
-        reported = before[0] + PERIOD * np.array(motion.velocity)
-        assert after[0] == pytest.approx(
-            reported, abs=3e-5
-        )  # also where it is not as wanted, that is what it reports
+        # also where it is not as wanted, the motion is as reported
+        assert after[0] == pytest.approx(before[0] + PERIOD * np.array(motion.velocity), abs=3e-5)
         assert (motion.limit is Limit.NONE) == (motion.scale == 1.0)
         if motion.smallest_singular_value >= inverse.threshold:
             exact += 1
@@ -89,8 +86,7 @@ def test_joints_that_the_tip_leaves_free_go_home_while_it_moves_and_rest_while_i
     kinematics = ArmKinematics(model.arm, pose_flange_tip=TIP)
     inverse = InverseVelocity(kinematics, home=model.home)
     J = kinematics.jacobian(model.home)
-    null = np.linalg.svd(J)[2][-1]
-    away = np.array(model.home) + 0.3 * null
+    away = np.array(model.home) + 0.3 * np.linalg.svd(J)[2][-1]
     assert inverse.solve(away.tolist(), (0.0,) * 3, (0.0,) * 3).joint_velocity == (0.0,) * 7
     q, start = away, kinematics.pose(away.tolist()).position
     for i in range(4000):
