@@ -1,3 +1,5 @@
+"""Health of a sensor: overload, saturation, dead channels and drift; and when it touches."""
+
 import math
 
 import numpy as np
@@ -10,12 +12,17 @@ from palpate.sensing.ft.touch_detector import ContactDetector
 
 AXIS = (12.0, 12.0, 17.0, 0.12, 0.12, 0.12)
 LIMITS = HealthLimits(AXIS, raw=(-5.0, 5.0), frozen_samples=5, stuck_samples=20)
-RAW = (0.0,) * 6
-NOTHING = (0.0,) * 6
+RAW = NOTHING = (0.0,) * 6
+NAMES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+TIGHT, BOX = HealthLimits(AXIS, combined=0.5), HealthLimits(AXIS, combined=math.sqrt(6.0))
 
 
 def judge(load=NOTHING, raw=RAW, limits=LIMITS):
     return HealthMonitor(limits).step(raw, load)
+
+
+def on(channel, value):
+    return tuple((value * np.eye(6)[channel]).tolist())
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6))
@@ -31,37 +38,51 @@ def test_a_load_is_an_overload_exactly_when_it_leaves_the_ellipsoid(direction):
 @pytest.mark.parametrize("axis", range(6))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_an_overloaded_axis_is_named_with_value_and_limit(axis, sign):
-    load, name = 1.01 * sign * AXIS[axis] * np.eye(6)[axis], ("Fx", "Fy", "Fz", "Mx", "My", "Mz")[axis]
-    verdict = judge(tuple(load.tolist()))
+    load, name = on(axis, 1.01 * sign * AXIS[axis]), NAMES[axis]
+    verdict = judge(load)
     found = (verdict.measure, verdict.where, verdict.value, verdict.limit)
     assert found == (HealthCheck.OVERLOAD_AXIS, name, load[axis], AXIS[axis])
     assert f"({name}): {load[axis]:.6g}, limit {AXIS[axis]:.6g}" in str(verdict)
 
 
-def test_loads_add_up():
-    verdict = judge((9.0, 9.0, 9.0, 0.0, 0.0, 0.0))
-    assert verdict.measure is HealthCheck.OVERLOAD_COMBINED
-    assert verdict.value == pytest.approx(math.hypot(0.75, 0.75, 9 / 17))
-    box = HealthLimits(AXIS, combined=math.sqrt(6.0))
-    assert judge(tuple(0.999 * x for x in AXIS), limits=box) is HEALTHY
-    assert judge((12.1, 0.0, 0.0, 0.0, 0.0, 0.0), limits=box).measure is HealthCheck.OVERLOAD_AXIS
-    tight = HealthLimits(AXIS, combined=0.5)
-    assert judge((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), limits=tight).measure is HealthCheck.OVERLOAD_COMBINED
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_reported_first(value):
-    verdict = judge((99.0, 0.0, 0.0, 0.0, 0.0, 0.0), raw=(0.0, 0.0, value, 0.0, 0.0, 9.0))
-    assert verdict.measure is HealthCheck.NON_FINITE
-    assert verdict.where == "channel 3"
-
-
-@pytest.mark.parametrize(("value", "limit"), [(5.0, 5.0), (-5.1, -5.0)])
-def test_saturation_is_named(value, limit):
-    verdict = judge(raw=(0.0, value, 0.0, 0.0, 0.0, 0.0))
-    assert (verdict.measure, verdict.where) == (HealthCheck.SATURATED, "channel 2")
-    assert (verdict.value, verdict.limit) == (value, limit)
-    assert judge(raw=(0.0, 0.999 * limit, 0.0, 0.0, 0.0, 0.0)) is HEALTHY
+@pytest.mark.parametrize(
+    ("load", "raw", "limits", "expected"),
+    [
+        (
+            (9.0, 9.0, 9.0, 0.0, 0.0, 0.0),
+            RAW,
+            LIMITS,
+            {"measure": HealthCheck.OVERLOAD_COMBINED, "value": pytest.approx(math.hypot(0.75, 0.75, 9 / 17))},
+        ),
+        (on(0, 7.0), RAW, TIGHT, {"measure": HealthCheck.OVERLOAD_COMBINED}),
+        (on(0, 12.1), RAW, BOX, {"measure": HealthCheck.OVERLOAD_AXIS}),
+        (tuple(0.999 * x for x in AXIS), RAW, BOX, {"measure": HealthCheck.HEALTHY}),
+        *(
+            # a value that is no number is reported first
+            (
+                on(0, 99.0),
+                (0.0, 0.0, x, 0.0, 0.0, 9.0),
+                LIMITS,
+                {"measure": HealthCheck.NON_FINITE, "where": "channel 3"},
+            )
+            for x in (math.nan, math.inf, -math.inf)
+        ),
+        *(
+            (
+                NOTHING,
+                on(1, x),
+                LIMITS,
+                {"measure": HealthCheck.SATURATED, "where": "channel 2", "value": x, "limit": limit},
+            )
+            for x, limit in ((5.0, 5.0), (-5.1, -5.0))
+        ),
+        *((NOTHING, on(1, x), LIMITS, {"measure": HealthCheck.HEALTHY}) for x in (0.999 * 5.0, -0.999 * 5.0)),
+    ],
+)
+def test_what_is_found_has_a_measure_a_place_a_value_and_a_limit(load, raw, limits, expected):
+    verdict = judge(load, raw, limits)
+    assert {name: getattr(verdict, name) for name in expected} == expected
+    assert verdict.ok == (expected["measure"] is HealthCheck.HEALTHY)
 
 
 def test_a_device_that_repeats_itself_is_frozen_until_it_moves():
@@ -77,29 +98,25 @@ def test_a_device_that_repeats_itself_is_frozen_until_it_moves():
 
 
 def test_one_stuck_channel_is_found_and_noise_is_not():
-    rng = np.random.default_rng(0)
-    monitor, healthy = HealthMonitor(LIMITS), HealthMonitor(LIMITS)
-    stuck = []
-    for _ in range(30):
-        raw = rng.normal(size=6)
-        assert healthy.step(tuple(raw), NOTHING) is HEALTHY
-        raw[4] = 0.7
-        stuck.append(monitor.step(tuple(raw), NOTHING))
+    noise, monitor, healthy = (
+        np.random.default_rng(0).normal(size=(30, 6)),
+        HealthMonitor(LIMITS),
+        HealthMonitor(LIMITS),
+    )
+    assert all(healthy.step(tuple(raw), NOTHING) is HEALTHY for raw in noise)
+    noise[:, 4] = 0.7
+    stuck = [monitor.step(tuple(raw), NOTHING) for raw in noise]
     assert all(v is HEALTHY for v in stuck[:19])
     assert all(v.measure is HealthCheck.STUCK and v.where == "channel 5" for v in stuck[19:])
 
 
 def test_drift_is_seen_through_noise_and_noise_is_no_drift():
-    rng = np.random.default_rng(1)
-    limit = (0.02,) * 3 + (1e-4,) * 3
-    watch = DriftWatch(limit, 1.0, 0.001)
-    noise = np.repeat([0.05, 2e-4], 3) * rng.normal(size=(6000, 6))
+    watch = DriftWatch((0.02,) * 3 + (1e-4,) * 3, 1.0, 0.001)
+    noise = np.repeat([0.05, 2e-4], 3) * np.random.default_rng(1).normal(size=(6000, 6))
     assert all(watch.step(tuple(row)) is HEALTHY for row in noise)
     noise[:, 3] += np.linspace(0.0, 5e-4, 6000)
-    verdicts = [watch.step(tuple(row)) for row in noise]
-    first = next(i for i, v in enumerate(verdicts) if not v.ok)
-    assert verdicts[first].measure is HealthCheck.DRIFT
-    assert verdicts[first].where == "Mx"
+    first, drift = next((i, v) for i, v in enumerate(watch.step(tuple(row)) for row in noise) if not v.ok)
+    assert (drift.measure, drift.where) == (HealthCheck.DRIFT, "Mx")
     # The limit is reached after 1200 samples; the mean lags by its memory of 1000.
     assert 1200 < first < 3200
     watch.restart()
