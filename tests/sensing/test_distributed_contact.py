@@ -73,8 +73,8 @@ TIPS = {
 def test_on_a_curved_patch_it_lies_in_the_hull_within_the_warp(name, friction):
     """Within (1 + friction) d^2/2R: of second order, a hundredth for a patch a tenth as wide.
 
-    The spin torque is at most that of the friction at the reach of the patch: normals differ by d/R at most, and the
-    lever is the width of the patch.
+    The spin torque is at most that of the friction at the reach of the patch: normals differ by d/R at most,
+    and the lever is the width of the patch.
     """
     surface, R = TIPS[name]
     rng = np.random.default_rng(7)
