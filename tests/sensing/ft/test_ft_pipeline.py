@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft import (
@@ -20,17 +19,9 @@ from palpate.sensing.ft import (
     PayloadEntry,
     average_bias,
     bias_covariance,
-    fit_calibration,
-    identify_payload,
-    load_sensor_file,
     read_sensor,
-    save_sensor_file,
     sensor_text,
-    specific_force_from_rotations,
     touch_uncertainty,
-    with_bias,
-    with_calibration,
-    with_payload,
 )
 from palpate.sensing.ft.compiled import filtered, sample
 from sensing.ft.sensor_examples import fingertip
@@ -128,41 +119,6 @@ def test_the_noise_gain_of_the_filters_counts_for_a_touch_force():
     """Behind 20 Hz a threshold is far above the noise that is refused without."""
     deaf = ContactEntry(touch_force=0.012, release_force=0.01)
     FTPipeline(msgspec.structs.replace(fingertip(), contact=deaf, filters=(Butterworth(20.0),)))
-
-
-def test_from_known_loads_and_poses_to_a_file_that_feels_right(tmp_path):
-    """The whole of `palpate calibrate`: calibration, payload, tare, file, pipeline."""
-    rng, true = np.random.default_rng(8), msgspec.structs.replace(fingertip(), filters=())
-
-    def shown(load):
-        raw = np.asarray(load) @ np.linalg.inv(true.calibration.matrix).T + true.calibration.offset
-        return raw + 2e-4 * rng.normal(size=raw.shape)
-
-    # The bias of the calibrated sensor is zero by construction: the calibration takes it into its offset.
-    dates = {"date": "2026-11-21", "provenance": "test"}
-    known = np.array(true.axis_limits) * rng.uniform(-0.5, 0.5, (40, 6))
-    blank = msgspec.structs.replace(true, calibration=None, payload=PayloadEntry())
-    fit = fit_calibration(shown(known), known, ranges=true.axis_limits)
-    sensor = with_calibration(blank, fit, raw_unit="V", raw_range=(-9.0, 9.0), **dates)
-
-    up = specific_force_from_rotations(Rotation.random(24, rng=rng).as_matrix())
-    weight = -0.030 * up
-    loads = np.hstack([weight, np.cross((0.0005, 0.001, 0.018), weight)])
-    averaged = np.mean([sensor.calibration.map.apply(shown(loads)) for _ in range(50)], axis=0)
-    sd = np.sqrt(np.diag(fit.noise) / 50 + np.diag(fit.calibration_covariance(np.zeros(6))))
-    found = identify_payload(up, averaged, force_sd=sd[:3].max(), moment_sd=sd[3:].max())
-    sensor = with_payload(sensor, found, **dates)
-    assert sensor.bias == (*found.bias_force, *found.bias_moment)
-    assert sensor.payload.payload == found.payload
-    still = sensor.calibration.map.apply(shown(np.tile(loads[0], (400, 1))))
-    tare = average_bias(still, noise=np.sqrt(np.diag(fit.noise)))
-    sensor = with_bias(sensor, tare, tuple(up[0]), **dates)
-    save_sensor_file(tmp_path / "tip.yaml", sensor)
-
-    pipeline = FTPipeline(load_sensor_file(tmp_path / "tip.yaml"))
-    contact = np.array([0.3, -0.1, -2.0, 0.004, 0.008, 0.001])
-    felt = [pipeline.step(tuple(shown(contact + loads[5])), tuple(up[5])).wrench for _ in range(200)]
-    assert (np.abs(np.mean(felt, axis=0) - contact) < 0.002 * np.array(true.axis_limits)).all()
 
 
 def test_a_step_makes_less_than_a_hundred_calls_and_none_of_numpy():
