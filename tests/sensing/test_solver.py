@@ -37,13 +37,9 @@ VECTORS = ("centroid", "normal", "force", "tangential_force")
 NUMBERS = ("normal_force", "spin_torque", "condition")
 
 
-def bits(contact):
-    """To the last bit, the sign of zero included."""
-    return b"".join(np.asarray(getattr(contact, name), float).tobytes() for name in NAMES)
-
-
-def row_bits(contacts, i):
-    return b"".join(np.asarray(getattr(contacts, name)[i], float).tobytes() for name in NAMES)
+def bits(found, row=()):
+    """One contact, or a row of many, to the last bit, the sign of zero included."""
+    return b"".join(np.asarray(getattr(found, name), float)[row].tobytes() for name in NAMES)
 
 
 @pytest.mark.parametrize("model", ["soft", "hard"])
@@ -54,7 +50,7 @@ def test_one_is_one_of_many(surface, model):
     np.testing.assert_array_equal(given, WRENCHES)
     given[:] = 7.0  # the result does not look into the caller's array
     for i, wrench in enumerate(WRENCHES):
-        assert bits(solver(wrench)) == bits(contact_from_wrench(surface, wrench, model)) == row_bits(batch, i)
+        assert bits(solver(wrench)) == bits(contact_from_wrench(surface, wrench, model)) == bits(batch, i)
 
 
 def test_any_memory_layout_and_number_type_mean_the_same_numbers():
@@ -66,18 +62,12 @@ def test_any_memory_layout_and_number_type_mean_the_same_numbers():
     read_only.setflags(write=False)
     arrays = [w.astype(t) for t in (np.float32, np.int64, np.int8, w.dtype.newbyteorder())]
     variants = [
-        wide[::2, ::2],
-        np.asfortranarray(w),
-        w[::-1][::-1],
-        read_only,
-        *arrays,
-        w.tolist(),
-        [*map(tuple, w)],
-    ]
+        wide[::2, ::2], np.asfortranarray(w), w[::-1][::-1], read_only, *arrays, w.tolist(), [*map(tuple, w)],
+    ]  # fmt: skip
     base, solver = contacts_from_wrenches(surface, w), Solver(surface)
     for each in variants:
-        assert row_bits(contacts_from_wrenches(surface, each), 3) == row_bits(base, 3)
-        assert bits(solver(each[3])) == row_bits(base, 3)
+        assert bits(contacts_from_wrenches(surface, each), 3) == bits(base, 3)
+        assert bits(solver(each[3])) == bits(base, 3)
     single = np.array([0.1, 0.2, -1.0, 0.3, 0.1, 0.2], np.float32)
     assert bits(solver(single)) == bits(solver(single.astype(float)))
 
