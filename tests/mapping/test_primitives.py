@@ -158,7 +158,7 @@ SPOILED = {  # positions and normals of contacts with a fault
 
 
 @pytest.mark.parametrize("name", SPOILED)
-def test_what_is_no_noise_is_reported_and_noise_is_not(name):
+def test_systematic_errors_are_reported_and_noise_is_not(name):
     rng = np.random.default_rng(2)
     good, alike = felt(*PATHS[PrimitiveKind.SPHERE](rng), rng, 3e-5, NORMAL_SD, place=False)
     position, normal = SPOILED[name](good.position, good.normal)
@@ -174,7 +174,7 @@ def test_a_tip_of_another_size_stays_inside_the_interval():
     assert abs(larger.shape.radius - 0.02) < 2.6 * larger.sizes_sd[0]
 
 
-def test_what_is_flat_is_no_sphere_no_cylinder_and_no_box():
+def test_a_flat_surface_is_no_sphere_no_cylinder_and_no_box():
     rng = np.random.default_rng(0)
     cloud, _ = felt(*felt_shapes.plane(rng, 0.04), rng, 1e-5, NORMAL_SD)
     assert not fit_ball(cloud).verdict.ok

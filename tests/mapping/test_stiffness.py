@@ -87,7 +87,7 @@ def test_a_steady_force_and_a_rigid_surface_leave_the_stiffness_unknown():
     assert (rigid.stiffness_at_least > 2e3).all()
 
 
-def test_a_landing_tells_the_stiffness_of_one_place():
+def test_a_landing_gives_the_stiffness_of_one_place():
     time = np.arange(0.0, 0.2, 1.0 / RATE)
     force = 10.0 * time
     rng = np.random.default_rng(0)
@@ -100,7 +100,7 @@ def test_a_landing_tells_the_stiffness_of_one_place():
     assert found.stiffness[0] == pytest.approx(3e3, rel=0.005)  # the noise here is far smaller than that
 
 
-def test_what_the_tip_yields_is_taken_off():
+def test_the_compliance_of_the_tip_is_subtracted():
     tip, soft = 1.0 / 4e3, 1.0 / 2e3
     found = local_stiffness(*pressed(even(1.0 / (tip + soft))), noise=QUIET, force_noise=0.0, known_compliance=tip)
     np.testing.assert_allclose(found.stiffness, 2e3, rtol=0.02)
@@ -114,7 +114,7 @@ def test_windows_end_where_the_finger_lifts_off():
     np.testing.assert_allclose(found.stiffness, 2e3, rtol=0.02)
 
 
-def test_windows_that_disagree_widen_what_a_vertex_claims():
+def test_windows_that_disagree_widen_the_deviation_of_a_vertex():
     place = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0]])
     agree = LocalStiffness(place, np.array([5e-4, 5e-4]), np.full(2, 1e-5))
     differ = dataclasses.replace(agree, compliance=np.array([4e-4, 6e-4]))

@@ -52,7 +52,7 @@ def test_slopes_are_the_derivatives_of_heights():
 
 @given(seeds)
 @settings(max_examples=20, deadline=None)
-def test_the_shortcuts_give_what_the_whole_matrix_gives(seed):
+def test_the_shortcuts_agree_with_the_whole_matrix(seed):
     rng = np.random.default_rng(seed)
     xy, at, weights = rng.normal(0.0, 3e-3, (6, 2)), rng.normal(0.0, 3e-3, (4, 2)), rng.normal(size=18)
     n, both = len(at), surface_covariance(np.vstack([at, xy]), MODEL)

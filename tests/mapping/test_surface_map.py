@@ -75,7 +75,7 @@ def test_far_from_the_origin_only_rounding_is_lost():
     np.testing.assert_allclose(mapped(cloud).query(x).distance, there.distance, atol=1e-8)
 
 
-def test_the_order_of_strokes_changes_less_than_what_is_unknown():
+def test_the_order_of_strokes_changes_less_than_the_uncertainty():
     cloud, x = cap(noise=2e-5), inner_points()[0]
     turned = dataclasses.replace(cloud, position=cloud.position[::-1], normal=cloud.normal[::-1])
     here, there = mapped(cloud).query(x), mapped(turned).query(x)
@@ -103,7 +103,7 @@ def test_either_side_of_the_surface_is_as_uncertain():
     assert (below.distance < 0.0).all()
 
 
-def test_contacts_felt_twice_say_nothing_new():
+def test_repeated_contacts_add_no_information():
     x, row = np.zeros((1, 3)), np.column_stack([np.arange(-5e-3, 5e-3, 4e-5), np.zeros(250)])
     once, resting, one = (
         mapped(plane_cloud(xy)).query(x).sd[0] for xy in (row, np.zeros((500, 2)), np.zeros((1, 2)))
@@ -147,7 +147,7 @@ def test_a_hidden_bump_in_a_hole_is_never_claimed():
     assert bump[flat.observed].max() < 0.02e-3
 
 
-def test_one_contact_is_a_tangent_plane_that_nobody_claims():
+def test_one_contact_is_a_tangent_plane_that_is_not_claimed():
     made = mapped(plane_cloud(np.zeros((1, 2))))
     near = made.query([[0.5e-3, 0.0, 1e-4], [0.0, 3e-3, 0.0]])
     assert near.distance[0] == pytest.approx(1e-4, abs=1e-9)
@@ -224,7 +224,7 @@ def test_learning_finds_noise_and_length_from_a_guess_twice_off():
 
 
 @pytest.mark.slow
-def test_what_is_held_stays():
+def test_held_parameters_stay():
     made = mapped(cap(noise=2e-5))
     made.relearn(held=tuple(Parameter))
     assert made.model == SurfaceModel()

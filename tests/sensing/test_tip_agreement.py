@@ -62,7 +62,7 @@ def test_a_tip_that_is_wrong_is_found(tip, zero, wrong, within, words) -> None:
         assert not list(found.broken(TipUncertainty.independent(position=2e-4), 0.0))
 
 
-def test_too_few_contacts_tell_nothing() -> None:
+def test_too_few_contacts_give_no_agreement() -> None:
     contacts = contacts_from_wrenches(TRUE, np.tile([0.0, 0.0, 2.0, 0.0, 0.0, 0.0], (50, 1)))
     assert tip_agreement(TRUE, contacts, contacts.normal, np.zeros((50, 3, 3))) is None
 

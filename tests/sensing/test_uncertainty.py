@@ -197,7 +197,7 @@ def test_derivatives_of_a_compliant_tip_agree_with_the_solver(name):
 
 @hypothesis.settings(max_examples=40, deadline=None, derandomize=True)
 @hypothesis.given(st.sampled_from(KINDS), st.integers(0, 2**32 - 1))
-def test_what_derivatives_must_obey(kind, seed):
+def test_derivatives_keep_normal_balance_and_scale(kind, seed):
     rng = np.random.default_rng(seed)
     tip = random_tip(kind, rng)
     wrench, push = random_wrench(tip, rng)

@@ -109,7 +109,7 @@ def test_noisier_channels_count_less():
     assert shares[:, 4].max() < 1e-2 * shares.max()
 
 
-def test_what_is_doubtful_says_so():
+def test_doubtful_fits_are_reported():
     _, _, known, raw = shown(1, 30, 1e-6, condition=300.0)
     assert fitted(raw, known).verdict.breaks(Assumption.CONDITIONED)
     S, offset, known, raw = shown(1, 40, 1e-3)

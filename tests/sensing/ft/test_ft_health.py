@@ -82,7 +82,7 @@ def test_an_overloaded_axis_is_named_with_value_and_limit(axis, sign):
         *((NOTHING, on(1, x), LIMITS, {"measure": HealthCheck.HEALTHY}) for x in (0.999 * 5.0, -0.999 * 5.0)),
     ],
 )
-def test_what_is_found_has_a_measure_a_place_a_value_and_a_limit(load, raw, limits, expected):
+def test_a_fault_has_a_measure_a_place_a_value_and_a_limit(load, raw, limits, expected):
     verdict = judge(load, raw, limits)
     assert {name: getattr(verdict, name) for name in expected} == expected
     assert verdict.ok == (expected["measure"] is HealthCheck.HEALTHY)
@@ -131,7 +131,7 @@ def detector(**changes):
     return ContactDetector(**{**given, **changes})
 
 
-def test_touch_and_release_have_their_own_thresholds_and_what_is_no_number_changes_nothing():
+def test_touch_and_release_have_their_own_thresholds_and_nan_changes_nothing():
     found = detector()
     forces = [0.0, 0.15, math.nan, 0.21, 0.15, math.nan, 0.11, 0.09, 0.15, 0.2, 0.3]
     assert [int(found.step(x)) for x in forces] == [0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 1]
@@ -155,7 +155,7 @@ def test_a_touch_lasts_as_long_as_asked_and_changes_only_for_a_reason(forces, to
         assert states[-1]
 
 
-def test_the_detector_knows_its_delay():
+def test_the_detector_states_its_delay():
     found = detector(touch_time=0.003)
     assert [found.step(1.0) for _ in range(5)] == [False, False, False, True, True]
     assert found.delay == pytest.approx(0.003)

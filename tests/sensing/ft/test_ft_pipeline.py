@@ -140,7 +140,7 @@ def test_a_step_makes_less_than_a_hundred_calls_and_none_of_numpy():
         assert not any("numpy" in name for name in calls)
 
 
-def test_a_tare_counts_what_the_payload_is_uncertain_by():
+def test_a_tare_counts_the_uncertainty_of_the_payload():
     """The bias hides the error of the weight in that pose; turned over, the tip feels twice as much."""
     payload = PayloadEntry(mass=0.5, center_of_mass=(0.0, 0.0, 0.03), mass_sd=0.002, center_of_mass_sd=(1e-3,) * 3)
     sensor = msgspec.structs.replace(fingertip(), payload=payload)

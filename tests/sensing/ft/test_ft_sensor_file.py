@@ -77,7 +77,7 @@ contact: {touch_force_N: 1e-1, release_force_N: 0.05}
 """
 
 
-def test_what_people_write_is_read_as_they_mean_it():
+def test_usual_spellings_are_read_as_they_are_meant():
     """YAML 1.1 would make 1e-3 a string, the date a date, and 12:34 a number."""
     sensor = read_sensor(MINIMAL)
     assert (sensor.sample_rate, sensor.date, sensor.serial_number) == (1000.0, "2026-11-21", "FT12:34")
@@ -151,7 +151,7 @@ WRONG = [  # text, what it becomes, words of the message
 
 
 @pytest.mark.parametrize(("before", "after", "reason"), WRONG)
-def test_what_is_wrong_is_named(before, after, reason):
+def test_mistakes_are_named(before, after, reason):
     assert before in TEXT
     with pytest.raises(InvalidValueError, match=reason):
         read_sensor(TEXT.replace(before, after, 1))

@@ -157,7 +157,7 @@ def test_seen_from_a_frame_that_is_not_quite_known():
         np.testing.assert_allclose((np.cov(found) - expected) / np.outer(sd, sd), 0.0, atol=0.11)
 
 
-def test_what_is_the_same_in_the_air_cancels():
+def test_equal_wrenches_in_air_and_touch_cancel():
     rng = np.random.default_rng(5)
     grip = rng.normal(size=(1, 2, 6)) * [3, 3, 3, 0.05, 0.05, 0.05]
     still = replace(felt(rng, n=400), wrench=np.broadcast_to(grip, (400, 2, 6)))
@@ -307,7 +307,7 @@ def test_it_is_found_within_its_covariance():
     assert max(squares) < 25.0
 
 
-def test_its_side_alone_does_not_tell_where_it_is_along_its_axis():
+def test_touches_of_its_side_leave_its_place_along_the_axis_open():
     _, found = located(0, n=8, ends=False)
     assert found.verdict.breaks(Assumption.CONDITIONED)
     assert "center_z_m" in str(found.verdict)

@@ -56,7 +56,7 @@ def _fitted(
 
 @settings(deadline=None, max_examples=6)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([ELLIPSOID, SPHERE]))
-def test_equations_hold_for_what_is_true(seed: int, axes) -> None:
+def test_equations_hold_for_the_true_tip(seed: int, axes) -> None:
     tip, planned = _planned(axes, NANO17, 9)
     rng = np.random.default_rng(seed)
     exact = Instrumented(replace(NANO17.instrument, position_sd=1e-30), (1e-30,) * 6, 0.0)
@@ -175,13 +175,13 @@ def slipped(true, planned, kind, rng):
         (slipped, Assumption.NO_OUTLIERS, "touch 7"),
     ],
 )
-def test_what_went_wrong_with_the_touches_is_told(change, assumption, words) -> None:
+def test_faults_of_the_touches_are_reported(change, assumption, words) -> None:
     verdict = _fitted(SPHERE, NANO17, 2, change=change)[1].verdict
     (told,) = (each for each in verdict.broken if each.assumption is assumption)
     assert re.search(words, str(told)), told
 
 
-def test_touches_of_one_side_or_too_few_are_told() -> None:
+def test_touches_of_one_side_or_too_few_are_reported() -> None:
     tip, plan, plate = typed_tip(SPHERE), replace(robot(NANO17, 0.0), widest=0.05), (TARGETS[0],)
     rng = np.random.default_rng(0)
     felt = touches(_true(tip, rng, plate), candidate_touches(tip, plate, plan) * 10, NANO17, rng)
@@ -199,7 +199,7 @@ def egg(semi_axes):
 
 
 @pytest.mark.slow
-def test_another_shape_is_told_and_its_deviations_are_a_surface() -> None:
+def test_another_shape_is_reported_and_its_deviations_are_a_surface() -> None:
     axes = (0.008, 0.00805, 0.0081)
     round_one = _fitted(SPHERE, NANO17, 4, 50, egg((0.008, 0.0081, 0.0082)))[1]
     assert round_one.verdict.breaks(Assumption.WHITE_IN_DIRECTION)
