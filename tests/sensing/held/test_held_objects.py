@@ -35,7 +35,8 @@ def pose(rotation, position):
 
 
 def random_pose(rng, reach=0.1):
-    return pose(Rotation.random(rng=rng).as_matrix(), reach * rng.normal(size=3))
+    position = reach * rng.normal(size=3)
+    return pose(Rotation.random(rng=rng).as_matrix(), position)
 
 
 def moved_by(error, before):
