@@ -46,8 +46,8 @@ NOISE = 1.25
 """Factor by which ratios of few microseconds differ from run to run on shared cores."""
 
 OTHER_SIZES, OTHERS = (2, 4, 10, 100), 13.0
-"""Numbers of contacts for max_margin and min_peak, and how many times as long as clarabel alone, its workspace kept,
-they may take. Clarabel solves them, its workspace is made anew for each load: 2.7 to 13 were measured."""
+"""Numbers of contacts for max_margin and min_peak, and the multiple of clarabel's own time that they may take: it
+solves them, but its workspace is made anew for each load. 2.7 to 13 were measured."""
 
 HARD_SEED = 80_000
 """Seed on which nothing was tuned."""
