@@ -12,7 +12,7 @@ from typing import Protocol
 
 import mujoco
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 from palpate.kinematics.servo_model import XL330_M288, XM430_W210, ServoModel
 from palpate.spatial import Vector
 
@@ -83,8 +83,7 @@ class SlideFinger:
     mass: float = 0.03
 
     def __post_init__(self) -> None:
-        positive("pinion", self.pinion, "m")
-        positive("mass", self.mass, "kg")
+        check_positive(self, pinion="m", mass="kg")
 
     joint = mujoco.mjtJoint.mjJNT_SLIDE
     axis: Vector = field(default=(1.0, 0.0, 0.0), init=False)
@@ -123,8 +122,7 @@ class HingeFinger:
     mass: float = 0.03
 
     def __post_init__(self) -> None:
-        positive("length", self.length, "m")
-        positive("mass", self.mass, "kg")
+        check_positive(self, length="m", mass="kg")
 
     joint = mujoco.mjtJoint.mjJNT_HINGE
     axis: Vector = field(default=(0.0, 1.0, 0.0), init=False)

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import mujoco
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative
 from palpate.kinematics.servo_model import PULSE, XL330_M288, ServoModel
 from palpate.sim.hand.servo import Servo
 from palpate.spatial import ZERO, Vector
@@ -40,9 +40,8 @@ class SidewaysRack:
     travel: float = 0.012
 
     def __post_init__(self) -> None:
-        positive("pinion", self.pinion, "m")
+        check_positive(self, pinion="m", travel="m")
         not_negative("mass", self.mass, "kg")
-        positive("travel", self.travel, "m")
 
 
 @dataclass(frozen=True, slots=True)

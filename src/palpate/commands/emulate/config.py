@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 from palpate.experiments.kit.options import check_options, option
 
 FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
@@ -154,8 +154,7 @@ class EmulateRobotConfig:
 
     def __post_init__(self) -> None:
         _check(self, control_port=self.control_port, scale=self.scale)
-        positive("above", self.above, "m")
-        positive("stiffness", self.stiffness, "N/m")
+        check_positive(self, above="m", stiffness="N/m")
 
 
 @dataclass(frozen=True, slots=True)
