@@ -18,7 +18,7 @@ from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.contact.config import FINGERTIPS, STANDARD_STREAM, ContactConfig
 from palpate.commands.contact.moment_units import MomentUnits
-from palpate.commands.contact.table import ContactTable, JsonLines, TableFormat
+from palpate.commands.contact.table import ContactTable, JsonLines
 from palpate.commands.wrench_csv import ByteSource, WrenchReader
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.output_folder import check_file
@@ -182,7 +182,7 @@ def _convert(
     noise = white_noise(config.force_noise, config.moment_noise)
     tip = TipUncertainty.independent(config.size_sd, config.position_sd, config.rotation_sd)
     units = MomentUnits(reach(config, surface), endless=config.endless)
-    table: TableFormat | None = None
+    table: ContactTable | JsonLines | None = None
     text = ""
     for header, rows in reader.blocks():
         if table is None:
