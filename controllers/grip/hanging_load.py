@@ -179,7 +179,7 @@ class OpposedLoad:
         return MeasuredLoad(force, self._force_deviation, self._wanders), MeasuredLoad(spin, self._deviation)
 
     def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
-        """Return the load that both fingers share as before: what both carried, less what shifted between them lately."""
+        """Return the load that both fingers share as before: what both carried, less what shifted lately."""
         (one, other), (first, second) = self._poses.at(now), loads
         size = _kernels()[1](
             self._state,
