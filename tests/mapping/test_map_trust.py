@@ -11,8 +11,7 @@ from mapping.felt_shapes import correlated
 from mapping.raster import CENTER, RADIUS, cloud_of, raster, sphere_cap
 from palpate.estimation import Assumption
 from palpate.mapping import MapSettings, SurfaceMap, SurfaceModel
-from palpate.mapping.surface_map.evidence import evidence_gradient
-from palpate.mapping.surface_map.learn import Parameter, at_bounds
+from palpate.mapping.surface_map.learn import Parameter, at_bounds, evidence_gradient
 from palpate.mapping.surface_map.model import BENDS
 from palpate.mapping.surface_map.patch import PatchData
 from palpate.mapping.surface_map.spikes import LONGEST_RUN, NEIGHBOURS
