@@ -24,9 +24,10 @@ from palpate.experiments.kit.contact_checks import (
     TOUCH_DEVIATIONS,
     check_compression,
 )
-from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.experiment import DryRun
 from palpate.experiments.kit.joint_figures import joint_figures, joint_notes
 from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.one_finger import ReadyPlan
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.experiments.kit.scene_texts import scene_texts
@@ -57,10 +58,8 @@ from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene, Task
-from palpate.runtime import Backend, FingerDescription, Limits
-from palpate.runtime.following import FollowingMaker
+from palpate.runtime import Backend, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.supervision.guard import Guard
 from palpate.sim import MovingTarget, SceneTarget, Target
 from palpate.sim.presets import EXPLORE
 from palpate.sim.scene import OBJECT_GEOM
@@ -190,7 +189,7 @@ LONGEST_PRESSING = 120.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RegulationPlan(PlanDefaults):
+class RegulationPlan(ReadyPlan):
     """A regulation that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
@@ -222,20 +221,6 @@ class RegulationPlan(PlanDefaults):
     followed: FollowedPath | None
     expected_duration: float
     identified: Identified | None = None
-
-    @property
-    def fingers(self) -> tuple[FingerDescription, ...]:
-        """For touch."""
-        return self.ready.fingers
-
-    def guards(self) -> tuple[Guard, ...]:
-        """See `Plan`."""
-        return self.ready.guards()
-
-    @property
-    def following(self) -> FollowingMaker:
-        """See `Plan`."""
-        return self.ready.servo.following(self.limits.force)
 
     @property
     def longest_duration(self) -> float:
