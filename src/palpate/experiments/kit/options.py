@@ -162,11 +162,14 @@ def check_options(config: "DataclassInstance") -> None:
                 not_negative(each.name, number, spec.unit)
             if each.type is not int and not (spec.infinite and number == math.inf):
                 check_unit_range(each.name, number, spec.unit)
-            check_within(each.name, number, spec.within, spec.unit, spec.remark)
-        if spec.check is not None and value is not None:
-            spec.check(each.name, value)
     for choice in choices_of(type(config)):
         _check_choice(config, choice)
+    for name, spec in specs_of(type(config)).items():
+        value = getattr(config, name)
+        for number in _numbers_in(value):
+            check_within(name, number, spec.within, spec.unit, spec.remark)
+        if spec.check is not None and value is not None:
+            spec.check(name, value)
 
 
 def _numbers_in(value: object) -> Iterator[Any]:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -9,6 +10,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.change_names import check_change_names
 from palpate.experiments.kit.config_checks import (
     check_friction,
+    check_length,
     check_period,
     check_spin_length,
     check_tip,
@@ -84,7 +86,7 @@ class RegulateConfig:
     """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
     spring and damper; leave during the run; or not be there at all."""
     surface_amplitude: float = option(
-        0.01, "m", fixed=TOUCHED, of=_SINE, bound="positive", within=(0.0, LARGEST_AMPLITUDE)
+        0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=LARGEST_AMPLITUDE)
     )
     """Amplitude of a sine surface [m]."""
     surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
