@@ -144,7 +144,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
 
     The action is a velocity of the tip in the base frame [m/s], each component bounded; it is kept for
     `action_time`, some control periods. The velocity follows it as fast as the slew limit allows. The observation
-    is `palpate.learning.observing.seen_space`, in base coordinates and SI units.
+    is `seen_space`, in base coordinates and SI units.
 
     A reset makes a new world and brings the tip to the surface. An episode is *terminated* when the supervisor
     stops the robot: a limit was broken or a device lost; `info["trip"]` names it. It is *truncated* when its
