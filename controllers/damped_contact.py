@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from palpate.controllers.gains import LOOP_GAIN, ForceGain
 from palpate.controllers.margins import FREQUENCIES, ComplexArray, LoopMargins
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 
 MIN_GAIN_MARGIN = 0.5 * math.pi / LOOP_GAIN
 """That of the default loop gain on a spring: 3.14."""
@@ -47,9 +47,7 @@ class SpringMounting:
     mass: float
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("damping", self.damping, "N s/m")
-        positive("mass", self.mass, "kg")
+        check_positive(self, stiffness="N/m", damping="N s/m", mass="kg")
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.room import UNBOUNDED, Room
-from palpate.errors import positive
+from palpate.errors import check_positive, positive
 from palpate.runtime.live import LiveParameter, LiveParameters
 
 ACCELERATION = 0.1
@@ -65,8 +65,7 @@ class ExploreParameters:
     room: Room = UNBOUNDED
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
+        check_positive(self, **_UNITS)
         for name, unit in (("force_range", "N"), ("speed_range", "m/s")):
             for end in getattr(self, name):
                 positive(name, end, unit)

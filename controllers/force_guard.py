@@ -10,7 +10,7 @@ by `lower`.
 
 from dataclasses import dataclass
 
-from palpate.errors import positive
+from palpate.errors import check_positive
 
 FAST_SWING = 4.0
 """A half swing shorter than this many delays is fast: what surfaces do at that rate nobody could follow."""
@@ -49,8 +49,7 @@ class GuardSettings:
     period: float
 
     def __post_init__(self) -> None:
-        positive("delay", self.delay, "s")
-        positive("period", self.period, "s")
+        check_positive(self, delay="s", period="s")
 
 
 class ForceGuard:

@@ -18,7 +18,7 @@ from palpate.controllers.margins import (
     velocity_to_displacement,
     whole_delays,
 )
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 
 
 class ForceLaw(Protocol):
@@ -88,10 +88,7 @@ class VirtualBody:
     delay: float
 
     def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("damping", self.damping, "N s/m")
-        positive("stiffness", self.stiffness, "N/m")
-        positive("delay", self.delay, "s")
+        check_positive(self, mass="kg", damping="N s/m", stiffness="N/m", delay="s")
         if self.gain_margin <= 1.0:
             raise InvalidValueError(
                 f"damping = {self.damping:g} N s/m with mass = {self.mass:g} kg: unstable at K = "

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 
 
 class ForceProfile(Protocol):
@@ -82,8 +82,7 @@ class SineForce:
 
     def __post_init__(self) -> None:
         positive("mean force", self.mean, "N")
-        positive("amplitude", self.amplitude, "N")
-        positive("frequency", self.frequency, "Hz")
+        check_positive(self, amplitude="N", frequency="Hz")
         if self.amplitude >= self.mean:
             raise InvalidValueError(
                 f"amplitude = {self.amplitude:g} N: must be less than the mean of {self.mean:g} N, or the tip "

@@ -5,7 +5,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +63,8 @@ class Tones:
 
     def __post_init__(self) -> None:
         positive("mean force", self.mean, "N")
-        positive("amplitude", self.amplitude, "N")
+        check_positive(self, amplitude="N", shortest="s", cycles="")
         not_negative("begin", self.begin, "s")
-        positive("shortest", self.shortest, "s")
-        positive("cycles", self.cycles, "")
         if self.amplitude >= self.mean:
             raise InvalidValueError(
                 f"amplitude = {self.amplitude:g} N: must be less than the mean of {self.mean:g} N, or the tip "

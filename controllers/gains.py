@@ -8,7 +8,7 @@ k K T < pi/2. With k K T = x the phase margin is pi/2 - x and the gain margin pi
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.runtime.live import LiveParameter
 
 LOOP_GAIN = 0.5
@@ -43,9 +43,7 @@ class ForceGain:
     delay: float
 
     def __post_init__(self) -> None:
-        positive("gain", self.gain, "m/s/N")
-        positive("stiffness", self.stiffness, "N/m")
-        positive("delay", self.delay, "s")
+        check_positive(self, gain="m/s/N", stiffness="N/m", delay="s")
         if self.loop_gain >= math.pi / 2:
             raise InvalidValueError(
                 f"force gain = {self.gain:g} m/s/N: with K = {self.stiffness:g} N/m and T = {self.delay:g} s the "

@@ -15,7 +15,7 @@ import numpy as np
 from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach
 from palpate.controllers.identification import Identification, PressRecord, identify
 from palpate.controllers.tone import Tone
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Vector, as_vector, dot, rotate, scale, toward
 
@@ -87,8 +87,7 @@ class IdentifyParameters:
     slew: float = 10.0
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
+        check_positive(self, **_UNITS)
         not_negative("sensing_delay", self.sensing_delay, "s")
         if self.ramps < 1:
             raise InvalidValueError(f"ramps = {self.ramps}: must be at least 1")

@@ -14,7 +14,7 @@ no farther below that point, where a sine goes no faster than w sqrt(2 A v P) = 
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 
 FASTEST_SETTLING_PUSH = 0.005
 """Bound on the pressing speed until the force has settled, after a slower landing [m/s]: a surface that is met
@@ -44,9 +44,7 @@ class LandingModel:
     mass: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("delay", self.delay, "s")
-        positive("contact_stiffness", self.contact_stiffness, "N/m")
+        check_positive(self, stiffness="N/m", delay="s", contact_stiffness="N/m")
         not_negative("mass", self.mass, "kg")
 
     @property

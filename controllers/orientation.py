@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from palpate.errors import positive, vector
+from palpate.errors import check_positive, positive, vector
 from palpate.spatial import ZERO, Matrix, Vector, as_vector, cross, dot, limit_norm, norm, rotate, scale, subtract
 
 ACCELERATION_IN_RATES = 10.0
@@ -31,8 +31,7 @@ class NormalAxis:
     def __post_init__(self) -> None:
         positive("length of axis", norm(as_vector(vector("axis", self.axis, 3, ""))), "")
         vector("pivot", self.pivot, 3, "m")
-        positive("gain", self.gain, "1/s")
-        positive("fastest", self.fastest, "rad/s")
+        check_positive(self, gain="1/s", fastest="rad/s")
 
 
 class Orientation:

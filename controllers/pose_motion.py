@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from palpate.controllers.gains import LOOP_GAIN
 from palpate.controllers.orientation import ACCELERATION_IN_RATES
 from palpate.controllers.paths.travel import NEAR
-from palpate.errors import positive
+from palpate.errors import check_positive, positive
 from palpate.kinematics.pose import rotvec_from_rotation, times, transposed
 from palpate.runtime.data import ArmSample
 from palpate.spatial import ZERO, Matrix, Vector, limit_norm, norm, scale, subtract, toward
@@ -44,9 +44,7 @@ class PoseMotionLimits:
     gain: float
 
     def __post_init__(self) -> None:
-        positive("speed", self.speed, "m/s")
-        positive("acceleration", self.acceleration, "m/s^2")
-        positive("gain", self.gain, "1/s")
+        check_positive(self, speed="m/s", acceleration="m/s^2", gain="1/s")
 
     @classmethod
     def stable(cls, speed: float, turning: float, acceleration: float, delay: float) -> "PoseMotionLimits":

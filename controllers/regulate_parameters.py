@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.surface_motion import FASTEST_SURFACE
-from palpate.errors import InvalidValueError, not_negative, positive, vector
+from palpate.errors import InvalidValueError, check_not_negative, check_positive, positive, vector
 from palpate.runtime.live import LiveParameter, LiveParameters
 from palpate.spatial import Vector, norm, scale
 
@@ -64,10 +64,8 @@ class RegulateParameters:
     slew: float = 10.0
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
-        not_negative("damping_time", self.damping_time, "s")
-        not_negative("step_time", self.step_time, "s")
+        check_positive(self, **_UNITS)
+        check_not_negative(self, damping_time="s", step_time="s")
         least, most = self.force_range
         if not least <= self.force <= most:
             raise InvalidValueError(

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from palpate.controllers.rubs import RAMP, Rub, RubMeasurement
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.friction.rubbing.slip_test import LARGEST_RISE
 from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN, MIN_SLIPS, planned_slips
 
@@ -91,8 +91,7 @@ class SurveyWanted:
                     f"{self.stroke(1.0, speed).travel:.3g} m, the most here is {self.most_travel:.3g} m; "
                     "rub more slowly"
                 )
-        for name, unit in (("travel", "m"), ("most_travel", "m"), ("most_angle", "rad")):
-            positive(name, getattr(self, name), unit)
+        check_positive(self, travel="m", most_travel="m", most_angle="rad")
         not_negative("most_spin", self.most_spin, "rad/s")
         positive("angular_acceleration", self.angular_acceleration, "rad/s^2", infinite_allowed=True)
         if self.repeats < 1:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from palpate.controllers.gains import ForceGain
-from palpate.errors import positive
+from palpate.errors import check_positive
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import Vector
 
@@ -47,8 +47,7 @@ class RubbingParameters:
     slew: float = 10.0
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
+        check_positive(self, **_UNITS)
 
 
 _UNITS = {

@@ -17,7 +17,7 @@ import numpy as np
 
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.margins import whole_delays
-from palpate.errors import FloatArray, positive
+from palpate.errors import FloatArray, check_positive, positive
 
 SMOOTHING_IN_DELAYS = 3.0
 """Default time constant, in delays T of force control. At the default force gain, k K T = 0.5, the loop is then
@@ -48,10 +48,7 @@ class SurfaceFilter:
     fastest: float = FASTEST_SURFACE
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("lead", self.lead, "s")
-        positive("time_constant", self.time_constant, "s")
-        positive("fastest", self.fastest, "m/s")
+        check_positive(self, stiffness="N/m", lead="s", time_constant="s", fastest="m/s")
 
     def coefficients(self, period: float) -> tuple[float, float, float]:
         """Return the filter's weights on value, slope and curvature of an innovation, in units of the period."""

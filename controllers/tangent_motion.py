@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from palpate.errors import InvalidValueError, positive, vector
+from palpate.errors import InvalidValueError, check_positive, positive, vector
 from palpate.spatial import ZERO, Vector, norm, scale
 
 
@@ -48,8 +48,7 @@ class SineMotion:
     direction: Vector = (1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        positive("amplitude", self.amplitude, "m")
-        positive("frequency", self.frequency, "Hz")
+        check_positive(self, amplitude="m", frequency="Hz")
         vector("direction", self.direction, 3, "")
         length = positive("length of direction", norm(self.direction), "")
         object.__setattr__(self, "direction", scale(1.0 / length, self.direction))
@@ -73,8 +72,7 @@ class CircleMotion:
     frequency: float
 
     def __post_init__(self) -> None:
-        positive("radius", self.radius, "m")
-        positive("frequency", self.frequency, "Hz")
+        check_positive(self, radius="m", frequency="Hz")
 
     def velocity(self, time: float) -> Vector:
         """See `TangentMotion`."""

@@ -23,7 +23,7 @@ from palpate.controllers.gains import ForceGain
 from palpate.controllers.guarded_approach import ContactEvent, GuardedApproach
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.pose_motion import PoseMotion, PoseMotionLimits
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Matrix, Vector, dot, norm, rotate_back, scale, subtract, toward
 
@@ -87,8 +87,7 @@ class TouchParameters:
     slew: float = 10.0
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
+        check_positive(self, **_UNITS)
 
 
 _UNITS = {

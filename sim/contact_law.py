@@ -14,7 +14,7 @@ own frequency suit the time step is checked when a scene is built.
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 
 LARGEST_FRICTION_STEP = 0.2
 """Of b_f dt: 0.2 was found stable, 1 fails violently (measured with MuJoCo 4.0)."""
@@ -50,13 +50,16 @@ class ContactLaw:
     creep_speed: float = 1e-4
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("friction", self.friction, "")
-        positive("spin_length", self.spin_length, "m")
-        positive("damping_ratio", self.damping_ratio, "")
-        positive("smallest_force", self.smallest_force, "N")
-        positive("lift_speed", self.lift_speed, "m/s")
-        positive("creep_speed", self.creep_speed, "m/s")
+        check_positive(
+            self,
+            stiffness="N/m",
+            friction="",
+            spin_length="m",
+            damping_ratio="",
+            smallest_force="N",
+            lift_speed="m/s",
+            creep_speed="m/s",
+        )
         if not 0.0 < self.impedance < 1.0:
             raise InvalidValueError(f"impedance = {self.impedance}: must lie between 0 and 1")
 

@@ -1,14 +1,19 @@
 """A scene: what carries the tip, the tip, an object, a table if wanted, and nothing else."""
 
 import copy
+import io
 import math
+import pickle
+import types
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from palpate.errors import InvalidValueError
+from palpate.sim.carriers.arm_model import ArmModel
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.contact_law import (
@@ -27,9 +32,56 @@ from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.target import Mount, Target, as_target
 from palpate.sim.objects.traced import TracedObject
-from palpate.sim.scene_content import SceneContent
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
 from palpate.spatial import Vector, add, subtract
+
+_ITSELF = (type, types.FunctionType, mujoco.MjSpec, ArmModel)
+"""Compared by which object it is: code, which a notebook may define anew under the same name, and an arm, which is
+read once."""
+
+
+class SceneContent:
+    """Parts of a scene that are equal if they are of the same kinds and hold the same numbers.
+
+    Attributes:
+        parts: As they were given.
+    """
+
+    __slots__ = ("_packed", "_themselves", "parts")
+
+    def __init__(self, *parts: Any) -> None:
+        """Take the parts.
+
+        Raises:
+            Exception: One of them cannot be pickled; each kind has its own way to say so.
+        """
+        self.parts, self._themselves = parts, list[object]()
+        packed = io.BytesIO()
+        _Packer(packed, self._themselves).dump(parts)
+        self._packed = packed.getvalue()
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the same scene comes of them."""
+        return isinstance(other, SceneContent) and self._packed == other._packed
+
+    def __hash__(self) -> int:
+        """Of what is compared."""
+        return hash(self._packed)
+
+
+class _Packer(pickle.Pickler):
+    """Packs what is compared by itself as its number, and keeps it, so that no other object gets that number."""
+
+    def __init__(self, file: io.BytesIO, themselves: list[object]) -> None:
+        super().__init__(file, pickle.HIGHEST_PROTOCOL)
+        self._themselves = themselves
+
+    def persistent_id(self, found: object) -> int | None:
+        if not isinstance(found, _ITSELF):
+            return None
+        self._themselves.append(found)
+        return id(found)
+
 
 OBJECT_GEOM = "object"
 """Of the object's body, too, but in a scene from a file."""

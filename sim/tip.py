@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from palpate.errors import FloatArray, InvalidValueError, positive, vector
+from palpate.errors import FloatArray, InvalidValueError, check_positive, vector
 from palpate.runtime.touch import Finger
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim.objects.primitives import Solid
@@ -68,8 +68,7 @@ class Tip:
     _form: "_Form" = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("reach", self.reach, "m")
+        check_positive(self, mass="kg", reach="m")
         surface: object = self.surface
         if isinstance(surface, CompliantTip):
             raise InvalidValueError(

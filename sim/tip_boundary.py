@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -36,25 +36,7 @@ class Exit:
     bend: Matrix
 
 
-class Boundary(Protocol):
-    """A closed convex surface."""
-
-    @property
-    def center(self) -> Vector:
-        """Origin of the boundary's frame, inside the surface, sensor frame [m]."""
-        ...
-
-    @property
-    def rotation(self) -> Matrix:
-        """From the boundary's frame to the sensor frame."""
-        ...
-
-    def along(self, direction: Vector) -> Exit:
-        """Return where a ray from the origin along a unit vector leaves."""
-        ...
-
-
-def boundary_of(surface: Composite | Implicit | OpenQuadric, reach: float) -> Boundary:
+def boundary_of(surface: Composite | Implicit | OpenQuadric, reach: float) -> "Boundary":
     """Return the boundary of a fingertip.
 
     Args:
@@ -70,7 +52,7 @@ def boundary_of(surface: Composite | Implicit | OpenQuadric, reach: float) -> Bo
 
 
 class ImplicitBoundary:
-    """Of an implicit surface, in its own frame: Newton's method along the ray, kept in a bracket. A `Boundary`."""
+    """Of an implicit surface, in its own frame: Newton's method along the ray, kept in a bracket."""
 
     def __init__(self, surface: Implicit) -> None:
         """Take a surface."""
@@ -79,7 +61,7 @@ class ImplicitBoundary:
         self._start = float(surface.half_lengths.max())
 
     def along(self, direction: Vector) -> Exit:
-        """See `Boundary`."""
+        """Return where a ray from the origin along a unit vector leaves."""
         evaluate, parameters, (x, y, z) = self._evaluate, self._parameters, direction
         t, low, high = self._start, 0.0, math.inf
         gx = gy = gz = 0.0
@@ -106,7 +88,7 @@ class ImplicitBoundary:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QuadricBoundary:
-    """Of quadrics x'Qx + 2 l.x + k = 0, each with its half spaces, and of planes where it ends. A `Boundary`.
+    """Of quadrics x'Qx + 2 l.x + k = 0, each with its half spaces, and of planes where it ends.
 
     Attributes:
         center: A point inside, sensor frame [m]: the frame is the sensor's, shifted there.
@@ -126,7 +108,7 @@ class QuadricBoundary:
     rotation: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
     def along(self, direction: Vector) -> Exit:
-        """See `Boundary`."""
+        """Return where a ray from the origin along a unit vector leaves."""
         k, t = _leaves(self.squares, self.lines, self.constants, self.domains, self.ends, *direction)
         if not math.isfinite(t):
             raise InvalidValueError(
@@ -138,6 +120,10 @@ class QuadricBoundary:
         gradient = t * (self.squares[k] @ direction) + self.lines[k]
         length = float(np.linalg.norm(gradient))
         return Exit(scale(t, direction), as_vector(gradient / length), _matrix(self.squares[k] / length))
+
+
+Boundary = ImplicitBoundary | QuadricBoundary
+"""A closed convex surface."""
 
 
 @njit(error_model="numpy", cache=True)

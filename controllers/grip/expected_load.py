@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative
+from palpate.errors import InvalidValueError, check_not_negative
 from palpate.sensing.ft.poses import STANDARD_GRAVITY
 
 
@@ -30,8 +30,7 @@ class ExpectedLoad:
             raise InvalidValueError(
                 f"begin = {self.begin!r}, end = {self.end!r} s: must be finite, the end not before the beginning"
             )
-        for name, unit in (("force", "N"), ("moment", "N m"), ("acceleration", "m/s^2")):
-            not_negative(name, getattr(self, name), unit)
+        check_not_negative(self, force="N", moment="N m", acceleration="m/s^2")
 
     @property
     def more(self) -> float:

@@ -14,7 +14,7 @@ from typing import Protocol
 from palpate.controllers.grip.expected_load import ExpectedLoad
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.zeros import SteadyZeros, Zeros
-from palpate.errors import not_negative, positive
+from palpate.errors import check_not_negative, check_positive, positive
 from palpate.runtime.data import Command, FingerObservation, Observation, Phase
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import ZERO, Vector, dot
@@ -99,13 +99,17 @@ class SetDownParameters:
     patience: float = 0.5
 
     def __post_init__(self) -> None:
-        not_negative("height", self.height, "m")
-        not_negative("beyond", self.beyond, "m")
-        not_negative("resting_grip", self.resting_grip, "N")
-        for name, unit in (("speed", "m/s"), ("acceleration", "m/s^2"), ("landing_speed", "m/s")):
-            positive(name, getattr(self, name), unit)
-        for name in ("settle_time", "release_time", "rest_time", "patience"):
-            positive(name, getattr(self, name), "s")
+        check_not_negative(self, height="m", beyond="m", resting_grip="N")
+        check_positive(
+            self,
+            speed="m/s",
+            acceleration="m/s^2",
+            landing_speed="m/s",
+            settle_time="s",
+            release_time="s",
+            rest_time="s",
+            patience="s",
+        )
 
 
 class GraspController:

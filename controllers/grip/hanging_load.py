@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -74,27 +74,6 @@ class ForceErrors:
     wanders: float = 0.0
 
 
-class HangingLoad(Protocol):
-    """From what the fingers feel to what hangs in the hand."""
-
-    def start(self) -> None:
-        """Something else hangs now."""
-        ...
-
-    def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
-        """Return what hangs, always as many loads.
-
-        Args:
-            now: What is known.
-            loads: Of it, what each finger bears, sensor frame.
-        """
-        ...
-
-    def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
-        """Return what the fingers share as they did before; None where they share anew by themselves."""
-        ...
-
-
 class SensorPoses:
     """Where the fingers' sensors are in the hand frame, computed once per sample."""
 
@@ -114,7 +93,7 @@ class SensorPoses:
 
 
 class NetWrench:
-    """The net force, and what is left of the net moment. A `HangingLoad` for three fingers or more.
+    """The net force, and what is left of the net moment, for three fingers or more.
 
     A moment has no direction in which it hangs: what counts is how far it has moved off its mean of late, against
     the net force at the arm of the fingertips.
@@ -128,11 +107,11 @@ class NetWrench:
         self.start()
 
     def start(self) -> None:
-        """See `HangingLoad`."""
+        """Begin with another load."""
         self._mean: Vector | None = None
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
-        """See `HangingLoad`."""
+        """Return the loads that hang in the hand, always the same number of them."""
         assert now.hand is not None
         poses = self._hand.sensor_poses(now.hand.joint_position)
         center = _center([pose.position for pose in poses])
@@ -154,12 +133,12 @@ class NetWrench:
         )
 
     def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
-        """See `HangingLoad`: three fingers share a load anew whenever they move, so that nothing is told."""
+        """Return None: three fingers share a load anew whenever they move."""
         return None
 
 
 class OpposedLoad:
-    """The net force, and the spin torque of both of two opposed fingers. A `HangingLoad`.
+    """The net force, and the spin torque of both of two opposed fingers.
 
     What fingers push and shear against one another is no part of the net force, nor is the noise of where they
     touch. About the line through their contacts nothing but spin torques bear a moment: they point one way. What
@@ -187,11 +166,11 @@ class OpposedLoad:
         _kernels()  # compiled before the first period
 
     def start(self) -> None:
-        """See `HangingLoad`."""
+        """Begin with another load."""
         self._state[:] = 0.0
 
     def measured(self, now: Observation, loads: Sequence[ContactLoad]) -> tuple[MeasuredLoad, ...]:
-        """See `HangingLoad`."""
+        """Return the loads that hang in the hand, always the same number of them."""
         (one, other), (a, b) = self._poses.at(now), now.fingers
         force = _kernels()[0](one.rotation, other.rotation, a.wrench, b.wrench)
         first, second = loads
@@ -200,7 +179,7 @@ class OpposedLoad:
         return MeasuredLoad(force, self._force_deviation, self._wanders), MeasuredLoad(spin, self._deviation)
 
     def shared(self, now: Observation, loads: Sequence[ContactLoad]) -> MeasuredLoad | None:
-        """See `HangingLoad`: what both have borne, less what has gone over from one to the other of late."""
+        """Return the load that both fingers share as before: what both carried, less what shifted lately."""
         (one, other), (first, second) = self._poses.at(now), loads
         size = _kernels()[1](
             self._state,
@@ -209,6 +188,10 @@ class OpposedLoad:
             *(other.rotation, second.tangential_force, second.spin_torque),
         )
         return MeasuredLoad(size, self._shared)
+
+
+HangingLoad = NetWrench | OpposedLoad
+"""Load that hangs in the hand, estimated from the finger wrenches."""
 
 
 KNOWN, LATEST, ITS, EARLIER, OTHER, BORNE, MOST = 0, 1, 4, 5, 8, 9, 10

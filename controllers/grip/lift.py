@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
 from palpate.sensing.ft.poses import STANDARD_GRAVITY
@@ -75,13 +75,17 @@ class LiftParameters:
     patience: float = 0.5
 
     def __post_init__(self) -> None:
-        positive("first_grip", self.first_grip, "N")
-        positive("settle_time", self.settle_time, "s")
+        check_positive(
+            self,
+            first_grip="N",
+            settle_time="s",
+            speed="m/s",
+            acceleration="m/s^2",
+            hold_time="s",
+            close_time="s",
+            patience="s",
+        )
         not_negative("height", self.height, "m")
-        positive("speed", self.speed, "m/s")
-        positive("acceleration", self.acceleration, "m/s^2")
-        for name in ("hold_time", "close_time", "patience"):
-            positive(name, getattr(self, name), "s")
 
 
 class LiftController:

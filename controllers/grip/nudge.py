@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from palpate.controllers.grip.lift import LiftController
-from palpate.errors import positive
+from palpate.errors import check_positive, positive
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime.data import Command, Observation, Phase
@@ -69,18 +69,18 @@ class NudgeParameters:
     close_time: float = 15.0
 
     def __post_init__(self) -> None:
-        for name, unit_of in (
-            ("grip", "N"),
-            ("settle_time", "s"),
-            ("stroke", "m"),
-            ("speed", "m/s"),
-            ("angle", "rad"),
-            ("spin", "rad/s"),
-            ("acceleration", "m/s^2"),
-            ("angular_acceleration", "rad/s^2"),
-            ("close_time", "s"),
-        ):
-            positive(name, getattr(self, name), unit_of)
+        check_positive(
+            self,
+            grip="N",
+            settle_time="s",
+            stroke="m",
+            speed="m/s",
+            angle="rad",
+            spin="rad/s",
+            acceleration="m/s^2",
+            angular_acceleration="rad/s^2",
+            close_time="s",
+        )
         object.__setattr__(self, "axis", unit(self.axis))
 
     @property

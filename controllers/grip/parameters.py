@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_not_negative, check_positive
 from palpate.runtime.live import LiveParameter, LiveParameters
 
 MAX_MARGIN = 3.0
@@ -56,20 +56,28 @@ class GripParameters:
     fault_raise: float = 0.3
 
     def __post_init__(self) -> None:
-        for name in ("margin", "correction_share", "correction_down", "regrip", "fault_raise"):
-            not_negative(name, getattr(self, name), "")
-        for name, unit in (("reserve", "N"), ("play", "N"), ("lead", "s"), ("regrip_time", "s")):
-            not_negative(name, getattr(self, name), unit)
-        for name, unit in (
-            ("smoothing", "s"),
-            ("grip_rate", "N/s"),
-            ("release_time", "s"),
-            ("release_rate", "N/s"),
-            ("least_grip", "N"),
-            ("largest_grip", "N"),
-            ("correction_time", "s"),
-        ):
-            positive(name, getattr(self, name), unit)
+        check_not_negative(
+            self,
+            margin="",
+            correction_share="",
+            correction_down="",
+            regrip="",
+            fault_raise="",
+            reserve="N",
+            play="N",
+            lead="s",
+            regrip_time="s",
+        )
+        check_positive(
+            self,
+            smoothing="s",
+            grip_rate="N/s",
+            release_time="s",
+            release_rate="N/s",
+            least_grip="N",
+            largest_grip="N",
+            correction_time="s",
+        )
         if not self.least_grip < self.largest_grip:
             raise InvalidValueError(
                 f"least_grip = {self.least_grip:g} N: must be below largest_grip = {self.largest_grip:g} N"

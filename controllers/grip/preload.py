@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from palpate.errors import not_negative
+from palpate.errors import check_not_negative
 from palpate.friction.limit_surface import LimitSurface
 
 RISE = 5e-3
@@ -25,8 +25,7 @@ class Preload:
     moment: float = 0.0
 
     def __post_init__(self) -> None:
-        not_negative("force", self.force, "N")
-        not_negative("moment", self.moment, "N m")
+        check_not_negative(self, force="N", moment="N m")
 
     def grip(self, surface: LimitSurface, fingers: int, margin: float, lag: float, rate: float) -> float:
         """Return by how much more a finger is to press [N], fingers sharing alike.

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from palpate.controllers.grip.turn_meter import TurnMeter
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_not_negative, check_positive, positive
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command, Observation, Phase
@@ -91,17 +91,16 @@ class TurnParameters:
             raise InvalidValueError(
                 f"angles = {self.angles!r} rad: must be one or more numbers; infinity turns to the end of travel"
             )
-        for name, unit in (
-            ("rate", "rad/s"),
-            ("acceleration", "rad/s^2"),
-            ("finger_speed", "m/s"),
-            ("travel", "m"),
-            ("tolerance", "rad"),
-            ("patience", "s"),
-        ):
-            positive(name, getattr(self, name), unit)
-        not_negative("gain", self.gain, "1/s")
-        not_negative("settle_time", self.settle_time, "s")
+        check_positive(
+            self,
+            rate="rad/s",
+            acceleration="rad/s^2",
+            finger_speed="m/s",
+            travel="m",
+            tolerance="rad",
+            patience="s",
+        )
+        check_not_negative(self, gain="1/s", settle_time="s")
 
 
 class TurnInHand:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from palpate.errors import not_negative, positive
+from palpate.errors import check_not_negative, positive
 from palpate.friction.limit_surface import LimitSurface
 from palpate.spatial import Vector, Wrench
 
@@ -52,8 +52,7 @@ class ZeroWander:
     moment: float
 
     def __post_init__(self) -> None:
-        not_negative("force", self.force, "N/s")
-        not_negative("moment", self.moment, "N m/s")
+        check_not_negative(self, force="N/s", moment="N m/s")
 
     def within(self, time: float) -> Wrench:
         """Return how far each axis may have wandered in that time [N, N m]."""

@@ -22,7 +22,7 @@ from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.reached import meets, reached
 from palpate.controllers.paths.row import Row, RowRecorder
 from palpate.controllers.paths.strips import Columns, Expectation, Place, Strip
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 
 __all__ = ["Active", "ActiveSettings", "Goal", "GoalError"]
 
@@ -70,9 +70,7 @@ class ActiveSettings:
     noise: TouchNoise = field(default_factory=TouchNoise)
 
     def __post_init__(self) -> None:
-        for name, unit in (("widest", "m"), ("prior", "m"), ("finest", "m"), ("stretch", "m"), ("caution", "")):
-            positive(name, getattr(self, name), unit)
-        positive("unknown", self.unknown, "")
+        check_positive(self, widest="m", prior="m", finest="m", stretch="m", caution="", unknown="")
         if not self.finest < self.prior <= self.widest:
             raise InvalidValueError(
                 f"finest = {self.finest:g} m, prior = {self.prior:g} m, widest = {self.widest:g} m: must grow in "

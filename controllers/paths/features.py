@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.marks import Mark, PathEvent
-from palpate.errors import not_negative, positive
+from palpate.errors import check_positive, not_negative
 from palpate.spatial import Vector, add, dot, scale, subtract
 
 STILL = math.radians(1.5)
@@ -56,8 +56,7 @@ class FeatureLimits:
     step: float = 3e-4
 
     def __post_init__(self) -> None:
-        for name, unit in (("turn", "rad"), ("window", "m"), ("contrast", ""), ("step", "m")):
-            positive(name, getattr(self, name), unit)
+        check_positive(self, turn="rad", window="m", contrast="", step="m")
         not_negative("together", self.together, "m")
 
 

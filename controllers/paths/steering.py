@@ -10,7 +10,7 @@ from palpate.compiling import machine_code, njit
 from palpate.controllers import small_vectors as vectors
 from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.plane import PathPlane
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 from palpate.spatial import ZERO, Vector, add_scaled, cross, dot, norm, unit
 
 LEVEL_COS = math.cos(math.radians(1.0))
@@ -89,8 +89,7 @@ class EdgeSteering:
     lookahead: float = 2e-3
 
     def __post_init__(self) -> None:
-        positive("radius", self.radius, "m")
-        positive("lookahead", self.lookahead, "m")
+        check_positive(self, radius="m", lookahead="m")
         if not math.radians(5.0) <= self.lean <= math.radians(85.0):
             raise InvalidValueError(
                 f"lean = {self.lean:g} rad: must lie between 0.087 and 1.484 rad (5 and 85 degrees)"

@@ -8,7 +8,7 @@ it, with its time, and raises once several in a row have failed for `HandSetting
 import math
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from palpate.errors import InvalidValueError
 from palpate.hw.condition import DeviceCondition
@@ -16,7 +16,6 @@ from palpate.hw.devices import DeviceError, WireError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, RegisterSpan
 from palpate.hw.dynamixel.care import ServoCondition, ServoHealth, health, reboot, servo_condition
-from palpate.hw.dynamixel.examined import hand_condition, servo_findings
 from palpate.hw.dynamixel.finger_servo import FingerServo, ServoReading
 from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.preparation import hold_still, prepare, presses, shutdown_error, state_span
@@ -26,6 +25,43 @@ from palpate.hw.finding import DeviceFinding, DeviceUse, judged
 from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
 from palpate.runtime.watchdog import DeviceWatchdog
+
+HOT, LOW = 10.0, 0.3
+"""[degrees C, V] from the limit at which a servo shuts down."""
+
+
+def hand_condition(name: str, servos: Iterable[ServoCondition]) -> DeviceCondition:
+    """Return whether a hand with servos in these conditions is fit to run."""
+    servos = tuple(servos)
+    failed = [str(servo.servo_id) for servo in servos if servo.error]
+    action = f"restart servo {' and '.join(failed)}, which lets go of what it holds" if failed else ""
+    return DeviceCondition(name, "; ".join(map(_words, servos)), not failed, action)
+
+
+def _words(servo: ServoCondition) -> str:
+    error = f"shut down by {servo.error.words}" if servo.error else "no hardware error"
+    stopped = ", stopped by its bus watchdog" if servo.expired else ""
+    return f"servo {servo.servo_id} {error}, torque {'on' if servo.torque_on else 'off'}{stopped}"
+
+
+def servo_findings(hand: str, servo: ServoHealth, model: str | None) -> Iterator[DeviceFinding]:
+    """Yield the findings on a servo; `model` is the required one, None if any will do."""
+    name = f"{hand}, servo {servo.servo_id}"
+    if model is not None:
+        fix = f"write model: {servo.model}, or see which servo has which id"
+        yield judged(name, "model", servo.model, "", model, model in servo.model, fix)
+    yield DeviceFinding(name, "firmware", float(servo.firmware))
+    limit, hottest = servo.temperature_limit, servo.temperature_limit - HOT
+    fix = f"let it cool down: at {limit:g} it shuts down, and lets go"
+    good = servo.temperature < hottest
+    yield judged(name, "temperature", servo.temperature, "deg C", f"below {hottest:g}", good, fix)
+    low, high = servo.voltage_range
+    fix = "check its supply: outside of its range it shuts down, and lets go"
+    good = low + LOW <= servo.voltage <= high - LOW
+    yield judged(name, "supply", servo.voltage, "V", f"{low + LOW:.1f} to {high - LOW:.1f}", good, fix)
+    words = servo.error.words if servo.error else "none"
+    yield judged(name, "hardware error", words, "", "none", not servo.error, "remove the cause, then reboot it")
+
 
 FEWEST = 3
 """Exchanges in a row that must have failed, besides, before a hand is given up."""

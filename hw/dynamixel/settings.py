@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative
 from palpate.hw.dynamixel.packets import LARGEST_ID
 from palpate.hw.dynamixel.registers import WATCHDOG_UNIT
 from palpate.kinematics.servo_model import ServoModel
@@ -101,11 +101,7 @@ class HandSettings:
         ids = [its.servo_id for its in self.servos]
         if not ids or len(set(ids)) != len(ids):
             raise InvalidValueError(f"servo ids {ids}: must be one or more, each with an id of its own")
-        positive("opening", self.opening, "m")
-        positive("closing_speed", self.closing_speed, "m/s")
-        positive("baud_rate", self.baud_rate, "1/s")
-        positive("reply_timeout", self.reply_timeout, "s")
-        positive("silence", self.silence, "s")
+        check_positive(self, opening="m", closing_speed="m/s", baud_rate="1/s", reply_timeout="s", silence="s")
         not_negative("direction_span", self.direction_span, "")
         if self.watchdog and not self.silence < self.watchdog <= 127 * WATCHDOG_UNIT:
             raise InvalidValueError(

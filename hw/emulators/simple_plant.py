@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.hw.emulators.server import PlantState, ServoGoal, ServoState
 from palpate.kinematics.pose import Pose, checked_pose, orthonormal, rotation_from_rotvec, times
 from palpate.runtime.data import ArmSample, WrenchSample
@@ -127,10 +127,8 @@ class ServoMotor:
     gain: float = 10.0
 
     def __post_init__(self) -> None:
-        positive("torque_constant", self.torque_constant, "N m/A")
-        positive("drag", self.drag, "N m s/rad")
+        check_positive(self, torque_constant="N m/A", drag="N m s/rad", gain="A/rad")
         not_negative("friction", self.friction, "N m")
-        positive("gain", self.gain, "A/rad")
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass
 from time import monotonic, sleep
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 from palpate.hw.devices import DeviceError, SensorReading, WireError
 from palpate.hw.ft_stream.link import Link, StreamCounts, StreamReading
 from palpate.sensing.ft.arrays import positive_entries
@@ -50,9 +50,7 @@ class StreamSettings:
             InvalidValueError: A value that is not above 0.
         """
         positive_entries("noise", self.noise, 6, "N, N m")
-        positive("silent_after", self.silent_after, "s")
-        positive("ask_again_after", self.ask_again_after, "s")
-        positive("start_within", self.start_within, "s")
+        check_positive(self, silent_after="s", ask_again_after="s", start_within="s")
 
 
 class StreamedSensor:

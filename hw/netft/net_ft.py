@@ -1,7 +1,11 @@
 """An ATI Net F/T box, or what speaks as it does, by UDP."""
 
 import contextlib
+import ctypes
+import errno
 import math
+import os
+import select
 import socket
 from collections.abc import Sequence
 from time import monotonic
@@ -11,10 +15,53 @@ from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor
 from palpate.hw.ft_stream.succession import MODULUS, Step, Succession
 from palpate.hw.netft.calibration import ask_calibration
-from palpate.hw.netft.datagrams import NOTHING, Datagrams
 from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, RdtCommand
 from palpate.hw.netft.settings import NetFtSettings, Scales
 from palpate.hw.round_trip_clock import RoundTrip, RoundTripClock
+
+NOTHING = -1
+"""Instead of a size: none has come."""
+
+
+class Datagrams:
+    """What a connected UDP socket receives."""
+
+    def __init__(self, wire: socket.socket, longest: int) -> None:
+        """Take a connected socket.
+
+        Args:
+            wire: Becomes non-blocking.
+            longest: That fits [bytes]; the rest of longer ones is lost.
+        """
+        wire.setblocking(False)
+        self._wire = wire
+        self._poll = select.poll()
+        self._poll.register(wire, select.POLLIN)
+        self.data = bytearray(longest)
+        self._memory = (ctypes.c_char * longest).from_buffer(self.data)
+        # not at import: Windows has none, and who only simulates needs none
+        self._recv = ctypes.PyDLL(None, use_errno=True).recv
+        self._recv.argtypes = (ctypes.c_int, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
+        self._recv.restype = ctypes.c_ssize_t
+
+    def wait(self, patience: float) -> bool:
+        """Return whether there is one, or an error to be had, within so long [s]."""
+        return bool(self._poll.poll(1e3 * patience))
+
+    def take(self) -> int:
+        """Put the next one into `data`, at once; return its size, or `NOTHING`.
+
+        Raises:
+            OSError: Nobody listens there (`ConnectionRefusedError`), or there is no route to it.
+        """
+        size = self._recv(self._wire.fileno(), self._memory, len(self.data), socket.MSG_DONTWAIT)
+        if size >= 0:
+            return int(size)
+        number = ctypes.get_errno()
+        if number in (errno.EAGAIN, errno.EINTR):
+            return NOTHING
+        raise OSError(number, os.strerror(number))
+
 
 BUFFER = 1 << 22
 """Asked of the socket [bytes]; the system may grant less. A full one drops the newest, so that it must hold what

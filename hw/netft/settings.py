@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 from palpate.hw.ft_stream.streamed_sensor import StreamSettings
 from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT, OnRobotCommand
 from palpate.hw.netft.status import NET_BOX, StatusWords
@@ -27,8 +27,7 @@ class Scales:
         Raises:
             InvalidValueError: Not above 0.
         """
-        positive("force", self.force, "N per count")
-        positive("moment", self.moment, "N m per count")
+        check_positive(self, force="N per count", moment="N m per count")
 
 
 ONROBOT_SCALES = Scales(1.0 / 10_000.0, 1.0 / 100_000.0)

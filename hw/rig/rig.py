@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from time import monotonic, sleep
 from typing import Protocol, TypeVar, runtime_checkable
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 from palpate.hw.devices import (
     ArmDevice,
     Device,
@@ -77,8 +77,7 @@ class RigSettings:
         Raises:
             InvalidValueError: A time that is not above 0.
         """
-        positive("period", self.period, "s")
-        positive("oldest", self.oldest, "s")
+        check_positive(self, period="s", oldest="s")
 
 
 class Rig(Closing):

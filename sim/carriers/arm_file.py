@@ -1,7 +1,7 @@
 """Serial arms from MJCF and URDF files."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,11 +12,44 @@ from palpate.bounded_file import PathLike
 from palpate.errors import InvalidValueError, vector
 from palpate.kinematics import JointKind, JointLimits, Pose
 from palpate.nearest_name import nearest
-from palpate.sim.carriers.arm_assumptions import assumptions
-from palpate.sim.carriers.arm_checks import FEWEST, MOST, check_open, check_size, joints_to, limits_of
+from palpate.sim.carriers.arm_checks import FEWEST, MOST, check_open, check_size, joints_to, limits_of, turns_on
 from palpate.sim.carriers.arm_mending import mend
 from palpate.sim.carriers.arm_model import ASSUMED_ARMATURE, ArmModel, chain_of, largest_inertias, pose_of_frame
 from palpate.sim.carriers.arm_source import ArmSourceFile
+
+_SHOWN = 4
+"""Names in a sentence; a humanoid has forty joints beside an arm."""
+
+
+def assumptions(
+    model: mujoco.MjModel, joints: Sequence[int], mended: Mapping[str, Sequence[str]]
+) -> tuple[str, ...]:
+    """Return them.
+
+    Args:
+        model: All that is in the file.
+        joints: Of the arm, by number.
+        mended: What was done before, with whom.
+    """
+    light = [model.joint(i).name for i in joints if not model.dof_armature[model.jnt_dofadr[i]]]
+    armature = f"{ASSUMED_ARMATURE[JointKind.HINGE]:g} kg m^2 or {ASSUMED_ARMATURE[JointKind.SLIDE]:g} kg"
+    found = {
+        "no joints of the arm, left where the file has them": [
+            model.joint(i).name for i in range(model.njnt) if i not in joints
+        ],
+        "without end in the file, taken to turn by 360 deg to either side": [
+            model.joint(i).name for i in joints if turns_on(model, i)
+        ],
+        f"without armature in the file, {armature} assumed": light,
+        **mended,
+    }
+    return tuple(f"{words}: {_listed(names)}" for words, names in found.items() if names)
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return ", ".join(names[:_SHOWN]) + more
+
 
 ARMS = Path(__file__).resolve().parent.parent / "arms"
 """Where the files of arms lie that palpate has."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
 from palpate.sim.carriers.carrier import CarriedMass, refuse_to_turn
@@ -29,9 +29,7 @@ class Lift:
     following_error_limit: float = 0.0025
 
     def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("bandwidth", self.bandwidth, "rad/s")
-        positive("following_error_limit", self.following_error_limit, "m")
+        check_positive(self, mass="kg", bandwidth="rad/s", following_error_limit="m")
 
     def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""

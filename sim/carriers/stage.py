@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import FloatArray, positive
+from palpate.errors import FloatArray, check_positive
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
 from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.stage_drive import StageDrive
@@ -34,9 +34,7 @@ class Stage:
     following_error_limit: float = 0.0025
 
     def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("bandwidth", self.bandwidth, "rad/s")
-        positive("following_error_limit", self.following_error_limit, "m")
+        check_positive(self, mass="kg", bandwidth="rad/s", following_error_limit="m")
 
     @property
     def lag(self) -> float:

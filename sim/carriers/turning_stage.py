@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 from palpate.kinematics import FollowingErrorLimit
 from palpate.sim.carriers.carriage import add_position_servo, add_turning_sensors, lift_load
 from palpate.sim.carriers.carrier import CarriedMass
@@ -52,9 +52,7 @@ class TurningStage:
     inertia: float = 0.01
 
     def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("bandwidth", self.bandwidth, "rad/s")
-        positive("inertia", self.inertia, "kg m^2")
+        check_positive(self, mass="kg", bandwidth="rad/s", inertia="kg m^2")
 
     @property
     def lag(self) -> float:

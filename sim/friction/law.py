@@ -15,7 +15,7 @@ surface
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative
 from palpate.friction import LimitSurface
 from palpate.friction.p_norm import dual_point
 
@@ -49,12 +49,10 @@ class FrictionLaw:
     damping_ratio: float = 0.3
 
     def __post_init__(self) -> None:
-        positive("static_friction", self.static_friction, "")
-        positive("kinetic_friction", self.kinetic_friction, "")
-        positive("stribeck_speed", self.stribeck_speed, "m/s")
+        check_positive(
+            self, static_friction="", kinetic_friction="", stribeck_speed="m/s", stiffness="N/m", damping_ratio=""
+        )
         not_negative("viscous_friction", self.viscous_friction, "s/m")
-        positive("stiffness", self.stiffness, "N/m")
-        positive("damping_ratio", self.damping_ratio, "")
         if self.kinetic_friction > self.static_friction:
             raise InvalidValueError(
                 f"kinetic_friction = {self.kinetic_friction:g}: must be at most the static_friction = "

@@ -290,3 +290,36 @@ class HandBackend(Closing):
             at += SENSORS_PER_FINGER
         self._arm = self._drive.sample(time, s)
         return Sample(time, self._arm, tuple(wrenches), self._grip.sample)
+
+
+class WrappedHand(Closing):
+    """Base of back ends that show a hand which holds something as a robot with one fingertip."""
+
+    def __init__(self, hand: HandBackend, pacer: Pacer | None) -> None:
+        """Take the back end of the hand, and the pacer of the run; that of the hand, if not given."""
+        self._hand = hand
+        self._pacer = pacer or hand.pacer
+        self._begin = 0.0
+
+    @property
+    def scene(self) -> GraspScene:
+        """What is simulated."""
+        return self._hand.scene
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self._hand.period
+
+    @property
+    def pacer(self) -> Pacer:
+        """See `Backend`."""
+        return self._pacer
+
+    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
+        """See `WatchdogSource`."""
+        return (STEPPED,)
+
+    def close(self) -> None:
+        """Stop the hand where it is; what it holds stays held."""
+        self._hand.close()

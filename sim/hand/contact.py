@@ -10,7 +10,7 @@ fingers by g / (n impratio b_f), 0.025 um/s in two, whatever its mass.
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive, positive
 from palpate.sim.contact_law import LARGEST_FRICTION_STEP, PairParameters, solimp, solref
 
 IMPEDANCE = 0.5
@@ -46,11 +46,7 @@ class GraspContact:
     impratio: float = IMPRATIO
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("friction", self.friction, "")
-        positive("spin_length", self.spin_length, "m")
-        positive("damping_ratio", self.damping_ratio, "")
-        positive("impratio", self.impratio, "")
+        check_positive(self, stiffness="N/m", friction="", spin_length="m", damping_ratio="", impratio="")
 
 
 def frictionless_grasp_parameters(law: GraspContact, inverse_mass: float, time_step: float) -> PairParameters:

@@ -6,14 +6,11 @@ import numpy as np
 
 from palpate.kinematics.held_frame import HeldFrame
 from palpate.kinematics.pose import Pose
-from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample
 from palpate.runtime.pacing import Pacer
-from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sim.carriers.carrier import refuse_to_turn
 from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth
-from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.scene import GraspScene
+from palpate.sim.hand.backend import HandBackend, WrappedHand
 from palpate.spatial import ZERO, Vector, rotate_back, scale, subtract
 
 EXPLORING = 0
@@ -32,7 +29,7 @@ class _Kept:
     rotation: np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 
-class ExploringFinger(Closing):
+class ExploringFinger(WrappedHand):
     """A simulated hand whose first finger explores what its other fingers hold. A `Backend`.
 
     The base frame of its samples and commands is fixed to the object, as the fingertips that hold it show where it
@@ -51,8 +48,7 @@ class ExploringFinger(Closing):
             closing_time: Until they have closed on it [s].
             pacer: Where time comes from, once the run has begun; as the hand's, if not given.
         """
-        self._hand = hand
-        self._pacer = pacer or hand.pacer
+        super().__init__(hand, pacer)
         others = hand.scene.hand.fingers - 2
         self._closing = Command(
             grip_force=(0.0, grip) + (grip,) * others, finger_velocity=(ZERO, None) + (None,) * others
@@ -61,28 +57,8 @@ class ExploringFinger(Closing):
         self._standing: tuple[Vector | None, ...] = (ZERO,) + (None,) * others
         self._closing_periods = round((closing_time + SETTLING) / hand.period)
         self._held: HeldFrame | None = None
-        self._begin = 0.0
         self._kept: _Kept | None = None
         self._pose_base_finger = Pose()
-
-    @property
-    def scene(self) -> GraspScene:
-        """What is simulated."""
-        return self._hand.scene
-
-    @property
-    def period(self) -> float:
-        """Control period [s]."""
-        return self._hand.period
-
-    @property
-    def pacer(self) -> Pacer:
-        """See `Backend`."""
-        return self._pacer
-
-    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
-        """See `WatchdogSource`."""
-        return (STEPPED,)
 
     def start(self) -> Sample:
         """Grip the object, let go of the fixture, and return the first sample."""
@@ -112,10 +88,6 @@ class ExploringFinger(Closing):
         sample = self._hand.step(Command(ZERO, command.phase, self._grips, finger_velocity=moving))
         self._pacer.wait()
         return self._seen(sample)
-
-    def close(self) -> None:
-        """Stop where it is; the object stays held."""
-        self._hand.close()
 
     def truth(self) -> Truth:
         """Return what really happened at the exploring finger at the last sample, in the base frame."""

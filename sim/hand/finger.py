@@ -8,64 +8,12 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import mujoco
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 from palpate.kinematics.servo_model import XL330_M288, XM430_W210, ServoModel
 from palpate.spatial import Vector
-
-
-class FingerJoint(Protocol):
-    """How a finger moves, in a plane through the hand's axis. Its coordinate grows as it closes."""
-
-    @property
-    def servo(self) -> ServoModel:
-        """What drives it."""
-        ...
-
-    @property
-    def joint(self) -> mujoco.mjtJoint:
-        """Slide [m] or hinge [rad]."""
-        ...
-
-    @property
-    def ratio(self) -> float:
-        """Of the joint's motion to that of the servo's shaft [m/rad, or 1]."""
-        ...
-
-    @property
-    def axis(self) -> Vector:
-        """Of the joint, in sensor coordinates at 0."""
-        ...
-
-    @property
-    def pivot(self) -> Vector:
-        """A point on that axis, in sensor coordinates [m]."""
-        ...
-
-    @property
-    def mass(self) -> float:
-        """Of what moves between joint and sensor [kg]."""
-        ...
-
-    def sensor_motion(self, q: float) -> tuple[float, float, float]:
-        """Return how far sensor moved inwards and away from the palm [m], and turned [rad], at a coordinate."""
-        ...
-
-    def lever(self, q: float, tip_along: float) -> float:
-        """Return the servo's torque per normal force [m] where the force is square to the hand's axis.
-
-        Args:
-            q: The joint's coordinate [rad or m].
-            tip_along: How far the tip's centre lies before the sensor along the finger [m].
-        """
-        ...
-
-    def closed(self, distance: float, tip_along: float) -> float:
-        """Return the coordinate at which the tip's centre is this far [m] further in than at 0."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +31,7 @@ class SlideFinger:
     mass: float = 0.03
 
     def __post_init__(self) -> None:
-        positive("pinion", self.pinion, "m")
-        positive("mass", self.mass, "kg")
+        check_positive(self, pinion="m", mass="kg")
 
     joint = mujoco.mjtJoint.mjJNT_SLIDE
     axis: Vector = field(default=(1.0, 0.0, 0.0), init=False)
@@ -92,19 +39,19 @@ class SlideFinger:
 
     @property
     def ratio(self) -> float:
-        """See `FingerJoint`: the pinion's radius."""
+        """Of the joint's motion to that of the servo's shaft [m/rad, or 1]: the pinion's radius."""
         return self.pinion
 
     def sensor_motion(self, q: float) -> tuple[float, float, float]:
-        """See `FingerJoint`."""
+        """Return how far sensor moved inwards and away from the palm [m], and turned [rad], at a coordinate."""
         return (q, 0.0, 0.0)
 
     def lever(self, q: float, tip_along: float) -> float:
-        """See `FingerJoint`."""
+        """Return the servo's torque per normal force [m] where the force is square to the hand's axis."""
         return self.pinion
 
     def closed(self, distance: float, tip_along: float) -> float:
-        """See `FingerJoint`."""
+        """Return the coordinate at which the tip's centre is this far [m] further in than at 0."""
         return distance
 
 
@@ -123,8 +70,7 @@ class HingeFinger:
     mass: float = 0.03
 
     def __post_init__(self) -> None:
-        positive("length", self.length, "m")
-        positive("mass", self.mass, "kg")
+        check_positive(self, length="m", mass="kg")
 
     joint = mujoco.mjtJoint.mjJNT_HINGE
     axis: Vector = field(default=(0.0, 1.0, 0.0), init=False)
@@ -132,22 +78,26 @@ class HingeFinger:
 
     @property
     def pivot(self) -> Vector:
-        """See `FingerJoint`."""
+        """A point on that axis, in sensor coordinates [m]."""
         return (0.0, 0.0, -self.length)
 
     def sensor_motion(self, q: float) -> tuple[float, float, float]:
-        """See `FingerJoint`."""
+        """Return how far sensor moved inwards and away from the palm [m], and turned [rad], at a coordinate."""
         return (self.length * math.sin(q), -self.length * (1.0 - math.cos(q)), q)
 
     def lever(self, q: float, tip_along: float) -> float:
-        """See `FingerJoint`."""
+        """Return the servo's torque per normal force [m] where the force is square to the hand's axis."""
         return (self.length + tip_along) * math.cos(q)
 
     def closed(self, distance: float, tip_along: float) -> float:
-        """See `FingerJoint`."""
+        """Return the coordinate at which the tip's centre is this far [m] further in than at 0."""
         reach = self.length + tip_along
         if not distance < reach:
             raise InvalidValueError(
                 f"length = {self.length:g} m: the finger cannot close by {distance:g} m; take a longer one"
             )
         return math.asin(distance / reach)
+
+
+FingerJoint = SlideFinger | HingeFinger
+"""Joint of a finger, in a plane through the hand's axis; its coordinate grows as the finger closes."""

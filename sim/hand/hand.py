@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative
 from palpate.kinematics.pose import Pose
 from palpate.sim.hand.finger import FingerJoint, HingeFinger, SlideFinger
 from palpate.sim.hand.sideways import FixedSideways, SidewaysDrive
@@ -76,11 +76,7 @@ class Hand:
     def __post_init__(self) -> None:
         if not 2 <= self.fingers <= MOST_FINGERS:
             raise InvalidValueError(f"fingers = {self.fingers!r}: must be 2 to {MOST_FINGERS}")
-        positive("opening", self.opening, "m")
-        positive("depth", self.depth, "m")
-        positive("closing_speed", self.closing_speed, "m/s")
-        positive("housing_mass", self.housing_mass, "kg")
-        positive("bus_period", self.bus_period, "s")
+        check_positive(self, opening="m", depth="m", closing_speed="m/s", housing_mass="kg", bus_period="s")
         not_negative("direction_span", self.direction_span, "")
         x, y, _ = self.tip.center_of_mass
         if x or y:

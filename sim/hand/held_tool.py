@@ -12,22 +12,20 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.kinematics.pose import Pose
-from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.touch import FingerDescription
-from palpate.runtime.watchdog import STEPPED, DeviceWatchdog
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.held.external_wrench import HeldBody, external_wrench
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.contact_truth import CONTACT_COLUMNS, HELD_POSITION, Truth, numbers_of_truth
 from palpate.sim.fidelity import Fidelity
-from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.backend import HandBackend, WrappedHand
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand_model import opening_of
 from palpate.sim.hand.jointed_hand import JointedHand
 from palpate.sim.hand.mount import PALM
-from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.hand.touched import Touched
 from palpate.sim.sensor.model import SeededSensor
 from palpate.spatial import ZERO, Vector, Wrench, add, cross, rotate, scale, subtract
@@ -50,7 +48,7 @@ def middle(points: Sequence[Vector]) -> Vector:
     return scale(1.0 / len(points), total)
 
 
-class GraspedTool(Closing):
+class GraspedTool(WrappedHand):
     """A simulated hand that holds a tool, on a carrier, as a robot with one fingertip. A `Backend`.
 
     `start` closes the fingers on the tool, which a fixture in the palm holds until then; thereafter the first of
@@ -80,8 +78,8 @@ class GraspedTool(Closing):
             end: Of the tool, in the tip frame: its motion in the hand is part of the truth [m].
             pacer: Where time comes from, once the run has begun; as the hand's, if not given.
         """
-        self._hand, self._payload, self._end = hand, payload, Pose(end)
-        self._pacer = pacer or hand.pacer
+        self._payload, self._end = payload, Pose(end)
+        super().__init__(hand, pacer)
         self._pipelines = [finger.pipeline() for finger in fingers]
         n = hand.scene.hand.fingers
         self._closing = Command(grip_force=(grip,) * n)
@@ -89,28 +87,8 @@ class GraspedTool(Closing):
         self._standing: tuple[Vector | None, ...] = (ZERO,) + (None,) * (n - 1)
         self._closing_periods = round((closing_time + SETTLING) / hand.period)
         self._zero = np.zeros(6)
-        self._begin = 0.0
         self._arm: Vector = ZERO
         self._pose_base_tip = Pose()
-
-    @property
-    def scene(self) -> GraspScene:
-        """What is simulated."""
-        return self._hand.scene
-
-    @property
-    def period(self) -> float:
-        """Control period [s]."""
-        return self._hand.period
-
-    @property
-    def pacer(self) -> Pacer:
-        """See `Backend`."""
-        return self._pacer
-
-    def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
-        """See `WatchdogSource`."""
-        return (STEPPED,)
 
     def start(self) -> Sample:
         """Grip the tool, let go of the fixture, tare, and return the first sample."""
@@ -147,10 +125,6 @@ class GraspedTool(Closing):
         )
         self._pacer.wait()
         return self._seen(sample, self._tared(self._felt(sample)))
-
-    def close(self) -> None:
-        """Stop where it is; the tool stays held."""
-        self._hand.close()
 
     def truth(self) -> Truth:
         """Return what really happened between tool and surface at the last sample."""

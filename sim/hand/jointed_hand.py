@@ -7,7 +7,7 @@ from itertools import chain
 import mujoco
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, check_positive
 from palpate.kinematics import ArmKinematics, Pose, SerialArm, nearest_joint_position
 from palpate.kinematics.kernel import tip_jacobian
 from palpate.sim.carriers.arm_model import quat_wxyz, spec_at
@@ -69,9 +69,7 @@ class JointedHand:
     _kinematics: tuple[ArmKinematics, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name, unit in (("bandwidth", "rad/s"), ("closing_speed", "m/s"), ("following_error", "m")):
-            positive(name, getattr(self, name), unit)
-        positive("bus_period", self.bus_period, "s")
+        check_positive(self, bandwidth="rad/s", closing_speed="m/s", following_error="m", bus_period="s")
         if len(self.tips) != len(self.each):
             raise InvalidValueError(
                 f"tips: {len(self.tips)} for {len(self.each)} fingers: each finger needs one of its own"

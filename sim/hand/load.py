@@ -11,7 +11,7 @@ from typing import Protocol
 
 import mujoco
 
-from palpate.errors import InvalidValueError, not_negative, positive, vector
+from palpate.errors import InvalidValueError, check_not_negative, not_negative, positive, vector
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add_scaled, cross, rotate, scale, subtract
 
 NO_LOAD: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -53,8 +53,7 @@ class RampLoad:
     def __post_init__(self) -> None:
         for name in ("before", "after", "point"):
             vector(name, getattr(self, name), 3, "m" if name == "point" else "N")
-        not_negative("begin", self.begin, "s")
-        not_negative("duration", self.duration, "s")
+        check_not_negative(self, begin="s", duration="s")
 
     def force(self, time: float) -> Vector:
         """Return the force at a time [N]."""

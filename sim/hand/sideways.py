@@ -9,11 +9,10 @@ Sideways means along y of the finger's sensor frame: about the hand's axis, anti
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import mujoco
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative
 from palpate.kinematics.servo_model import PULSE, XL330_M288, ServoModel
 from palpate.sim.hand.servo import Servo
 from palpate.spatial import ZERO, Vector
@@ -40,9 +39,8 @@ class SidewaysRack:
     travel: float = 0.012
 
     def __post_init__(self) -> None:
-        positive("pinion", self.pinion, "m")
+        check_positive(self, pinion="m", travel="m")
         not_negative("mass", self.mass, "kg")
-        positive("travel", self.travel, "m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,45 +53,8 @@ class SidewaysState:
     positions: tuple[float, ...] = ()
 
 
-class SidewaysDrive(Protocol):
-    """What moves the fingers of a hand sideways in a compiled scene; `Grip` calls it."""
-
-    @property
-    def moving(self) -> bool:
-        """Whether a sideways motion is commanded, even at zero speed."""
-        ...
-
-    def start(self) -> None:
-        """Stand still where the joints are."""
-        ...
-
-    def command(self, velocities: tuple[Vector | None, ...] | None) -> None:
-        """Take the velocity with which each fingertip is to move, sensor frame [m/s]; None: stand still."""
-        ...
-
-    def exchange(self, bus_period: float) -> tuple[float, ...]:
-        """Exchange goals and positions over the bus; return positions as it tells them [m]."""
-        ...
-
-    def advance(self) -> None:
-        """Set the torques of the next time step."""
-        ...
-
-    def last(self) -> tuple[float, ...]:
-        """Return where each finger was at the last time step, without rounding [m]."""
-        ...
-
-    def state(self) -> SidewaysState:
-        """Return all that it remembers."""
-        ...
-
-    def set_state(self, state: SidewaysState) -> None:
-        """Take back what `state` gave."""
-        ...
-
-
 class FixedSideways:
-    """Of a hand whose fingers only close. A `SidewaysDrive`."""
+    """Of a hand whose fingers only close."""
 
     moving = False
 
@@ -132,7 +93,7 @@ class FixedSideways:
 
 
 class RackDrive:
-    """Servos of racks, fed with goals that follow commanded velocities. A `SidewaysDrive`.
+    """Servos of racks, fed with goals that follow commanded velocities.
 
     A commanded velocity is summed up to a goal position, which ends at the travel as the servo's own position
     limits make it, and which runs ahead of the finger by `MAX_LEAD` at most.
@@ -158,18 +119,18 @@ class RackDrive:
 
     @property
     def moving(self) -> bool:
-        """See `SidewaysDrive`."""
+        """Whether a sideways motion is commanded, even at zero speed."""
         return self._velocities is not None
 
     def start(self) -> None:
-        """See `SidewaysDrive`."""
+        """Stand still where the joints are."""
         self._positions = self._goals = self._where()
         self._velocities: tuple[float, ...] | None = None
         for servo, y in zip(self._servos, self._positions, strict=True):
             servo.start(y / self._rack.pinion)
 
     def command(self, velocities: tuple[Vector | None, ...] | None) -> None:
-        """See `SidewaysDrive`.
+        """Take the velocity with which each fingertip is to move, sensor frame [m/s]; None: stand still.
 
         Raises:
             InvalidValueError: Another number of velocities than of fingers, one that is not finite, or one that
@@ -191,7 +152,7 @@ class RackDrive:
         self._velocities = tuple((velocity or ZERO)[1] for velocity in velocities)
 
     def exchange(self, bus_period: float) -> tuple[float, ...]:
-        """See `SidewaysDrive`."""
+        """Exchange goals and positions over the bus; return positions as it tells them [m]."""
         rack, model = self._rack, self._rack.servo
         step = PULSE * rack.pinion
         measured = tuple(step * round(y / step) for y in self._where())
@@ -208,23 +169,23 @@ class RackDrive:
         return measured
 
     def advance(self) -> None:
-        """See `SidewaysDrive`."""
+        """Set the torques of the next time step."""
         control, speeds, pinion = self._data.ctrl, self._data.qvel, self._rack.pinion
         self._positions = self._where()
         for servo, y, dof, of in zip(self._servos, self._positions, self._dof, self._of, strict=True):
             control[of] = servo.step(y / pinion, float(speeds[dof]) / pinion)
 
     def last(self) -> tuple[float, ...]:
-        """See `SidewaysDrive`."""
+        """Return where each finger was at the last time step, without rounding [m]."""
         return self._positions
 
     def state(self) -> SidewaysState:
-        """See `SidewaysDrive`."""
+        """Return all that it remembers."""
         servos = tuple(servo.state() for servo in self._servos)
         return SidewaysState(servos, self._velocities, self._goals, self._positions)
 
     def set_state(self, state: SidewaysState) -> None:
-        """See `SidewaysDrive`."""
+        """Take back what `state` gave."""
         for servo, its in zip(self._servos, state.servos, strict=True):
             servo.set_state(its)
         self._velocities, self._goals, self._positions = state.velocities, state.goals, state.positions
@@ -232,3 +193,7 @@ class RackDrive:
     def _where(self) -> tuple[float, ...]:
         position = self._data.qpos
         return tuple(float(position[at]) for at in self._at)
+
+
+SidewaysDrive = FixedSideways | RackDrive
+"""Sideways motion of the fingers of a hand in a compiled scene; the hand's drive calls it."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
+from palpate.errors import FloatArray, InvalidValueError, check_positive, not_negative, vector
 from palpate.sim.contact_law import ContactLaw
 from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.target import Mount, Placer, placer_of
@@ -38,9 +38,7 @@ class ObjectBody:
     colour: tuple[float, float, float, float] = (0.6, 0.65, 0.7, 1.0)
 
     def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("friction", self.friction, "")
-        positive("spin_length", self.spin_length, "m")
+        check_positive(self, mass="kg", friction="", spin_length="m")
         vector("position", self.position, 3, "m")
         for i, part in enumerate(vector("colour", self.colour, 4, "").tolist()):
             if not_negative(f"colour[{i}]", part, "") > 1.0:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from scipy.ndimage import spline_filter
 
-from palpate.errors import FloatArray, InvalidValueError, numbers, positive
+from palpate.errors import FloatArray, InvalidValueError, check_positive, numbers, positive
 from palpate.sim.objects.nearest import (
     HEADER,
     distances_to_heights,
@@ -48,8 +48,7 @@ class HeightField(TracedObject):
     _packed: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        positive("width", self.width, "m")
-        positive("depth", self.depth, "m")
+        check_positive(self, width="m", depth="m")
         heights = numbers("heights", self.heights)
         if heights.ndim != 2 or min(heights.shape) < FEWEST:
             raise InvalidValueError(f"heights has shape {heights.shape}: must be (ny, nx), each at least {FEWEST}")

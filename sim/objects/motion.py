@@ -14,7 +14,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from palpate.errors import InvalidValueError, positive, vector
+from palpate.errors import InvalidValueError, check_positive, positive, vector
 from palpate.kinematics import JointKind as JointKind
 from palpate.sim.contact_law import ContactLaw
 from palpate.sim.objects.primitives import SceneObject
@@ -73,8 +73,7 @@ class Sine:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("amplitude", self.amplitude, "m or rad")
-        positive("frequency", self.frequency, "Hz")
+        check_positive(self, amplitude="m or rad", frequency="Hz")
         vector("phase", (self.phase,), 1, "rad")
 
     def at(self, time: float) -> tuple[float, float, float]:

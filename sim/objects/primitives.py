@@ -7,7 +7,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from palpate.errors import FloatArray, positive
+from palpate.errors import FloatArray, check_positive, positive
 
 STEEPEST = math.radians(60.0)
 """Steepest slope [rad] that a tip is sent to from above."""
@@ -206,8 +206,7 @@ class CylinderObject(Primitive):
     length: float = 0.12
 
     def __post_init__(self) -> None:
-        positive("radius", self.radius, "m")
-        positive("length", self.length, "m")
+        check_positive(self, radius="m", length="m")
 
     @property
     def top(self) -> float:

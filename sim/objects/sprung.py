@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from palpate.errors import InvalidValueError, positive, vector
+from palpate.errors import InvalidValueError, check_positive, positive, vector
 from palpate.sim.contact_law import ContactLaw
 from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.target import Mount, Nowhere, Placer
@@ -39,9 +39,7 @@ class SprungTarget:
     position: Vector = ZERO
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("damping", self.damping, "N s/m")
-        positive("mass", self.mass, "kg")
+        check_positive(self, stiffness="N/m", damping="N s/m", mass="kg")
         vector("axis", self.axis, 3, "")
         positive("length of axis", norm(self.axis), "")
         vector("position", self.position, 3, "m")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, check_positive
 from palpate.sim.objects.nearest import nearest_on_torus
 from palpate.sim.objects.primitives import STEEPEST
 from palpate.sim.objects.traced import Nearest, TracedObject, add_mesh_picture, picture_name
@@ -25,8 +25,7 @@ class Torus(TracedObject):
     tube: float = 0.012
 
     def __post_init__(self) -> None:
-        positive("ring", self.ring, "m")
-        positive("tube", self.tube, "m")
+        check_positive(self, ring="m", tube="m")
         if self.tube >= self.ring:
             raise InvalidValueError(f"tube = {self.tube:g} m: must be less than ring = {self.ring:g} m")
 

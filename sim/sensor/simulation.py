@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NoReturn, Protocol
+from typing import NoReturn
 
 import numpy as np
 
@@ -38,31 +38,7 @@ class SensorState:
     draws: DrawState | None
 
 
-class WrenchSensor(Protocol):
-    """What a back end asks of a sensor."""
-
-    def restart(self, seed: int) -> None:
-        """Forget everything; the same seed gives the same samples."""
-        ...
-
-    def step(self, time: float, wrench: Wrench, acceleration: Vector) -> WrenchSample:
-        """Take the load at a time, and return what the device says then."""
-        ...
-
-    def state(self) -> SensorState:
-        """Return a copy of all that it remembers."""
-        ...
-
-    def set_state(self, state: SensorState) -> None:
-        """Go on from a state, bit for bit as from there before.
-
-        Raises:
-            InvalidValueError: It is another sensor's.
-        """
-        ...
-
-
-def simulated_sensor(model: SensorModel, period: float, seed: int = 0) -> WrenchSensor:
+def simulated_sensor(model: SensorModel, period: float, seed: int = 0) -> "WrenchSensor":
     """Return a sensor that is ready to run; everything slow happens here.
 
     Args:
@@ -77,7 +53,7 @@ def simulated_sensor(model: SensorModel, period: float, seed: int = 0) -> Wrench
 
 
 class PerfectSensor:
-    """Shows every load as it is. A `WrenchSensor`."""
+    """Shows every load as it is."""
 
     def __init__(self, model: SensorModel | None = None) -> None:
         """Take its name, for `state`."""
@@ -87,20 +63,20 @@ class PerfectSensor:
         """It remembers nothing."""
 
     def step(self, time: float, wrench: Wrench, acceleration: Vector) -> WrenchSample:
-        """See `WrenchSensor`."""
+        """Take the load at a time, and return what the device says then."""
         return WrenchSample(time, wrench, acceleration)
 
     def state(self) -> SensorState:
-        """See `WrenchSensor`."""
+        """Return a copy of all that it remembers."""
         return SensorState(self._model, np.empty(0), None)
 
     def set_state(self, state: SensorState) -> None:
-        """See `WrenchSensor`."""
+        """Go on from a state, bit for bit as from there before."""
         _check_model(self._model, state)
 
 
 class ImperfectSensor:
-    """A sensor as its `SensorModel` describes it. A `WrenchSensor`.
+    """A sensor as its `SensorModel` describes it.
 
     The load at its first step is taken for what was there for ever. Its first sample may be stamped before that,
     by the latency and up to a period of its clock, and is never lost.
@@ -129,14 +105,14 @@ class ImperfectSensor:
         self.restart(seed)
 
     def restart(self, seed: int) -> None:
-        """See `WrenchSensor`."""
+        """Forget everything; the same seed gives the same samples."""
         self._draws.restart(seed)
         self._memory[:] = 0.0
         self._memory[kernel.LAST_TIME] = _NOT_STARTED
         self._sample = self._shown()
 
     def step(self, time: float, wrench: Wrench, acceleration: Vector) -> WrenchSample:
-        """See `WrenchSensor`. Without a fresh sample, the last one is returned again: the same object.
+        """Take the load at a time, and return the device's sample; without a fresh one, the same object as before.
 
         Args:
             time: Later than at the step before [s].
@@ -161,11 +137,11 @@ class ImperfectSensor:
         return self._sample
 
     def state(self) -> SensorState:
-        """See `WrenchSensor`."""
+        """Return a copy of all that it remembers."""
         return SensorState(self.model, self._memory.copy(), self._draws.state())
 
     def set_state(self, state: SensorState) -> None:
-        """See `WrenchSensor`."""
+        """Go on from a state, bit for bit as from there before."""
         _check_model(self.model, state)
         if state.memory.shape != self._memory.shape or state.draws is None:
             raise InvalidValueError(
@@ -188,6 +164,10 @@ class ImperfectSensor:
             f"time = {time:g} s, {time - last:g} s after the step before: steps come closer together than the "
             f"period of {self.period:g} s that this sensor was made for; make it for the shortest one"
         )
+
+
+WrenchSensor = PerfectSensor | ImperfectSensor
+"""A simulated sensor."""
 
 
 def _check_model(model: SensorModel, state: SensorState) -> None:

@@ -68,6 +68,26 @@ def not_negative(name: str, value: float, unit: str) -> float:
     raise InvalidValueError(f"{name} = {value!r} {unit}".rstrip() + ": must be a finite number, 0 or above")
 
 
+def check_positive(owner: object, /, **units: str) -> None:
+    """Check that the named attributes of `owner` are finite numbers above zero; `units` maps names to units.
+
+    Raises:
+        InvalidValueError: If one of the attributes is not.
+    """
+    for name, unit in units.items():
+        positive(name, getattr(owner, name), unit)
+
+
+def check_not_negative(owner: object, /, **units: str) -> None:
+    """Check that the named attributes of `owner` are finite and at least zero; `units` maps names to units.
+
+    Raises:
+        InvalidValueError: If one of the attributes is not.
+    """
+    for name, unit in units.items():
+        not_negative(name, getattr(owner, name), unit)
+
+
 def vector(name: str, value: Sequence[float] | FloatArray, length: int, unit: str) -> FloatArray:
     """Return `value` as a read-only float64 copy of shape (length,), all finite.
 

@@ -14,8 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.commands.command_result import UNITS, CommandResult, ExitCode, figure_name, shown_figures
-from palpate.commands.json_document import document, plain
-from palpate.commands.output_format import JsonOutput, TextOutput, unboxed
+from palpate.commands.output_format import JsonOutput, TextOutput, document, plain, unboxed
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.reporting.data import KeyFigure
 from palpate.spatial import norm

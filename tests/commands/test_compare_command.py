@@ -13,14 +13,15 @@ import trimesh
 from mapping.raster import sphere_cap
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
-from palpate.commands.compare.difference_picture import MapDifference, difference_picture
 from palpate.commands.compare.run_pictures import bars_picture, spread_picture
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,
+    MapDifference,
     changed_options,
     compared_figures,
     comparison_report,
+    difference_picture,
 )
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.comparable import ErrorSample

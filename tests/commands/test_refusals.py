@@ -19,7 +19,7 @@ from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp.config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.tip_calibration import TipConfig, calibrate_tip
-from palpate.robots.drift_rate_entry import DriftRateEntry
+from palpate.robots.robot_file import DriftRateEntry
 from support.explore_runs import plan_of as plan_exploration
 from support.friction_runs import planned as plan_friction
 from support.grasp_runs import plan_of as plan_grasp

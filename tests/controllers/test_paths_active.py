@@ -22,10 +22,10 @@ from palpate.controllers.paths import (
     Stroke,
     TouchNoise,
 )
-from palpate.controllers.paths.innovation import innovation_error
 from palpate.controllers.paths.missed import missed, missed_around
 from palpate.controllers.paths.reached import reached
 from palpate.controllers.paths.row import Row
+from palpate.controllers.paths.strips import innovation_error
 from support.paths_world import HeightWorld, explore
 
 BUMP = (4e-3, -3e-3)

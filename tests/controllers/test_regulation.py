@@ -27,8 +27,7 @@ from palpate.controllers.damped_contact import (
 )
 from palpate.controllers.gated_surface_motion import GatedSurfaceMotion
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
-from palpate.controllers.set_force import SetForce
-from palpate.controllers.set_point_filter import SetPointFilter
+from palpate.controllers.set_force import SetForce, SetPointFilter
 from palpate.controllers.tangent_motion import PathTable
 from palpate.experiments.regulate.response import frequency_response, step_response
 from palpate.runtime.data import Phase

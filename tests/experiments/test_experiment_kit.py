@@ -24,11 +24,10 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.friction.experiment import FindFriction
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.kit import ExperimentDefaults
-from palpate.experiments.kit.advice import ANYWHERE, ON_DEVICES, advice_on_ending
 from palpate.experiments.kit.contact_checks import check_compression
-from palpate.experiments.kit.experiment_checks import CONFIG_FIELDS, check_experiment
 from palpate.experiments.kit.options import spec_of
-from palpate.experiments.kit.registry import experiment_named, experiment_names
+from palpate.experiments.kit.registry import CONFIG_FIELDS, check_experiment, experiment_named, experiment_names
+from palpate.experiments.kit.run_report import ANYWHERE, ON_DEVICES, advice_on_ending
 from palpate.experiments.kit.script import perform, plan_for
 from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, DeviceWatchdog, Ending, RobotRest, RunResult, Trip

@@ -21,8 +21,7 @@ from palpate.experiments.explore.surface_colours import (
 )
 from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.held_mesh import held_mesh
-from palpate.experiments.grasp.moments_picture import MOMENTS, moments_picture, worst_moment
+from palpate.experiments.grasp.moments_picture import MOMENTS, held_mesh, moments_picture, worst_moment
 from palpate.experiments.grasp.pictures import over_time
 from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse

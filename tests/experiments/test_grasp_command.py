@@ -18,14 +18,13 @@ from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
 from palpate.estimation import Assumption, BrokenAssumption
 from palpate.experiments.grasp.belief import COVERED, planned_with
-from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.experiment import GraspObject
-from palpate.experiments.grasp.heaviest import heaviest_load
 from palpate.experiments.grasp.key_figures import compared, key_figures
 from palpate.experiments.grasp.least import CLOSE, least_forces, least_grip
+from palpate.experiments.grasp.report import heaviest_load
 from palpate.experiments.grasp.result import SLIPPED, grasp_of
-from palpate.experiments.grasp.truth import STAGES
+from palpate.experiments.grasp.truth import STAGES, clearance
 from palpate.experiments.grasp.words import account, outcome
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.figure import figures_of

@@ -21,8 +21,7 @@ from palpate.estimation import Assumption
 from palpate.mapping import MapSettings, SurfaceMap, SurfaceModel
 from palpate.mapping.surface_map import Agreement
 from palpate.mapping.surface_map.agreement import LARGEST, SMALLEST, row_starts
-from palpate.mapping.surface_map.evidence import evidence_gradient
-from palpate.mapping.surface_map.learn import Parameter, at_bounds
+from palpate.mapping.surface_map.learn import Parameter, at_bounds, evidence_gradient
 from palpate.mapping.surface_map.model import BENDS
 from palpate.mapping.surface_map.patch import PatchData
 from palpate.mapping.surface_map.spikes import LONGEST_RUN, NEIGHBOURS

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.raster import sphere_cap
-from palpate.commands.replay.pictures import difference_picture, felt_picture, velocity_picture
-from palpate.experiments.explore.spin_picture import LEAST_SPIN, spin_picture
-from palpate.experiments.friction.confusion_picture import LONGEST_NAME, MOST_FIGURES, confusion_picture
+from palpate.commands.replay.report import difference_picture, felt_picture, velocity_picture
+from palpate.experiments.explore.report import LEAST_SPIN, spin_picture
+from palpate.experiments.friction.recognised import LONGEST_NAME, MOST_FIGURES, confusion_picture
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope

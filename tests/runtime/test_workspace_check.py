@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from palpate.runtime.stopping import Stopping, stopping_of
 from palpate.runtime.supervision.finding import Cause
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.workspace_check import WorkspaceCheck
+from palpate.runtime.supervision.supervisor import WorkspaceCheck
 from palpate.spatial import ZERO, add_scaled, toward
 from runtime.puppets import sample, touch
 

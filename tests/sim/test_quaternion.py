@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.kinematics.pose import rotation_from_rotvec, rotvec_from_rotation, times, transposed
-from palpate.sim.carriers.quaternion import UNTURNED, product, turn_between, turn_by
+from palpate.sim.carriers.turning_stage_drive import UNTURNED, product, turn_between, turn_by
 
 angles = st.floats(-1.8, 1.8)
 rotvecs = st.tuples(angles, angles, angles)

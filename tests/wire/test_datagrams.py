@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from palpate.hw.netft.datagrams import NOTHING, Datagrams
+from palpate.hw.netft.net_ft import NOTHING, Datagrams
 from support.waiting import WITHIN, until
 
 

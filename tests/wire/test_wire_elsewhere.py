@@ -39,7 +39,7 @@ def test_everything_can_be_imported_without_what_windows_lacks():
     printed = subprocess.run([sys.executable, "-c", LIKE_WINDOWS], capture_output=True, text=True, timeout=300)
     assert printed.returncode == 0, printed.stderr[-2000:]
     imported = printed.stdout.split()
-    assert {"palpate.hw.netft.datagrams", "palpate.hw.emulators.terminal", "palpate.hw.ur.client"} <= set(imported)
+    assert {"palpate.hw.netft.net_ft", "palpate.hw.emulators.terminal", "palpate.hw.ur.client"} <= set(imported)
     assert "palpate.robots.in_scene" in imported
 
 

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from numbers import Real
 
-from palpate.errors import InvalidValueError, not_negative, positive, shown
+from palpate.errors import InvalidValueError, check_positive, not_negative, shown
 from palpate.friction.contact_load import ContactLoad, Slip
 from palpate.friction.p_norm import dual_point, p_norm
 from palpate.friction.slip_distance import distance_to_surface
@@ -56,8 +56,7 @@ class LimitSurface:
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():
             object.__setattr__(self, name, _number(name, getattr(self, name), unit))
-        positive("friction", self.friction, "")
-        positive("spin_length", self.spin_length, "m")
+        check_positive(self, friction="", spin_length="m")
         not_negative("load_exponent", self.load_exponent, "")
         if self.load_exponent > LARGEST_LOAD_EXPONENT:
             raise InvalidValueError(

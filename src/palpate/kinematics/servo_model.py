@@ -8,7 +8,7 @@ shaft that stands still stays there, while the torque at it is anything between 
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_not_negative, check_positive
 
 PULSES = 4096
 """Positions per turn of the 12-bit encoder (e-manual, all X series)."""
@@ -71,20 +71,19 @@ class ServoModel:
     source: str
 
     def __post_init__(self) -> None:
-        positive("voltage", self.voltage, "V")
-        positive("stall_torque", self.stall_torque, "N m")
-        positive("stall_current", self.stall_current, "A")
-        positive("no_load_speed", self.no_load_speed, "rad/s")
-        positive("current_unit", self.current_unit, "A")
-        positive("current_limit", self.current_limit, "A")
-        positive("velocity_limit", self.velocity_limit, "rad/s")
-        not_negative("gain_p", self.gain_p, "")
-        not_negative("gain_i", self.gain_i, "")
-        not_negative("gain_d", self.gain_d, "")
-        not_negative("coulomb", self.coulomb, "N m")
-        not_negative("viscous", self.viscous, "N m s/rad")
-        positive("inertia", self.inertia, "kg m^2")
-        positive("mass", self.mass, "kg")
+        check_positive(
+            self,
+            voltage="V",
+            stall_torque="N m",
+            stall_current="A",
+            no_load_speed="rad/s",
+            current_unit="A",
+            current_limit="A",
+            velocity_limit="rad/s",
+            inertia="kg m^2",
+            mass="kg",
+        )
+        check_not_negative(self, gain_p="", gain_i="", gain_d="", coulomb="N m", viscous="N m s/rad")
         if not 0.0 <= self.load_friction < 1.0:
             raise InvalidValueError(f"load_friction = {self.load_friction}: must be at least 0 and below 1")
         if not self.back_emf > 0.0:

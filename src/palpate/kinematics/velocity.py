@@ -38,7 +38,7 @@ from enum import Enum
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, check_positive
 from palpate.kinematics import kernel
 from palpate.kinematics.forward import ArmKinematics, pose_of
 from palpate.kinematics.pose import Pose
@@ -138,9 +138,7 @@ class InverseVelocity:
     constants: tuple[FloatArray, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        positive("length", self.length, "m")
-        positive("threshold", self.threshold, "")
-        positive("braking_rate", self.braking_rate, "1/s")
+        check_positive(self, length="m", threshold="", braking_rate="1/s")
         arm, limits = self.kinematics.arm, self.kinematics.arm.limits
         if len(limits) < FEWEST_JOINTS:
             raise InvalidValueError(

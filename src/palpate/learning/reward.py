@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.errors import not_negative, positive
+from palpate.errors import check_positive, not_negative
 from palpate.runtime import Observation
 from palpate.runtime.supervision import Trip
 from palpate.spatial import add_scaled, dot, norm, rotate
@@ -43,8 +43,7 @@ class HoldWhileSliding:
     trip_penalty: float = 10.0
 
     def __post_init__(self) -> None:
-        positive("force", self.force, "N")
-        positive("speed", self.speed, "m/s")
+        check_positive(self, force="N", speed="m/s")
         not_negative("trip_penalty", self.trip_penalty, "")
 
     def start(self, first: Observation) -> None:

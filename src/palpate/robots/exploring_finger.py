@@ -1,6 +1,6 @@
 """A simulated hand that holds an object with all fingers but the first, which explores it: `exploring_finger`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -8,13 +8,13 @@ import msgspec
 import numpy as np
 
 from palpate.controllers import LandingModel
-from palpate.errors import InvalidValueError
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus
 from palpate.kinematics import Pose
 from palpate.robots.device_settings import Range, RangedSettings
 from palpate.robots.finger_sensor import check_age
 from palpate.robots.fingertip import only_finger, start_above
 from palpate.robots.hand_kind import HandKind
-from palpate.robots.holding_grip import MARGIN, least_grip, pushes_at, weight_of
 from palpate.robots.idle import CLEARANCE, plate_task
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
@@ -22,6 +22,7 @@ from palpate.robots.simulated_finger import sensed_finger
 from palpate.robots.simulated_tip import simulated_tip
 from palpate.robots.task import RobotInScene, Task
 from palpate.sim import SceneObject, SphereObject
+from palpate.sim.fidelity import GRAVITY
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.exploring_finger import EXPLORING, ExploringFinger, held_pose
@@ -32,6 +33,67 @@ from palpate.sim.objects.target import Mount, as_target
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
 from palpate.spatial import Vector
+
+MARGIN = 1.25
+"""Of the grip over the least one: friction is known to some 10 %, and forces overshoot."""
+
+
+def least_grip(
+    points: Sequence[Vector],
+    friction: float,
+    spin_length: float,
+    weight: Vector,
+    pushes: Sequence[tuple[Vector, Vector]],
+) -> float:
+    """Return the largest normal force [N] that any fingertip needs for the worst of some pushes.
+
+    Args:
+        points: Where fingertips touch the object, its frame [m]; they press towards their middle.
+        friction: Coulomb coefficient.
+        spin_length: Largest spin torque over friction and normal force [m].
+        weight: Of the object, its frame [N].
+        pushes: Forces [N], and where they act [m].
+
+    Raises:
+        InvalidValueError: No grip holds one of them.
+    """
+    contacts = np.array(points)
+    frames = [_frame(normal) for normal in contacts.mean(axis=0) - contacts]
+    optimizer = GraspForceOptimizer(GraspContacts(contacts, np.array(frames), friction, spin_length))
+    worst = 0.0
+    for force, at in pushes:
+        load = np.array([*np.add(weight, force), *np.cross(at, force)])
+        found = optimizer.solve(load)
+        if found.status is not SolveStatus.SOLVED:
+            raise InvalidValueError(
+                f"no grip of these fingers holds a push of {np.round(force, 2).tolist()} N at "
+                f"{np.round(at, 4).tolist()} m (object's frame): press less, nearer to the line of the "
+                "fingers, or hold with more of them"
+            )
+        worst = max(worst, float(found.forces[:, 0].max()))
+    return worst
+
+
+def pushes_at(at: Vector, force: float, friction: float) -> list[tuple[Vector, Vector]]:
+    """Return what a fingertip may exert that presses down at a point [m] with a force [N] and rubs any way."""
+    rubbing = friction * force
+    aside = ((0.0, 0.0), (rubbing, 0.0), (-rubbing, 0.0), (0.0, rubbing), (0.0, -rubbing))
+    return [((x, y, -force), at) for x, y in aside]
+
+
+def weight_of(mass: float) -> Vector:
+    """Return the weight of an object that hangs below the palm, z of its frame down [N]."""
+    return (0.0, 0.0, mass * GRAVITY)
+
+
+def _frame(along: FloatArray) -> FloatArray:
+    """Columns n, t1, t2."""
+    n = along / np.linalg.norm(along)
+    side = np.eye(3)[int(np.abs(n).argmin())]
+    t = np.cross(n, side)
+    t /= np.linalg.norm(t)
+    return np.column_stack([n, t, np.cross(n, t)]).astype(np.float64)
+
 
 DOWN = (0.0, 0.0, -1.0)
 """Direction in which it presses, in the object's frame."""

@@ -12,6 +12,7 @@ from palpate.controllers.landing import moved_mass
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import ArmDevice, HandDevice
 from palpate.hw.rig import FingerSensor, FreshlyTared, PolledHand, Rig, RigSettings
+from palpate.hw.rig.finger_sensor import NO_LOAD
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere, Beginning
 from palpate.kinematics.hand import HandKinematics
 from palpate.open_kinds import Settings
@@ -22,10 +23,10 @@ from palpate.robots.hand_kind import HandKind
 from palpate.robots.hand_task import HandTask
 from palpate.robots.impact_force import CONTACT
 from palpate.robots.pace_entries import SimulatedPaceEntry
-from palpate.robots.rig_sensors import finger_sensor
 from palpate.robots.robot import Robot
 from palpate.robots.robot_file import FingerEntry
 from palpate.robots.robot_kind import RobotKind
+from palpate.robots.sensor_kind import SensorPlace
 from palpate.robots.simulated_stage import TurningStageEntry
 from palpate.robots.surface_entries import SphereEntry
 from palpate.robots.task import RobotInScene, Task
@@ -33,6 +34,27 @@ from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.sensing.solver import Surface
 from palpate.spatial import Vector, scale
+
+
+def finger_sensor(robot: Robot, i: int, arm: ArmDevice | None) -> FingerSensor:
+    """Return the sensor behind finger i, and what it carries; nothing is opened.
+
+    Raises:
+        InvalidValueError: There is none, or it cannot be as the file specifies.
+    """
+    file, payload, entry = robot.sensors[i], payload_of(robot, i), robot.file.fingers[i].sensor_device
+    if entry is None:
+        raise InvalidValueError(f"fingers[{i}].sensor_device: there is none")
+    bias, calibrated = NO_LOAD, file is not None and file.calibration is not None
+    if file is not None:
+        a, b, c, d, e, f = file.bias
+        bias = (a, b, c, d, e, f)
+    try:
+        device = entry.device(SensorPlace(noise_of_finger(robot, i), payload, calibrated, arm))
+    except InvalidValueError as error:
+        raise InvalidValueError(f"fingers[{i}].sensor_device.{error}") from None
+    return FingerSensor(device, payload, bias, gives_wrenches=not calibrated, in_arm=entry.in_arm)
+
 
 NEAR_START = 0.005
 """[m] Largest distance of the tip from the start of a run: more than a careful hand-guided placement errs, less

@@ -8,19 +8,42 @@ from typing import Annotated
 
 import msgspec
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, not_negative
 from palpate.open_kinds import declared_in
-from palpate.robots.drift_rate_entry import DriftRateEntry
 from palpate.robots.pace_entries import PaceEntry, SimulatedPaceEntry
 from palpate.robots.robot_kind import RobotKind
 from palpate.robots.sensor_kind import SensorKind
 from palpate.robots.simulated_sensor_entry import NoiseEntry, SimulatedSensorEntry
 from palpate.robots.surface_entries import SurfaceKind
 from palpate.robots.surface_sd_entry import SurfaceSdEntry
-from palpate.runtime.robot_ranges import within
+from palpate.runtime.robot_ranges import at_most, within
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
+
+FASTEST_FORCE, FASTEST_MOMENT = 1.0, 0.1
+"""[N/s, N m/s] Faster is no zero."""
+
+
+class DriftRateEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Largest drift of a zero after its tare, each axis up or down; `palpate calibrate` measures it at rest.
+
+    Attributes:
+        force: [N/s]
+        moment: [N m/s]
+    """
+
+    force: float = msgspec.field(name="force_N_per_s", default=0.0)
+    moment: float = msgspec.field(name="moment_Nm_per_s", default=0.0)
+
+    def __post_init__(self) -> None:
+        for key, value, most, unit in (
+            ("force_N_per_s", self.force, FASTEST_FORCE, "N/s"),
+            ("moment_Nm_per_s", self.moment, FASTEST_MOMENT, "N m/s"),
+        ):
+            not_negative(key, value, unit)
+            at_most(key, value, most, unit)
+
 
 VERSION = 1
 """Of the file format, under the key `palpate_robot`."""

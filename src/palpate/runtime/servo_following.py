@@ -13,7 +13,7 @@ from math import exp, hypot
 import numpy as np
 
 from palpate.compiling import machine_code, njit
-from palpate.errors import FloatArray, not_negative, positive
+from palpate.errors import FloatArray, check_positive, not_negative
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.following import CommandedMotion, Following, FollowingError, FollowingMaker
 from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, Wrench, as_vector, dot, norm, rotate
@@ -55,8 +55,7 @@ class PositionServo:
     lag: float
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m")
-        positive("response", self.response, "s")
+        check_positive(self, stiffness="N/m", response="s")
         not_negative("lag", self.lag, "s")
 
     def following(self, limit: float) -> FollowingMaker:

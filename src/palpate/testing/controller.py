@@ -1,10 +1,22 @@
 """Whether a controller is a pure step function with memory."""
 
+import builtins
+import enum
+import gc
 import math
 import pickle
-from collections.abc import Callable, Sequence
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
+from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
+from typing import Any
+
+import numpy as np
 
 from palpate.errors import PalpateError, shown
 from palpate.runtime.data import Command, Observation, Phase
@@ -15,9 +27,114 @@ from palpate.sensing.solver import contact_from_wrench
 from palpate.spatial import norm
 from palpate.surfaces.shapes import Sphere
 from palpate.testing.nonconformity import Inspection
-from palpate.testing.shared_state import fingerprint, mutable_parts
 from palpate.testing.spring_plane import RADIUS, SpringPlane
-from palpate.testing.watched_step import watched
+
+MOST_OBJECTS = 5000
+"""Looked at per instance: controllers have hundreds."""
+
+_OPAQUE = (
+    *(str, bytes, int, float, complex, bool, type(None), type, enum.Enum),
+    *(ModuleType, FunctionType, MethodType, BuiltinFunctionType),
+)
+_MUTABLE = (list, dict, set, bytearray, deque, np.ndarray)
+
+
+def mutable_parts(instance: object) -> dict[str, object]:
+    """Return containers that can be changed, reachable from an instance or its class, by where they are."""
+    parts: dict[str, object] = {}
+    seen: set[int] = set()
+    left: deque[tuple[str, object]] = deque([("", instance)])
+    while left and len(seen) < MOST_OBJECTS:
+        path, value = left.popleft()
+        if id(value) in seen or isinstance(value, _OPAQUE):
+            continue
+        seen.add(id(value))
+        if isinstance(value, _MUTABLE):
+            parts[path] = value
+        left.extend((f"{path}{step}", inner) for step, inner in _inside(value))
+    return parts
+
+
+def _inside(value: Any) -> Iterator[tuple[str, object]]:
+    """Yield what a value holds: items of containers, attributes of all else, of its own class's, too."""
+    if isinstance(value, np.ndarray):
+        return
+    if isinstance(value, dict):
+        yield from ((f"[{key!r}]", inner) for key, inner in list(value.items()))
+    elif isinstance(value, list | tuple | set | frozenset | deque):
+        yield from ((f"[{i}]", inner) for i, inner in enumerate(list(value)))
+    else:
+        for kind in type(value).__mro__:
+            for name in getattr(kind, "__slots__", ()):
+                if hasattr(value, name):
+                    yield f".{name}", getattr(value, name)
+            if not kind.__module__.startswith(("builtins", "typing", "enum")):
+                own = ((name, inner) for name, inner in vars(kind).items() if isinstance(inner, _MUTABLE))
+                yield from ((f".{name}", inner) for name, inner in own if not name.startswith("__"))
+        yield from ((f".{name}", inner) for name, inner in list(getattr(value, "__dict__", {}).items()))
+
+
+def fingerprint(part: object) -> str:
+    """Return what shows whether a container has changed."""
+    return part.tobytes().hex() if isinstance(part, np.ndarray) else repr(part)
+
+
+CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "time_ns", "monotonic_ns", "perf_counter_ns")
+FORBIDDEN: tuple[tuple[ModuleType, str], ...] = (
+    *((time, name) for name in CLOCKS),
+    (time, "sleep"),
+    *((builtins, name) for name in ("print", "open", "input")),
+)
+"""Where each of them is, and its name."""
+
+AHEAD = 1e6
+"""[s] by which clocks are ahead meanwhile, so that whoever looks at one computes something else."""
+
+
+@contextmanager
+def watched(calls: dict[str, str]) -> Iterator[None]:
+    """Note which file and line calls what is forbidden, by what was called; clocks are wrong meanwhile.
+
+    Modules that have imported a function under whatever name are changed, too. Those of the standard library, and
+    other threads, go on as they are.
+    """
+    stand_ins = {id(getattr(owner, name)): _noting(owner, name, calls) for owner, name in FORBIDDEN}
+    places = [
+        (module, name, value)
+        for key, module in list(sys.modules.items())
+        if not _standard(key) or module in (time, builtins)
+        for name, value in list(getattr(module, "__dict__", {}).items())
+        if id(value) in stand_ins
+    ]
+    callbacks, gc.callbacks[:] = gc.callbacks[:], []  # a collection meanwhile is nobody's call
+    for module, name, real in places:
+        setattr(module, name, stand_ins[id(real)])
+    try:
+        yield
+    finally:
+        gc.callbacks[:] = callbacks
+        for module, name, real in places:
+            setattr(module, name, real)
+
+
+def _standard(name: str) -> bool:
+    return name.partition(".")[0] in sys.stdlib_module_names and name != "__main__"
+
+
+def _noting(owner: ModuleType, name: str, calls: dict[str, str]) -> Callable[..., Any]:
+    real, here = getattr(owner, name), threading.get_ident()
+    ahead = AHEAD * (1e9 if name.endswith("_ns") else 1.0) if name in CLOCKS else 0.0
+
+    def stand_in(*given: Any, **named: Any) -> Any:
+        caller = sys._getframe(1)
+        value = real(*given, **named)
+        if threading.get_ident() != here or _standard(caller.f_globals.get("__name__", "")):
+            return value
+        calls.setdefault(f"{owner.__name__}.{name}", f"{caller.f_code.co_filename}:{caller.f_lineno}")
+        return type(value)(value + ahead) if ahead else value
+
+    return stand_in
+
 
 FASTEST, FASTEST_TURN = 2.0, 2.0 * math.pi
 """[m/s, rad/s]: twice what the tool and the joints of a UR5e are made for (data sheet: 1 m/s, 180 deg/s)."""

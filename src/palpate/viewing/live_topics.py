@@ -28,7 +28,7 @@ from palpate.runtime.log.row_packer import row_packer
 from palpate.runtime.log.sink import RecordingSummary, Sink
 from palpate.runtime.log.standard.topic import Block
 from palpate.runtime.log.standard.topics import RobotNotes, StandardTopics
-from palpate.viewing.live_view import INTERVAL, NICENESS, STOP_TIMEOUT, url_from
+from palpate.viewing.live_view import INTERVAL, NICENESS, end_process, url_from
 from palpate.viewing.publisher import Publisher, TopicViewer
 from palpate.viewing.row_ring import RingReader, RingWriter, RowRing
 
@@ -100,12 +100,7 @@ class LiveTopics(Closing):
 
     def close(self) -> None:
         """End it; may be called more than once."""
-        with suppress(OSError):
-            self._pipe.close()
-        self._process.join(STOP_TIMEOUT)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        end_process(self._pipe, self._process)
 
 
 class _HeadingSink:

@@ -164,14 +164,19 @@ class LiveView(Closing):
 
     def close(self) -> None:
         """End the view; may be called more than once."""
-        with suppress(OSError):
-            self._pipe.close()
-        self._process.join(STOP_TIMEOUT)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        end_process(self._pipe, self._process)
         if self._worker is not None:
             self._worker.close()
+
+
+def end_process(pipe: Connection, process: SpawnProcess) -> None:
+    """Close the pipe to a process, which ends it; kill the process if it still runs after `STOP_TIMEOUT`."""
+    with suppress(OSError):
+        pipe.close()
+    process.join(STOP_TIMEOUT)
+    if process.is_alive():
+        process.kill()
+        process.join()
 
 
 def url_from(pipe: Connection, process: SpawnProcess, close: Callable[[], None]) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import FloatArray, not_negative, positive
+from palpate.errors import FloatArray, check_not_negative, check_positive
 from palpate.mapping import Knowledge
 from palpate.mapping.mesh_figures import MeshFigures
 
@@ -32,11 +32,8 @@ class SurfaceView:
     worst: Knowledge = Knowledge.OBSERVED
 
     def __post_init__(self) -> None:
-        positive("rows", self.rows, "m")
-        positive("voxel", self.voxel, "m")
-        not_negative("half_compliance", self.half_compliance, "m/N")
-        not_negative("sensed_force", self.sensed_force, "N")
-        not_negative("bias", self.bias, "m")
+        check_positive(self, rows="m", voxel="m")
+        check_not_negative(self, half_compliance="m/N", sensed_force="N", bias="m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

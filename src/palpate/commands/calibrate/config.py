@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError, not_negative, positive, vector
+from palpate.errors import InvalidValueError, vector
 from palpate.experiments.kit.options import check_options, option
 
 LARGEST_RAW = 1e12
@@ -18,6 +18,9 @@ LONGEST_TARE = 600.0
 
 COLDEST, WARMEST = -50.0, 150.0
 """[degrees Celsius] of a sensor: beyond, a number in kelvins."""
+
+MOST_AVERAGED = 1_000_000
+"""Readings that a row is the average of."""
 
 LONGEST_TIP = 1.0
 """[m] Size of a fingertip and its distance from the sensor: more is a number in millimetres."""
@@ -67,18 +70,20 @@ class MatrixConfig:
     """Unit of the raw channels ("V", "counts"). Left out: as in the header, or in the sensor file."""
     raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = option(None, "raw")
     """Lowest and highest reading that is not saturated [raw unit]. Left out: as in the sensor file."""
-    temperature: Annotated[float | None, tyro.conf.arg(metavar="C")] = option(None, "degrees Celsius")
+    temperature: Annotated[float | None, tyro.conf.arg(metavar="C")] = option(
+        None, "degrees Celsius", within=(COLDEST, WARMEST)
+    )
     """Temperature of the sensor in use [degrees Celsius], at which the calibration is to hold; the file needs a
     column temperature_C. Left out: the mean of that column."""
     rotation: RotationOrder = "base-from-sensor"
     """With weights in poses: what rotations and quaternions map."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     """With weights in poses: upward direction in base coordinates."""
-    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2", bound="positive")
     """With weights in poses: local g [m/s^2]. Left out: 9.80665."""
     report: ReportPath = None
     """Write a report, too: models, residuals, and what they mean for contacts."""
-    tip_radius: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(None, "m")
+    tip_radius: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(None, "m", bound="positive")
     """With --report: radius of the round fingertip that the sensor is to carry [m]. Left out: 0.01."""
     tip_center: tuple[float, float, float] = (0.0, 0.0, 0.02)
     """With --report: centre of that fingertip in the sensor frame [m]."""
@@ -86,13 +91,7 @@ class MatrixConfig:
     def __post_init__(self) -> None:
         check_options(self)
         _no_name_twice(self.channels)
-        _can_be_a_pose(self.gravity, self.up)
-        if self.temperature is not None and not COLDEST <= self.temperature <= WARMEST:
-            raise InvalidValueError(
-                f"temperature = {self.temperature:g} degrees Celsius: must be from {COLDEST:g} to {WARMEST:g}"
-            )
-        if self.tip_radius is not None:
-            positive("tip_radius", self.tip_radius, "m")
+        _can_be_upward(self.up)
         vector("tip_center", self.tip_center, 3, "m")
         if (self.tip_radius or 0.0) > LONGEST_TIP or math.hypot(*self.tip_center) > LONGEST_TIP:
             raise InvalidValueError(
@@ -138,10 +137,10 @@ class PayloadConfig:
     """What rotations and quaternions map: sensor to base coordinates, or the inverse."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     """Upward direction in base coordinates: not z for a robot on a wall."""
-    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2", bound="positive")
     """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles. Left out: 9.80665, and the mass is uncertain by
     0.15 % on this account."""
-    averaged: int = 1
+    averaged: int = option(1, within=(1, MOST_AVERAGED))
     """How many readings each row is the average of: the noise is less by the square root of it."""
     channels: Channels = ()
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
@@ -149,8 +148,7 @@ class PayloadConfig:
     def __post_init__(self) -> None:
         check_options(self)
         _no_name_twice(self.channels)
-        _can_be_a_pose(self.gravity, self.up)
-        _can_be_averaged(self.averaged)
+        _can_be_upward(self.up)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,9 +176,9 @@ class MountingConfig:
     """What rotations and quaternions map: flange to base coordinates, or the inverse."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     """Upward direction in base coordinates: not z for a robot on a wall."""
-    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2")
+    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2", bound="positive")
     """Local g [m/s^2]. Left out: 9.80665, and the mass is uncertain by 0.15 % on this account."""
-    averaged: int = 1
+    averaged: int = option(1, within=(1, MOST_AVERAGED))
     """How many readings each row is the average of: the noise is less by the square root of it."""
     channels: Channels = ()
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
@@ -188,8 +186,7 @@ class MountingConfig:
     def __post_init__(self) -> None:
         check_options(self)
         _no_name_twice(self.channels)
-        _can_be_a_pose(self.gravity, self.up)
-        _can_be_averaged(self.averaged)
+        _can_be_upward(self.up)
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,18 +223,18 @@ class TareConfig:
     """Write here instead, and leave the sensor file as it is."""
     gravity_direction: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="X Y Z")] = None
     """With --readings: direction of gravity in the sensor frame; needed if the sensor carries a payload."""
-    gravity: float = option(9.80665, "m/s^2")
+    gravity: float = option(9.80665, "m/s^2", bound="positive")
     """Local g [m/s^2], for the payload's weight."""
     learn_noise: bool = False
     """Take the noise of the sensor from these readings, too, instead of holding them against the sensor file's:
     for the first tare of a new sensor. Whether they moved is then judged by their trend alone."""
     channels: Channels = ()
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
-    duration: float = option(2.0, "s")
+    duration: float = option(2.0, "s", bound="positive", within=(-math.inf, LONGEST_TARE))
     """With --live or --robot: how long to take readings [s]."""
-    force_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N")
+    force_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N", bound="not negative")
     """With --live stage: standard deviation of the force noise [N]. Left out: as in the sensor file."""
-    moment_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N m")
+    moment_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N m", bound="not negative")
     """With --live stage: standard deviation of the moment noise [N m]. Left out: as in the sensor file."""
     unknown_bias: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="FX FY FZ MX MY MZ")
@@ -261,7 +258,6 @@ class TareConfig:
                     raise InvalidValueError(f"{name} is for --live stage only: leave it out otherwise")
         if self.readings is None and self.gravity_direction is not None:
             raise InvalidValueError("gravity_direction is for --readings only: a live back end measures it")
-        positive("gravity", self.gravity, "m/s^2")
         if self.gravity_direction is not None:
             vector("gravity_direction", self.gravity_direction, 3, "")
             if not 1e-3 < math.hypot(*self.gravity_direction) < 1e3:
@@ -269,15 +265,8 @@ class TareConfig:
                     f"gravity_direction = {self.gravity_direction}: must be a direction, with a length from 1e-3 "
                     "to 1e3"
                 )
-        positive("duration", self.duration, "s")
-        if self.duration > LONGEST_TARE:
-            raise InvalidValueError(f"duration = {self.duration:g} s: must be at most {LONGEST_TARE:g} s")
-        not_negative("force_noise", self.force_noise or 0.0, "N")
-        not_negative("moment_noise", self.moment_noise or 0.0, "N m")
         if self.unknown_bias is not None:
             vector("unknown_bias", self.unknown_bias, 6, "N, N m")
-        if self.seed < 0:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,17 +292,10 @@ CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | MountingConfi
 """What is to be found out."""
 
 
-def _can_be_a_pose(gravity: float | None, up: tuple[float, float, float]) -> None:
-    if gravity is not None:
-        positive("gravity", gravity, "m/s^2")
+def _can_be_upward(up: tuple[float, float, float]) -> None:
     vector("up", up, 3, "")
     if not 1e-3 < math.hypot(*up) < 1e3:
         raise InvalidValueError(f"up = {up}: must be a direction, with a length from 1e-3 to 1e3")
-
-
-def _can_be_averaged(averaged: int) -> None:
-    if not 1 <= averaged <= 1_000_000:
-        raise InvalidValueError(f"averaged = {averaged}: must be a whole number from 1 to 1000000")
 
 
 def _no_name_twice(channels: tuple[str, ...]) -> None:

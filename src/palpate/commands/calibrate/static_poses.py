@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypedDict, TypeVar
+from typing import TypedDict, TypeVar
 
 from rich.console import Console
 
+from palpate.commands.calibrate.config import MountingConfig, PayloadConfig
 from palpate.commands.calibrate.steps import noted
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import BrokenAssumption
@@ -13,20 +14,6 @@ from palpate.sensing.ft import IdentifiedPayload, SensorFile
 from palpate.sensing.ft.poses import GRAVITY_SD
 
 Found = TypeVar("Found")
-
-
-class PosesConfig(Protocol):
-    """Of a step that reads static poses."""
-
-    @property
-    def gravity(self) -> float | None:
-        """Local g [m/s^2]; None if it is not known."""
-        ...
-
-    @property
-    def averaged(self) -> int:
-        """How many readings each row is the average of."""
-        ...
 
 
 class PoseNoise(TypedDict):
@@ -37,7 +24,7 @@ class PoseNoise(TypedDict):
     gravity_sd: float
 
 
-def pose_noise(config: PosesConfig, sensor: SensorFile) -> PoseNoise:
+def pose_noise(config: PayloadConfig | MountingConfig, sensor: SensorFile) -> PoseNoise:
     """Return how noisy averaged readings are, and how well g is known."""
     root = math.sqrt(config.averaged)
     return PoseNoise(

@@ -4,13 +4,13 @@ import contextlib
 import datetime
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from rich.console import Console
 from rich.text import Text
 
 from palpate.atomic_file import replacing
+from palpate.commands.calibrate.config import MatrixConfig, MountingConfig, PayloadConfig, TareConfig
 from palpate.commands.calibrate.data import CsvData, has_raw, has_wrenches, raw_readings, wrenches
 from palpate.commands.calibrate.figures import verdict_facts
 from palpate.commands.calibrate.tables import UNITS
@@ -22,20 +22,6 @@ from palpate.sensing.ft.arrays import AXES
 
 LONGEST_PROVENANCE = 1000
 """Characters, of a sensor file."""
-
-
-class CalibrationStep(Protocol):
-    """A step that updates a sensor file."""
-
-    @property
-    def sensor(self) -> Path:
-        """Sensor file to update."""
-        ...
-
-    @property
-    def out(self) -> Path | None:
-        """Where to write instead."""
-        ...
 
 
 def used(
@@ -88,7 +74,7 @@ def loaded(path: Path) -> SensorFile:
         ) from None
 
 
-def target(config: CalibrationStep) -> Path:
+def target(config: MatrixConfig | PayloadConfig | MountingConfig | TareConfig) -> Path:
     """Return where the updated sensor file goes."""
     return config.out or config.sensor
 

@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError, positive
 from palpate.experiments.kit.options import check_options, option
 from palpate.reporting.picture_kind import PictureKind
 
@@ -45,7 +44,7 @@ class CompareConfig:
     """Unit of the map's file."""
     reference_unit: Unit = "m"
     """Unit of the reference's file: CAD often means mm."""
-    within: float = option(1e-3, "m")
+    within: float = option(1e-3, "m", bound="positive")
     """Up to this distance from the map the reference counts as covered [m]."""
     region: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="X Y Z X Y Z")
@@ -53,7 +52,7 @@ class CompareConfig:
     """Lower and upper corner of the part that can be reached [m]: only there the reference counts for coverage."""
     align: bool = False
     """Move the map onto the reference first (rigid, from where it is); the report states by how much."""
-    samples: int = 20_000
+    samples: int = option(20_000, within=(100, MOST_SAMPLES), remark="; 20000 take a second")
     """Points spread over the reference, and over a map that is a mesh."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the report, made if need be. Left out: that of the map, or of the first run."""
@@ -62,8 +61,3 @@ class CompareConfig:
 
     def __post_init__(self) -> None:
         check_options(self)
-        positive("within", self.within, "m")
-        if not 100 <= self.samples <= MOST_SAMPLES:
-            raise InvalidValueError(
-                f"samples = {self.samples}: must be from 100 to {MOST_SAMPLES}; 20000 take a second"
-            )

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError, not_negative, positive, vector
+from palpate.errors import InvalidValueError, check_not_negative, positive, vector
 from palpate.experiments.kit.config_checks import check_length
 from palpate.experiments.kit.options import check_options, option
 
@@ -119,8 +119,7 @@ class ContactConfig:
                 self._check_sizes(name, value if isinstance(value, tuple) else (value,))
         vector("center", self.center, 3, "m")
         vector("rotvec", self.rotvec, 3, "rad")
-        for name, unit in DEVIATIONS.items():
-            not_negative(name, getattr(self, name), unit)
+        check_not_negative(self, **DEVIATIONS)
         if self.has_deviations and self.model == "hard":
             raise InvalidValueError(
                 f"{', '.join(DEVIATIONS)} give standard deviations of the soft model only: leave them out, or "

@@ -6,7 +6,6 @@ import json
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -56,20 +55,6 @@ DEVIATION_QUANTITIES = (
     Quantity("tangential_force_sd", "_N", True),
     Quantity("spin_torque_sd", "_Nm", False),
 )
-
-
-class TableFormat(Protocol):
-    """Turns rows into text."""
-
-    def header(self) -> str:
-        """Return what stands before the first row."""
-        ...
-
-    def rows(
-        self, copied: Sequence[tuple[str, ...]], contacts: Contacts, deviations: ContactUncertainties | None
-    ) -> str:
-        """Return the rows of a block, with their line ends."""
-        ...
 
 
 class ContactTable:

@@ -1,14 +1,13 @@
 """Options of `palpate emulate`; it imports nothing heavy, so that `palpate --help` is quick."""
 
 import ipaddress
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import check_options, option
 
 FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
@@ -44,7 +43,7 @@ class EmulateUrConfig:
     """Version of its software: 3 (CB3, 125 Hz), 5 (e-Series) or 10 (PolyScope X, no dashboard), and so on."""
     plane: float | None = option(None, "m")
     """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
-    stiffness: float = option(2000.0, "N/m")
+    stiffness: float = option(2000.0, "N/m", bound="positive")
     """Stiffness of the plane [N/m]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the robot per second of wall time."""
@@ -57,9 +56,6 @@ class EmulateUrConfig:
 
     def __post_init__(self) -> None:
         _check(self, address=self.address, control_port=self.control_port, scale=self.scale)
-        if self.plane is not None and not math.isfinite(self.plane):
-            raise InvalidValueError(f"plane = {self.plane}: must be a height [m]")
-        positive("stiffness", self.stiffness, "N/m")
         version_numbers(self.version)
 
 
@@ -70,7 +66,7 @@ class EmulateDynamixelConfig:
     Example: palpate emulate dynamixel --servos 4 --link /tmp/dynamixel, then open /tmp/dynamixel at 1000000 baud
     """
 
-    servos: int = 2
+    servos: int = option(2, within=(1, MAX_SERVOS))
     """Number of servos, with ids from 1 on."""
     model: Literal["XL330-M288", "XM430-W210"] = "XL330-M288"
     """Model of all servos."""
@@ -93,10 +89,6 @@ class EmulateDynamixelConfig:
 
     def __post_init__(self) -> None:
         _check(self, control_port=self.control_port, scale=self.scale)
-        if not 1 <= self.servos <= MAX_SERVOS:
-            raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MAX_SERVOS}")
-        if self.wall is not None and not math.isfinite(self.wall):
-            raise InvalidValueError(f"wall = {self.wall}: must be an angle [rad]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +103,7 @@ class EmulateNetftConfig:
     this computer alone; others can read it at any other address."""
     make: Literal["ati", "onrobot"] = "ati"
     """Make of the box: units, commands and calibration differ."""
-    rate: float = option(1000.0, "1/s")
+    rate: float = option(1000.0, "1/s", bound="positive")
     """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Load that it shows: three forces [N] and three moments [N m]."""
@@ -124,9 +116,6 @@ class EmulateNetftConfig:
 
     def __post_init__(self) -> None:
         _check(self, address=self.address, control_port=self.control_port)
-        positive("rate", self.rate, "1/s")
-        if not all(map(math.isfinite, self.load)):
-            raise InvalidValueError(f"load = {self.load}: must be six finite numbers [N, N m]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,10 +131,10 @@ class EmulateRobotConfig:
 
     robot: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
     """A robot file, or a robot that comes with palpate."""
-    above: float = option(0.003, "m")
+    above: float = option(0.003, "m", bound="positive")
     """How far the elastic plane is below the middle of the tip at the beginning [m], which it pushes: as far as
     experiments begin above their object."""
-    stiffness: float = option(2000.0, "N/m")
+    stiffness: float = option(2000.0, "N/m", bound="positive")
     """Stiffness of the plane [N/m]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the robot per second of wall time."""
@@ -154,8 +143,6 @@ class EmulateRobotConfig:
 
     def __post_init__(self) -> None:
         _check(self, control_port=self.control_port, scale=self.scale)
-        positive("above", self.above, "m")
-        positive("stiffness", self.stiffness, "N/m")
 
 
 @dataclass(frozen=True, slots=True)

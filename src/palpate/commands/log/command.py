@@ -1,7 +1,8 @@
 """`palpate log info`, `export` and `ros2`: what is in the log of a run."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,8 +11,7 @@ from rich.console import Console
 from palpate.commands.command_result import CommandResult
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig, LogRos2Config
 from palpate.commands.log.episodes import default_folder, episodes, logs_in
-from palpate.commands.log.result import log_result
-from palpate.commands.log.summary import VERSIONS, log_summary
+from palpate.commands.log.summary import VERSIONS, log_summary, lost_records
 from palpate.commands.log.times import LogTimes
 from palpate.commands.progress import lively
 from palpate.commands.say import say
@@ -23,6 +23,72 @@ from palpate.open_kinds import kind_named
 from palpate.runtime.log import LogReader, log_in
 from palpate.runtime.log.ros2_bag import write_bag
 from palpate.runtime.progress_bar import PERCENT, progress_bar
+from palpate.runtime.rest import rest_in
+from palpate.runtime.timing import Distribution
+from palpate.strict_yaml import read_yaml
+
+
+def log_result(log: LogReader, times: LogTimes, size: int, versions: str) -> CommandResult:
+    """Return the contents of a log as a command's result.
+
+    Args:
+        log: That was read.
+        times: Of its periods.
+        size: Of its file [bytes].
+        versions: Name of the attachment with the versions that wrote it.
+    """
+    heading, lost = log.codec.heading, lost_records(log)
+    figures: dict[str, object] = {
+        "periods": log.periods,
+        "period_s": heading.period,
+        "missing_periods": log.missing,
+        "size_bytes": size,
+    }
+    if log.periods > 1:
+        figures["duration_s"] = times.duration
+        for name, spread in times.spreads.items():
+            figures |= _spread(name.replace(" ", "_"), spread)
+    return CommandResult(
+        outcome="; ".join([f"records were lost: {lost}"] * bool(lost) + [_state(log)]),
+        figures=figures,
+        facts={
+            "log": log.path,
+            "recorded": datetime.fromtimestamp(heading.wall_start / 1e9).astimezone().isoformat(),
+            "written_by": heading.written_by,
+            "rest": rest_in(log.events),
+            "complete": log.complete and not lost,
+            "fields": [
+                {"topic": group.name or "period", "name": each.name, "count": each.count, "units": each.units}
+                for group in log.codec.groups
+                for each in group.fields
+            ],
+            "events": [
+                {
+                    "time_s": event.time - heading.first_time,
+                    "level": event.level.name,
+                    "source": event.source,
+                    "text": event.text,
+                }
+                for event in log.events
+            ],
+            "attachments": tuple(log.attachments),
+            "versions": _versions(log.attachments, versions),
+        },
+        warnings=() if log.damage_words is None else (log.damage_words,),
+    )
+
+
+def _state(log: LogReader) -> str:
+    return "damaged" if log.damage else "complete" if log.complete else "not finished"
+
+
+def _spread(name: str, times: Distribution) -> dict[str, object]:
+    return {f"{name}_p50_s": times.p50, f"{name}_p99_s": times.p99, f"{name}_largest_s": times.largest}
+
+
+def _versions(attachments: Mapping[str, str], name: str) -> object:
+    return read_yaml(attachments[name]) if name in attachments else None
+
 
 BAR_DELAY = 2.0
 """Work that takes no longer [s] needs no progress bar."""

@@ -1,5 +1,6 @@
 """`palpate recover`: reports the state of a robot's devices, and brings back what was stopped, if it may."""
 
+import math
 import sys
 from collections.abc import Callable
 from contextlib import closing
@@ -8,13 +9,51 @@ from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import doing
-from palpate.commands.recover.condition import AnyDevice, condition_of, failed
 from palpate.commands.recover.config import RecoverConfig
 from palpate.commands.say import say
 from palpate.hw.condition import DeviceCondition, Recoverable
-from palpate.hw.devices import DeviceError
+from palpate.hw.devices import ArmDevice, DeviceError, HandDevice, SensorDevice, SensorReading
 from palpate.robots.rig import RigParts, parts_of
 from palpate.robots.values import named_devices
+from palpate.runtime.data import ArmSample
+from palpate.runtime.standstill_check import REST_SPEED
+
+AnyDevice = ArmDevice | HandDevice | SensorDevice
+
+
+def condition_of(device: AnyDevice) -> DeviceCondition:
+    """Return the condition of a device; one that cannot be reached is not fit.
+
+    Raises:
+        MissingLibraryError: This computer lacks its client library.
+    """
+    try:
+        if isinstance(device, Recoverable):
+            return device.condition()
+        device.start()
+        return _shown_by(device, device.read())
+    except DeviceError as error:
+        return failed(device, error)
+
+
+def failed(device: AnyDevice, error: DeviceError) -> DeviceCondition:
+    """Return the condition of a device that did not do what it was asked."""
+    return DeviceCondition(device.name, error.problem, fit=False, remedy=error.remedy)
+
+
+def _shown_by(device: AnyDevice, sample: object) -> DeviceCondition:
+    """Return what a sample of a device shows of its condition."""
+    if isinstance(sample, SensorReading) and not sample.healthy:
+        why = getattr(device, "problem", "") or "its status says that the reading is no good"
+        return DeviceCondition(device.name, why, fit=False, remedy="take loads off, and see its manual")
+    if isinstance(sample, ArmSample):
+        speed = math.hypot(*sample.velocity_base_tip)
+        if speed >= REST_SPEED:
+            remedy = "another program or somebody's hand moves it: end that first"
+            return DeviceCondition(device.name, f"it moves at {1e3 * speed:.3g} mm/s", fit=False, remedy=remedy)
+        return DeviceCondition(device.name, "it stands still", fit=True)
+    return DeviceCondition(device.name, "sends good readings", fit=True)
+
 
 Confirm = Callable[[str], bool]
 """Returns whether somebody agrees to an action."""

@@ -66,7 +66,7 @@ class RayRunner:
         return where.get(self.address, f"on the ray cluster at {self.address}")
 
     def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
-        """See `palpate.commands.sweep.runner.Runner.run`; of what is handed out, the one before counts, too.
+        """See `palpate.commands.sweep.runner.LocalRunner.run`; of what is handed out, the one before counts, too.
 
         Raises:
             HeadLostError: The head of the cluster has been lost.

@@ -9,7 +9,7 @@ from palpate.commands.sweep.plan import SweepPlan, expected_durations
 from palpate.commands.sweep.ray_runner import RayRunner, check_ray
 from palpate.commands.sweep.record import RunCase, RunRecord
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures
-from palpate.commands.sweep.runner import LocalRunner, Runner, record_of
+from palpate.commands.sweep.runner import LocalRunner, record_of
 from palpate.commands.sweep.store import SweepFolder
 from palpate.experiments.kit.figure import Figure
 from palpate.runtime.batch import BatchProgress, ShowProgress
@@ -70,7 +70,7 @@ def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]
     return {number: record for number, record in records.items() if record.done}
 
 
-def runner_for(config: SweepConfig) -> Runner:
+def runner_for(config: SweepConfig) -> LocalRunner | RayRunner:
     """Return who does the runs."""
     return LocalRunner(config.jobs) if config.ray is None else RayRunner(config.ray, config.jobs)
 
@@ -102,7 +102,7 @@ class SweepAtWork:
         return mean * len(self.left)
 
     @property
-    def runner(self) -> Runner:
+    def runner(self) -> LocalRunner | RayRunner:
         """Who does the runs."""
         return runner_for(self.checked.plan.config)
 

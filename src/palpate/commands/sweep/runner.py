@@ -2,34 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, without_result
 from palpate.runtime.batch import Failure, FailureKind, Outcome, ShowProgress, run_batch
-
-
-class Runner(Protocol):
-    """What carries out runs."""
-
-    def describe(self) -> str:
-        """Return where it does, for people."""
-        ...
-
-    def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
-        """Do every case once, by `palpate.commands.sweep.attempt.attempt`.
-
-        A case whose process dies is done again in another; if it dies there, too, it is a `Failure`.
-
-        Args:
-            cases: What to do.
-            progress: Called once with each outcome as soon as it is known, in any order.
-            longest: That a case may take, wall time [s]; one that takes longer counts as one whose process died.
-
-        Raises:
-            BatchError: Nothing can be done at all.
-            KeyboardInterrupt: Ctrl-C; nothing runs any more.
-        """
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +22,19 @@ class LocalRunner:
         return "on all cores" if self.jobs is None else f"{self.jobs} at a time"
 
     def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
-        """See `Runner.run`."""
+        """Run every case once, by `palpate.commands.sweep.attempt.attempt`.
+
+        A case whose process dies runs again in another process; if it dies there, too, its outcome is a `Failure`.
+
+        Args:
+            cases: Runs to do.
+            progress: Called once with each outcome as soon as it is known, in any order.
+            longest: Longest wall time of a case [s]; a case that takes longer counts as one whose process died.
+
+        Raises:
+            BatchError: If no case can run at all.
+            KeyboardInterrupt: On Ctrl-C; all processes have ended.
+        """
         from palpate.commands.sweep.attempt import attempt  # with the simulator
 
         if cases:

@@ -47,7 +47,7 @@ class ViewConfig:
     host: str = "127.0.0.1"
     """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network. With --rerun
     where the viewer is."""
-    port: int | None = None
+    port: int | None = option(None, within=(0, 65535), remark="; 0 for one that is free")
     """Port to listen on; 0 for one that is free. Left out: 8080, for Foxglove 8765. With --rerun that of the
     viewer; left out: 9876."""
     foxglove: bool = False
@@ -63,8 +63,6 @@ class ViewConfig:
     def __post_init__(self) -> None:
         check_options(self)
         positive("time_scale", self.time_scale, "", infinite_allowed=True)
-        if self.port is not None and not 0 <= self.port <= 65535:
-            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, or 0 for one that is free")
         if self.foxglove and self.rerun:
             raise InvalidValueError("--foxglove and --rerun: a run is shown by one of them; leave the other out")
         if (self.foxglove or self.rerun) and (self.picture is not None or self.video is not None):

@@ -24,7 +24,6 @@ from palpate.experiments.kit.config_checks import (
     check_friction,
     check_length,
     check_period,
-    check_seed,
     check_spin_length,
     check_tip,
     spaced,
@@ -97,7 +96,7 @@ class ExploreConfig:
     """Metres per unit of that file: 0.001 if it is in millimetres."""
     touch: str = option("", fixed=TOUCHED, of=("object", ("scene",)))
     """scene: the geom to touch, or a body with one geom that collides. Left out: the only such geom there is."""
-    tip: tuple[float, ...] = option((), "m")
+    tip: tuple[float, ...] = option((), "m", check=check_tip)
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     noise and period below: the robot file's."""
     force: float = option(2.0, "N")
@@ -119,28 +118,28 @@ class ExploreConfig:
     round the object. taps: single touches on a grid. active: coarse rows over a rectangle, then closer ones where
     the map would err, until it is accurate enough. Of the options from here to --beyond each strategy takes those
     that name it."""
-    width: float | None = option(None, "m", of=_RECTANGLE, bound="positive")
+    width: float | None = option(None, "m", of=_RECTANGLE, check=check_length)
     """raster, taps, active: extent along x, along the rows [m]: of the path of the fingertip's centre. On a
     rounded object the contacts span less. Width and depth left out: 40 mm, or as much of it as the object has
     room for."""
-    depth: float | None = option(None, "m", of=_RECTANGLE, bound="positive")
+    depth: float | None = option(None, "m", of=_RECTANGLE, check=check_length)
     """raster, taps, active: extent along y, across the rows [m], likewise."""
     center: tuple[float, ...] = option((), "m", of=_ANY)
     """Middle of the rectangle or disc, x and y [m]; for a contour where to land. Left out: over the origin; on a
     torus over its tube, where y is 0; elsewhere if there is no room; for a level contour beside its curve."""
-    spacing: float | None = option(None, "m", of=_EVEN, bound="positive")
+    spacing: float | None = option(None, "m", of=_EVEN, check=check_length)
     """raster, spiral, taps: distance between rows, turns or taps [m]. Left out: 2 mm; of taps 5 mm."""
-    radius: float | None = option(None, "m", of=_SPIRAL, bound="positive", hint="; the object's size is --size")
+    radius: float | None = option(None, "m", of=_SPIRAL, check=check_length, hint="; the object's size is --size")
     """spiral: of its disc [m]. Left out: 20 mm, or as much of it as the object has room for."""
     curve: CurveName = option("level", of=_CONTOUR)
     """contour: what to go along. level: the curve on which the fingertip keeps its height. edge: from the middle
     outwards to the first edge, and along it; on a rounded object, along where it leans by 45 degrees."""
-    below: float | None = option(None, "m", of=_CONTOUR, bound="positive")
+    below: float | None = option(None, "m", of=_CONTOUR, check=check_length)
     """contour, level: how far below its height on the object's top the fingertip goes round [m]. Left out: half
     the fingertip's radius, less on a flat relief."""
     turn: TurnName = option("left", of=_CONTOUR)
     """contour: sense of rotation, seen from above: left is counter-clockwise."""
-    accuracy: float | None = option(None, "m", of=_ACTIVE, bound="positive")
+    accuracy: float | None = option(None, "m", of=_ACTIVE, check=check_length)
     """active: wanted error of the map [m]. Left out: 0.02 mm; for --measure largest 0.1 mm."""
     measure: MeasureName = option("rms", of=_ACTIVE)
     """active: which error --accuracy speaks of, the root mean square over the rectangle or the largest."""
@@ -151,20 +150,20 @@ class ExploreConfig:
     beyond: bool = option(False, of=_WITHIN)
     """raster, spiral, taps, active: also go where the object may end or be too steep, as on an unknown object.
     What cannot be felt there is marked instead of being refused beforehand."""
-    friction: float = option(0.3, fixed=TOUCHED, symbol="mu")
+    friction: float = option(0.3, fixed=TOUCHED, symbol="mu", check=check_friction)
     """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e")
+    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
     """Largest spin torque per largest friction force [m]."""
     stiffness: float = option(20e3, "N/m", bound="positive")
     """Contact stiffness [N/m]. The compliance correction takes it as known, and without --identify so does the
     controller's gain."""
-    force_noise: float | None = option(None, "N", fixed=NOISY)
+    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
-    period: float | None = option(None, "s", fixed=PERIODIC)
+    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
     """Control period [s]."""
     change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
     """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
@@ -181,8 +180,6 @@ class ExploreConfig:
         check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
             raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
-        check_tip(self.tip)
-        check_seed(self.seed)
         self._check_force()
         if not 0.0 < self.speed <= FASTEST:
             hint = speed_hint(self.speed, FASTEST)
@@ -190,7 +187,6 @@ class ExploreConfig:
                 f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
             )
         self._check_strategy()
-        check_period(self.period)
         width, depth = self.extent
         points = (width / self.map_spacing + 1.0) * (depth / self.map_spacing + 1.0)
         if points > MOST_GRID_POINTS:
@@ -200,8 +196,6 @@ class ExploreConfig:
                 f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
         check_change_names(self.change, EXPLORED)
-        check_friction("friction", self.friction)
-        check_spin_length("spin_length", self.spin_length)
 
     @property
     def article(self) -> str:
@@ -264,7 +258,6 @@ class ExploreConfig:
         return self.force + self.force_swing
 
     def _check_force(self) -> None:
-        check_force_noise(self.noise[0])
         least = LEAST_FORCE * self.touch_force
         noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
         if not least * (1.0 - 1e-12) <= self.force <= MOST_FORCE:
@@ -284,10 +277,6 @@ class ExploreConfig:
             )
 
     def _check_strategy(self) -> None:
-        for name in ("width", "depth", "spacing", "radius", "below", "accuracy"):
-            length = getattr(self, name)
-            if length is not None:
-                check_length(name, length)
         if self.below is not None and self.curve != "level":
             raise InvalidValueError(f"below = {self.below:g} m: is for --curve level; an edge has its own height")
         if not 0.0 <= self.area <= 1.0:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from palpate.controllers import Admittance, DirectForce, ForceGain, ForceLaw, Identification, VirtualBody
-from palpate.errors import not_negative, positive
+from palpate.errors import check_not_negative, check_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +31,8 @@ class IdentifiedForce:
     phase_margin_deg: float
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
-        not_negative("contact_stiffness_sd", self.contact_stiffness_sd, "N/m")
-        not_negative("mass", self.mass, "kg")
+        check_positive(self, **_UNITS)
+        check_not_negative(self, contact_stiffness_sd="N/m", mass="kg")
 
     @classmethod
     def of(cls, found: Identification) -> "IdentifiedForce":

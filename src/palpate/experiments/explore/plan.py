@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import msgspec
 import numpy as np
@@ -31,7 +32,6 @@ from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
-from palpate.experiments.explore.tip_path import tip_path
 from palpate.experiments.explore.wall_bound import WallBound
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
@@ -66,6 +66,33 @@ from palpate.sim.objects.target import as_target
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 from palpate.viewing import SurfaceView, ViewScene
+
+GRID = 2e-3
+"""Between places whose height is looked up [m]."""
+
+MOST_PLACES = 5000
+"""Of those; a height field of a scan takes some microseconds for each."""
+
+
+def tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: float) -> list[Vector]:
+    """Return points of it, base frame [m].
+
+    Args:
+        scan: Of the middle of the tip.
+        target: What is explored; where it has no height the tip comes down beside it.
+        plane: In whose coordinates the scan is.
+        tip_height: From the middle of the tip to its lowest point [m].
+    """
+    corners = scan.corners
+    grid = max(GRID, sum(math.dist(*ends) for ends in pairwise(corners)) / MOST_PLACES)
+    places = np.array(corners[:1])
+    for a, b in pairwise(corners):
+        count = max(1, math.ceil(math.dist(a, b) / grid))
+        places = np.vstack([places, np.linspace(a, b, count + 1)[1:]])
+    heights = target.height(*places.T)
+    lowest = np.where(np.isnan(heights), target.bottom, heights) + tip_height
+    return [plane.base((x, y), z) for (x, y), z in zip(places.tolist(), lowest.tolist(), strict=True)]
+
 
 ROOM = 0.02
 """How far beyond its path the supervisor lets the tip go [m]; half of it the controller, which marks what is

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from palpate.controllers.paths import GoalError, PathEvent, StopReason
+from palpate.errors import FloatArray
 from palpate.experiments.explore.assumption_check import assumption_sentences
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.contour_picture import contour_picture
-from palpate.experiments.explore.error_picture import error_histogram
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import NOT_FELT, marks_text, not_felt
@@ -19,7 +19,6 @@ from palpate.experiments.explore.growth_picture import growth_picture
 from palpate.experiments.explore.map_growth import MapGrowth
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan
 from palpate.experiments.explore.snapshots_picture import snapshots_picture
-from palpate.experiments.explore.spin_picture import spin_picture
 from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.experiments.explore.tables import (
     TOO_LITTLE,
@@ -35,15 +34,91 @@ from palpate.experiments.explore.tables import (
 from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.kit.repeat_words import log_row
+from palpate.mapping import TouchCloud
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure, TimeSeries
 from palpate.reporting.force_picture import force_overview, force_zoom
-from palpate.reporting.picture import Picture
+from palpate.reporting.lines import true_and_felt
+from palpate.reporting.marks import Bars, Line, Rule, unnamed
+from palpate.reporting.phases import phase_spans
+from palpate.reporting.picture import TIME, Axis, Panel, Picture
 from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.runtime import Ending
 from palpate.sim.scene_cost import SceneCost, scene_cost
+
+MILLI = 1e3
+
+GAP_PERIODS = 5.0
+"""The line of the ratio is broken where contacts are further apart than this many median periods."""
+
+LIGHTEST = 0.1
+"""Below this share of the median normal force no ratio is drawn: while landing and lifting it is noise over
+noise, and would set the scale."""
+
+LEAST_SPIN = 0.01
+"""The scale of torque spans at least plus and minus this [mN m]; fine sensors resolve no less (ATI Nano17
+SI-12-0.12: 1/64 mN m)."""
+
+
+def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
+    """Return the picture of spin torque and force ratio over the whole run."""
+    true = None if series.true_spin_torque is None else MILLI * series.true_spin_torque
+    spin = true_and_felt(series.time, true, MILLI * series.spin_torque)
+    ratio = Line(*_force_ratio(cloud), width=1.2)
+    spans = phase_spans(series)
+    return Picture(
+        title="Spin torque and friction",
+        caption=(
+            "Torque about the contact normal, and tangential over normal force, which while sliding is the "
+            "coefficient of friction; contacts much lighter than usual are left out of the ratio. Torques far "
+            f"below {LEAST_SPIN:g} mN m are rounding. Felt torque on the true one, and an even ratio, "
+            f"are good."
+        ),
+        panels=(
+            Panel((*spans, *spin), TIME, Axis("spin torque", "mN m", span=2.0 * LEAST_SPIN), height=240),
+            Panel((*unnamed(spans), ratio), TIME, Axis("tangential / normal force", low=0.0), height=200),
+        ),
+        wide=True,
+    )
+
+
+def _force_ratio(cloud: TouchCloud) -> tuple[FloatArray, FloatArray]:
+    """Return time and |tangential| / normal force, with a NaN in each gap to break the line."""
+    if not len(cloud):
+        return cloud.time, cloud.time
+    pushing = cloud.normal_force > LIGHTEST * max(float(np.median(cloud.normal_force)), 0.0)
+    time = cloud.time[pushing]
+    ratio = np.linalg.norm(cloud.tangential_force[pushing], axis=1) / cloud.normal_force[pushing]
+    steps = np.diff(time)
+    if len(steps) == 0:
+        return time, ratio
+    gaps = np.flatnonzero(steps > GAP_PERIODS * np.median(steps)) + 1
+    return np.insert(time, gaps, time[gaps - 1]), np.insert(ratio, gaps, np.nan)
+
+
+MICRO = 1e6
+
+
+def error_histogram(point_error: FloatArray, note: str = "") -> Picture:
+    """Return the histogram of signed errors; `point_error` (n,) [m], n at least 1.
+
+    `note` goes to the end of the caption.
+    """
+    error = MICRO * point_error
+    mean, rms = float(error.mean()), float(np.sqrt((error**2).mean()))
+    return Picture(
+        title="How large the errors are",
+        caption=(
+            f"Signed distances of {len(error)} points from the true surface: root mean square {rms:.3g} µm, "
+            f"mean {mean:.3g} µm, largest {np.abs(error).max():.3g} µm. Narrow and about zero is good. {note}"
+        ).rstrip(),
+        panels=(
+            Panel((Bars.histogram(error), Rule(0.0)), Axis("error of the points", "µm"), Axis("number of points")),
+        ),
+    )
+
 
 CONTACT_NOTE = (
     "Where the finger accelerates, as at corners, points come out outside: MuJoCo's friction adds to the normal "

@@ -1,6 +1,7 @@
 """The options of a friction measurement; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Literal
 
@@ -8,7 +9,6 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_checks import (
     check_friction,
     check_period,
-    check_seed,
     check_size,
     check_spin_length,
     check_tip,
@@ -32,6 +32,9 @@ EXPONENT_SLIPS = 18
 
 SLOWEST_RUB = 1e-4
 """[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
+
+CREEP = "; slower, strokes take minutes and creep looks like slip"
+"""Remark on speeds below `SLOWEST_RUB`."""
 
 SOFTEST_SKIN = 1.0
 """[N/m] It gives way by far more than a finger may rub before the least load slips."""
@@ -93,9 +96,9 @@ class FrictionConfig:
     radius."""
     size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
-    friction: float = option(0.5, fixed=TOUCHED, symbol="mu")
+    friction: float = option(0.5, fixed=TOUCHED, symbol="mu", check=check_friction)
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
-    spin_length: float = option(0.003, "m", fixed=TOUCHED, symbol="e")
+    spin_length: float = option(0.003, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
     """Its true e at 1 N: largest spin torque per largest friction force [m]."""
     norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive", symbol="p")
     """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
@@ -108,20 +111,22 @@ class FrictionConfig:
     """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
     viscous_friction: float | None = option(None, "s/m", fixed=TOUCHED, bound="not negative")
     """How mu grows with the slip speed [s/m]."""
-    skin_stiffness: float | None = option(None, "N/m", fixed=TOUCHED, bound="positive")
+    skin_stiffness: float | None = option(None, "N/m", fixed=TOUCHED, bound="positive", within=(SOFTEST_SKIN, inf))
     """How stiffly finger and surface hang together along the surface until they slip [N/m]. Left out: 20e3."""
     loads: tuple[float, ...] = option((1.0, 2.0, 4.0), "N", bound="positive")
     """Normal forces to rub with, rising [N]."""
-    speed: float = option(0.01, "m/s", bound="positive")
+    speed: float = option(0.01, "m/s", bound="positive", within=(SLOWEST_RUB, inf), remark=CREEP)
     """Slip speed of strokes at every load; twists come as near to it as the robot can turn [m/s]."""
-    speeds: tuple[float, ...] = option((0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive")
+    speeds: tuple[float, ...] = option(
+        (0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive", within=(SLOWEST_RUB, inf), remark=CREEP
+    )
     """More speeds, at the middle load: for mu over speed, and because creep looks like slip at any single one
     [m/s]. On a sphere only those whose strokes are short enough for it."""
     travel: float = option(0.004, "m", bound="positive")
     """Least travel of a stroke [m]; one that has not slipped yet goes farther, up to --most-travel."""
     most_travel: float | None = option(None, "m", bound="positive")
     """How far a stroke may go [m]. Left out: 25 mm, less on what is smaller or curved."""
-    repeats: int = 1
+    repeats: int = option(1, within=(1, MOST_REPEATS))
     """How often each stroke and twist is done: twice as often means 0.7 times the noise."""
     quick: bool = False
     """One speed, and only the least and the largest load."""
@@ -130,7 +135,11 @@ class FrictionConfig:
     stiffness: float = option(STIFFNESS, "N/m", fixed=TOUCHED, bound="positive")
     """Of the simulated contact along the normal [N/m]."""
     calibration: float | None = option(
-        None, fixed="a replay computes commands, and no intervals; rub again", bound="not negative"
+        None,
+        fixed="a replay computes commands, and no intervals; rub again",
+        bound="not negative",
+        within=(-inf, LARGEST_CALIBRATION),
+        remark="; 0.01 stands for 1 %",
     )
     """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
     different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered. Left out: 0.003; of a
@@ -138,14 +147,14 @@ class FrictionConfig:
     drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
     """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
     zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
-    tip: tuple[float, ...] = option((), "m")
+    tip: tuple[float, ...] = option((), "m", check=check_tip)
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     the next three: the robot file's."""
-    force_noise: float | None = option(None, "N", fixed=NOISY)
+    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = option(None, "s", fixed=PERIODIC)
+    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
     """Control period [s]."""
     seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
@@ -162,34 +171,11 @@ class FrictionConfig:
     def __post_init__(self) -> None:
         check_options(self)
         self._check_surface()
-        if self.force_noise is not None:
-            check_force_noise(self.force_noise)
-        if self.calibration is not None and self.calibration > LARGEST_CALIBRATION:
-            raise InvalidValueError(
-                f"calibration = {self.calibration:g}: must be at most {LARGEST_CALIBRATION:g}; 0.01 stands for 1 %"
-            )
         check_size(self.object, self.size, SIZES[self.object])
-        check_tip(self.tip)
         self._check_loads()
-        for name, speed in (("speed", self.speed), *(("speeds", each) for each in self.speeds)):
-            if speed < SLOWEST_RUB:
-                raise InvalidValueError(
-                    f"{name} = {speed:g} m/s: must be at least {SLOWEST_RUB:g} m/s; slower, strokes take minutes "
-                    "and creep looks like slip"
-                )
-        if not 1 <= self.repeats <= MOST_REPEATS:
-            raise InvalidValueError(f"repeats = {self.repeats}: must be from 1 to {MOST_REPEATS}")
-        check_seed(self.seed)
-        check_period(self.period)
 
     def _check_surface(self) -> None:
         """Refuse what no surface can be now, not once everything is built."""
-        check_friction("friction", self.friction)
-        check_spin_length("spin_length", self.spin_length)
-        if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
-            raise InvalidValueError(
-                f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"
-            )
         if self.stribeck_speed is not None and self.static_friction is None:
             raise InvalidValueError(
                 f"stribeck_speed = {self.stribeck_speed:g} m/s: does nothing without --static-friction, from "

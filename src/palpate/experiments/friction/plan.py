@@ -12,10 +12,11 @@ from palpate.experiments.friction.built import built, friction_law, sensor_of
 from palpate.experiments.friction.config import EXPONENT_SLIPS, LIBRARY_TEXT, FrictionConfig
 from palpate.experiments.friction.library import library_text
 from palpate.experiments.friction.strokes import RubRecorder
-from palpate.experiments.kit import DryRun, PlanDefaults
+from palpate.experiments.kit import DryRun
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.one_finger import ReadyPlan
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.limit_surface import LimitSurface
@@ -24,9 +25,7 @@ from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene
-from palpate.runtime import Backend, FingerDescription, Limits
-from palpate.runtime.following import FollowingMaker
-from palpate.runtime.supervision.guard import Guard
+from palpate.runtime import Backend, Limits
 from palpate.runtime.truth import TruthSource
 from palpate.sim.friction.law import FrictionLaw
 from palpate.viewing import ViewScene
@@ -67,7 +66,7 @@ TURNS = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FrictionPlan(PlanDefaults):
+class FrictionPlan(ReadyPlan):
     """A rubbing run that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
@@ -93,20 +92,6 @@ class FrictionPlan(PlanDefaults):
     limits: Limits
     ready: RobotInScene
     expected_duration: float
-
-    @property
-    def fingers(self) -> tuple[FingerDescription, ...]:
-        """For touch: the one that rubs, then those that hold."""
-        return self.ready.fingers
-
-    def guards(self) -> tuple[Guard, ...]:
-        """See `Plan`."""
-        return self.ready.guards()
-
-    @property
-    def following(self) -> FollowingMaker:
-        """See `Plan`."""
-        return self.ready.servo.following(self.limits.force)
 
     @property
     def longest_duration(self) -> float:

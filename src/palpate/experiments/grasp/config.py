@@ -1,6 +1,7 @@
 """The options of a grasp; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Literal
 
@@ -122,10 +123,10 @@ class GraspConfig:
     """Of the object [kg]."""
     fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
     """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float | None = option(None, fixed=FELT, symbol="mu")
+    friction: float | None = option(None, fixed=FELT, symbol="mu", check=check_friction)
     """True friction coefficient mu between fingertips and object. Left out, as the next three: that of
     --friction-file, else 0.5."""
-    spin_length: float | None = option(None, "m", fixed=FELT, symbol="e")
+    spin_length: float | None = option(None, "m", fixed=FELT, symbol="e", check=check_spin_length)
     """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
     norm_exponent: float | None = option(None, fixed=FELT, bound="positive", symbol="p")
     """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
@@ -139,12 +140,12 @@ class GraspConfig:
     until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
     that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
-    probability: float = 0.99
+    probability: float = option(0.99, within=(0.5, MOST_PROBABLE), remark="; 0.99 stands for 99 %")
     """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some friction
     within the true limits balances the true load: a finger that comes to its limit creeps, others take over."""
-    believed_friction: float | None = None
+    believed_friction: float | None = option(None, check=check_friction)
     """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
-    believed_spin_length: float | None = option(None, "m")
+    believed_spin_length: float | None = option(None, "m", check=check_spin_length)
     """e that is believed at first [m]."""
     friction_file: Path | None = option(None, kept=KNOWN_TEXT)
     """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
@@ -158,23 +159,29 @@ class GraspConfig:
     """Force before it grows [N]."""
     rise: float | None = option(None, "s", fixed=PULLED, bound="positive")
     """How long it grows or shakes [s]. Left out: 1.5 for a ramp, 0.05 for a step, 2 for a shake."""
-    shake_frequency: float = option(5.0, "Hz", fixed=PULLED, bound="positive")
+    shake_frequency: float = option(5.0, "Hz", fixed=PULLED, bound="positive", within=(-inf, FASTEST_SHAKE))
     """Of a shake [Hz]."""
     offset: float = option(0.006, "m", fixed=PULLED, bound="not negative")
     """How far beside the line of the contacts it pulls [m]."""
-    lift_height: float = option(0.04, "m", bound="positive")
+    lift_height: float = option(
+        0.04, "m", bound="positive", within=(-inf, HIGHEST_LIFT), remark=", what the lift travels"
+    )
     """How far the object is lifted [m]."""
-    lift_speed: float = option(0.06, "m/s", bound="positive")
+    lift_speed: float = option(
+        0.06, "m/s", bound="positive", within=(-inf, FASTEST_LIFT), remark=", as the supervisor has it"
+    )
     """With which speed [m/s]."""
-    margin: float = option(0.12, bound="not negative")
+    margin: float = option(
+        0.12, bound="not negative", within=(-inf, LARGEST_MARGIN), remark="; 0.12 stands for 12 %"
+    )
     """Share of grip beyond what the limit surface needs."""
-    preload: float = option(0.0, "N", bound="not negative")
+    preload: float = option(0.0, "N", bound="not negative", within=(-inf, LARGEST_PULL))
     """Steps of the load that nobody announces, up to so much [N] within 5 ms and --offset aside, are borne without
     slip, too: with a grip kept for them from the first touch on. What that costs is told before the run."""
     announced: float | None = option(None, "s", bound="positive")
     """How long before it grows the pull is announced to the grip [s], as a script does that knows what it will do.
     Left out: nobody announces it."""
-    controller: str = LIMIT_SURFACE
+    controller: str = option(LIMIT_SURFACE, check=check_grip_law)
     """Grip law: limit-surface bears force and torque; coulomb plans by Coulomb's law alone, as if there were no
     torque, for comparison only."""
     against_ignoring_spin: bool = option(
@@ -190,6 +197,7 @@ class GraspConfig:
     seed: int = option(
         0,
         fixed="the samples are as recorded, with its noise and what it drew to be believed; set believed_friction",
+        check=check_seed,
     )
     """Of noise, drift, and what is believed: the same seed gives the same run."""
     robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")
@@ -201,29 +209,6 @@ class GraspConfig:
 
     def __post_init__(self) -> None:
         check_options(self)
-        if self.margin > LARGEST_MARGIN:
-            raise InvalidValueError(
-                f"margin = {self.margin:g}: must be at most {LARGEST_MARGIN:g}; 0.12 stands for 12 %"
-            )
-        for name in ("friction", "believed_friction"):
-            if getattr(self, name) is not None:
-                check_friction(name, getattr(self, name))
-        for name in ("spin_length", "believed_spin_length"):
-            if getattr(self, name) is not None:
-                check_spin_length(name, getattr(self, name))
-        if self.lift_height > HIGHEST_LIFT:
-            raise InvalidValueError(
-                f"lift_height = {self.lift_height:g} m: must be at most {HIGHEST_LIFT:g} m, what the lift travels"
-            )
-        if self.lift_speed > FASTEST_LIFT:
-            raise InvalidValueError(
-                f"lift_speed = {self.lift_speed:g} m/s: must be at most {FASTEST_LIFT:g} m/s, as the "
-                "supervisor has it"
-            )
-        if not 0.5 <= self.probability <= MOST_PROBABLE:
-            raise InvalidValueError(
-                f"probability = {self.probability:g}: must lie from 0.5 to {MOST_PROBABLE:g}; 0.99 stands for 99 %"
-            )
         self._check_hand()
         self._check_load()
         if self.friction_file is not None and (self.believed_friction or self.believed_spin_length):
@@ -235,12 +220,10 @@ class GraspConfig:
             raise InvalidValueError(
                 f"friction_file with known = {self.known}: a file comes from a touch; leave --known out"
             )
-        check_grip_law(self.controller)
         if self.ignores_spin and self.against_ignoring_spin:
             raise InvalidValueError(
                 "controller = coulomb with against_ignoring_spin: both would be the same; leave one out"
             )
-        check_seed(self.seed)
 
     def _check_hand(self) -> None:
         if self.fingers not in (2, THREE):
@@ -267,12 +250,6 @@ class GraspConfig:
                 f"pull = {self.largest_pull:g} N, pull_before = {self.pull_before:g} N: must be at most "
                 f"{LARGEST_PULL:g} N"
             )
-        if self.shake_frequency > FASTEST_SHAKE:
-            raise InvalidValueError(
-                f"shake_frequency = {self.shake_frequency:g} Hz: must be at most {FASTEST_SHAKE:g} Hz"
-            )
-        if self.preload > LARGEST_PULL:
-            raise InvalidValueError(f"preload = {self.preload:g} N: must be at most {LARGEST_PULL:g} N")
         if self.announced is not None and self.load == "none":
             raise InvalidValueError("announced with load = none: nothing pulls; leave one out")
         if self.offset > self.half_width:

@@ -30,11 +30,11 @@ GRIP_LAWS: "Mapping[str, Callable[[float], GripNeed]]" = {LIMIT_SURFACE: _limit_
 """From the largest normal force at which e was measured [N] to the law."""
 
 
-def check_grip_law(name: str) -> None:
+def check_grip_law(name: str, law: str) -> None:
     """Refuse a name that no law has.
 
     Raises:
         InvalidValueError: None has it.
     """
-    if name not in GRIP_LAWS:
-        raise InvalidValueError(f"controller = {name}: no such grip law; take one of {', '.join(GRIP_LAWS)}")
+    if law not in GRIP_LAWS:
+        raise InvalidValueError(f"{name} = {law}: no such grip law; take one of {', '.join(GRIP_LAWS)}")

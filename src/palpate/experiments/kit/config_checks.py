@@ -1,5 +1,7 @@
 """Checks of options that several experiments share; imports nothing heavy."""
 
+import math
+
 from palpate.errors import InvalidValueError, positive
 
 LARGEST_LENGTH = 2.0
@@ -16,6 +18,32 @@ LARGEST_FRICTION = 10.0
 
 LARGEST_SPIN_LENGTH = 0.1
 """Of what is simulated [m]."""
+
+
+def check_within(name: str, value: float, within: tuple[float, float], unit: str, remark: str = "") -> None:
+    """Refuse a number outside its bounds.
+
+    Args:
+        name: Name of the option.
+        value: Number to check.
+        within: Smallest and largest allowed number; the smallest may be -infinity, the largest infinity.
+        unit: Unit of both.
+        remark: End of the message, after the bounds.
+
+    Raises:
+        InvalidValueError: If the number lies outside.
+    """
+    least, most = within
+    if least <= value <= most:
+        return
+    bounds = f"from {least:g} to {most:g}"
+    if least == -math.inf:
+        bounds = f"at most {most:g}"
+    elif most == math.inf:
+        bounds = f"at least {least:g}"
+    number = f"{value:g}" if isinstance(value, float) else str(value)
+    given, allowed = f"{name} = {number} {unit}".rstrip(), f"must be {bounds} {unit}".rstrip()
+    raise InvalidValueError(f"{given}: {allowed}{remark}")
 
 
 def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
@@ -53,7 +81,7 @@ def check_size(thing: str, size: tuple[float, ...], example: tuple[float, ...]) 
         check_length("size", length)
 
 
-def check_tip(tip: tuple[float, ...]) -> None:
+def check_tip(name: str, tip: tuple[float, ...]) -> None:
     """Refuse what is no size of a fingertip: a radius, three semi-axes [m], or nothing (the robot file gives it).
 
     Raises:
@@ -61,30 +89,30 @@ def check_tip(tip: tuple[float, ...]) -> None:
     """
     if len(tip) not in (0, 1, 3):
         raise InvalidValueError(
-            f"tip = {spaced(tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
+            f"{name} = {spaced(tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
         )
     for length in tip:
-        check_length("tip", length)
+        check_length(name, length)
 
 
-def check_seed(seed: int) -> None:
+def check_seed(name: str, seed: int) -> None:
     """Refuse a seed that no random generator or no file takes.
 
     Raises:
         InvalidValueError: It is such a seed.
     """
     if not 0 <= seed <= LARGEST_SEED:
-        raise InvalidValueError(f"seed = {seed}: must be a whole number from 0 to {LARGEST_SEED}")
+        raise InvalidValueError(f"{name} = {seed}: must be a whole number from 0 to {LARGEST_SEED}")
 
 
-def check_period(period: float | None) -> None:
-    """Refuse a control period [s] that is too long for touch; None comes from the robot file.
+def check_period(name: str, period: float) -> None:
+    """Refuse a control period [s] that is too long for touch.
 
     Raises:
         InvalidValueError: It is too long, or not above 0.
     """
-    if period is not None and positive("period", period, "s") > LONGEST_PERIOD:
-        raise InvalidValueError(f"period = {period:g} s: must be at most {LONGEST_PERIOD:g} s")
+    if positive(name, period, "s") > LONGEST_PERIOD:
+        raise InvalidValueError(f"{name} = {period:g} s: must be at most {LONGEST_PERIOD:g} s")
 
 
 def check_friction(name: str, friction: float) -> None:

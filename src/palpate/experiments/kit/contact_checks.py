@@ -24,15 +24,15 @@ SOFT = 1e3
 """[N/m] Contacts softer than this were not meant: as soft as `palpate regulate --surface soft`."""
 
 
-def check_force_noise(noise: float) -> None:
+def check_force_noise(name: str, noise: float) -> None:
     """Refuse a noise of the force [N] in which no touch can be detected, or that is in another unit.
 
     Raises:
         InvalidValueError: It is such a noise.
     """
-    if LEAST_FORCE * TOUCH_DEVIATIONS * not_negative("force_noise", noise, "N") > MOST_FORCE:
+    if LEAST_FORCE * TOUCH_DEVIATIONS * not_negative(name, noise, "N") > MOST_FORCE:
         raise InvalidValueError(
-            f"force_noise = {noise:g} N: too large to detect a touch within {MOST_FORCE:g} N; for {noise:g} mN "
+            f"{name} = {noise:g} N: too large to detect a touch within {MOST_FORCE:g} N; for {noise:g} mN "
             f"give {noise / 1e3:g}"
         )
 

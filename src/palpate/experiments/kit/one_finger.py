@@ -28,8 +28,36 @@ LONGEST = 4.0
 """Times the expected duration, after which a run is stopped."""
 
 
+class ReadyPlan(PlanDefaults):
+    """Base of plans whose robot stands ready over the object: fingers, guards and following are the robot's.
+
+    Attributes:
+        ready: Robot as built over the object.
+        limits: Limits for the supervisor.
+    """
+
+    __slots__ = ()
+
+    ready: RobotInScene
+    limits: Limits
+
+    @property
+    def fingers(self) -> tuple[FingerDescription, ...]:
+        """Fingers for touch: the one that touches first, then those that hold."""
+        return self.ready.fingers
+
+    @property
+    def following(self) -> FollowingMaker:
+        """See `Plan`."""
+        return self.ready.servo.following(self.limits.force)
+
+    def guards(self) -> tuple[Guard, ...]:
+        """See `Plan`."""
+        return self.ready.guards()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class OneFingerPlan(PlanDefaults):
+class OneFingerPlan(ReadyPlan):
     """A run with one fingertip. A `Plan`.
 
     Attributes:
@@ -114,23 +142,9 @@ class OneFingerPlan(PlanDefaults):
         return cls(config, robot, ready, landing, gain, control, limits, title, duration, figures, files)
 
     @property
-    def fingers(self) -> tuple[FingerDescription, ...]:
-        """See `Plan`."""
-        return self.ready.fingers
-
-    @property
-    def following(self) -> FollowingMaker:
-        """See `Plan`."""
-        return self.ready.servo.following(self.limits.force)
-
-    @property
     def longest_duration(self) -> float:
         """See `Plan`."""
         return LONGEST * self.expected_duration
-
-    def guards(self) -> tuple[Guard, ...]:
-        """See `Plan`."""
-        return self.ready.guards()
 
     def backend(self) -> Backend:
         """See `Plan`."""

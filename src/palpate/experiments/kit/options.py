@@ -4,13 +4,14 @@ Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
+from palpate.experiments.kit.config_checks import check_seed, check_within
 from palpate.unit_ranges import check_unit_range
 
 if TYPE_CHECKING:
@@ -46,6 +47,10 @@ class OptionSpec:
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
         symbol: What the literature calls it, as mu; --set and --vary take it, too.
         infinite: Whether it may be infinity.
+        within: Smallest and largest number that it may be.
+        remark: What follows the refusal of a number outside `within`.
+        check: Function of the option's name and value that raises InvalidValueError for an invalid value; it is
+            not called for None.
     """
 
     unit: str = ""
@@ -59,10 +64,13 @@ class OptionSpec:
     once: bool = False
     symbol: str = ""
     infinite: bool = False
+    within: tuple[float, float] = (-math.inf, math.inf)
+    remark: str = ""
+    check: Callable[[str, Any], object] | None = None
 
 
 UNSPECIFIED = OptionSpec()
-STANDARD = {"seed": OptionSpec(fixed=NOISY), "out": OptionSpec(fixed=WRITTEN)}
+STANDARD = {"seed": OptionSpec(fixed=NOISY, check=check_seed), "out": OptionSpec(fixed=WRITTEN)}
 """Of options that every experiment has, unless their fields specify otherwise."""
 
 
@@ -78,6 +86,9 @@ def option(
     once: bool = False,
     symbol: str = "",
     infinite: bool = False,
+    within: tuple[float, float] = (-math.inf, math.inf),
+    remark: str = "",
+    check: Callable[[str, Any], object] | None = None,
 ) -> Any:
     """Return the field of an option; see `OptionSpec`.
 
@@ -95,11 +106,16 @@ def option(
         once: Whether a replay sets it back to its default.
         symbol: What the literature calls it.
         infinite: Whether it may be infinity; other numbers keep to the range of their unit (`unit_ranges`).
+        within: Smallest and largest number that it may be.
+        remark: What follows the refusal of a number outside `within`.
+        check: Function of the option's name and value that raises InvalidValueError for an invalid value.
     """
     if bound not in ("", "positive", "not negative"):
         raise InvalidValueError(f"bound = {shown(bound)}: must be 'positive' or 'not negative', or left out")
     above, least = bound == "positive", bound == "not negative"
-    spec = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol, infinite)
+    spec = OptionSpec(
+        unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol, infinite, within, remark, check
+    )
     return field(default=default, metadata={KEY: spec})
 
 
@@ -148,6 +164,12 @@ def check_options(config: "DataclassInstance") -> None:
                 check_unit_range(each.name, number, spec.unit)
     for choice in choices_of(type(config)):
         _check_choice(config, choice)
+    for name, spec in specs_of(type(config)).items():
+        value = getattr(config, name)
+        for number in _numbers_in(value):
+            check_within(name, number, spec.within, spec.unit, spec.remark)
+        if spec.check is not None and value is not None:
+            spec.check(name, value)
 
 
 def _numbers_in(value: object) -> Iterator[Any]:

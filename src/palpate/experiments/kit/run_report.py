@@ -1,15 +1,81 @@
 """The report on a run: an experiment's own, with what follows from how the run ended."""
 
+import shlex
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.runtime import Cause, Ending, RestState, RunResult
 
 if TYPE_CHECKING:
     from palpate.reporting.report import Report
+
+
+ON_DEVICES: Mapping[Cause, str] = {
+    Cause.WIRE: (
+        "Check cable, network and power of the device that is named. `palpate recover {robot}` then connects to "
+        "every device and reports its state; `palpate doctor {robot} --duration 30` finds rare gaps."
+    ),
+    Cause.DEVICE: (
+        "`palpate recover {robot}` reports the state of every device, and asks before it unlocks or restarts one; "
+        "`palpate doctor {robot}` measures them."
+    ),
+    Cause.COMPUTER: (
+        "This computer was late: `palpate doctor {robot}` measures by how much, and says what to change."
+    ),
+}
+"""Where the robot is a rig of devices."""
+
+ANYWHERE: Mapping[Cause, str] = {
+    Cause.FORCE: (
+        "It pressed too hard for the limit above: reduce force and speed (`palpate {experiment} --help` lists the "
+        "options), or raise the limit in the robot file if finger and object bear it."
+    ),
+    Cause.GRIP: (
+        "The tool is no longer held for sure where it was, and what is felt is off by as much. Put it back at its "
+        "place in the hand, and hold it harder or press less (grip_N in the robot file; "
+        "`palpate {experiment} --help` lists the options)."
+    ),
+    Cause.MOTION: (
+        "It left its room, or went too fast: `palpate {experiment} --dry-run` shows where the tip goes, and the "
+        "robot file has the limits."
+    ),
+    Cause.CONTROLLER: (
+        "The fault is in the controller's own code: correct it there, and try it on the log without a robot "
+        "(`palpate replay`)."
+    ),
+}
+"""On any robot."""
+
+
+def advice_on_ending(experiment: str, plan: Plan, result: RunResult) -> tuple[str, ...]:
+    """Return what to do after a run that did not get to its end; nothing after one that did.
+
+    Args:
+        experiment: Name of its command.
+        plan: Of the run.
+        result: How it went.
+    """
+    real = plan.robot is not None and plan.robot.file.backend.REAL
+    robot = shlex.quote(str(plan.config.robot))
+    advice = []
+    if real and result.rest.state is RestState.NOT_KNOWN:
+        advice.append(
+            f"Look at the robot before you go near: {result.rest}. `palpate recover {robot}` connects and reports "
+            "its state."
+        )
+    elif result.rest.state is RestState.MOVING:
+        advice.append("Press its emergency stop: it was still moving when it was last measured.")
+    if result.trip is not None:
+        known = {**ANYWHERE, **ON_DEVICES} if real else ANYWHERE
+        words = known.get(result.trip.cause, "Remove the reason above, and repeat the run.")
+        advice.append(words.format(robot=robot, experiment=experiment))
+    elif result.ending is not Ending.DONE:
+        advice.append("The run did not finish: the results cover the time until then; repeat it.")
+    return tuple(advice)
 
 
 def run_report(experiment: Experiment, plan: Plan, result: Result) -> "Report":

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +12,6 @@ from palpate.experiments.kit.config_checks import (
     check_friction,
     check_length,
     check_period,
-    check_seed,
     check_spin_length,
     check_tip,
     speed_hint,
@@ -85,7 +85,9 @@ class RegulateConfig:
     surface: SurfaceName = option("still", fixed=TOUCHED)
     """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
     spring and damper; leave during the run; or not be there at all."""
-    surface_amplitude: float = option(0.01, "m", fixed=TOUCHED, of=_SINE)
+    surface_amplitude: float = option(
+        0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=LARGEST_AMPLITUDE)
+    )
     """Amplitude of a sine surface [m]."""
     surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
     """Its largest speed; and the speed of one that leaves [m/s]."""
@@ -118,7 +120,14 @@ class RegulateConfig:
     """How something else moves the tip along the surface meanwhile: not at all; to and fro along x; on a circle;
     on a recorded path, positions over time; or by a table of velocities. Its part along the
     normal is left out: that is force control's."""
-    motion_size: float = option(0.005, "m", of=_MOVED, bound="positive")
+    motion_size: float = option(
+        0.005,
+        "m",
+        of=_MOVED,
+        bound="positive",
+        within=(-math.inf, LARGEST_MOTION),
+        remark=", or the tip would leave the object",
+    )
     """Amplitude of the motion to and fro, or the circle's radius [m]."""
     motion_speed: float = option(0.02, "m/s", of=_MOVED, bound="positive")
     """Largest speed of that motion [m/s]."""
@@ -150,20 +159,20 @@ class RegulateConfig:
     landing_speed: float | None = option(None, "m/s", bound="positive")
     """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
     5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
-    friction: float = option(0.3, fixed=TOUCHED, symbol="mu")
+    friction: float = option(0.3, fixed=TOUCHED, symbol="mu", check=check_friction)
     """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e")
+    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
     """Largest spin torque per largest friction force [m]."""
     drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
     """Drift of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
-    tip: tuple[float, ...] = option((), "m")
+    tip: tuple[float, ...] = option((), "m", check=check_tip)
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     the next three: the robot file's."""
-    force_noise: float | None = option(None, "N", fixed=NOISY)
+    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = option(None, "s", fixed=PERIODIC)
+    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
     """Control period [s]."""
     seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
@@ -175,13 +184,6 @@ class RegulateConfig:
     def __post_init__(self) -> None:
         check_options(self)
         check_change_names(self.change, LIVE)
-        check_friction("friction", self.friction)
-        check_spin_length("spin_length", self.spin_length)
-        if self.force_noise is not None:
-            check_force_noise(self.force_noise)
-        check_tip(self.tip)
-        check_seed(self.seed)
-        check_period(self.period)
         if self.axis and not (len(self.axis) == 3 and 0.0 < math.hypot(*self.axis) < math.inf):
             raise InvalidValueError(f"axis = {self.axis}: give three numbers that are not all 0")
         self._check_surface()
@@ -196,7 +198,6 @@ class RegulateConfig:
                 f"surface = {self.surface}: is for a plate or sphere; what a scene does stands in its file, as "
                 "joints with stiffness and damping: leave it still"
             )
-        check_length("surface_amplitude", self.surface_amplitude, LARGEST_AMPLITUDE)
         if self.surface == "leaving" and self.surface_speed > FASTEST_LEAVING:
             raise InvalidValueError(
                 f"surface_speed = {self.surface_speed:g} m/s: must be at most {FASTEST_LEAVING:g} m/s"
@@ -226,11 +227,6 @@ class RegulateConfig:
     def _check_motion(self) -> None:
         if self.motion in FROM_FILES and self.motion_file is None:
             raise InvalidValueError(f"motion = {self.motion}: needs a file (--motion-file)")
-        if self.motion_size > LARGEST_MOTION:
-            raise InvalidValueError(
-                f"motion_size = {self.motion_size:g} m: must be at most {LARGEST_MOTION:g} m, or the tip would "
-                "leave the object"
-            )
 
     @property
     def thing(self) -> str:

@@ -1,13 +1,13 @@
 """Regulation of a force, as an experiment."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.experiment import Writer
 from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.figure import Figure, FigureValue
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.figures import FIGURES
 
 if TYPE_CHECKING:
     from palpate.experiments.kit.recorded_run import Recorded
@@ -15,6 +15,39 @@ if TYPE_CHECKING:
     from palpate.experiments.regulate.result import Regulation
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
+
+
+def _of_steps(column: str, meaning: str, unit: str, value: Callable[[Any], float]) -> Figure:
+    """A figure of the step response; None if there is none."""
+    return Figure(column, meaning, unit, lambda found: _known(found.judged_steps, value))
+
+
+def _of_sines(column: str, meaning: str, unit: str, value: Callable[[Any], float | None]) -> Figure:
+    """Likewise of the frequency response."""
+    return Figure(column, meaning, unit, lambda found: _known(found.judged_tones, value))
+
+
+def _known(response: Any, value: Callable[[Any], FigureValue]) -> FigureValue:
+    return None if response is None else value(response)
+
+
+FIGURES = (
+    _of_steps("rise_time_s", "rise time, 10 to 90 %", "s", lambda steps: steps.rise_time),
+    _of_sines("bandwidth_hz", "bandwidth, -3 dB", "Hz", lambda tones: tones.bandwidth),
+    _of_steps("overshoot", "overshoot, share of the step", "", lambda steps: steps.overshoot),
+    Figure("force_rms_n", "true force, RMS error", "N", lambda found: found.true_rms),
+    Figure("landing_max_n", "largest force of landing", "N", lambda found: found.landing_peak),
+    Figure("sensed_rms_n", "felt force, RMS error", "N", lambda found: found.sensed_rms),
+    Figure("force_max_n", "largest force of the run", "N", lambda found: found.peak),
+    Figure("sensor_error_n", "felt less true force at the end", "N", lambda found: found.sensor_error),
+    _of_steps("settling_time_s", "settling time, within 5 %", "s", lambda steps: steps.settling_time),
+    _of_sines("largest_ratio", "largest amplitude ratio", "", lambda tones: tones.peak),
+    Figure("contact", "what became of the contact", "", lambda found: found.loss.value),
+    Figure("bounces", "bounces", "", lambda found: found.bounces),
+    Figure("gain_halved", "times the gain was halved", "", lambda found: found.guard_trips),
+    Figure("simulated_s", "simulated time", "s", lambda found: found.run.duration),
+)
+"""Those that matter most first."""
 
 
 class Regulate(ExperimentDefaults):

@@ -5,7 +5,7 @@ from typing import Self
 
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.identification import Identification
-from palpate.errors import positive
+from palpate.errors import check_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +29,7 @@ class Identified:
     phase_margin_deg: float
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("contact_stiffness", "N/m"),
-            ("series_stiffness", "N/m"),
-            ("delay", "s"),
-            ("force_gain", "m/s/N"),
-        ):
-            positive(name, getattr(self, name), unit)
+        check_positive(self, contact_stiffness="N/m", series_stiffness="N/m", delay="s", force_gain="m/s/N")
 
     @classmethod
     def of(cls, found: Identification) -> Self:

@@ -9,24 +9,37 @@ from palpate.controllers import ForceGain, IdentifyParameters, SurfaceFilter, su
 from palpate.controllers.damped_contact import DampedContact
 from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController
+from palpate.controllers.landing import LandingModel
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
-from palpate.controllers.tangent_motion import TangentMotion
+from palpate.controllers.surface_motion import FASTEST_SURFACE
+from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
-from palpate.experiments.kit.contact_checks import LEAST_FORCE
-from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.contact_checks import (
+    LEAST_FORCE,
+    LEAST_TOUCH_FORCE,
+    MOST_FORCE,
+    TOUCH_DEVIATIONS,
+    check_compression,
+)
+from palpate.experiments.kit.experiment import DryRun
 from palpate.experiments.kit.joint_figures import joint_figures, joint_notes
 from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.one_finger import ReadyPlan
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
-from palpate.experiments.kit.run_checks import CLEARANCE
+from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.experiments.kit.scene_texts import scene_texts
-from palpate.experiments.regulate.built import built
-from palpate.experiments.regulate.checks import check_limits, fastest_along, fastest_push, most_force
-from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
+from palpate.experiments.regulate.config import LARGEST_MOTION, MOTION_TEXT, RegulateConfig
 from palpate.experiments.regulate.identified import Identified
-from palpate.experiments.regulate.landing import LIFT_SPEED, check_meeting, landing_model, landing_speed
+from palpate.experiments.regulate.landing import (
+    FASTEST_LANDING,
+    LIFT_SPEED,
+    check_meeting,
+    landing_model,
+    landing_speed,
+)
 from palpate.experiments.regulate.motion import motion_text
 from palpate.experiments.regulate.parts import (
     contact_model,
@@ -34,24 +47,117 @@ from palpate.experiments.regulate.parts import (
     duration_of,
     motion_of,
     profile_of,
+    sensor_of,
     target_of,
     travel_of,
 )
 from palpate.kinematics import FollowedPath, StandingArm, follow_path
 from palpate.reporting.data import KeyFigure
+from palpate.robots.fingertip import fingertip, start_above
+from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
-from palpate.robots.task import RobotInScene
-from palpate.runtime import Backend, FingerDescription, Limits
-from palpate.runtime.following import FollowingMaker
+from palpate.robots.task import RobotInScene, Task
+from palpate.runtime import Backend, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.supervision.guard import Guard
 from palpate.sim import MovingTarget, SceneTarget, Target
+from palpate.sim.presets import EXPLORE
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.spatial import add_scaled
 
 if TYPE_CHECKING:
     from palpate.viewing import ViewScene
+
+
+FARTHEST_MOTION = 1.8 * LARGEST_MOTION
+"""How far from its beginning a motion from a file may lead along x or y [m]: the plate ends after 0.1 m."""
+
+PUSH_SHARE = 1.25
+"""Of the force limit, that a push may reach by the model of a landing. A sensor that is dead is noticed later than
+one that shows the limit: with it all dead sensors kept to 1.5 (`benchmarks/wire dead`)."""
+
+
+def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) -> None:
+    """Refuse forces, speeds, distances and frequencies beyond what robot and loop can do.
+
+    Raises:
+        InvalidValueError: One is.
+    """
+    check_force(config.force, config.greatest, limits)
+    check_speed("landing_speed", config.landing_speed or 0.0, limits)
+    if isinstance(motion, PathTable | VelocityTable):
+        check_speed(f"motion_file = {config.motion_file}: its fastest", motion.fastest, limits)
+        if motion.farthest > FARTHEST_MOTION:
+            raise InvalidValueError(
+                f"motion_file = {config.motion_file}: it goes {motion.farthest:.3g} m away from where it begins: "
+                f"must be at most {FARTHEST_MOTION:g} m, or the tip would leave the plate; metres are meant"
+            )
+    elif config.motion != "still":
+        check_speed("motion_speed", config.motion_speed, limits)
+    if config.profile == "sine" and max(config.frequencies) * 4.0 * (config.period or 1e-3) > 1.0:
+        highest = 0.25 / (config.period or 1e-3)
+        raise InvalidValueError(
+            f"frequencies = {max(config.frequencies):g} Hz: must be at most {highest:g} Hz, four periods of "
+            "control to each cycle"
+        )
+
+
+def fastest_along(config: RegulateConfig, motion: TangentMotion) -> float:
+    """Return the largest speed of the motion along the surface [m/s]."""
+    if isinstance(motion, PathTable | VelocityTable):
+        return motion.fastest
+    return 0.0 if config.motion == "still" else config.motion_speed
+
+
+def fastest_push(config: RegulateConfig, along: float, limits: Limits, landing: LandingModel) -> float:
+    """Return with which speed a force error or a surface that moves may have the tip pushed at most [m/s].
+
+    Onto what stands still no faster than the force limit is kept with, were the sensor dead.
+    """
+    if config.surface == "sine":
+        return FASTEST_SURFACE
+    harmless = landing.fastest(limits.force, PUSH_SHARE * limits.force)
+    return min(FASTEST_SURFACE, math.sqrt(max(harmless**2 - along**2, FASTEST_LANDING**2)))
+
+
+def most_force(limits: Limits) -> float:
+    """Return the largest force that may be asked for [N]."""
+    return min(MOST_FORCE, LANDING_SHARE * limits.force)
+
+
+def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
+    """Return the robot above the object.
+
+    Raises:
+        InvalidValueError: The fingertip is smaller than its compression, or a real surface is to move.
+    """
+    if robot.file.backend.REAL and config.surface != "still":
+        raise InvalidValueError(
+            f"surface = {config.surface}: is for simulated objects; a real one does as it likes: leave it still"
+        )
+    tip = fingertip(robot, config.tip)
+    sensor = sensor_of(robot, config)
+    compression = 0.5 * config.force / config.true_stiffness
+    check_compression(tip.half_extents, config.force, config.true_stiffness)
+    noise = 0.0 if sensor.model.noise is None else max(sensor.model.noise.sd[:3])
+    law = replace(
+        EXPLORE.law,
+        stiffness=config.true_stiffness,
+        friction=config.friction,
+        spin_length=config.spin_length,
+    )
+    task = Task(
+        tip=tip,
+        compression=compression,
+        target=target,
+        law=law,
+        start=start_above(tip, target.shape.top, CLEARANCE),
+        period=config.period or robot.file.period,
+        sensor=sensor,
+        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+    )
+    return build(robot, task)
+
 
 FORCES_FILE = "forces.csv"
 """Set, felt and true force over time."""
@@ -83,7 +189,7 @@ LONGEST_PRESSING = 120.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RegulationPlan(PlanDefaults):
+class RegulationPlan(ReadyPlan):
     """A regulation that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
@@ -115,20 +221,6 @@ class RegulationPlan(PlanDefaults):
     followed: FollowedPath | None
     expected_duration: float
     identified: Identified | None = None
-
-    @property
-    def fingers(self) -> tuple[FingerDescription, ...]:
-        """For touch."""
-        return self.ready.fingers
-
-    def guards(self) -> tuple[Guard, ...]:
-        """See `Plan`."""
-        return self.ready.guards()
-
-    @property
-    def following(self) -> FollowingMaker:
-        """See `Plan`."""
-        return self.ready.servo.following(self.limits.force)
 
     @property
     def longest_duration(self) -> float:

@@ -60,9 +60,11 @@ class TipConfig:
     """Move nothing: write which touches would tell most, after those of --touches, if there are any."""
     shape: ShapeName | None = option(None)
     """Family of shapes to which the tip belongs. Left out: as in the robot file."""
-    touch_count: int = option(60, fixed=TOUCHED)
+    touch_count: int = option(60, fixed=TOUCHED, within=(FEWEST, MOST))
     """How many touches are made, those that come first included."""
-    forces: tuple[float, ...] = option((1.0, 3.0), "N", fixed=TOUCHED, bound="positive")
+    forces: tuple[float, ...] = option(
+        (1.0, 3.0), "N", fixed=TOUCHED, bound="positive", within=(-math.inf, MOST_FORCE)
+    )
     """Forces of each touch, one after the other [N]: two or more tell the stiffness."""
     plate: Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
     """About where the plate's upper side has its middle, base frame [m]."""
@@ -78,7 +80,7 @@ class TipConfig:
     """Of the ball [m], as its maker says; 0 for a needle."""
     place_sd: float = option(2e-3, "m", fixed=TOUCHED, bound="positive")
     """How well these places are known, standard deviation [m]. They are looked for three times as far."""
-    most_turn: float = option(0.6, "rad", fixed=TOUCHED, bound="not negative")
+    most_turn: float = option(0.6, "rad", fixed=TOUCHED, bound="not negative", within=(-math.inf, STEEPEST))
     """How far the tip may be turned from upright [rad], by a robot that can."""
     stiffness: float = option(20e3, "N/m", bound="positive")
     """Stiffness of the contact, tip and object together, as it is taken for [N/m]."""
@@ -98,10 +100,10 @@ class TipConfig:
     sensor_accuracy: float | None = option(None, bound="not negative")
     """Standard deviation of each entry of the sensor's calibration matrix, of a full load. Left out: 0 for a
     simulated sensor without cross-talk, else 0.006, as of a sensor whose errors are within 1 %."""
-    unknown_tip: int | None = option(None, fixed=TOUCHED)
+    unknown_tip: int | None = option(None, fixed=TOUCHED, check=check_seed)
     """Simulate a tip that differs from the robot file by errors that this seed draws: size within 5 %, centre
     within 1 mm along each axis, tilt of 3 degrees, stiffness half to twice. Simulation only, as the next ones."""
-    size_error: float = option(0.0, fixed=TOUCHED)
+    size_error: float = option(0.0, fixed=TOUCHED, within=(-LARGEST_ERROR, LARGEST_ERROR), remark="; 0.05 is 5 %")
     """How much larger the simulated tip is than typed, relative."""
     center_error: Triple = option((0.0, 0.0, 0.0), "m", fixed=TOUCHED)
     """By how much its centre is elsewhere, sensor frame [m]."""
@@ -109,14 +111,14 @@ class TipConfig:
     """By how much it is turned, axis times angle, sensor frame [rad]."""
     stiffness_ratio: float = option(1.0, fixed=TOUCHED, bound="positive")
     """How many times as stiff the simulated contact is as it is taken for."""
-    scene_error: int = option(0, fixed=TOUCHED)
+    scene_error: int = option(0, fixed=TOUCHED, check=check_seed)
     """Seed that draws how far the simulated things are from where they are thought to be: up to 1.5 mm along each
     axis, and tilted by up to 2 degrees."""
-    friction: float = option(0.4, fixed=TOUCHED, symbol="mu")
+    friction: float = option(0.4, fixed=TOUCHED, symbol="mu", check=check_friction)
     """Friction coefficient between the simulated tip and what it touches."""
-    spin_length: float = option(0.002, "m", fixed=TOUCHED, symbol="e")
+    spin_length: float = option(0.002, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
     """Largest spin torque per largest friction force of the simulated contact [m]."""
-    force_noise: float | None = option(None, "N", fixed=NOISY)
+    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
     """Standard deviation of the sensor's force noise [N], each axis. Left out, as the next: the robot file's."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
@@ -129,33 +131,16 @@ class TipConfig:
 
     def __post_init__(self) -> None:
         check_options(self)
-        if not FEWEST <= self.touch_count <= MOST:
-            raise InvalidValueError(f"touch_count = {self.touch_count}: must be from {FEWEST} to {MOST}")
         if not self.forces:
             raise InvalidValueError("forces: there are none; give one at least [N]")
-        if max(self.forces) > MOST_FORCE:
-            raise InvalidValueError(f"forces = {max(self.forces):g} N: must be at most {MOST_FORCE:g} N")
         if not 0.0 < math.hypot(*self.rod_direction) < math.inf:
             raise InvalidValueError(f"rod_direction = {self.rod_direction}: give three numbers, not all 0")
         for name in ("rod_radius", "ball_radius"):
             check_length(name, getattr(self, name) or 1e-3, 0.1)
         check_length("place_sd", self.place_sd, 0.01)
-        if self.most_turn > STEEPEST:
-            raise InvalidValueError(f"most_turn = {self.most_turn:g} rad: must be at most {STEEPEST:g} rad")
-        if abs(self.size_error) > LARGEST_ERROR:
-            raise InvalidValueError(
-                f"size_error = {self.size_error:g}: must be within {LARGEST_ERROR:g}; 0.05 is 5 %"
-            )
         check_length("center_error", max(math.hypot(*self.center_error), 1e-9), 0.01)
         if math.hypot(*self.turn_error) > LARGEST_ERROR:
             raise InvalidValueError(f"turn_error = {self.turn_error}: must be at most {LARGEST_ERROR:g} rad long")
-        check_friction("friction", self.friction)
-        check_spin_length("spin_length", self.spin_length)
-        if self.force_noise is not None:
-            check_force_noise(self.force_noise)
-        check_seed(self.seed)
-        check_seed(self.scene_error)
-        check_seed(self.unknown_tip or 0)
 
     @property
     def tip_is_other(self) -> bool:

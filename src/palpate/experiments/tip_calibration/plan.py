@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from palpate.controllers import ForceGain, force_gain, tracking_delay
@@ -13,26 +14,125 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import (
     LEAST_FORCE,
+    LEAST_TOUCH_FORCE,
+    TOUCH_DEVIATIONS,
+    check_compression,
 )
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.kit.run_checks import check_force
-from palpate.experiments.tip_calibration.built import built, workspace_of
+from palpate.experiments.tip_calibration.bench import simulated_bench
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
 from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.places import Approach, first_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
+from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.reporting.data import KeyFigure
+from palpate.robots.finger_sensor import model_with_noise, noise_of
+from palpate.robots.fingertip import fingertip, only_finger
+from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import Robot
-from palpate.robots.task import RobotInScene
+from palpate.robots.task import RobotInScene, Task
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.following import FollowingMaker
+from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.tip_calibration import PlannedTouch, TipFit, Touches, TouchTarget
+from palpate.sim import SeededSensor
+from palpate.sim.presets import EXPLORE
+from palpate.spatial import as_vector
 from palpate.viewing import ViewScene
+
+ROOM = 0.03
+"""How far beyond the places of the touches the supervisor lets the tip frame go [m]."""
+
+TOUCH_SHARE = 0.2
+"""Of the least force to press with, from which on there is a touch."""
+
+ABOVE = 0.02
+"""How far above all that is touched the tip starts [m]."""
+
+
+def built(config: TipConfig, robot: Robot) -> RobotInScene:
+    """Return the robot above what it touches; in a simulation with the tip that is sought.
+
+    Raises:
+        InvalidValueError: The tip is smaller than its compression, or a real one is asked to be another.
+    """
+    typed, real = fingertip(robot), robot.file.backend.REAL
+    if real and config.tip_is_other:
+        raise InvalidValueError(
+            "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip "
+            "is what it is: leave them out"
+        )
+    errors = TipErrors.of(config)
+    tip = true_tip(typed, errors) if config.tip_is_other else typed
+    stiffness = config.stiffness * errors.stiffness
+    check_compression(typed.half_extents, max(config.forces), stiffness)
+    model = model_with_noise(only_finger(robot), config.force_noise, config.moment_noise)
+    noise, _ = noise_of(model)
+    x, y, _ = typed.center
+    reach = float(np.linalg.norm(typed.center)) + max(typed.half_extents)
+    target = simulated_bench(config)
+    start = (-x, -y, target.top + reach + ABOVE)
+    task = Task(
+        tip=tip,
+        compression=0.5 * max(config.forces) / config.stiffness,
+        target=target,
+        law=replace(EXPLORE.law, stiffness=stiffness, friction=config.friction, spin_length=config.spin_length),
+        start=start,
+        period=robot.file.period,
+        sensor=SeededSensor(model, config.seed),
+        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+        believed=typed,
+    )
+    return build(_heedless_of_drift(robot, TOUCH_SHARE * min(config.forces)), task)
+
+
+def _heedless_of_drift(robot: Robot, touch_force: float) -> Robot:
+    """The same robot, whose sensor takes only so much force [N] for a touch, and less for a zero that drifts.
+
+    A calibration takes minutes, in which a zero drifts past what its file allows; each touch finds it again.
+    """
+
+    def raised(sensor: SensorFile | None) -> SensorFile | None:
+        if sensor is None or sensor.contact.touch_force >= touch_force:
+            return sensor
+        own = sensor.contact
+        release = own.release_force * touch_force / own.touch_force
+        contact = msgspec.structs.replace(own, touch_force=touch_force, release_force=release)
+        return msgspec.structs.replace(sensor, contact=contact)
+
+    return replace(robot, sensors=tuple(raised(sensor) for sensor in robot.sensors))
+
+
+def workspace_of(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> Limits:
+    """Return limits with as much of the robot's workspace as touches need.
+
+    Args:
+        robot: The robot's own.
+        limits: For this run.
+        steps: Where the tip goes.
+
+    Raises:
+        InvalidValueError: They need more.
+    """
+    places = np.array([(*step.standoff[:2], z) for step in steps for z in (step.standoff[2], step.height)])
+    low, high = places.min(axis=0), places.max(axis=0)
+    least, most = np.array(robot.workspace_lower), np.array(robot.workspace_upper)
+    for axis in range(3):
+        if low[axis] < least[axis] or high[axis] > most[axis]:
+            raise InvalidValueError(
+                f"the touches reach from {low[axis]:.3g} to {high[axis]:.3g} m along {'xyz'[axis]}: they leave "
+                f"the robot's workspace, {least[axis]:g} to {most[axis]:g} m (limits.workspace_lower_m, "
+                "workspace_upper_m in the robot file); put plate, rod and ball elsewhere"
+            )
+    lower, upper = np.maximum(low - ROOM, least), np.minimum(high + ROOM, most)
+    return msgspec.structs.replace(limits, workspace_lower=as_vector(lower), workspace_upper=as_vector(upper))
+
 
 TRAVEL_SPEED, FASTEST_LANDING = 0.06, 0.004
 """At most [m/s]."""

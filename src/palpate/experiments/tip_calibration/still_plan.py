@@ -3,21 +3,92 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
-from palpate.experiments.tip_calibration.still import NothingMoves, NothingToDo
 from palpate.experiments.tip_calibration.touches_csv import load_touches, read_touches
 from palpate.reporting.data import KeyFigure
 from palpate.robots.fingertip import only_finger
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
-from palpate.runtime import Backend, Controller, Finger, FingerDescription, Limits
+from palpate.runtime import (
+    Backend,
+    Command,
+    Controller,
+    Finger,
+    FingerDescription,
+    Limits,
+    Observation,
+    Phase,
+    Sample,
+)
+from palpate.runtime.closing import Closing
+from palpate.runtime.data import ArmSample, WrenchSample
+from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.tip_calibration import Touches
+from palpate.spatial import IDENTITY, ZERO
 from palpate.viewing import ViewScene
+
+PERIOD = 1e-3
+"""[s]"""
+
+
+class NothingMoves(Closing):
+    """A `Backend` of nothing: one finger that feels nothing."""
+
+    def __init__(self) -> None:
+        """Begin at time 0."""
+        self._time = 0.0
+        self._pacer = SimulatedTime()
+
+    @property
+    def period(self) -> float:
+        """See `Backend`."""
+        return PERIOD
+
+    @property
+    def pacer(self) -> Pacer:
+        """See `Backend`."""
+        return self._pacer
+
+    def start(self) -> Sample:
+        """See `Backend`."""
+        self._time = 0.0
+        return self._sample()
+
+    def step(self, command: Command) -> Sample:
+        """See `Backend`."""
+        self._time += PERIOD
+        self._pacer.wait()
+        return self._sample()
+
+    def close(self) -> None:
+        """See `Backend`."""
+
+    def _sample(self) -> Sample:
+        arm = ArmSample(self._time, ZERO, IDENTITY, ZERO)
+        return Sample(self._time, arm, (WrenchSample(self._time, (0.0,) * 6, ZERO),))
+
+
+class NothingToDo:
+    """A `Controller` that is done at once.
+
+    Attributes:
+        outcomes: Of touches: none are made.
+    """
+
+    outcomes: tuple[TouchOutcome, ...] = ()
+
+    def start(self, first: Observation) -> None:
+        """See `Controller`."""
+
+    def step(self, now: Observation) -> Command:
+        """See `Controller`."""
+        return Command(phase=Phase.DONE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, numbers, positive
+from palpate.errors import FloatArray, InvalidValueError, check_not_negative, not_negative, numbers, positive
 from palpate.friction.materials.material import PARAMETERS
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.surface_fit import LimitSurfaceFit
@@ -66,8 +66,7 @@ class TouchEvidence:
         largest = float(np.abs(self.covariance).max())
         if np.abs(self.covariance - self.covariance.T).max() > 1e-9 * largest or spread[0] < -1e-9 * largest:
             raise InvalidValueError(f"covariance = {self.covariance.tolist()}: must be symmetric, nothing below 0")
-        not_negative("speed", self.speed, "m/s")
-        not_negative("spin", self.spin, "rad/s")
+        check_not_negative(self, speed="m/s", spin="rad/s")
         positive("normal_force", self.normal_force, "N")
 
     @classmethod

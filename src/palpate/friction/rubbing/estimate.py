@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from scipy.stats import norm, t
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_not_negative, check_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +64,10 @@ class SensorErrors:
     calibration: float = 0.003
 
     def __post_init__(self) -> None:
-        positive("force_noise", self.force_noise, "N")
-        positive("moment_noise", self.moment_noise, "N m")
-        not_negative("force_zero", self.force_zero, "N")
-        not_negative("moment_zero", self.moment_zero, "N m")
-        not_negative("force_drift", self.force_drift, "N/s")
-        not_negative("moment_drift", self.moment_drift, "N m/s")
-        not_negative("calibration", self.calibration, "")
+        check_positive(self, force_noise="N", moment_noise="N m")
+        check_not_negative(
+            self, force_zero="N", moment_zero="N m", force_drift="N/s", moment_drift="N m/s", calibration=""
+        )
 
     def of_friction(self, normal_force: float) -> float:
         """Return the relative error of mu at a load [N], standard deviation.

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_not_negative, positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,7 @@ class SlipLoad:
 
     def __post_init__(self) -> None:
         positive("normal_force", self.normal_force, "N")
-        not_negative("speed", self.speed, "m/s")
-        not_negative("spin", self.spin, "rad/s")
+        check_not_negative(self, speed="m/s", spin="rad/s")
         if self.speed == self.spin == 0.0:
             raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: must slip, with one of them not 0")
         if not all(map(math.isfinite, (self.tangential_force, self.spin_torque, self.heading))):

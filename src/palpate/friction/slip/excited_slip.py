@@ -28,7 +28,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.grip_dither import GripDither
@@ -69,12 +69,7 @@ class ExcitedParameters:
     lag: float = 1e-3
 
     def __post_init__(self) -> None:
-        positive("threshold", self.threshold, "")
-        positive("most", self.most, "")
-        positive("blow_size", self.blow_size, "")
-        positive("looseness", self.looseness, "")
-        positive("gate", self.gate, "")
-        positive("steady", self.steady, "")
+        check_positive(self, threshold="", most="", blow_size="", looseness="", gate="", steady="")
         not_negative("lag", self.lag, "s")
         if not 0.0 < self.blow < 1.0:
             raise InvalidValueError(f"blow = {self.blow}: must lie between 0 and 1")

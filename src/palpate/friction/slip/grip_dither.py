@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, check_positive
 
 MIN_SAMPLES = 4
 """Per cycle: below, nothing is left between the ripple and half the sampling rate."""
@@ -28,8 +28,7 @@ class GripDither:
     most_share: float = 0.15
 
     def __post_init__(self) -> None:
-        positive("amplitude", self.amplitude, "N")
-        positive("frequency", self.frequency, "Hz")
+        check_positive(self, amplitude="N", frequency="Hz")
         if not 0.0 < self.most_share < 1.0:
             raise InvalidValueError(f"most_share = {self.most_share}: must lie between 0 and 1")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from palpate.errors import not_negative, positive
+from palpate.errors import check_positive, not_negative, positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,7 @@ class LoadNoise:
     """0.1 mN m: likewise."""
 
     def __post_init__(self) -> None:
-        positive("force", self.force, "N")
-        positive("torque", self.torque, "N m")
+        check_positive(self, force="N", torque="N m")
 
     @classmethod
     def of_touch(cls, force: float, moment: float, radius: float, lever: float = 0.0) -> LoadNoise:

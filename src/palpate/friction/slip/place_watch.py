@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from scipy.special import chdtri
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_not_negative, check_positive, positive
 from palpate.sensing.held.felt_place import STILL
 from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add_scaled, dot, rotate
 
@@ -45,11 +45,8 @@ class StandingPlace:
     longest: float = 0.25
 
     def __post_init__(self) -> None:
-        positive("false_alarm_time", self.false_alarm_time, "s")
-        positive("jitter", self.jitter, "m")
-        not_negative("wander", self.wander, "m/sqrt(s)")
-        not_negative("alike", self.alike, "s")
-        positive("longest", self.longest, "s")
+        check_positive(self, false_alarm_time="s", jitter="m", longest="s")
+        check_not_negative(self, wander="m/sqrt(s)", alike="s")
 
 
 class PlaceWatch:

@@ -6,13 +6,44 @@ from dataclasses import replace
 from enum import IntEnum
 
 import numpy as np
+from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption
-from palpate.mapping.surface_map.evidence import evidence_gradient
+from palpate.mapping.surface_map.covariance import process_scales
+from palpate.mapping.surface_map.kernel import evidence_slopes
 from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
-from palpate.mapping.surface_map.patch import CREASE, PatchData, likeliest_bend
+from palpate.mapping.surface_map.patch import CREASE, JITTER, Factored, PatchData, likeliest_bend
+
+
+def evidence_gradient(data: PatchData, model: SurfaceModel, bend: PatchCurvature) -> tuple[float, FloatArray]:
+    """Return the log evidence and its derivatives by the logarithms of the model's numbers, shape (6,).
+
+    Minus infinity and zeros where the covariance is singular to rounding.
+    """
+    noise = data.noise(model)
+    bent = model.bent(bend)
+    factored = Factored.of(data, bent, noise)
+    if not math.isfinite(factored.log_evidence):
+        return -math.inf, np.zeros(6)
+    weights = factored.weights
+    inverse, _ = dpotri(factored.lower, lower=1, overwrite_c=1)
+    half = 0.5 * data.extent
+    slopes = evidence_slopes(
+        inverse,
+        weights,
+        data.xy,
+        *factored.apart,
+        process_scales(bent, JITTER),
+        noise.heights,
+        noise.slopes,
+        data.path,
+        (*noise.of_heights, half, model.noise_length),
+        (*noise.of_slopes, half, model.tilt_length),
+    )
+    return factored.log_evidence, 0.5 * slopes
+
 
 PATCHES = 10
 """Patches that are asked, evenly over all; their evidence is pooled. Some 200 values each: 20 or 40 move the

@@ -4,7 +4,7 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Self
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, check_positive, not_negative, positive
 from palpate.mapping.surface_map.model import SurfaceModel
 
 DEFAULT_ROW = 2e-3
@@ -53,8 +53,7 @@ class MapSettings:
 
     def __post_init__(self) -> None:
         not_negative("bias", self.bias, "m")
-        for name in ("stretch", "reach", "patch_spacing", "patch_reach", "patch_data"):
-            positive(name, getattr(self, name), "m")
+        check_positive(self, stretch="m", reach="m", patch_spacing="m", patch_reach="m", patch_data="m")
         positive("longest_pause", self.longest_pause, "s", infinite_allowed=True)
         if self.patch_stretches < 1:
             raise InvalidValueError(f"patch_stretches = {self.patch_stretches}: must be 1 or more")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import KDTree
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError, numbers
 from palpate.estimation import BrokenAssumption, Verdict
 from palpate.mapping.cloud import TouchCloud
@@ -17,11 +18,56 @@ from palpate.mapping.surface_map.learn import Parameter, at_bounds, learn
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.patch import STEEPEST_COS, PatchData, PatchFrame, SurfacePatch
 from palpate.mapping.surface_map.resolution import WIDENED, facet_height, finer_than_rows
-from palpate.mapping.surface_map.seeds import seeds
 from palpate.mapping.surface_map.settings import MapSettings
 from palpate.mapping.surface_map.spikes import BoolArray, left_out, spikes
 from palpate.mapping.surface_map.stretches import PathContacts, Stretches, cut
 from palpate.mapping.surface_map.surrounded import surrounded
+
+
+def seeds(
+    position: FloatArray,
+    normal: FloatArray,
+    centers: FloatArray,
+    axes: FloatArray,
+    spacing: float,
+    least_cos: float,
+) -> IndexArray:
+    """Return the stretches that start a patch, increasing, shape (k,).
+
+    Args:
+        position: Of new stretches, in path order, shape (n, 3) [m].
+        normal: Theirs, shape (n, 3).
+        centers: Of the patches there are, shape (p, 3) [m].
+        axes: Theirs, shape (p, 3).
+        spacing: A patch is near whose centre is not farther [m].
+        least_cos: And whose axis is turned from the normal by an angle of a larger cosine.
+    """
+    return _seeds(np.hstack([position, normal]), np.hstack([centers, axes]), spacing, least_cos)
+
+
+@njit(cache=True)
+def _seeds(new: FloatArray, patches: FloatArray, spacing: float, least_cos: float) -> IndexArray:
+    """Rows are places and directions."""
+    before = len(patches)
+    started = np.empty(len(new), np.intp)
+    count = 0
+    for i in range(len(new)):
+        alone = True
+        for j in range(before + count):
+            other = patches[j] if j < before else new[started[j - before]]
+            square = cos = 0.0
+            for k in range(3):
+                step = new[i, k] - other[k]
+                square += step * step
+                cos += new[i, 3 + k] * other[3 + k]
+            if square <= spacing * spacing and cos > least_cos:
+                alone = False
+                break
+        if alone:
+            started[count] = i
+            count += 1
+    return started[:count]
+
 
 SEED_COS = 0.82
 """A contact whose normal leans more than 35 degrees from the axes of all patches near it starts its own: patches

@@ -17,8 +17,30 @@ from joblib.externals.loky.backend import get_context
 from palpate.errors import InvalidValueError
 from palpate.interruption import SIGNALS
 from palpate.one_thread import ONE_THREAD
-from palpate.parent_death import serve_until_orphaned
 from palpate.runtime.batch.worker import CASE, STOP, WORK, Message, serve
+
+PR_SET_PDEATHSIG = 1
+"""prctl(2)."""
+
+
+def serve_until_orphaned(parent: int, served: bytes, *arguments: object) -> None:
+    """Call what a worker is for; first see to it that it ends with its parent.
+
+    Imports take seconds on a busy computer: this module has few, and what is served comes packed.
+
+    Args:
+        parent: Number of its process.
+        served: A function, pickled.
+        arguments: Of that.
+    """
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.name == "posix" and os.getppid() != parent:
+        return  # it died before
+    pickle.loads(served)(*arguments)
+
 
 JOIN_TIMEOUT = 5.0
 """For a worker to end by itself [s]: an interpreter with MuJoCo and numba takes about 0.1 s."""

@@ -10,7 +10,7 @@ one, of less than some millimetres a second, which errors of the normal look lik
 import math
 from dataclasses import dataclass
 
-from palpate.errors import positive
+from palpate.errors import check_positive
 from palpate.friction.slip.place_watch import PlaceWatch, StandingPlace
 from palpate.runtime.data import FingerObservation, Observation
 from palpate.runtime.supervision.finding import Cause, Violation
@@ -47,14 +47,7 @@ class ToolGrip:
     across: tuple[Vector, ...]
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("friction", ""),
-            ("load", ""),
-            ("least_squeeze", "N"),
-            ("least_force", "N"),
-            ("compliance", "m/N"),
-        ):
-            positive(name, getattr(self, name), unit)
+        check_positive(self, friction="", load="", least_squeeze="N", least_force="N", compliance="m/N")
 
 
 class ToolHeld:

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, numbers
+from palpate.errors import FloatArray, InvalidValueError, check_not_negative, numbers
 from palpate.estimation.covariance import covariance_matrix
 from palpate.kinematics.pose import Pose
 from palpate.sensing.contact_jacobian import cross_matrices
@@ -55,9 +55,7 @@ class HeldBody:
     center_of_mass_sd: float = 0.0
 
     def __post_init__(self) -> None:
-        not_negative("mass", self.mass, "kg")
-        not_negative("mass_sd", self.mass_sd, "kg")
-        not_negative("center_of_mass_sd", self.center_of_mass_sd, "m")
+        check_not_negative(self, mass="kg", mass_sd="kg", center_of_mass_sd="m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

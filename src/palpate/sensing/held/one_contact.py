@@ -21,7 +21,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.special import chdtrc, chdtri, chndtrinc, ndtri
 
-from palpate.errors import FloatArray, not_negative, positive
+from palpate.errors import FloatArray, check_not_negative, check_positive
 from palpate.estimation import Assumption, BrokenAssumption, Verdict
 from palpate.sensing.contact import Contacts, ContactStatus
 from palpate.sensing.held.external_wrench import ExternalWrenches
@@ -83,10 +83,8 @@ class ContactBounds:
     wander: float = 2e-5
 
     def __post_init__(self) -> None:
-        positive("friction", self.friction, "")
-        not_negative("spin_length", self.spin_length, "m")
-        positive("separation", self.separation, "m")
-        not_negative("wander", self.wander, "m")
+        check_positive(self, friction="", separation="m")
+        check_not_negative(self, spin_length="m", wander="m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,11 +15,37 @@ import numpy.typing as npt
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.contact_jacobian import cross_matrices
 from palpate.sensing.tip_calibration.contact import touching
-from palpate.sensing.tip_calibration.deviations import deviation_basis
 from palpate.sensing.tip_calibration.instrument import Instrument
 from palpate.sensing.tip_calibration.targets import TargetKind
 from palpate.sensing.tip_calibration.touches import Touches
 from palpate.sensing.tip_calibration.unknowns import Unknowns
+from palpate.surfaces.near_sphere import HARMONICS
+
+
+def deviation_basis(u: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the first `count` fields and the places that go with them.
+
+    Args:
+        u: Unit normals in the tip's axes, shape (n, 3).
+        count: Of `HARMONICS`.
+
+    Returns:
+        Values, shape (n, count), and gradients of their extensions of degree 1, shape (n, 3, count).
+    """
+    n = len(u)
+    values, places = np.zeros((n, count)), np.zeros((n, 3, count))
+    for i, terms in enumerate(HARMONICS[:count]):
+        degree = sum(next(iter(terms)))
+        for powers, factor in terms.items():
+            values[:, i] += factor * np.prod(u ** np.array(powers), axis=1)
+            for axis in range(3):
+                if powers[axis]:
+                    lower = np.array(powers)
+                    lower[axis] -= 1
+                    places[:, axis, i] += factor * powers[axis] * np.prod(u**lower, axis=1)
+        places[:, :, i] += (1 - degree) * values[:, i, None] * u
+    return values, places
+
 
 NO_ERRORS = np.zeros(0)
 FREEDOM = {TargetKind.POINT: 2, TargetKind.LINE: 1, TargetKind.PLANE: 0}

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
+from palpate.errors import FloatArray, InvalidValueError, check_positive, not_negative, vector
 from palpate.spatial import ZERO, Vector
 
 LARGEST_RADIUS = 0.1
@@ -58,8 +58,7 @@ class TouchTarget:
             )
         if self.kind is TargetKind.PLANE and self.radius > 0.0:
             raise InvalidValueError(f"target {self.name}: radius = {self.radius:g} m: a plane has none")
-        positive("place_sd", self.place_sd, "m")
-        positive("direction_sd", self.direction_sd, "rad")
+        check_positive(self, place_sd="m", direction_sd="rad")
 
     @property
     def unit(self) -> FloatArray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
+from palpate.errors import FloatArray, InvalidValueError, check_not_negative, check_positive, vector
 from palpate.sensing.tip_calibration.shapes import TipShape
 from palpate.sensing.tip_calibration.targets import TargetKind, TouchTarget, across
 from palpate.surfaces.compliant import LINEAR
@@ -58,12 +58,10 @@ class TypedTip:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", vector("center", self.center, 3, "m"))
-        for name, unit in (("stiffness", "N/m"), ("exponent", ""), ("center_sd", "m"), ("rotation_sd", "rad")):
-            positive(name, getattr(self, name), unit)
-        for name, unit in (("stiffness_sd", ""), ("deviation_sd", "m")):
-            positive(name, getattr(self, name), unit)
-        for name, unit in (("exponent_sd", ""), ("mount_turn_sd", "rad"), ("mount_shift_sd", "m")):
-            not_negative(name, getattr(self, name), unit)
+        check_positive(
+            self, stiffness="N/m", exponent="", center_sd="m", rotation_sd="rad", stiffness_sd="", deviation_sd="m"
+        )
+        check_not_negative(self, exponent_sd="", mount_turn_sd="rad", mount_shift_sd="m")
         if not 0.0 <= self.share <= 1.0:
             raise InvalidValueError(f"share = {self.share}: must lie between 0 and 1")
         if self.deviation_degree and self.shape.deviated is None:

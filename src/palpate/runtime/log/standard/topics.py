@@ -10,10 +10,45 @@ from palpate.runtime.log.message_layout import Messages
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.standard.cloud import CLOUD_CHANNEL
 from palpate.runtime.log.standard.contact import ContactMarkerTopic, ContactPointTopic
-from palpate.runtime.log.standard.joint_state import joint_topic
-from palpate.runtime.log.standard.topic import Block, NumbersTopic, Topic
+from palpate.runtime.log.standard.topic import Block, NumbersTopic, Topic, begin
 from palpate.runtime.log.standard.transforms import TransformTopic
-from palpate.runtime.log.standard.wrench import wrench_topic
+from palpate.runtime.log.standard.types import JOINT_STATE, WRENCH_STAMPED
+
+
+def joint_topic(codec: PeriodCodec, channel: int, name: str, group: str, joints: tuple[str, ...]) -> NumbersTopic:
+    """Return the topic of positions [rad, or m if a joint slides]; velocities and efforts are empty.
+
+    Args:
+        codec: Of the rows.
+        channel: Of the MCAP file.
+        name: Of the topic.
+        group: Whose: "arm" or "hand".
+        joints: Their names.
+    """
+    layout = begin(channel, "")
+    layout.constant("<u4", len(joints))
+    for joint in joints:
+        layout.text(joint)
+    layout.constant("<u4", len(joints))
+    layout.add("numbers", "<f8", len(joints))
+    layout.constant("<u4", 0, 0)
+    return NumbersTopic(codec, layout, JOINT_STATE, channel, name, group, "joint_position")
+
+
+def wrench_topic(codec: PeriodCodec, channel: int, name: str, finger: int, quantity: str) -> NumbersTopic:
+    """Return the topic of a finger's wrench, in the frame of its sensor.
+
+    Args:
+        codec: Of the rows.
+        channel: Of the MCAP file.
+        name: Of the topic.
+        finger: Which.
+        quantity: "wrench", or "reading" if that has six numbers.
+    """
+    layout = begin(channel, finger_name(finger))
+    layout.add("numbers", "<f8", 6)
+    return NumbersTopic(codec, layout, WRENCH_STAMPED, channel, name, finger_name(finger), quantity)
+
 
 FIRST_CHANNEL = CLOUD_CHANNEL
 """From here on channels are standard: all that is in them is in the periods, too, or was found after the run."""
