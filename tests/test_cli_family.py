@@ -104,13 +104,11 @@ def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(
     told = capsys.readouterr()
     assert told.out in ("", "planning\n"), "more than what was being done when it came out"
     assert "Traceback" not in told.err
-    for word in sample.named:
-        assert word in words_of(told.err)
+    assert all(word in words_of(told.err) for word in sample.named), told.err
     assert ended([*typed, "--json"]) == ExitCode.MISTAKE
     found = json.loads(capsys.readouterr().out)
     assert (found["command"], found["status"], found["exit_code"]) == (name, "wrong_input", 2)
-    for word in sample.named:
-        assert word in found["error"]
+    assert all(word in found["error"] for word in sample.named), found["error"]
     assert not re.search("[│╭╮╰╯─]|For full help", found["error"])
     assert listing(here) == before
 
@@ -118,8 +116,7 @@ def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(
 @pytest.fixture
 def still(monkeypatch):
     """Nothing may start: no simulation, and no device."""
-    backends = [MujocoBackend, HandBackend, Rig]
-    for kind in backends:
+    for kind in (MujocoBackend, HandBackend, Rig):
         monkeypatch.setattr(kind, "start", lambda *_, **__: pytest.fail("something was started"))
     monkeypatch.setattr(socket, "socket", lambda *_, **__: pytest.fail("something was connected to"))
 
@@ -138,10 +135,9 @@ def test_a_dry_run_plans_and_moves_nothing_and_writes_nothing(name, here, capsys
 
 
 @pytest.mark.parametrize("name", ["explore", "regulate", "friction"])
-def test_a_rig_is_planned_for_without_a_connection(name, here, capsys, still):
+def test_a_rig_is_planned_for_without_a_connection(name, capsys, still):
     assert main([name, "--robot", "ur5e-netft", "--dry-run", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert "devices were not connected to" in told["robot"]
+    assert "devices were not connected to" in json.loads(capsys.readouterr().out)["robot"]
 
 
 @pytest.mark.parametrize("name", MOVING)
@@ -170,8 +166,8 @@ def test_an_exploration_gives_its_figures_and_writes_what_the_dry_run_says(fille
 
 
 def test_a_path_that_leaves_the_workspace_is_refused_before_anything_moves(here, capsys, still):
-    text = shipped_robots()["stage"].read_text()
-    narrow = text.replace("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.01, 1, 1]")
+    stage = shipped_robots()["stage"].read_text()
+    narrow = stage.replace("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.01, 1, 1]")
     (here / "narrow.yaml").write_text(narrow)
     assert main(["explore", "--robot", "narrow.yaml", "--dry-run"]) == ExitCode.MISTAKE
     assert "leaves the robot's workspace" in capsys.readouterr().err

@@ -2,7 +2,10 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TypeVar
+
+import psutil
 
 from palpate.hw.devices import DeviceError
 
@@ -34,3 +37,10 @@ def first_error(act: Callable[[], object]) -> DeviceError:
     error = until(refusal)
     assert error is not None
     return error
+
+
+def process_ended(pid: int) -> bool:
+    """Return whether a process has ended, waited for or not."""
+    with suppress(psutil.NoSuchProcess):
+        return bool(psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+    return True

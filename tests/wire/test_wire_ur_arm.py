@@ -49,7 +49,7 @@ from palpate.hw.ur import FlangePayload, UrArm, UrSettings, UrToolSensor
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from support import waiting
 from support.ur_library import needs_ur
-from support.waiting import until
+from support.waiting import process_ended, until
 
 pytestmark = needs_ur
 
@@ -264,7 +264,7 @@ def test_a_lost_connection_is_detected_reported_and_recovered_from(shared, fault
         assert "`palpate recover`" in error.remedy
         until(lambda: at_rest(emulator))
         # the client ends before the library's time-out of 2.5 s: no storm of reconnections
-        until(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+        until(lambda: process_ended(pid))
         cycles(emulator, 250)
         after = len([line for line in emulator.control.log("ur") if "uploaded" in line])
         assert after - uploads <= 1
@@ -344,6 +344,7 @@ def test_the_controllers_watchdog_stops_the_arm_of_a_killed_client_and_nothing_i
         ("refuse_version", 1.0, "RTDE"),
         ("reject_start", 1.0, "refused to send"),
         ("withhold_greeting", 1.0, "does not greet"),
+        ("stray_text", 1.0, "."),
         ("late_start", 1.5, ""),
     ],
 )
