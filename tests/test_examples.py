@@ -2,7 +2,6 @@
 
 import ast
 import csv
-import importlib.util
 import json
 import math
 import os
@@ -16,6 +15,7 @@ import pytest
 
 from palpate.hw.emulators.process import EmulatorProcess
 from support import warm_process
+from support.document_blocks import load_module
 from support.emulated_file import unhurried_file
 from support.resting_box import BOX, box_at_rest
 
@@ -237,10 +237,3 @@ def test_a_page_has_the_text_and_the_code_and_no_page_is_left_of_what_is_gone(tm
     before = [page.stat().st_mtime_ns for page in pages]
     write_pages(ROOT / "examples", tmp_path)
     assert [page.stat().st_mtime_ns for page in pages] == before
-
-
-def load_module(path):
-    specification = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module

@@ -86,12 +86,8 @@ def test_an_arm_is_brought_up_moves_tares_stops_and_leaves_nothing(tmp_path):
         # the watchdog first: nothing may move without it
         setup = [n for n in names(tmp_path) if n not in ("isInRemoteControl", "connect", "disconnect")]
         assert setup[:5] == ["upload", "setWatchdog", "setTcp", "setPayload", "setSpeedSlider"]
-
-        def moved() -> bool:
-            device.move((0.02, 0.0, 0.0), ZERO)
-            return device.read().position_base_tip[0] > before.position_base_tip[0] + 0.001
-
-        until(moved)
+        there = before.position_base_tip[0] + 0.001
+        until(lambda: device.move((0.02, 0.0, 0.0), ZERO) or device.read().position_base_tip[0] > there)
         after = device.read()
         assert after.time > before.time
         assert after.velocity_base_tip == (0.02, 0.0, 0.0)
@@ -125,12 +121,7 @@ def test_without_commands_an_arm_comes_to_rest_and_goes_on_with_the_next(tmp_pat
         fed(tmp_path, 5)
         assert "speedL" not in since_last(tmp_path, "speedStop")  # the old command does not come back
         assert arm._client.exchange.status().lapses == 1
-
-        def moves() -> bool:
-            arm.move((0.01, 0.0, 0.0), ZERO)
-            return arm.read().velocity_base_tip[0] == 0.01
-
-        until(moves)
+        until(lambda: arm.move((0.01, 0.0, 0.0), ZERO) or arm.read().velocity_base_tip[0] == 0.01)
 
 
 @pytest.mark.parametrize(
