@@ -9,7 +9,6 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -29,7 +28,6 @@ from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
 from support import warm_process
-from support.cli_samples import leaves
 from support.typed_mistakes import answer_to
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
@@ -315,29 +313,9 @@ def test_what_a_report_says_to_type_is_what_can_be_typed():
     assert command_line("group.word", Regulate.Config(force=3.0)) == "palpate group word --force 3.0"
 
 
-# --- Slips of the fingers: what the command line says to them; and help that reads well where it is narrow ---
-
-
-NARROW = 80
+# --- Slips of the fingers ---
 
 
 @pytest.mark.parametrize("typed", ["explore --out sphere --speed 20", "explore --sped 1", "explore --object qqqq"])
 def test_what_is_no_slip_of_that_kind_gets_no_advice(typed, capsys):
     assert not re.search("(D|d)id you mean", answer_to(typed.split(), capsys))
-
-
-@pytest.mark.parametrize("name", ["", *typed_commands(), *(name for name in leaves() if " " in name)])
-def test_help_fills_its_lines(name, capsys, monkeypatch):
-    """In a box, no line ends where the first word of the next would still have had room."""
-    monkeypatch.setenv("COLUMNS", str(NARROW))
-    with pytest.raises(SystemExit):
-        main([*name.split(), "--help"])
-    # boxes fill the width, with spaces where there are no lines to draw; what stands above them is not wrapped
-    inside = [line[2:-2] for line in capsys.readouterr().out.splitlines() if len(line) == NARROW]
-    assert any("--help" in line for line in inside)
-    for line, following in pairwise(inside):
-        column = len(following) - len(following.lstrip())
-        if not 4 <= column < len(following) or line[column - 2 : column].strip() or line[column] == " ":
-            continue  # another option, or the words above belong to none of its help
-        room = NARROW - 4 - len(line.rstrip()) - 1
-        assert len(following.split()[0]) > room, f"{line!r} could hold more of {following!r}"

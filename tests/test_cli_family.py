@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import socket
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ from palpate.sim.hand.backend import HandBackend
 from support.cli_samples import SAMPLES, leaves, prepared
 from support.typed_mistakes import ended, words_of
 
+NARROW = 80
 COMMAND_NAMES = [*leaves()]
 GROUPS = [name for name, what in typed_commands().items() if isinstance(what, CommandGroup)]
 MOVING = [" ".join(typed_words(name)) for name in experiment_names()]
@@ -50,18 +52,29 @@ def test_every_command_is_in_the_table():
 
 
 @pytest.mark.parametrize("name", ["", *GROUPS, *COMMAND_NAMES])
-def test_help_ends_well_has_an_example_and_names_what_all_commands_take(name, capsys):
-    with pytest.raises(SystemExit) as left:
-        main([*name.split(), "--help"])
-    assert left.value.code == 0
-    told = capsys.readouterr()
-    assert told.err == ""
-    assert re.search(r"Example\b", told.out)
-    assert f"palpate {name}".strip() in told.out
-    assert "\x1b[" not in told.out, "colours where nobody sees them"
+def test_help_ends_well_has_an_example_fills_its_lines_and_names_the_options_of_all_commands(
+    name, capsys, monkeypatch
+):
+    """In a box, no line ends where the first word of the next would still have had room."""
+    monkeypatch.setenv("COLUMNS", str(NARROW))
+    assert ended([*name.split(), "--help"]) == 0
+    shown, errors = capsys.readouterr()
+    assert errors == ""
+    assert re.search(r"Example\b", shown)
+    assert f"palpate {name}".strip() in shown
+    assert "\x1b[" not in shown, "colours without a terminal"
     if name in SAMPLES:
-        assert "--json" in told.out
-        assert "(no help)" not in told.out
+        assert "--json" in shown
+        assert "(no help)" not in shown
+    # boxes fill the width, with spaces where there are no lines to draw; lines above them are not wrapped
+    inside = [line[2:-2] for line in shown.splitlines() if len(line) == NARROW]
+    assert any("--help" in line for line in inside)
+    for line, following in pairwise(inside):
+        column = len(following) - len(following.lstrip())
+        if not 4 <= column < len(following) or line[column - 2 : column].strip() or line[column] == " ":
+            continue  # another option, or the words above belong to none of its help
+        room = NARROW - 4 - len(line.rstrip()) - 1
+        assert len(following.split()[0]) > room, f"{line!r} could hold more of {following!r}"
 
 
 @pytest.mark.slow
