@@ -64,14 +64,19 @@ def decoded(part):
     return zstandard.ZstdDecompressor().decompress(part[16 : 16 + compressed])
 
 
-def reaches(address, port):
-    """Ask for the whole page: of a connection that comes as a server stops, asyncio leaves a transport open."""
+def page_status(server, path="/", headers=(), address=LOOPBACK):
+    """Return status and headers of a request for the page, None if the connection is refused.
+
+    The whole page is read: of a connection that comes as a server stops, asyncio leaves a transport open.
+    """
     try:
-        with contextlib.closing(http.client.HTTPConnection(address, port, timeout=60.0)) as asking:
-            asking.request("GET", "/")
-            return bool(asking.getresponse().read())
+        with contextlib.closing(http.client.HTTPConnection(address, server.get_port(), timeout=60.0)) as asking:
+            asking.request("GET", path, headers=dict(headers))
+            reply = asking.getresponse()
+            assert reply.read()
+            return reply.status, reply.headers
     except ConnectionRefusedError:
-        return False
+        return None
 
 
 @pytest.mark.parametrize(
@@ -86,10 +91,10 @@ def test_other_machines_reach_it_only_on_request_and_the_command_warns_of_it(hos
     assert ("Everybody who reaches" in shown) is reached
     if host in (LOOPBACK, "0.0.0.0"):
         with served(host=host) as server:
-            assert reaches(LOOPBACK, server.get_port())
+            assert page_status(server)
             for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET):
                 address = str(info[4][0])
-                assert reaches(address, server.get_port()) is (reached or address.startswith("127."))
+                assert bool(page_status(server, address=address)) is (reached or address.startswith("127."))
 
 
 def test_it_serves_the_page_on_this_machine_and_no_other_files(server):
@@ -133,14 +138,6 @@ def test_the_tab_has_the_name_of_the_view_and_closing_frees_the_port_without_a_w
         server.stop()
     ViewServer("t", port=port).stop()
     assert capfd.readouterr() == ("", "")
-
-
-def page_status(server, path, headers):
-    """What a request for the page gets: status and headers."""
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=60.0)) as asking:
-        asking.request("GET", path, headers=headers)
-        reply = asking.getresponse()
-        return reply.status, reply.headers
 
 
 def socket_status(server, path, headers):
