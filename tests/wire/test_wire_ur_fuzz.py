@@ -4,9 +4,10 @@ import contextlib
 import itertools
 import random
 import socket
+import socketserver
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -79,40 +80,32 @@ def test_an_emulated_controller_accepts_anything_and_goes_on(port: int, some: Sa
         assert served.control.state()["position"] == pytest.approx(before, abs=1e-9)
 
 
-class RudeServer:
-    """Accepts connections at all ports and sends any replies, until it is closed."""
+class ReusingServer(socketserver.TCPServer):
+    allow_reuse_address = True
 
-    def __init__(self, say: Say, ports: tuple[int, ...] = (RTDE_PORT,), seed: int = 4) -> None:
-        self._say, self._g = say, random.Random(seed)
-        self._listeners = [socket.create_server((RUDE, port)) for port in ports]
-        self._ended = threading.Event()
-        self.accepted = 0
-        self._threads = [threading.Thread(target=self._serve, args=(one,)) for one in self._listeners]
-        for listener, thread in zip(self._listeners, self._threads, strict=True):
-            listener.settimeout(0.05)
-            thread.start()
 
-    def _serve(self, listener: socket.socket) -> None:
-        while not self._ended.is_set():
+@contextlib.contextmanager
+def rude_server(say: Say, ports: tuple[int, ...] = (RTDE_PORT,), seed: int = 4) -> Iterator[list[object]]:
+    """Accept connections at ports and send any replies; yield the clients so far."""
+    g, accepted = random.Random(seed), []
+
+    class Rude(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            accepted.append(self.client_address)
+            self.request.settimeout(0.2)
             with contextlib.suppress(OSError):
-                client, _ = listener.accept()
-                self.accepted += 1
-                with client:
-                    client.settimeout(0.2)
-                    for _ in range(3):
-                        client.recv(4096)
-                        client.sendall(self._say(self._g))
+                for _ in range(3):
+                    self.request.recv(4096)
+                    self.request.sendall(say(g))
 
-    def __enter__(self) -> "RudeServer":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        for thread in self._threads:
-            thread.join(WITHIN)
-        for listener in self._listeners:
-            listener.close()
-        assert not any(thread.is_alive() for thread in self._threads)
+    with contextlib.ExitStack() as servers:
+        for port in ports:
+            server = servers.enter_context(ReusingServer((RUDE, port), Rude))
+            thread = threading.Thread(target=server.serve_forever, args=(0.05,))
+            thread.start()
+            servers.callback(thread.join)
+            servers.callback(server.shutdown)
+        yield accepted
 
 
 @pytest.mark.parametrize("count", [300, pytest.param(ALL, marks=pytest.mark.slow)])
@@ -123,12 +116,12 @@ def test_only_a_controller_s_version_is_accepted(count: int) -> None:
         # at half of the times the first step is passed
         return VERSION if g.randrange(2) else nearly_right_package(g)
 
-    with RudeServer(say) as server:
+    with rude_server(say) as accepted:
         versions = set()
         for _ in range(count):
             with contextlib.suppress(DeviceError):
                 versions.add(controller_version("UR arm", RUDE, timeout=0.05))
-        assert server.accepted >= count
+        assert len(accepted) >= count
     # 16 random bytes are no version that there is
     assert not versions
 
@@ -147,7 +140,7 @@ def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: 
         return real(stream, 1)
 
     monkeypatch.setattr("socket.socket.recv", trickle)
-    with RudeServer(lambda _: VERSION + CONTROLLER):
+    with rude_server(lambda _: VERSION + CONTROLLER):
         if step:
             with pytest.raises(DeviceError, match="its greeting took too long"):
                 controller_version("UR arm", RUDE, timeout=2.0)
@@ -165,7 +158,7 @@ def test_a_controller_that_hangs_up_is_reported_and_nothing_is_left(seed: int) -
     def say(g: random.Random) -> bytes:
         return next(greeting, None) or nearly_right_package(g)
 
-    with RudeServer(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT), seed):
+    with rude_server(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT), seed):
         arm = UrArm(RUDE, UrSettings(start_within=5.0))
         with pytest.raises(DeviceError, match=RUDE):
             arm.start()
