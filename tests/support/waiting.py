@@ -15,7 +15,7 @@ WITHIN = 30.0
 T = TypeVar("T")
 
 
-def until(met: Callable[[], T], within: float = WITHIN) -> T:
+def until(met: Callable[[], T | None], within: float = WITHIN) -> T:
     """Wait until something is so, and return what it then says; fail if it never is."""
     end = time.monotonic() + within
     while not (found := met()):

@@ -126,7 +126,8 @@ def test_frames_and_log_have_the_object_that_rises_with_the_hand(grasp):
     assert last.free[0].position == pytest.approx(grasp.backend.truth().position, abs=1e-4)
     assert last.free[0].position[2] == pytest.approx(LIFTED, abs=1e-3)
     assert last.hand != first.hand, "fingers close"
-    np.testing.assert_allclose(free_poses_in(grasp.log)[-1], free_poses_of(grasp.backend)(), atol=0.0)
+    free_poses: Any = free_poses_of(grasp.backend)
+    np.testing.assert_allclose(free_poses_in(grasp.log)[-1], free_poses(), atol=0.0)
     logged = frames_of_log(grasp.log)
     assert logged.layout.free == 0
     assert len(logged) == len(grasp.frames)

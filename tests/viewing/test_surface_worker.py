@@ -146,7 +146,7 @@ def test_a_killed_process_is_told_of_once_and_for_all(fed):
     os.kill(worker.pid, signal.SIGKILL)
     until(lambda: not worker.is_alive)
     feed.add(frames)
-    assert "has ended" in until(lambda: feed.take() or feed.failed)
+    assert "has ended" in str(until(lambda: feed.take() or feed.failed))
     feed.add(frames)
     assert feed.waiting <= len(frames)
     assert feed.take() is None
