@@ -25,17 +25,12 @@ def kept_before():
     return list(module.KEPT)
 
 
-def test_a_long_compilation_is_reported_once(caplog):
-    with compiling("a thing", warn_after=0.0):
+@pytest.mark.parametrize("how", [ONCE, EACH_TIME])
+def test_a_long_compilation_is_reported_once_and_counts_as_kept_if_it_is(how, caplog, kept_before):
+    with compiling("a thing", how, warn_after=0.0):
         until(lambda: caplog.messages)
-    assert caplog.messages == [f"palpate: compiling a thing ({ONCE})"]
-
-
-def test_code_that_is_not_kept_is_not_called_kept(caplog, kept_before):
-    with compiling("yours", EACH_TIME, warn_after=0.0):
-        until(lambda: caplog.messages)
-    assert "it is not kept" in caplog.messages[0]
-    assert kept_before == module.KEPT
+    assert caplog.messages == [f"palpate: compiling a thing ({how})"]
+    assert module.KEPT == kept_before + ["a thing"] * (how is ONCE)
 
 
 def test_nothing_is_reported_after_an_error_and_nothing_counts_as_kept(caplog, kept_before):
