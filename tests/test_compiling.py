@@ -30,7 +30,7 @@ def test_a_long_compilation_is_reported_once_and_counts_as_kept_if_it_is(how, ca
     with compiling("a thing", how, warn_after=0.0):
         until(lambda: caplog.messages)
     assert caplog.messages == [f"palpate: compiling a thing ({how})"]
-    assert module.KEPT == kept_before + ["a thing"] * (how is ONCE)
+    assert kept_before + ["a thing"] * (how is ONCE) == module.KEPT
 
 
 def test_nothing_is_reported_after_an_error_and_nothing_counts_as_kept(caplog, kept_before):
