@@ -68,6 +68,7 @@ def test_the_last_wish_is_never_lost_between_processes():
     values = []
     while process.is_alive() or reader.is_new:
         values += [value for _, value in reader.take()]
+    assert process.exitcode == 0
     assert values[-1] == count - 1
     assert values == sorted(values)
 
