@@ -173,7 +173,7 @@ def test_its_fingertip_is_swept_in_simulation_and_its_devices_are_refused(palpat
     assert "simulated robots only" in palpate_cell(*words, "robot=bench.yaml", fails=True)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def emulated_cell(palpate_cell):
     """The command in a folder where the devices of the robot file are emulated."""
     emulator = palpate_cell.begun("emulate", "robot", "bench.yaml")
