@@ -8,7 +8,7 @@ Where ur_rtde 1.6.5 goes wrong, and what shows here that it does no harm:
 | 2 | does not notice silence | age of the state, at commands too | `lost_connection`, `killed_controller` |
 | 3 | receiving does not reconnect, or hangs at it | never asked to: a new process | `must_not_be_made` |
 | 4 | getters that reply with old registers | not called | `must_not_be_made` |
-| 5 | lengths are not checked | checked before | `exchange`: `wrong_kind` |
+| 5 | lengths are not checked | checked before | `exchange`: `impossible_velocities` |
 | 6 | forward kinematics with an old tool | not called; `palpate.kinematics` | `must_not_be_made` |
 | 7 | setExternalForceTorque | not called | `must_not_be_made` |
 | 8 | upper range registers | not called | `must_not_be_made` |
