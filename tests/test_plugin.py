@@ -69,8 +69,10 @@ def test_it_is_dry_run_on_a_robot_swept_and_seen(palpate):
 
 @pytest.mark.slow
 def test_a_class_in_a_script_does_all_that_too(palpate):
-    found = json.loads(palpate(f"{SCRIPT}:Texture", "--out", "mine", "--json"))["figures"]
-    assert found["roughness_rms_um"] == pytest.approx(6.6, 0.1)
+    named = f"{SCRIPT}:Texture"
+    assert json.loads(palpate(named, "--out", "mine", "--json"))["figures"]["roughness_rms_um"] == pytest.approx(
+        6.6, 0.1
+    )
     assert "identical" in palpate("replay", "mine")
     assert "Texture" in palpate(f"{SCRIPT}:Textur", fails=True), "a mistyped class is told what there is"
 
@@ -173,42 +175,44 @@ def test_its_fingertip_is_swept_in_simulation_and_its_devices_are_refused(palpat
     assert "simulated robots only" in palpate_cell(*words, "robot=bench.yaml", fails=True)
 
 
-@pytest.fixture
-def emulated_cell(palpate_cell):
-    """The command in a folder where the devices of the robot file are emulated."""
+@pytest.mark.xdist_group("wire")
+@pytest.mark.slow
+def test_its_arm_and_its_sensor_conform(palpate_cell, monkeypatch):
+    monkeypatch.syspath_prepend(str(CELL))
+    arm, box = (importlib.import_module(f"palpate_bench.{name}") for name in ("arm", "box"))
     emulator = palpate_cell.begun("emulate", "robot", "bench.yaml")
     try:
         while "Runs until" not in (line := emulator.stdout.readline()):
             assert line, "it ended"
-        yield palpate_cell
+        check_arm(lambda: arm.BenchArm(own_address(90), 40_000, watchdog=1.0, silent_after=3.0))
+        stream = StreamSettings(NOISE, silent_after=3.0)
+        check_sensor(lambda: SerialSensor(str(palpate_cell.folder / "box"), box.BenchLines(), stream), NOISE)
+    finally:
+        emulator.send_signal(signal.SIGINT)
+        emulator.communicate(timeout=20)
+
+
+@pytest.mark.xdist_group("wire")
+@pytest.mark.slow
+def test_its_devices_are_emulated_examined_recovered_and_used(palpate_cell):
+    emulator = palpate_cell.begun("emulate", "robot", "bench.yaml")
+    try:
+        while "Runs until" not in (line := emulator.stdout.readline()):
+            assert line, "it ended"
+        found = json.loads(palpate_cell("recover", "bench.yaml", "--json"))
+        assert found["fit"]
+        assert found["devices"][1]["state"] == "it stands still"
+        outcome = json.loads(
+            palpate_cell("regulate", "--robot", "bench.yaml", "--duration", "2", "--out", "held", "--json")
+        )
+        assert outcome["status"] == "done"
+        assert outcome["report"]["felt_force_rms_error_n"] < 0.5
+        assert "identical" in palpate_cell("replay", "held")
+        area = ("--width", "0.004", "--depth", "0.002", "--object", "box")
+        explored = json.loads(palpate_cell("explore", "--robot", "bench.yaml", *area, "--out", "felt", "--json"))
+        assert explored["status"] == "done"
+        assert explored["figures"]["contacts"] > 50
     finally:
         emulator.send_signal(signal.SIGINT)
         emulator.communicate(timeout=20)
     assert emulator.returncode == 0
-
-
-@pytest.mark.xdist_group("wire")
-@pytest.mark.slow
-def test_its_arm_and_its_sensor_conform(emulated_cell, monkeypatch):
-    monkeypatch.syspath_prepend(str(CELL))
-    arm, box = (importlib.import_module(f"palpate_bench.{name}") for name in ("arm", "box"))
-    check_arm(lambda: arm.BenchArm(own_address(90), 40_000, watchdog=1.0, silent_after=3.0))
-    stream = StreamSettings(NOISE, silent_after=3.0)
-    check_sensor(lambda: SerialSensor(str(emulated_cell.folder / "box"), box.BenchLines(), stream), NOISE)
-
-
-@pytest.mark.xdist_group("wire")
-@pytest.mark.slow
-def test_its_devices_are_emulated_examined_recovered_and_used(emulated_cell):
-    found = json.loads(emulated_cell("recover", "bench.yaml", "--json"))
-    assert found["fit"]
-    assert found["devices"][1]["state"] == "it stands still"
-    robot = ("--robot", "bench.yaml", "--json")
-    outcome = json.loads(emulated_cell("regulate", *robot, "--duration", "2", "--out", "held"))
-    assert outcome["status"] == "done"
-    assert outcome["report"]["felt_force_rms_error_n"] < 0.5
-    assert "identical" in emulated_cell("replay", "held")
-    area = ("--width", "0.004", "--depth", "0.002", "--object", "box")
-    explored = json.loads(emulated_cell("explore", *robot, *area, "--out", "felt"))
-    assert explored["status"] == "done"
-    assert explored["figures"]["contacts"] > 50
