@@ -1,6 +1,5 @@
 """Public names: each is explained once on the pages of the API, and stands in the list that is kept."""
 
-import importlib.util
 import pkgutil
 import re
 from collections import Counter
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import palpate
-from support.document_blocks import DOCS, ROOT
+from support.document_blocks import DOCS, ROOT, load_module
 
 LEFT_OUT = {
     "palpate.hw.ft_stream",  # only other packages are made of it
@@ -20,10 +19,7 @@ LEFT_OUT = {
 
 @pytest.fixture(scope="module")
 def maker():
-    specification = importlib.util.spec_from_file_location("make_api", DOCS / "make_api.py")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return load_module(DOCS / "make_api.py")
 
 
 @pytest.fixture(scope="module")

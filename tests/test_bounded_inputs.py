@@ -35,44 +35,51 @@ def npy(header):
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + bytes(64)
 
 
-@pytest.mark.parametrize("name", ["/dev/zero", "pipe"])
-def test_only_regular_files_are_read(name, tmp_path):
-    if name == "pipe":
-        name = tmp_path / "pipe"
-        os.mkfifo(name)  # nobody writes into it: waiting for one would never end
-    with pytest.raises(InvalidValueError, match="only regular files are read"):
-        read_bytes(name, SMALL)
+def pipe(path):
+    os.mkfifo(path)  # no process writes into it: waiting for one would never end
 
 
-def test_a_sparse_file_of_20_gb_is_refused_by_its_size(tmp_path):
-    with (tmp_path / "a.csv").open("wb") as file:
+def sparse(path):
+    with path.open("wb") as file:
         file.truncate(20 << 30)
-    with pytest.raises(InvalidValueError, match=r"21474836480 bytes: at most 1000 are read"):
-        read_bytes(tmp_path / "a.csv", SMALL)
 
 
-@pytest.mark.parametrize(("text", "what"), [("\n" * 20, "lines"), ("," * 30, "fields"), ("x" * 1001, "bytes")])
-def test_text_is_counted_before_it_is_taken_apart(text, what, tmp_path):
-    (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(InvalidValueError, match=f"{what}: at most"):
-        read_text(tmp_path / "a.csv", SMALL, "text")
+def holding(content):
+    """Return what writes a file with this text or these bytes."""
+    return lambda path: path.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def claims(descr, shape):
+    """Return what writes a numpy file of 64 bytes with a header that claims this type and shape."""
+    return holding(npy(f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"))
+
+
+def read_small_text(path, bounds):
+    return read_text(path, bounds, "text")
 
 
 @pytest.mark.parametrize(
-    "header",
+    ("reader", "make", "message"),
     [
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000, 1000000), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 99999999999999999999999), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 8), }",
-        "{'descr': '|O', 'fortran_order': False, 'shape': (8,), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (9,), }",
-        "(" * 110,
+        (read_bytes, pipe, "only regular files are read"),
+        (read_bytes, lambda path: path.symlink_to("/dev/zero"), "only regular files are read"),
+        (read_bytes, sparse, "21474836480 bytes: at most 1000 are read"),
+        (read_small_text, holding("\n" * 20), "lines: at most"),
+        (read_small_text, holding("," * 30), "fields: at most"),
+        (read_small_text, holding("x" * 1001), "bytes: at most"),
+        (read_array, claims("<f8", "(1000000, 1000000)"), None),
+        (read_array, claims("<f8", "(0, 99999999999999999999999)"), None),
+        (read_array, claims("<f8", "(-1, 8)"), None),
+        (read_array, claims("|O", "(8,)"), None),
+        (read_array, claims("<f8", "(9,)"), None),
+        (read_array, holding(npy("(" * 110)), None),
     ],
 )
-def test_an_array_that_claims_what_it_does_not_hold_is_refused(header, tmp_path):
-    (tmp_path / "a.npy").write_bytes(npy(header))
-    with pytest.raises(InvalidValueError):
-        read_array(tmp_path / "a.npy", SMALL)
+def test_a_file_is_refused_before_there_is_room_for_it(reader, make, message, tmp_path):
+    """A file of another kind, too large, or an array that claims more than it holds."""
+    make(tmp_path / "a")
+    with pytest.raises(InvalidValueError, match=message):
+        reader(tmp_path / "a", SMALL)
 
 
 @pytest.mark.parametrize("order", ["C", "F"])
@@ -83,10 +90,19 @@ def test_an_array_comes_back_as_numpy_wrote_it(order, dtype, tmp_path):
     assert np.array_equal(read_array(tmp_path / "a.npy", SMALL), array.astype(float))
 
 
-@pytest.mark.parametrize("opening", ["[", "{", "- ", "{a: ", "? "])
-def test_nesting_is_refused_before_there_is_stack_for_it(opening):
-    with pytest.raises(InvalidValueError, match=f"nested too deep.*at most {DEEPEST} levels"):
-        read_yaml(opening * 50_000)
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        *(
+            (opening * 50_000, f"nested too deep.*at most {DEEPEST} levels")
+            for opening in ("[", "{", "- ", "{a: ", "? ")
+        ),
+        ("[" + "[]," * 60_000 + "]", "values"),
+    ],
+)
+def test_a_document_that_is_too_deep_or_too_large_is_refused_before_there_is_stack_for_it(text, message):
+    with pytest.raises(InvalidValueError, match=message):
+        read_yaml(text)
 
 
 @pytest.mark.slow
@@ -179,6 +195,7 @@ def test_columns_are_taken_by_name_whatever_the_others_hold():
         ('1,2\n"1,2\n', "line 2: .*; a quoted field must be closed on its line"),
         ("1,2\n\0,2\n", r"line 2: holds the control character '\\x00'; this is not CSV text"),
         ("1;2\n3;4\n5,6", "line 3, '5,6': has 2 fields: must be 1"),
+        ("1," * 20_000, "more than 10000 columns"),
     ],
 )
 def test_mistakes_are_named_with_their_line_and_what_it_must_hold(text, told):
@@ -210,13 +227,3 @@ def test_a_folder_is_tried_without_touching_what_is_in_it(tmp_path):
     make_folder(tmp_path)
     assert (tmp_path / ".writable").read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == [".writable", "link"]
-
-
-def test_a_document_of_too_many_values_is_refused():
-    with pytest.raises(InvalidValueError, match="values"):
-        read_yaml("[" + "[]," * 60_000 + "]")
-
-
-def test_a_line_of_too_many_columns_is_refused():
-    with pytest.raises(InvalidValueError, match="more than 10000 columns"):
-        read_csv_table("1," * 20_000, "a.csv", "numbers")

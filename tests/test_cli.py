@@ -7,10 +7,10 @@ import pty
 import re
 import subprocess
 import sys
-import types
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from rich.console import Console
@@ -29,16 +29,9 @@ from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
 from support import warm_process
-from support.cli_samples import leaves
 from support.typed_mistakes import answer_to
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
-
-
-def run(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "palpate", *arguments], capture_output=True, text=True, timeout=120
-    )
 
 
 @pytest.fixture
@@ -50,7 +43,8 @@ def undrawn(monkeypatch):
 
 def test_version():
     """By the command that is installed, a process of its own."""
-    assert run("--version").stdout.strip() == f"palpate {__version__}"
+    command = [sys.executable, "-m", "palpate", "--version"]
+    assert subprocess.check_output(command, text=True, timeout=120).strip() == f"palpate {__version__}"
 
 
 def test_help_does_not_load_the_simulator():
@@ -90,11 +84,9 @@ def test_a_shown_robot_is_a_start_for_your_own(tmp_path, capsys):
     mine.write_text(capsys.readouterr().out.replace("force_N: 20 ", "force_N: 12 "))
     assert main(["robot", "check", str(mine)]) == 0
     assert re.search(r"limits\.force +12 N\n", capsys.readouterr().out)
-    assert main(["explore", *SMALL, "--robot", str(mine), "--out", str(tmp_path / "run")]) == 0
-    assert (
-        main(["explore", *SMALL, "--robot", str(mine), "--force", "10", "--out", str(tmp_path / "run")])
-        == ExitCode.MISTAKE
-    )
+    typed = ["explore", *SMALL, "--robot", str(mine), "--out", str(tmp_path / "run")]
+    assert main(typed) == 0
+    assert main([*typed, "--force", "10"]) == ExitCode.MISTAKE
     assert "robot's limit of 12 N" in capsys.readouterr().err
 
 
@@ -121,27 +113,30 @@ def test_check_says_what_is_risked_without_a_second_channel_of_force(robot, risk
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (
-            ["explore", "--robot", "BAD"],
-            ["bad.yaml: backend.mas_kg: unknown key", "did you mean mass_kg?", "line "],
-        ),
-        (["explore", "--config", "BAD"], ["bad.yaml", "this is a robot file", "--robot"]),
-        (["robot", "check", "BAD"], ["bad.yaml: backend.mas_kg"]),
-        (
-            ["robot", "show", "ur5e"],
-            ["robot = 'ur5e'", "palpate comes with emulated-hand, emulated-ur5e, panda-hand, panda-sim"],
-        ),
+        ("explore --robot BAD", ["bad.yaml: backend.mas_kg: unknown key", "did you mean mass_kg?", "line "]),
+        ("explore --config BAD", ["bad.yaml", "this is a robot file", "--robot"]),
+        ("robot check BAD", ["bad.yaml: backend.mas_kg"]),
+        ("robot show ur5e", ["robot = 'ur5e'", "palpate comes with emulated-hand, emul", "panda-hand, panda-sim"]),
+        *((f"{command} --robot UNREADABLE --dry-run", ["cannot be read: Permission denied"])
+          for command in ("explore", "regulate", "friction")),
     ],
-)
-def test_what_is_wrong_with_a_file_is_said_in_one_line(arguments, words, tmp_path, capsys):
-    bad = tmp_path / "bad.yaml"
-    bad.write_text(shipped_robots()["stage"].read_text().replace("mass_kg: 5", "mas_kg: 5"))
-    assert main([str(bad) if word == "BAD" else word for word in arguments]) == ExitCode.MISTAKE
+)  # fmt: skip
+def test_a_mistake_with_a_file_is_reported_in_one_line(arguments, words, tmp_path, capsys, monkeypatch):
+    stage = shipped_robots()["stage"].read_text()
+    for name in ("bad", "unreadable"):
+        (tmp_path / f"{name}.yaml").write_text(stage.replace("mass_kg: 5", "mas_kg: 5"))
+        arguments = arguments.replace(name.upper(), str(tmp_path / f"{name}.yaml"))
+
+    def refused(path, what):
+        raise PermissionError(13, "Permission denied")
+
+    if "unreadable" in arguments:
+        monkeypatch.setattr("palpate.robots.robot.load_text", refused)
+    assert main(arguments.split()) == ExitCode.MISTAKE
     said = capsys.readouterr().err
     assert said.startswith("palpate: ")
     assert said.count("\n") == 1
-    for word in words:
-        assert word in said
+    assert all(word in said for word in words), said
 
 
 # --- how it ends ---
@@ -162,7 +157,7 @@ def ending(monkeypatch):
                 raise result
             return result
 
-        monkeypatch.setitem(sys.modules, "made_up", types.SimpleNamespace(run=runner))
+        monkeypatch.setitem(sys.modules, "made_up", SimpleNamespace(run=runner))
         made = {"made": CommandGroup({"up": TypedCommand(Nothing, "made_up:run")}, "Nothing.")}
         monkeypatch.setattr("palpate.cli.typed_commands", lambda: made)
         return main(["made", "up"])
@@ -203,19 +198,6 @@ def test_every_ending_has_its_exit_code_and_one_line(result, code, said, ending,
     assert capsys.readouterr().err == said
 
 
-@pytest.mark.parametrize("command", ["explore", "regulate", "friction"])
-def test_a_robot_file_that_cannot_be_read_is_wrong_input_everywhere(command, tmp_path, monkeypatch, capsys):
-    file = tmp_path / "mine.yaml"
-    file.write_text(shipped_robots()["stage"].read_text())
-
-    def refused(path, what):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("palpate.robots.robot.load_text", refused)
-    assert main([command, "--robot", str(file), "--dry-run"]) == ExitCode.MISTAKE
-    assert "cannot be read: Permission denied" in capsys.readouterr().err
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_an_exploration_whose_map_is_not_to_be_used_exits_with_1(tmp_path, monkeypatch, capsys):
@@ -242,7 +224,7 @@ class Screen(io.StringIO):
 
 
 @pytest.mark.parametrize(
-    ("stream", "environment", "wanted"),
+    ("stream", "environment", "expected"),
     [
         (Screen(), {}, True),
         (io.StringIO(), {}, False),
@@ -253,13 +235,12 @@ class Screen(io.StringIO):
         (Screen(), {"TERM": "dumb"}, False),
     ],
 )
-def test_who_gets_colours(stream, environment, wanted, monkeypatch):
-    for name in ("NO_COLOR", "FORCE_COLOR"):
+def test_colours_go_to_terminals_unless_the_environment_asks_otherwise(stream, environment, expected, monkeypatch):
+    for name in PLAIN:
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
-    for name, value in environment.items():
+    for name, value in {"TERM": "xterm", **environment}.items():
         monkeypatch.setenv(name, value)
-    assert coloured(stream) is wanted
+    assert coloured(stream) is expected
 
 
 def test_nothing_moves_where_only_colours_are_forced(monkeypatch):
@@ -284,20 +265,14 @@ def test_pipes_get_no_colours_unless_they_are_forced(words, which):
 
 
 def test_a_refusal_is_coloured_by_where_it_goes_and_help_by_where_that_goes():
-    """A terminal for the one and a pipe for the other."""
+    """A terminal for standard output and a pipe for errors."""
     ours, theirs = pty.openpty()
     kept = {name: value for name, value in os.environ.items() if name not in PLAIN}
-    try:
+    command = [sys.executable, "-m", "palpate", *MISTAKE]
+    with os.fdopen(ours), os.fdopen(theirs, "w") as terminal:
         done = subprocess.run(
-            [sys.executable, "-m", "palpate", *MISTAKE],
-            stdout=theirs,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**kept, "TERM": "xterm"},
+            command, stdout=terminal, stderr=subprocess.PIPE, text=True, env={**kept, "TERM": "xterm"}
         )
-    finally:
-        os.close(theirs)
-        os.close(ours)
     assert ESCAPE not in done.stderr
 
 
@@ -309,12 +284,8 @@ def declared(monkeypatch):
     """Packages that declare experiments of these names, all of which hold a force."""
 
     def declare(*names):
-        made = {
-            name: SimpleNamespace(
-                load=lambda name=name: type("Other", (Regulate,), {"name": name}), value="mine:Other"
-            )
-            for name in names
-        }
+        made = {name: SimpleNamespace(load=partial(type, "Other", (Regulate,), {"name": name}), value="mine:Other")
+                for name in names}  # fmt: skip
         monkeypatch.setattr(registry, "declared_in", lambda group: made)
         monkeypatch.setattr("palpate.cli.experiment_names", lambda: tuple(made))
 
@@ -325,24 +296,17 @@ def declared(monkeypatch):
     experiment_named.cache_clear()
 
 
-def test_it_joins_a_group_that_is_there(declared, capsys):
-    declared("calibrate.mine")
-    group = typed_commands()["calibrate"]
-    assert isinstance(group, CommandGroup)
-    assert {"mine", "new", "tare"} <= set(group.commands)
-    assert main(["calibrate", "mine", "--dry-run", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["command"], told["dry_run"]) == ("calibrate mine", True)
-
-
-def test_it_makes_a_group_if_there_is_none_and_both_ways_of_typing_it_do(declared, capsys):
-    declared("mine.first", "mine.second", "plain")
-    group = typed_commands()["mine"]
-    assert isinstance(group, CommandGroup)
-    assert set(group.commands) == {"first", "second"}
-    for typed in (["mine", "first"], ["mine.first"], ["plain"]):
-        assert main([*typed, "--dry-run"]) == 0
+def test_it_joins_a_group_that_is_there_or_makes_one_and_both_ways_of_typing_it_do(declared, capsys):
+    declared("calibrate.mine", "mine.first", "mine.second", "plain")
+    groups: Any = typed_commands()
+    assert {"mine", "new", "tare"} <= set(groups["calibrate"].commands)
+    assert set(groups["mine"].commands) == {"first", "second"}
+    for typed in ("mine first", "mine.first", "plain"):
+        assert main([*typed.split(), "--dry-run"]) == 0
     assert "expected duration" in capsys.readouterr().out
+    assert main(["calibrate", "mine", "--dry-run", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["command"], report["dry_run"]) == ("calibrate mine", True)
 
 
 def test_what_a_report_says_to_type_is_what_can_be_typed():
@@ -351,29 +315,9 @@ def test_what_a_report_says_to_type_is_what_can_be_typed():
     assert command_line("group.word", Regulate.Config(force=3.0)) == "palpate group word --force 3.0"
 
 
-# --- Slips of the fingers: what the command line says to them; and help that reads well where it is narrow ---
-
-
-NARROW = 80
+# --- Slips of the fingers ---
 
 
 @pytest.mark.parametrize("typed", ["explore --out sphere --speed 20", "explore --sped 1", "explore --object qqqq"])
 def test_what_is_no_slip_of_that_kind_gets_no_advice(typed, capsys):
     assert not re.search("(D|d)id you mean", answer_to(typed.split(), capsys))
-
-
-@pytest.mark.parametrize("name", ["", *typed_commands(), *(name for name in leaves() if " " in name)])
-def test_help_fills_its_lines(name, capsys, monkeypatch):
-    """In a box, no line ends where the first word of the next would still have had room."""
-    monkeypatch.setenv("COLUMNS", str(NARROW))
-    with pytest.raises(SystemExit):
-        main([*name.split(), "--help"])
-    # boxes fill the width, with spaces where there are no lines to draw; what stands above them is not wrapped
-    inside = [line[2:-2] for line in capsys.readouterr().out.splitlines() if len(line) == NARROW]
-    assert any("--help" in line for line in inside)
-    for line, following in pairwise(inside):
-        column = len(following) - len(following.lstrip())
-        if not 4 <= column < len(following) or line[column - 2 : column].strip() or line[column] == " ":
-            continue  # another option, or the words above belong to none of its help
-        room = NARROW - 4 - len(line.rstrip()) - 1
-        assert len(following.split()[0]) > room, f"{line!r} could hold more of {following!r}"

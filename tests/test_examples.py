@@ -2,7 +2,6 @@
 
 import ast
 import csv
-import importlib.util
 import json
 import math
 import os
@@ -16,6 +15,7 @@ import pytest
 
 from palpate.hw.emulators.process import EmulatorProcess
 from support import warm_process
+from support.document_blocks import load_module
 from support.emulated_file import unhurried_file
 from support.resting_box import BOX, box_at_rest
 
@@ -50,8 +50,37 @@ def numbers_after(words, text):
     return [float(found) for found in re.findall(re.escape(words) + r"\s*(-?[\d.]+(?:e-?\d+)?)", text)]
 
 
+LIMIT = math.inf
+RUNS = (
+    ("contact_from_wrench.py", (), ("noise is VALID", "10000 of 10000 found"), {"at most": [(0.0, 1e-15)]}),  # [m]
+    ("own_controller.py", (), ("done",), {"felt": [(1.95, 2.05)], "+-": [(-LIMIT, 0.1)]}),
+    ("own_controller.py", ("--force", "12"),
+     ("stopped by the supervisor (contact force was 10.", "the robot is at rest"), {}),
+    ("own_sensor.py", ("--force", "3"), ("OK: 3.00 N at x = 8.0 mm",), {}),
+    ("calibrate_tip.py", (), ("OK: all assumptions were tested",),
+     {"radius off by": [(-LIMIT, 5.0)], "centre off by": [(-LIMIT, 5.0)]}),  # [um]
+    ("unknown_friction.py", ("--friction", "0.45"), ("; held",) * 2,
+     {"found mu": [(0.4365, 0.4635)] * 2, "grip": [(1.0, 1.3), (1.3, LIMIT)]}),
+    ("turn_in_hand.py", ("--angle", "10"), (), {"turned by": [(9.9, 10.1)], "in truth by": [(9.9, 10.1)]}),
+    ("notebook.py", (), (), {"within": [(-LIMIT, 0.1)]}),
+)  # fmt: skip
+"""Example, options, texts in order, and bounds of the numbers after some words."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "options", "texts", "numbers"), RUNS, ids=lambda each: str(each)[:20])
+def test_an_example_prints_what_its_text_claims(name, options, texts, numbers, tmp_path):
+    said = printed_by(name, *options, folder=tmp_path)
+    assert re.search(".*".join(map(re.escape, texts)), said, re.DOTALL)
+    for words, bounds in numbers.items():
+        found = numbers_after(words, said)
+        assert len(found) == len(bounds)
+        assert all(low < value < high for value, (low, high) in zip(found, bounds, strict=True)), (words, found)
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_each_is_short_and_says_what_it_shows_and_how_to_run_it(path):
+def test_each_is_short_says_what_it_shows_and_how_to_run_it_and_is_run_here(path):
+    """An example that no test runs is one that will rot."""
     text = path.read_text(encoding="utf-8")
     said = ast.get_docstring(ast.parse(text))
     experiment, notebook = path.stem == "my_texture", path.stem == "notebook"
@@ -60,21 +89,8 @@ def test_each_is_short_and_says_what_it_shows_and_how_to_run_it(path):
     assert f"    {'palpate' if experiment else 'python'} examples/{path.name}" in said
     assert len(said.split("\n\n")) >= 3  # a title, what it is about, what one sees
     assert ('if __name__ == "__main__":' in text) is not (notebook or experiment)
-
-
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_each_is_run_below(path):
-    """An example that no test runs is one that will rot."""
     here = Path(__file__).read_text(encoding="utf-8")
-    assert re.search(rf'printed_by\(\s*"{path.name}[":]', here)
-
-
-@pytest.mark.slow
-def test_a_contact_from_a_wrench_is_right_to_rounding(tmp_path):
-    said = printed_by("contact_from_wrench.py", folder=tmp_path)
-    assert "10000 of 10000 found" in said
-    assert numbers_after("at most", said)[0] < 1e-15  # [m]
-    assert "noise is VALID" in said
+    assert re.search(rf'(printed_by\(\s*|^    \()"{path.name}[":]', here, re.MULTILINE)
 
 
 @pytest.mark.slow
@@ -118,31 +134,11 @@ def test_a_held_box_tells_where_and_at_how_many_places_it_touches(falls, count, 
 
 
 @pytest.mark.slow
-def test_a_controller_of_ones_own_holds_its_force(tmp_path):
-    said = printed_by("own_controller.py", folder=tmp_path)
-    assert said.startswith("done")
-    assert abs(numbers_after("felt", said)[0] - 2.0) < 0.05
-    assert numbers_after("+-", said)[0] < 0.1
-
-
-@pytest.mark.slow
-def test_a_controller_of_ones_own_is_stopped_where_the_supervisor_says(tmp_path):
-    said = printed_by("own_controller.py", "--force", "12", folder=tmp_path)
-    assert said.startswith("stopped by the supervisor (contact force was 10.")
-    assert "the robot is at rest" in said
-
-
-@pytest.mark.slow
 def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
     said = printed_by("own_fingertip.py", "--beside", "0.0", "0.01", folder=tmp_path)
     off = [float(number) for number in re.findall(r"(\d+) um off", said)]
     assert len(off) == 2
     assert max(off) <= 10.0  # [um], on a mesh that lies up to 4 um below the formula
-
-
-@pytest.mark.slow
-def test_a_sensor_of_ones_own_is_named_in_a_robot_file(tmp_path):
-    assert "OK: 3.00 N at x = 8.0 mm" in printed_by("own_sensor.py", "--force", "3", folder=tmp_path)
 
 
 @pytest.mark.slow
@@ -163,64 +159,27 @@ def test_an_experiment_of_ones_own_feels_the_ripples(tmp_path):
     assert said["figures"]["roughness_rms_um"] == pytest.approx(6.6 / 7.1 * 15.0 / math.sqrt(2.0), rel=0.1)
 
 
-def assert_the_same_sphere(said):
+@pytest.mark.slow
+def test_the_emulated_robot_finds_what_the_simulated_one_does(tmp_path):
+    robots = ("--robots", "ur5e-sim", unhurried_file(tmp_path, "127.0.0.79", scale=0.5))
+    said = printed_by("sim_to_emulated.py", *robots, folder=tmp_path)
     assert said.count("done after") == 2
-    radius = numbers_after("radius", said)
-    assert len(radius) == 2
-    assert max(abs(each - 40.0) for each in radius) < 1.0  # [mm]
+    assert numbers_after("radius", said) == [pytest.approx(40.0, abs=1.0)] * 2  # [mm]
     assert all(abs(force - 2.0) < 0.1 for force in numbers_after("felt", said))
 
 
 @pytest.mark.slow
-def test_the_emulated_robot_finds_what_the_simulated_one_does(tmp_path):
-    robots = ("--robots", "ur5e-sim", unhurried_file(tmp_path, "127.0.0.79", scale=0.5))
-    assert_the_same_sphere(printed_by("sim_to_emulated.py", *robots, folder=tmp_path))
-
-
-@pytest.mark.slow
-def test_a_fingertip_is_found_to_micrometres(tmp_path):
-    said = printed_by("calibrate_tip.py", folder=tmp_path)
-    assert "OK: all assumptions were tested" in said
-    for what in ("radius", "centre"):
-        (off,) = numbers_after(f"{what} off by", said)
-        assert off < 5.0  # [um]
-
-
-@pytest.mark.slow
-def test_a_nudge_finds_friction_and_saves_grip(tmp_path):
-    said = printed_by("unknown_friction.py", "--friction", "0.45", folder=tmp_path)
-    assert said.count("; held") == 2
-    found = numbers_after("found mu", said)
-    assert len(found) == 2
-    assert found == [pytest.approx(0.45, rel=0.03)] * 2
-    nudged, untouched = numbers_after("grip", said)
-    assert 1.0 < nudged < 1.3 < untouched
-
-
-@pytest.mark.slow
-def test_a_sphere_is_turned_in_the_hand_and_touch_tells_how_far(tmp_path):
-    said = printed_by("turn_in_hand.py", "--angle", "10", folder=tmp_path)
-    assert numbers_after("turned by", said) == [pytest.approx(10.0, abs=0.1)]
-    assert numbers_after("in truth by", said) == [pytest.approx(10.0, abs=0.1)]
-
-
-def sweep_errors(folder):
-    """Return the error [N] of every run by speed [m/s] and stiffness [N/m]."""
-    with (folder / "runs" / "example-sweep" / "runs.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {(float(r["surface_speed"]), float(r["assumed_stiffness"])): float(r["force_rms_n"]) for r in rows}
-
-
-@pytest.mark.slow
 def test_the_whole_sweep_shows_what_its_text_claims_and_does_nothing_twice(tmp_path):
-    said = printed_by("sweep.py", folder=tmp_path)
-    assert "All 6 runs got to their end" in said
+    assert "All 6 runs got to their end" in printed_by("sweep.py", folder=tmp_path)
     folder = tmp_path / "runs" / "example-sweep"
     assert (folder / "own.png").read_bytes().startswith(b"\x89PNG")
     kept = {path.name: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()}
     printed_by("sweep.py", folder=tmp_path)
     assert {path.name: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()} == kept
-    errors = sweep_errors(tmp_path)
+    with (folder / "runs.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    # error [N] of every run by speed [m/s] and stiffness [N/m]
+    errors = {(float(r["surface_speed"]), float(r["assumed_stiffness"])): float(r["force_rms_n"]) for r in rows}
     assert len(errors) == 6
     slow, fast = ([errors[speed, stiffness] for stiffness in (10e3, 20e3, 40e3)] for speed in (0.01, 0.02))
     assert slow == sorted(slow)
@@ -228,24 +187,19 @@ def test_the_whole_sweep_shows_what_its_text_claims_and_does_nothing_twice(tmp_p
     assert max(slow) < min(fast)
 
 
-def cells_of(path):
-    """Split a notebook kept as a script into its cells of code."""
-    return re.split(r"^# %%.*\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
-
-
 @pytest.mark.slow
 def test_a_notebook_shows_what_stands_on_the_last_line_of_its_cells(monkeypatch):
     """As a notebook does: statements are executed, a last expression is shown as HTML or as a picture."""
     monkeypatch.setenv("MPLBACKEND", "Agg")
     names, shown = {}, []
-    for cell in cells_of(ROOT / "examples" / "notebook.py"):
-        body = ast.parse(cell).body
-        last = body[-1]
+    text = (ROOT / "examples" / "notebook.py").read_text(encoding="utf-8")
+    for cell in re.split(r"^# %%.*\n", text, flags=re.MULTILINE)[1:]:
+        *body, last = ast.parse(cell).body
         if isinstance(last, ast.Expr):
-            exec(compile(ast.Module(body[:-1], []), "cell", "exec"), names)
+            exec(compile(ast.Module(body, []), "cell", "exec"), names)
             shown.append(eval(compile(ast.Expression(last.value), "cell", "eval"), names))
         else:
-            exec(compile(ast.Module(body, []), "cell", "exec"), names)
+            exec(compile(ast.Module([*body, last], []), "cell", "exec"), names)
     _, contact, exploration, figure, _ = shown
     assert "<td>mN m</td>" in contact._repr_html_()
     html = exploration._repr_html_()
@@ -283,16 +237,3 @@ def test_a_page_has_the_text_and_the_code_and_no_page_is_left_of_what_is_gone(tm
     before = [page.stat().st_mtime_ns for page in pages]
     write_pages(ROOT / "examples", tmp_path)
     assert [page.stat().st_mtime_ns for page in pages] == before
-
-
-def load_module(path):
-    specification = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
-@pytest.mark.slow
-def test_a_notebook_is_a_script_as_well(tmp_path):
-    said = printed_by("notebook.py", folder=tmp_path)
-    assert numbers_after("within", said)[0] < 0.1

@@ -13,20 +13,15 @@ from palpate.robots.named_description import described_path
 from palpate.robots.robot import load_robot
 
 
-def python_without(library: str, program: str, *typed: str) -> subprocess.CompletedProcess[str]:
-    """Run a program where a library is not installed."""
-    return subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.modules[{library!r}] = None; {program}", *typed],
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+def python(program: str, *typed: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", program, *typed]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
 
 def palpate_without(library: str, *typed: str) -> subprocess.CompletedProcess[str]:
     """Type a command where a library is not installed."""
     run = "sys.argv = ['palpate', *sys.argv[1:]]; from palpate.__main__ import main; sys.exit(main())"
-    return python_without(library, run, *typed)
+    return python(f"import sys; sys.modules[{library!r}] = None; {run}", *typed)
 
 
 def test_what_is_missing_is_named_with_its_remedy():
@@ -70,19 +65,20 @@ def test_only_a_ur_needs_the_library_of_its_maker(tmp_path, typed):
 @pytest.mark.slow
 def test_without_the_library_of_a_ur_all_else_imports():
     program = (
-        "import pkgutil, palpate\n"
+        "import sys, pkgutil\n"
+        "sys.modules.update(rtde_control=None, rtde_receive=None, rtde_io=None)\n"
+        "import palpate\n"
         "for module in pkgutil.walk_packages(palpate.__path__, 'palpate.'):\n"
         "    if module.name != 'palpate.__main__': __import__(module.name)"
     )
-    done = python_without("rtde_control", f"sys.modules.update(rtde_receive=None, rtde_io=None)\n{program}")
+    done = python(program)
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("found", ["'3.17.0'", "'5.0.0'", "None"])
 def test_another_mujoco_than_asked_for_is_refused_by_name(found):
     """Two packages fill its folder, and pip sees no conflict: what was imported is asked."""
-    program = f"import mujoco; mujoco.__version__ = {found}; import palpate.sim"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    done = python(f"import mujoco; mujoco.__version__ = {found}; import palpate.sim")
     assert done.returncode == 1
     assert "palpate.sim needs MuJoCo 4.x" in done.stderr.splitlines()[-1]
     assert 'pip install "mujoco>=4,<5"' in done.stderr
@@ -130,15 +126,12 @@ def test_a_robot_file_names_an_arm_that_is_installed(descriptions, capsys):
         ("am_description", "has no such robot; did you mean arm_description?"),
         ("far_description", "cannot load it: no route to host; run .* pull far_description"),
         ("odd_description", "has no MJCF_PATH or URDF_PATH; give"),
+        ("panda_mj_description", r"is not installed; `pip install robot_descriptions`, or give"),
     ],
 )
-def test_what_it_does_not_have_is_refused_in_one_line(descriptions, name, message):
+def test_a_missing_description_is_refused_in_one_line(descriptions, name, message, monkeypatch):
+    if "not installed" in message:
+        monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InvalidValueError, match=f"^robot_descriptions:{name}: .*{message}") as refused:
         described_path(f"robot_descriptions:{name}")
     assert "\n" not in str(refused.value)
-
-
-def test_it_need_not_be_installed(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InvalidValueError, match=r"is not installed; `pip install robot_descriptions`, or give"):
-        described_path("robot_descriptions:panda_mj_description")

@@ -1,5 +1,6 @@
 """The strict reader and the exact writer, on types made for these tests."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -50,6 +51,14 @@ class Plain:
 
 def part(text):
     return decode_file(text, Part, "part file", "test_file", 1)
+
+
+def some(values, text=""):
+    return decode_some(values, Plain, text)
+
+
+def plain(values):
+    return decode(values, Plain)
 
 
 def told(function, *arguments):
@@ -105,86 +114,74 @@ def test_the_place_of_what_is_missing_is_that_of_what_should_have_it():
 # --- refusals ---
 
 
-def test_every_refusal_names_the_whole_path_and_the_line():
-    text = "test_file: 1\nshapes:\n  - {kind: round, radius_m: 1}\n  - kind: round\n    radius_m: %s\n"
-    assert part(text % "2").shapes == (Round(1.0), Round(2.0))
-    assert told(part, text % "-1").startswith("shapes[1].radius_m = -1.0 m: must be")
-    assert told(part, text % "-1").endswith("(line 5, column 5)")
-    assert told(part, text % "x").startswith("shapes[1].radius_m = 'x': must be a number (line 5")
-    wrong = told(part, (text % "2").replace("    radius_m", "    radius_mm"))
-    assert (
-        wrong
-        == "shapes[1].radius_mm: unknown key; the unit stands in the key: write radius_m, in m (line 5, column 5)"
-    )
+START = "test_file: 1\n"
+SHAPES = START + "shapes:\n  - {kind: round, radius_m: 1}\n  - kind: round\n    radius_m: %s\n"
+WORDS = r" \(`key: value` lines\) with kind: and one of "
+
+REFUSALS = [
+    (part, SHAPES % "-1", r"shapes\[1\].radius_m = -1.0 m: must be.*\(line 5, column 5\)$"),
+    (part, SHAPES % "x", r"shapes\[1\].radius_m = 'x': must be a number \(line 5"),
+    (part, (SHAPES % "2").replace("    radius_m", "    radius_mm"),
+     r"shapes\[1\].radius_mm: unknown key; the unit .* the key: write radius_m, in m \(line 5, column 5\)$"),
+    (part, START + "spare: 0.5", r"spare = 0.5: must be a mapping" + WORDS + r"flat \(line 2, column 1\)$"),
+    (part, START + "shapes: 3", "shapes = 3: must be a list of mappings with kind: and one of"),
+    (part, START + "shapes: [true]", r".*shapes\[0\] = true: must be a mapping"),
+    (part, START + "spare: {kind: flat, size_m: [1]}", "spare.size_m: must be a list of length 2, got 1"),
+    (plain, {"size": 2.5}, r"size = 2.5: must be a list, as in \[2.5\]$"),
+    (plain, {"count": 1.5}, "count = 1.5: must be a whole number$"),
+    (plain, {"count": "3"}, "count = '3': must be a whole number; write a plain number"),
+    (plain, {"count": None}, "count: no value: must be a whole number; write one"),
+    (plain, {"count": -1}, "count = -1: must be 0 or above$"),
+    (plain, {"name": 1}, "name = 1: known: one, two$"),
+    (plain, {"name": "tow"}, "name = 'tow': did you mean two\\? known: one, two$"),
+    (plain, {"name": "x - at `$.spare.size_m`"}, r"name = 'x - at `\$.spare.size_m`'"),
+    (plain, {"limit": "far"}, "limit = 'far': must be a number$"),
+    (plain, {"file": 3}, "file = 3: must be the path of a file$"),
+    (plain, {"naem": "two"}, "naem: unknown key; did you mean name\\?$"),
+    (plain, {"count_s": 2}, "count_s: unknown key; write count, in SI units"),
+    (part, "palpate_robot: 1", ".*no part file"),
+    (part, "test_fiel: 1", ".*'test_fiel' misspelt"),
+    (part, "test_file: 2", ".*reads version 1"),
+    (part, "test_file: true", ".*reads version 1"),
+    (part, "- test_file", ".*no part file"),
+    (lambda text: read_mapping(text, "an experiment file"), "[1]", ".*`key: value`"),
+    (yaml_text, {"out": "\ud83d"}, ".*half a character"),
+]  # fmt: skip
+"""Reader, input, and the begin of the message: whole path, value, what it must be, line."""
 
 
-def test_a_value_of_another_type_is_refused_in_plain_english():
-    """What it is, and what it must be: with the keys of a mapping, the words that are known, a list's brackets."""
-    start = "test_file: 1\n"
-    assert told(part, start + "spare: 0.5") == (
-        "spare = 0.5: must be a mapping (`key: value` lines) with kind: and one of flat (line 2, column 1)"
-    )
-    assert told(part, start + "shapes: 3").startswith(
-        "shapes = 3: must be a list of mappings with kind: and one of"
-    )
-    assert "shapes[0] = true: must be a mapping" in told(part, start + "shapes: [true]")
-    assert told(decode, {"size": 2.5}, Plain) == "size = 2.5: must be a list, as in [2.5]"
-    assert told(decode, {"count": 1.5}, Plain) == "count = 1.5: must be a whole number"
-    assert told(decode, {"count": "3"}, Plain).startswith(
-        "count = '3': must be a whole number; write a plain number"
-    )
-    assert told(decode, {"name": 1}, Plain) == "name = 1: known: one, two"
-    assert told(decode, {"limit": "far"}, Plain) == "limit = 'far': must be a number"
-    assert told(decode, {"count": None}, Plain).startswith("count: no value: must be a whole number; write one")
-    assert told(decode, {"file": 3}, Plain) == "file = 3: must be the path of a file"
-    flat = start + "spare: {kind: flat, size_m: %s}"
-    assert told(part, flat % "[1]").startswith("spare.size_m: must be a list of length 2, got 1")
+@pytest.mark.parametrize(("reader", "given_", "message"), REFUSALS)
+def test_a_refusal_names_path_value_remedy_and_line_in_plain_english(reader, given_, message):
+    assert re.match(message, told(reader, given_), re.DOTALL)
+
+
+def test_a_refusal_shows_no_type_of_the_library():
+    assert part(SHAPES % "2").shapes == (Round(1.0), Round(2.0))
     for text in ("{kind: flat, size_m: 2}", "[]", "x", "{kind: flat}", "{kind: flat, size_m: [x, 1]}"):
-        assert "`float`" not in told(part, f"{start}spare: {text}")
-        assert "got `" not in told(part, f"{start}spare: {text}")
+        assert not re.search("`float`|got `", told(part, f"{START}spare: {text}"))
 
 
-def test_a_path_is_never_spoilt_by_what_people_write():
-    """msgspec's own place is told from text that looks like it."""
-    evil = "x - at `$.spare.size_m`"
-    message = told(decode, {"name": evil}, Plain)
-    assert message.startswith(f"name = '{evil}'")
+def test_a_path_holds_no_invisible_text():
+    """msgspec reports the place in text that the input can imitate."""
     hidden = told(part, "test_file: 1\nspare: {\ufeffkind: flat, size_m: [1, 2]}")
     assert hidden.isprintable()
     assert "spare.kind: missing" in hidden
-    assert "`" not in told(decode_some, {"a\u2028b": 1}, Plain).split(":")[0]
+    assert "`" not in told(some, {"a\u2028b": 1}).split(":")[0]
 
 
-def test_dataclasses_are_read_as_strictly():
-    found = decode({"name": "two", "count": 3, "size": [1, 2.5], "file": "b/c"}, Plain)
+def test_a_dataclass_is_read_whole_or_field_by_field():
+    found = plain({"name": "two", "count": 3, "size": [1, 2.5], "file": "b/c"})
     assert found == Plain("two", 3, (1.0, 2.5), Path("b/c"))
-    assert told(decode, {"naem": "two"}, Plain) == "naem: unknown key; did you mean name?"
-    assert told(decode, {"count_s": 2}, Plain).startswith("count_s: unknown key; write count, in SI units")
-    assert told(decode, {"count": -1}, Plain) == "count = -1: must be 0 or above"
-    assert told(decode, {"name": "tow"}, Plain) == "name = 'tow': did you mean two? known: one, two"
-
-
-def test_some_fields_are_judged_one_by_one():
-    assert decode_some({"count": -1}, Plain) == {"count": -1}, "together with what comes on top, not here"
-    assert decode_some({"limit": None, "size": []}, Plain) == {"limit": None, "size": ()}
-    assert told(decode_some, {"size": [1, "x"]}, Plain, "size: [1, x]").endswith("(line 1, column 11)")
-
-
-def test_a_file_of_another_kind_is_told():
-    assert "no part file" in told(part, "palpate_robot: 1")
-    assert "'test_fiel' misspelt" in told(part, "test_fiel: 1")
-    assert "reads version 1" in told(part, "test_file: 2")
-    assert "reads version 1" in told(part, "test_file: true")
-    assert "no part file" in told(part, "- test_file")
-    assert "`key: value`" in told(read_mapping, "[1]", "an experiment file")
+    assert some({"count": -1}) == {"count": -1}, "checked together with the other values, not here"
+    assert some({"limit": None, "size": []}) == {"limit": None, "size": ()}
+    assert told(some, {"size": [1, "x"]}, "size: [1, x]").endswith("(line 1, column 11)")
 
 
 def test_a_file_is_named(tmp_path):
     file = tmp_path / "p.yaml"
-    file.write_bytes(b"test_file: \xff")
-    assert told(load, file, part, "a part file").startswith(f"{file}: not text (byte 11")
-    file.write_text("test_file: 3")
-    assert told(load, file, part, "a part file").startswith(f"{file}: test_file = 3")
+    for content, message in ((b"test_file: \xff", "not text (byte 11"), (b"test_file: 3", "test_file = 3")):
+        file.write_bytes(content)
+        assert told(load, file, part, "a part file").startswith(f"{file}: {message}")
     file.write_text("test_file: 1")
     assert load(file, part, "a part file") == Part()
 
@@ -216,7 +213,3 @@ def test_advice_prefers_the_same_quantity_to_the_same_letters():
     assert "write force_N, in N" in advice_on_key("force", ["force_N", "forces"])
     assert "did you mean force_N?" in advice_on_key("Force_N", ["force_N"])
     assert advice_on_key("zzzzz", ["force_N", "kind"]) == "unknown key; known are force_N, kind"
-
-
-def test_half_a_character_cannot_be_written():
-    assert "half a character" in told(yaml_text, {"out": "\ud83d"})

@@ -30,11 +30,14 @@ ASSUMED = SurfacePoints(
 LEVEL = (Interval(1.0, 0.5, 0.48, 0.51), Interval(4.0, 0.5, 0.49, 0.53))
 
 
+STROKE = StrokeCurve(1.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
+
+
 def first_marks(picture, kind):
     return marks(panels(picture)[0], kind)
 
 
-def test_an_assumed_exponent_draws_the_region_from_the_diamond_to_the_ellipse():
+def test_an_assumed_exponent_draws_the_region_from_the_diamond_to_the_ellipse_and_a_measured_one_no_region():
     picture = surface_picture(ASSUMED)
     (between,) = first_marks(picture, Polygon)
     total, squares = between.x + between.y, between.x**2 + between.y**2
@@ -45,12 +48,9 @@ def test_an_assumed_exponent_draws_the_region_from_the_diamond_to_the_ellipse():
     assert list(dots) == ["at 1 N", "at 4 N"]
     assert (dots["at 4 N"].x, dots["at 4 N"].y) == (0.0, 1.0)
     assert dots["at 4 N"].y_error == pytest.approx(0.02)
-
-
-def test_a_measured_exponent_draws_one_line():
-    picture = surface_picture(replace(ASSUMED, exponent_measured=True))
-    assert first_marks(picture, Polygon) == []
-    assert "assumed" not in picture.caption
+    measured = surface_picture(replace(ASSUMED, exponent_measured=True))
+    assert first_marks(measured, Polygon) == []
+    assert "assumed" not in measured.caption
 
 
 def test_a_lower_bound_has_no_interval():
@@ -67,23 +67,20 @@ def test_a_length_that_does_not_grow_with_load_has_no_power_law(gamma, law):
     assert ("^" in caption) == (gamma > 0.1)
 
 
-def test_the_caption_mentions_creep_only_of_creeping_materials():
+def test_captions_mention_creep_and_turning_normals_only_where_they_occur():
     speeds = tuple(replace(each, at=1e-2 * each.at) for each in LEVEL)
-    assert "grease" not in speed_picture(speeds, None).caption
-    assert "grease" in speed_picture(speeds, None, creeping=True).caption
+    for creeping in (False, True):
+        assert ("grease" in speed_picture(speeds, None, creeping=creeping).caption) is creeping
+    for bent in (False, True):
+        assert ("normal turns along the stroke" in stroke_picture([STROKE], LEVEL, bent=bent).caption) is bent
 
 
 def test_the_band_of_mu_holds_the_interval_of_each_load_and_names_it():
-    stroke = StrokeCurve(1.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
-    picture = stroke_picture([stroke], LEVEL)
-    (band,) = first_marks(picture, Span)
-    assert (band.low, band.high, band.name) == (0.48, 0.53, "95 %, load by load: 0.480 to 0.530")
-    assert "at each load; that of all loads together" in picture.caption
-    assert "turns" not in picture.caption
-    assert "normal turns along the stroke" in stroke_picture([stroke], LEVEL, bent=True).caption
-    alone = stroke_picture([stroke], LEVEL[:1])
-    assert first_marks(alone, Span)[0].name.startswith("95 %: ")
-    assert "together" not in alone.caption
+    for levels, name in ((LEVEL, "95 %, load by load: 0.480 to 0.530"), (LEVEL[:1], "95 %: 0.480 to 0.510")):
+        picture = stroke_picture([STROKE], levels)
+        (band,) = first_marks(picture, Span)
+        assert (band.low, band.high, band.name) == (0.48, levels[-1].upper, name)
+        assert ("at each load; that of all loads together" in picture.caption) is (levels is LEVEL)
 
 
 SURFACE = LimitSurface(0.5, 0.004, load_exponent=0.2, norm_exponent=1.4)
@@ -104,12 +101,16 @@ def test_load_ratios_have_the_norm_of_the_surface_and_are_nan_without_normal_for
     assert load_sizes(SURFACE, known) == pytest.approx([SURFACE.load_ratio(*load) for load in known.tolist()])
 
 
-def test_density_counts_every_pressing_load_at_its_place():
+def test_density_counts_every_pressing_load_at_its_place_and_no_other():
     density = mark_of(Density, np.vstack([LOADS, LOADS[:1], np.zeros((3, 3))]))
     assert density.shares.sum() == pytest.approx(1.0)
     row, column = (np.searchsorted(edges, 0.0, "right") - 1 for edges in (density.y, density.x))
     assert density.shares[row, column] >= 2 / 51
     assert (np.nanmin(density.depth), np.nanmax(density.depth)) == (0.0, 1.0)
+    for count in (0, 1, 50):
+        empty = mark_of(Density, np.zeros((count, 3)), np.zeros((2, 3)))
+        assert not empty.shares.any()
+        assert np.isnan(empty.depth).all()
 
 
 def test_the_ring_passes_through_all_moments_and_far_loads_stay_at_the_rim():
@@ -120,13 +121,6 @@ def test_the_ring_passes_through_all_moments_and_far_loads_stay_at_the_rim():
     assert ring.y[:-1] == pytest.approx(force)
     assert (worst.x[0], worst.y[0]) == (ring.x[-1], ring.y[-1])
     assert np.hypot(np.abs(ring.x[-1]) ** 0.7, ring.y[-1] ** 0.7) == pytest.approx(RIM**0.7, rel=0.01)
-
-
-@pytest.mark.parametrize("count", [0, 1, 50])
-def test_a_run_without_normal_force_has_no_density(count):
-    density = mark_of(Density, np.zeros((count, 3)), np.zeros((2, 3)))
-    assert not density.shares.any()
-    assert np.isnan(density.depth).all()
 
 
 PAIR = GraspContacts(
@@ -157,11 +151,8 @@ def test_arrows_end_at_contacts_cones_open_by_friction_and_bars_stand_beside_the
     assert marks(bars, Bars)[0].length == pytest.approx([1.0, 0.0])
     assert [mark.at for mark in marks(bars, Rule)] == [1.0]
     assert [name for _, name in bars.y.ticks] == ["1: 10.00 N", "2: 10.00 N"]
-
-
-def test_one_contact_without_load_is_a_picture():
-    space, _ = panels(grasp_force_picture(PAIR.chosen([0]), np.zeros((1, 4)), np.zeros(6)))
-    assert all(np.isfinite(mark.along).all() for mark in marks(space, Arrows))
+    alone, _ = panels(grasp_force_picture(PAIR.chosen([0]), np.zeros((1, 4)), np.zeros(6)))
+    assert all(np.isfinite(mark.along).all() for mark in marks(alone, Arrows)), "one contact without load"
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import functools
 import io
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,6 @@ from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.snapshots_picture import snapshots_picture
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
-from palpate.mapping.primitives.sphere import SphereShape
 from palpate.mapping.surface_map.mesh import surface_mesh
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
@@ -42,44 +42,31 @@ def figures(report):
 
 
 @pytest.mark.parametrize(
-    ("name", "title"),
+    ("name", "title", "shape", "sizes", "note"),
     [
-        ("sphere", "of a sphere"),
-        ("ellipsoid", "of an ellipsoid"),
-        ("box", "of a box"),
-        ("cylinder", "of a cylinder"),
+        ("sphere", "of a sphere", "sphere", [0.04], r"radius 40.* mm"),
+        ("ellipsoid", "of an ellipsoid", "ellipsoid", [0.05, 0.04, 0.03], ".*"),
+        ("box", "of a box", "plane", None, ".*"),
+        ("cylinder", "of a cylinder", "cylinder", [0.03], ".*"),
     ],
 )
-def test_the_title_has_an_article_and_the_table_fits_80_columns(name, title):
-    report = exploration_report(exploration(name))
+def test_each_object_is_named_with_sizes_inside_their_bands_in_a_table_of_80_columns(
+    name, title, shape, sizes, note
+):
+    found = exploration(name)
+    report = exploration_report(found)
     assert title in report.title
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(key_figures(report.title, report.outcome, report.figures))
     rows = [line for line in console.export_text().splitlines() if line.startswith("\u2502")]
     assert len(rows) == len(report.figures), "a row is wrapped"
-
-
-def test_a_sphere_has_a_radius_with_a_band_that_holds_it():
-    found = exploration("sphere")
-    figure = figures(exploration_report(found))["shape"]
-    assert figure.value == "sphere"
-    assert figure.note.startswith("radius 40")
-    assert figure.note.endswith(" mm")
-    shape = found.map.shape
-    assert isinstance(shape.fit.shape, SphereShape)
-    assert abs(shape.fit.shape.radius - 0.04) <= shape.sizes_band[0] < 1e-4
-
-
-@pytest.mark.parametrize("name", ["ellipsoid", "cylinder"])
-def test_the_shape_is_named_and_its_sizes_are_inside_their_bands(name):
-    shape = exploration(name).map.shape
-    assert shape.kind.value == name
-    true = {"ellipsoid": [0.05, 0.04, 0.03], "cylinder": [0.03]}[name]
-    assert (np.abs(shape.fit.shape.sizes - true) <= shape.sizes_band).all()
-
-
-def test_the_flat_top_of_a_box_is_a_plane():
-    assert figures(exploration_report(exploration("box")))["shape"].value == "plane"
+    figure = figures(report)["shape"]
+    assert figure.value == shape
+    assert re.fullmatch(note, figure.note)
+    if sizes:
+        assert (np.abs(found.map.shape.fit.shape.sizes - sizes) <= found.map.shape.sizes_band).all()
+    if shape == "sphere":
+        assert found.map.shape.sizes_band[0] < 1e-4
 
 
 def test_without_a_map_its_figures_and_sections_are_left_out():
@@ -123,21 +110,18 @@ def test_a_report_of_a_real_run_claims_no_truth():
 @pytest.fixture(scope="module")
 def noisy():
     """An exploration of a small patch with a noisy force."""
-    config = ExploreConfig(object="ellipsoid", speed=0.05, width=0.014, depth=0.01, force_noise=0.01)
-    return explore(config)
+    return explore(ExploreConfig(object="ellipsoid", speed=0.05, width=0.014, depth=0.01, force_noise=0.01))
 
 
 @pytest.fixture(scope="module")
 def growth(noisy) -> MapGrowth:
-    assert noisy.growth is not None
     return noisy.growth
 
 
 def test_more_and_more_is_known(growth, noisy):
     """Area never shrinks, path length, time and contacts neither, and the end is the map that was made."""
     curve = growth.curve
-    for value in (curve.time, curve.contacts, curve.path_length):
-        assert (np.diff(value) >= 0.0).all()
+    assert (np.diff([curve.time, curve.contacts, curve.path_length]) >= 0.0).all()
     assert (np.diff(curve.area) >= -0.02 * curve.area[-1]).all(), "but for ragged edges"
     whole = MeshFigures.of(noisy.map.mesh)
     assert curve.area[-1] == pytest.approx(whole.area, rel=0.05)
@@ -161,21 +145,15 @@ def test_snapshots_show_shares_of_the_path(growth):
 
 
 def test_marks_come_when_they_were_made(noisy):
-    record, middle = noisy.record, noisy.record.time[len(noisy.record.time) // 2]
+    begin, middle = noisy.record.time[0], noisy.record.time[len(noisy.record.time) // 2]
     mark = ShownMark("edge", (0.0, 0.0, 0.1))
     plans = (
-        PlanChange(record.time[0], ShownPlan("stroke", ((0.0, 0.0, 0.0),))),
+        PlanChange(begin, ShownPlan("stroke", ((0.0, 0.0, 0.0),))),
         PlanChange(middle, ShownPlan("", (), (0.0, 0.0, 1.0), (mark,))),
     )
-    grown = map_growth(noisy.cloud, record, noisy.map.surface, plans)
+    grown = map_growth(noisy.cloud, noisy.record, noisy.map.surface, plans)
     for time, each in zip(grown.curve.time, grown.snapshots, strict=True):
-        assert tuple(each.marks) == ((mark,) if time >= middle - record.time[0] else ())
-
-
-def test_a_map_that_grew_has_a_section_of_its_growth(noisy):
-    assert set(pictures(exploration_report(noisy), GREW)) == {"Growth of the map", "The map while it grew"}
-    nothing = noisy.cloud.select(np.zeros(len(noisy.cloud), bool))
-    assert map_growth(nothing, noisy.record, noisy.map.surface, ()) is None
+        assert tuple(each.marks) == ((mark,) if time >= middle - begin else ())
 
 
 def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
@@ -195,7 +173,8 @@ def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
     assert ends[0] < 1e3 * min(each.done[:, 0].min() for each in growth.snapshots), "the frame of all steps"
 
 
-def test_curves_are_over_path_length_time_and_contacts(growth):
+def test_the_section_of_growth_has_curves_over_path_length_time_and_contacts(growth, noisy):
+    assert set(pictures(exploration_report(noisy), GREW)) == {"Growth of the map", "The map while it grew"}
     panels = drawn_panels(growth_picture(growth))
     assert [panel.x.label for panel in panels[:3]] == ["path length [mm]", "time [s]", "contacts"]
     assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.curve.area) for panel in panels[:3])
@@ -203,12 +182,13 @@ def test_curves_are_over_path_length_time_and_contacts(growth):
 
 
 def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth, noisy):
+    untouched = noisy.cloud.select(np.zeros(len(noisy.cloud), bool))
+    assert map_growth(untouched, noisy.record, noisy.map.surface, ()) is None
     nothing = replace(growth.curve, area=0.0 * growth.curve.area)
     empty = tuple(replace(each, mesh=surface_mesh(SurfaceMap())) for each in growth.snapshots)
     other = replace(noisy)
     vars(other)["growth"] = MapGrowth(nothing, empty)  # in the place of what it would compute
-    drawn = pictures(exploration_report(other), GREW)
-    ((title, picture),) = drawn.items()
+    ((title, picture),) = pictures(exploration_report(other), GREW).items()
     assert title == "The map while it grew"
     assert "nothing of the surface counts as observed" in picture.caption
     assert "nan" not in picture.caption + " ".join(picture.steps)

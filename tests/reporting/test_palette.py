@@ -49,20 +49,23 @@ def test_contrast_is_that_of_black_on_white():
     assert contrast("#767676", "#ffffff") == pytest.approx(4.54, abs=0.01)
 
 
-@pytest.mark.parametrize("theme", THEMES)
-def test_text_and_lines_can_be_read_on_every_ground(theme):
-    grounds = [getattr(each, theme) for each in (*palette.GROUNDS, palette.GROUND)]
-    for each in palette.TEXT:
-        assert min(contrast(getattr(each, theme), ground) for ground in grounds) >= TEXT_CONTRAST, each
-    for each in palette.DRAWN:
-        assert min(contrast(getattr(each, theme), ground) for ground in grounds) >= DRAWN_CONTRAST, each
+OVER_TIME = (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND, palette.INK_COLOUR, palette.QUIET_COLOUR)
+GROUNDS = (*palette.GROUNDS, palette.GROUND)
 
 
 @pytest.mark.parametrize("theme", THEMES)
-def test_lines_over_time_can_be_read_on_the_ground_of_every_phase(theme):
-    over_time = (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND, palette.INK_COLOUR, palette.QUIET_COLOUR)
-    for line, phase in itertools.product(over_time, set(palette.STAGES) - {palette.LOST}):
-        assert contrast(getattr(line, theme), getattr(phase, theme)) >= DRAWN_CONTRAST, (line.name, phase.name)
+@pytest.mark.parametrize(
+    ("colours", "grounds", "least"),
+    [
+        (palette.TEXT, GROUNDS, TEXT_CONTRAST),
+        (palette.DRAWN, GROUNDS, DRAWN_CONTRAST),
+        (OVER_TIME, set(palette.STAGES) - {palette.LOST}, DRAWN_CONTRAST),
+    ],
+    ids=["text", "drawn", "over time"],
+)
+def test_text_and_lines_can_be_read_on_every_ground_and_phase(colours, grounds, least, theme):
+    for colour, ground in itertools.product(colours, grounds):
+        assert contrast(getattr(colour, theme), getattr(ground, theme)) >= least, (colour.name, ground.name)
 
 
 TOGETHER = (

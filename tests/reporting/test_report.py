@@ -25,23 +25,29 @@ VOID = {"meta", "img", "source", "br"}
 
 
 class Checker(HTMLParser):
-    """Every tag that opens closes, in order; collects tags, sources and text."""
+    """Every tag that opens closes, in order; collects tags, sources, text, and class and text of table cells."""
 
     def __init__(self):
         super().__init__()
-        self.open, self.tags, self.links, self.text = [], [], [], []
+        self.open, self.tags, self.links, self.text, self.rows = [], [], [], [], []
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
         self.links += [v for k, v in attrs if k in ("src", "srcset", "href")]
         if tag not in VOID:
             self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        elif tag == "td":
+            self.rows[-1].append([dict(attrs).get("class"), ""])
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
         self.text.append(data)
+        if "td" in self.open:
+            self.rows[-1][-1][1] += data
 
 
 def parsed(html):

@@ -37,17 +37,21 @@ SERIES = TimeSeries(
 )
 
 
-@pytest.mark.parametrize("picture", [force_overview(SERIES), force_zoom(SERIES), spin_picture(SERIES, CAP)])
-def test_the_dotted_true_line_is_drawn_over_the_solid_measured_line(picture):
-    lines = {mark.name: mark for mark in marks(panels(picture)[0], Line)}
+@pytest.mark.parametrize(
+    ("picture", "phases"),
+    [
+        (force_overview(SERIES), {"approach", "scan", "lift"}),
+        (force_zoom(SERIES), {"scan"}),
+        (spin_picture(SERIES, CAP), None),
+    ],
+)
+def test_the_true_line_is_over_the_measured_line_and_legends_name_the_phases_with_a_width(picture, phases):
+    """The phase "done" is a single sample."""
+    panel = panels(picture)[0]
+    lines = {mark.name: mark for mark in marks(panel, Line)}
     assert (lines["felt"].dash, lines["true"].dash) == (Dash.SOLID, Dash.DOTTED)
     assert list(lines).index("felt") < list(lines).index("true")
-
-
-def test_legends_name_the_phases_with_a_width():
-    """The phase "done" is a single sample."""
-    for picture, phases in ((force_zoom, {"scan"}), (force_overview, {"approach", "scan", "lift"})):
-        assert {mark.name for mark in marks(panels(picture(SERIES))[0], Span)} == phases
+    assert phases in ({mark.name for mark in marks(panel, Span)}, None)
 
 
 @settings(max_examples=8, deadline=None)
@@ -93,17 +97,15 @@ def test_without_a_difference_or_contact_there_is_no_picture_of_a_replay():
 
 def test_each_axis_has_the_recorded_line_and_a_thin_replayed_line_over_it():
     runs = run_record(), run_record(1.1, 2.01)
-    axes = panels(velocity_picture(*runs))
-    assert [panel.y.label for panel in axes] == ["x [mm/s]", "y [mm/s]", "z [mm/s]"]
-    for i, panel in enumerate(axes):
+    for i, panel in enumerate(panels(velocity_picture(*runs))):
         lines = marks(panel, Line)
-        assert panel.x.run_time
+        assert (panel.x.run_time, panel.y.label) == (True, f"{'xyz'[i]} [mm/s]")
         assert lines[0].width > 2.0 * lines[1].width
         for line, run in zip(lines, runs, strict=True):
             assert line.y == pytest.approx(1e3 * run.command[:, i])
 
 
-def test_a_difference_is_drawn_on_a_logarithmic_scale_from_its_first_row():
+def test_a_difference_is_drawn_on_a_logarithmic_scale_from_its_first_row_or_as_a_point():
     picture = difference_picture(run_record(), run_record(1.1, 2.01))
     (panel,) = panels(picture)
     (line,) = marks(panel, Line)
@@ -111,13 +113,9 @@ def test_a_difference_is_drawn_on_a_logarithmic_scale_from_its_first_row():
     assert np.isnan(line.y[:APART_FROM]).all()
     assert line.y[APART_FROM:] == pytest.approx(1e2 * np.linalg.norm(run_record().command[APART_FROM:], axis=1))
     assert re.search(r"largest is [\d.]+ mm/s", picture.caption)
-
-
-def test_a_difference_in_one_period_is_a_point():
     replayed = run_record()
     replayed.command[2000, 0] += 1e-9
-    (panel,) = panels(difference_picture(run_record(), replayed))
-    (points,) = marks(panel, Points)
+    (points,) = marks(panels(difference_picture(run_record(), replayed))[0], Points)
     assert points.x == replayed.time[2000], "a line through one point would not show"
 
 
@@ -157,8 +155,7 @@ def test_short_series_are_drawn_whole():
 
 def cells(confusion):
     (panel,) = panels(confusion_picture(confusion))
-    (mark,) = panel.marks
-    return mark
+    return panel.marks[0]
 
 
 def test_every_share_is_written_in_its_cell_and_rare_ones_are_not_rounded_away():

@@ -143,9 +143,19 @@ class FakeEcho:
         return [RoundTrip(self.clock(), sent, time.monotonic())]
 
 
-class FakeControls:
+class Logged:
+    """Logs every call that is not simulated."""
+
     def __init__(self, controller: FakeController) -> None:
         self.c = controller
+
+    def __getattr__(self, name: str):
+        return lambda *values: self.c.call(name, *values)
+
+
+class FakeControls(Logged):
+    def __init__(self, controller: FakeController) -> None:
+        super().__init__(controller)
         controller.call("upload")
         controller.running = True
 
@@ -166,25 +176,13 @@ class FakeControls:
         self.c.call("stopScript")
         self.c.running = False
 
-    def setWatchdog(self, frequency: float) -> bool:
-        return self.c.call("setWatchdog", frequency)
-
     def zeroFtSensor(self) -> bool:
         if self.c.fault() == "deaf":
             time.sleep(1000.0)
         return self.c.call("zeroFtSensor")
 
-    def __getattr__(self, name: str):
-        return lambda *values: self.c.call(name, *values)
 
-
-class FakeDashboard:
-    def __init__(self, controller: FakeController) -> None:
-        self.c = controller
-
-    def __getattr__(self, name: str):
-        return lambda *values: self.c.call(name, *values)
-
+class FakeDashboard(Logged):
     def isInRemoteControl(self) -> bool:
         return self.c.fault() != "local"
 
@@ -210,5 +208,4 @@ def dashboard(address: str) -> FakeDashboard:
     return FakeDashboard(_of(address))
 
 
-def slider(address: str) -> FakeDashboard:
-    return FakeDashboard(_of(address))
+slider = dashboard

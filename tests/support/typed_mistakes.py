@@ -1,4 +1,4 @@
-"""Mistakes that people type, and what the command line says to them."""
+"""Typed commands: their exit codes and the words of their refusals."""
 
 import re
 
@@ -6,11 +6,20 @@ from palpate.cli import main
 from palpate.commands.command_result import ExitCode
 
 
-def answer_to(typed, capsys):
-    """What is said to a command that must be refused, in one line without the box around it."""
+def words_of(text):
+    """Return a text in one line without the box around it."""
+    return " ".join(re.sub("[│╭╮╰╯─]", " ", text).split())
+
+
+def ended(typed):
+    """Return the exit code of a command, also of one that is refused while its options are read."""
     try:
-        code = main(typed)
-    except SystemExit as left:  # what the options alone tell is refused while they are read
-        code = left.code
-    assert code == ExitCode.MISTAKE
-    return " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split())
+        return main(typed)
+    except SystemExit as left:
+        return left.code
+
+
+def answer_to(typed, capsys):
+    """Return the refusal of a command, in one line without the box around it."""
+    assert ended(typed) == ExitCode.MISTAKE
+    return words_of(capsys.readouterr().err)

@@ -88,16 +88,16 @@ def tour(pipe: Connection, address: str) -> dict[str, Any]:
     turned = [joints[0] + 0.1, *joints[1:5], joints[5] - 0.1]
     result: dict[str, Any] = {"pose": pose, "there": there, "joints": joints, "turned": turned, "ok": []}
     accept = result["ok"].append
-    accept(control.moveL(there, 0.25, 1.2))
-    result["moveL"] = receive.getActualTCPPose()
-    accept(control.moveJ(turned, 1.05, 1.4))
-    result["moveJ"] = receive.getActualQ()
-    accept(control.moveL_FK(joints, 0.25, 1.2))
-    result["moveL_FK"] = receive.getActualTCPPose()
-    accept(control.moveJ_IK(there, 1.05, 1.4))
-    result["moveJ_IK"] = receive.getActualTCPPose()
-    accept(control.moveL([[*pose, 0.25, 1.2, 0.0], [*there, 0.25, 1.2, 0.0]]))
-    result["path"] = receive.getActualTCPPose()
+
+    def accept_and_keep(name: str, accepted: bool, read: Callable[[], Any] = receive.getActualTCPPose) -> None:
+        accept(accepted)
+        result[name] = read()
+
+    accept_and_keep("moveL", control.moveL(there, 0.25, 1.2))
+    accept_and_keep("moveJ", control.moveJ(turned, 1.05, 1.4), receive.getActualQ)
+    accept_and_keep("moveL_FK", control.moveL_FK(joints, 0.25, 1.2))
+    accept_and_keep("moveJ_IK", control.moveJ_IK(there, 1.05, 1.4))
+    accept_and_keep("path", control.moveL([[*pose, 0.25, 1.2, 0.0], [*there, 0.25, 1.2, 0.0]]))
     accept(control.moveL(pose, 0.02, 1.2, True))
     time.sleep(0.1)
     result["running"] = control.getAsyncOperationProgressEx().isAsyncOperationRunning()

@@ -2,7 +2,10 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TypeVar
+
+import psutil
 
 from palpate.hw.devices import DeviceError
 
@@ -12,7 +15,7 @@ WITHIN = 30.0
 T = TypeVar("T")
 
 
-def until(met: Callable[[], T], within: float = WITHIN) -> T:
+def until(met: Callable[[], T | None], within: float = WITHIN) -> T:
     """Wait until something is so, and return what it then says; fail if it never is."""
     end = time.monotonic() + within
     while not (found := met()):
@@ -34,3 +37,10 @@ def first_error(act: Callable[[], object]) -> DeviceError:
     error = until(refusal)
     assert error is not None
     return error
+
+
+def process_ended(pid: int) -> bool:
+    """Return whether a process has ended, waited for or not."""
+    with suppress(psutil.NoSuchProcess):
+        return bool(psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+    return True

@@ -19,7 +19,6 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.experiments.kit.registry import experiment_named, experiment_names
@@ -28,19 +27,13 @@ TIMEOUT = 300
 """Of a fork [s]."""
 
 
-@dataclass(frozen=True)
-class Ended:
-    """Exit code and output of a process."""
-
-    returncode: int
-    stdout: str
-    stderr: str
+Ended = subprocess.CompletedProcess[str]
 
 
 def palpate(*words: object, folder: Path | None = None, environment: Mapping[str, str] | None = None) -> Ended:
     """Carry out a command as typed; one that draws a picture, in a process of its own."""
     if "--picture" in words:
-        done = subprocess.run(
+        return subprocess.run(
             [sys.executable, "-m", "palpate", *map(str, words)],
             cwd=folder,
             env=os.environ | dict(environment or {}),
@@ -48,7 +41,6 @@ def palpate(*words: object, folder: Path | None = None, environment: Mapping[str
             text=True,
             timeout=TIMEOUT,
         )
-        return Ended(done.returncode, done.stdout, done.stderr)
 
     def run() -> int:
         from palpate.__main__ import main
@@ -84,7 +76,7 @@ def forked(run: Callable[[], int], folder: Path | None, environment: Mapping[str
     code = os.waitstatus_to_exitcode(status)
     if code < 0:
         told += f"ended by {signal.Signals(-code).name}; after {TIMEOUT} s that is an alarm\n"
-    return Ended(code, said, told)
+    return Ended((), code, said, told)
 
 
 @functools.cache

@@ -20,6 +20,9 @@ MISSING = "there is no browser: apt-get install chromium"
 needs_browser = pytest.mark.skipif(CHROMIUM is None and not os.environ.get("CI"), reason=MISSING)
 """Without a browser a test is skipped; in continuous integration, where CI is set, it fails at its first page."""
 
+WITHIN = 300.0
+"""[s] for a reply or a drawing on a busy machine: the browser computes 3-D pictures in software."""
+
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -44,7 +47,12 @@ class Page:
         self._next += 1
         self._socket.send(json.dumps({"id": self._next, "method": method, "params": parameters}))
         while True:
-            said = json.loads(self._socket.recv(timeout=120))
+            try:
+                said = json.loads(self._socket.recv(timeout=WITHIN))
+            except TimeoutError:
+                raise AssertionError(
+                    f"the browser did not answer within {WITHIN} s: {method} {parameters}"
+                ) from None
             self._hear(said)
             if said.get("id") == self._next:
                 assert "error" not in said, said
@@ -53,12 +61,13 @@ class Page:
     def evaluate(self, expression):
         return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
 
-    def wait_for(self, expression, within=60.0):
+    def wait_for(self, expression):
+        """Wait until an expression of JavaScript is true."""
         try:
-            until(lambda: self.evaluate(expression), within)
+            until(lambda: self.evaluate(expression), WITHIN)
         except AssertionError:
             text = self.evaluate("document.body.innerText")
-            raise AssertionError(f"never true: {expression}; the page says: {text!r}") from None
+            raise AssertionError(f"not true within {WITHIN} s: {expression}; the page shows: {text!r}") from None
 
     def screenshot(self):
         return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
@@ -83,7 +92,7 @@ def page(folder, url):
     )
     try:
         place = folder / "DevToolsActivePort"
-        until(lambda: process.poll() is not None or (place.exists() and place.read_text().strip()), 60.0)
+        until(lambda: process.poll() is not None or (place.exists() and place.read_text().strip()), WITHIN)
         assert process.poll() is None, "chromium ended at once"
         port = place.read_text().split()[0]
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list") as answer:

@@ -33,6 +33,7 @@ from runtime.log.log_examples import ONE_FINGER, PERIOD, TWO_FINGERS_AND_A_HAND
 from runtime.log.test_standard_topics import Sliding, recorded, touching_run
 
 ANSWER_TIME = 30.0
+NEEDED = r'--{0} needs .*pip install "palpate\[{0}\]"'
 
 
 class Page:
@@ -123,18 +124,21 @@ def test_a_period_that_does_not_fit_is_left_out_and_the_run_goes_on():
     assert recorder.close().problem is None
 
 
-@pytest.mark.parametrize(("option", "extra"), [("foxglove", "foxglove"), ("rerun", "rerun")])
-def test_a_missing_extra_is_named(option, extra, monkeypatch):
+def test_a_missing_extra_is_named_and_two_programs_at_once_and_pictures_are_refused(monkeypatch):
     monkeypatch.setattr(extras, "find_spec", lambda library: None)
-    with pytest.raises(MissingLibraryError, match=rf'--{option} needs .*pip install "palpate\[{extra}\]"'):
-        run_view(ViewConfig("explore", **{option: True}))
-
-
-def test_two_programs_at_once_and_pictures_are_refused():
-    with pytest.raises(InvalidValueError, match="by one of them"):
-        ViewConfig("explore", foxglove=True, rerun=True)
-    with pytest.raises(InvalidValueError, match="drawn by the simulator"):
-        ViewConfig("runs/first", foxglove=True, picture=Path("a.png"))
+    for run, options, kind, message in (
+        (
+            "explore",
+            {"foxglove": True},
+            MissingLibraryError,
+            NEEDED.format("foxglove"),
+        ),
+        ("explore", {"rerun": True}, MissingLibraryError, NEEDED.format("rerun")),
+        ("explore", {"foxglove": True, "rerun": True}, InvalidValueError, "by one of them"),
+        ("runs/first", {"foxglove": True, "picture": Path("a.png")}, InvalidValueError, "drawn by the simulator"),
+    ):
+        with pytest.raises(kind, match=message):
+            run_view(ViewConfig(run, **options))
 
 
 class Kept:
@@ -150,13 +154,11 @@ class Kept:
         self.numbers += block.sequence.tolist()
 
 
-def test_a_recorded_run_is_sent_whole_and_in_order(tmp_path):
-    log, kept = recorded(tmp_path / "a.mcap", touching_run(40, ONE_FINGER)), Kept()
-    play_topics(kept, log, PLAIN_ROBOT, speed=float("inf"))
+@pytest.mark.parametrize("speed", [float("inf"), 1.0])
+def test_a_recorded_run_is_sent_whole_and_in_order(speed, tmp_path):
+    kept = Kept()
+    play_topics(kept, recorded(tmp_path / "a.mcap", touching_run(40, ONE_FINGER)), PLAIN_ROBOT, speed)
     assert kept.numbers == list(range(40))
-    played = Kept()
-    play_topics(played, log, PLAIN_ROBOT, speed=1.0)
-    assert played.numbers == list(range(40))
 
 
 def test_without_a_viewer_of_rerun_it_says_how_to_start_one():

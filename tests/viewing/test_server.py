@@ -4,7 +4,6 @@ import contextlib
 import http.client
 import io
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -12,7 +11,6 @@ import urllib.error
 import urllib.request
 from urllib.parse import urlsplit
 
-import psutil
 import pytest
 import viser
 import zstandard
@@ -26,17 +24,25 @@ from palpate.errors import InvalidValueError
 from palpate.viewing import ANY_PORT, LOOPBACK, LiveView, ViewScene, ViewUnavailableError, guard
 from palpate.viewing.guard import LARGEST_MESSAGE, MOST_VIEWERS, MOST_WAITING, ViewGuard, is_own_host
 from palpate.viewing.server import ViewServer
-from support.waiting import WITHIN, until
+from support.waiting import WITHIN, process_ended, until
 from viewing.browser import needs_browser, page
 
 PROTOCOL = f"viser-v{viser.__version__}"
 
 
+@contextlib.contextmanager
+def served(title="t", host=LOOPBACK):
+    made = ViewServer(title, host, ANY_PORT)
+    try:
+        yield made
+    finally:
+        made.stop()
+
+
 @pytest.fixture
 def server():
-    made = ViewServer("t", port=ANY_PORT)
-    yield made
-    made.stop()
+    with served() as made:
+        yield made
 
 
 def opened(url):
@@ -58,31 +64,37 @@ def decoded(part):
     return zstandard.ZstdDecompressor().decompress(part[16 : 16 + compressed])
 
 
-def other_addresses():
-    found = {str(info[4][0]) for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
-    return {each for each in found if not each.startswith("127.")}
+def page_status(server, path="/", headers=(), address=LOOPBACK):
+    """Return status and headers of a request for the page; the status is 0 if the connection is refused.
 
-
-def reaches(address, port):
-    """Ask for the whole page: of a connection that comes as a server stops, asyncio leaves a transport open."""
+    The whole page is read: of a connection that comes as a server stops, asyncio leaves a transport open.
+    """
     try:
-        with contextlib.closing(http.client.HTTPConnection(address, port, timeout=60.0)) as asking:
-            asking.request("GET", "/")
-            return bool(asking.getresponse().read())
+        with contextlib.closing(http.client.HTTPConnection(address, server.get_port(), timeout=60.0)) as asking:
+            asking.request("GET", path, headers=dict(headers))
+            reply = asking.getresponse()
+            assert reply.read()
+            return reply.status, reply.headers
     except ConnectionRefusedError:
-        return False
+        return 0, {}
 
 
-@pytest.mark.parametrize(("host", "reached"), [(LOOPBACK, False), ("0.0.0.0", True)])
-def test_other_machines_reach_it_only_on_request(host, reached):
+@pytest.mark.parametrize(
+    ("host", "reached"), [(LOOPBACK, False), ("localhost", False), ("0.0.0.0", True), ("::", True)]
+)
+def test_other_machines_reach_it_only_on_request_and_the_command_warns_of_it(host, reached):
     assert ViewConfig("runs/explore").host == LOOPBACK, "--host changes it"
-    server = ViewServer("t", host, ANY_PORT)
-    try:
-        assert reaches(LOOPBACK, server.get_port())
-        for address in other_addresses():
-            assert reaches(address, server.get_port()) is reached
-    finally:
-        server.stop()
+    console = Console(file=io.StringIO(), width=200, record=True)
+    _print_where(console, "http://localhost:1", host, None)
+    shown = console.export_text()
+    assert "http://localhost:1" in shown
+    assert ("Everybody who reaches" in shown) is reached
+    if host in (LOOPBACK, "0.0.0.0"):
+        with served(host=host) as server:
+            assert page_status(server)[0]
+            for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET):
+                address = str(info[4][0])
+                assert bool(page_status(server, address=address)[0]) is (reached or address.startswith("127."))
 
 
 def test_it_serves_the_page_on_this_machine_and_no_other_files(server):
@@ -95,21 +107,9 @@ def test_it_serves_the_page_on_this_machine_and_no_other_files(server):
     assert server.request_share_url() is None
 
 
-@pytest.mark.parametrize(
-    ("host", "warned"), [(LOOPBACK, False), ("localhost", False), ("0.0.0.0", True), ("::", True)]
-)
-def test_the_command_warns_if_other_machines_can_reach_the_view(host, warned):
-    out = io.StringIO()
-    _print_where(Console(file=out, width=200), "http://localhost:1", host, None)
-    assert "http://localhost:1" in out.getvalue()
-    assert ("Everybody who reaches" in out.getvalue()) is warned
-
-
 @pytest.mark.slow
-def test_a_port_in_use_is_told_and_not_evaded(capsys):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
+def test_a_port_in_use_is_reported_and_not_evaded(capsys):
+    with socket.create_server((LOOPBACK, 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(ViewUnavailableError, match=rf"port {port} on 127.0.0.1 is in use.*--port"):
             ViewServer("t", port=port)
@@ -131,32 +131,13 @@ def test_an_address_of_another_machine_is_refused(address, message):
         ViewServer("t", **address)
 
 
-def test_the_tab_has_the_name_of_the_view():
-    server = ViewServer('t "quoted" <b>', port=ANY_PORT)
-    try:
-        assert b'document.title = "t \\"quoted\\" <b>"' in messages_until(server.url, b"document.title")
-    finally:
+def test_the_tab_has_the_name_of_the_view_and_closing_frees_the_port_without_a_word(capfd):
+    with served('t "quoted" <b>') as server:
+        port = server.get_port()
+        assert b'document.title = "t \\"quoted\\" <b>"' in messages_until(server.url, b"ReplayDone")
         server.stop()
-
-
-def test_closing_frees_the_port_without_a_word(capfd):
-    server = ViewServer("t", port=ANY_PORT)
-    port = server.get_port()
-    messages_until(server.url, b"ReplayDone")
-    server.stop()
-    server.stop()
-    again = ViewServer("t", port=port)
-    again.stop()
-    out, err = capfd.readouterr()
-    assert (out, err) == ("", "")
-
-
-def page_status(server, path, headers):
-    """What a request for the page gets: status and headers."""
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=60.0)) as asking:
-        asking.request("GET", path, headers=headers)
-        reply = asking.getresponse()
-        return reply.status, reply.headers
+    ViewServer("t", port=port).stop()
+    assert capfd.readouterr() == ("", "")
 
 
 def socket_status(server, path, headers):
@@ -238,11 +219,8 @@ def test_a_name_that_others_can_make_resolve_here_is_not_ours(header, host, own)
     assert is_own_host(header, host) is own
 
 
-def test_every_view_has_a_token_of_its_own():
+def test_every_view_has_a_token_of_its_own_and_is_not_served_without_its_guard(monkeypatch):
     assert len({ViewGuard("127.0.0.1").token for _ in range(100)}) == 100
-
-
-def test_without_its_guard_a_view_is_not_served(monkeypatch):
     monkeypatch.setattr(ViewGuard, "installed", contextlib.nullcontext)
     with pytest.raises(ViewUnavailableError, match="cannot be checked"):
         ViewServer("t", port=ANY_PORT)
@@ -311,20 +289,13 @@ def test_a_browser_lets_the_own_page_in_and_another_port_of_the_host_not(tmp_pat
     asked = (
         f"window.asked = 'waits'; s = {socket_of}; s.onopen = () => asked = 'in'; s.onerror = () => asked = 'out'"
     )
-    other = ViewServer("other", port=ANY_PORT)
-    try:
-        with page(tmp_path, server.url) as browser:
-            browser.wait_for("document.title === 't'")  # it came over the WebSocket
+    with served("other") as other, page(tmp_path, "about:blank") as browser:
+        for url, title, state, refused in ((server.url, "t", "in", 0), (other.url, "other", "out", 1)):
+            browser.call("Page.navigate", url=url)
+            browser.wait_for(f"document.title === '{title}'")  # it came over the WebSocket
             browser.evaluate(asked)
-            browser.wait_for("window.asked === 'in'")
-            assert server.guard.refused == 0
-            browser.call("Page.navigate", url=other.url)
-            browser.wait_for("document.title === 'other'")
-            browser.evaluate(asked)
-            browser.wait_for("window.asked === 'out'")
-            assert server.guard.refused == 1
-    finally:
-        other.stop()
+            browser.wait_for(f"window.asked === '{state}'")
+            assert server.guard.refused == refused
 
 
 @pytest.mark.slow
@@ -332,24 +303,13 @@ def test_a_live_view_shows_a_run_and_closes_cleanly(short_run):
     with LiveView(short_run.scene, port=ANY_PORT) as view:
         for period in short_run.periods:
             view.observe(*period)
-        said = messages_until(view.url, b"/map/chunk_0")
-        assert b"/contact_force" in said
+        assert b"/contact_force" in messages_until(view.url, b"/map/chunk_0")
         assert view.is_alive
         process = view._process
     assert process.exitcode == 0
     with pytest.raises(OSError, match="refused"):
         urllib.request.urlopen(view.url)
     view.close()
-
-
-@pytest.mark.slow
-def test_a_view_that_dies_does_not_disturb_the_loop(short_run):
-    with LiveView(short_run.scene, port=ANY_PORT) as view:
-        os.kill(view._process.pid, signal.SIGKILL)
-        view.wait()
-        for period in short_run.periods[:100]:
-            view.observe(*period)
-        assert not view.is_alive
 
 
 PROGRAM = """
@@ -367,10 +327,4 @@ def test_a_view_does_not_outlive_a_loop_that_crashed(tmp_path):
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
     done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60)
-    until(lambda: ended(int(done.stdout)))
-
-
-def ended(pid):
-    with contextlib.suppress(psutil.NoSuchProcess):
-        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
-    return True
+    until(lambda: process_ended(int(done.stdout)))

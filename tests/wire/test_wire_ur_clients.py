@@ -15,7 +15,6 @@ from palpate.hw.emulators.ur import ControllerFault, SimpleUr
 from palpate.hw.emulators.ur.arm import pose_of
 from support.ur_library import needs_ur
 from support.ur_wire_sessions import (
-    ClientProcess,
     connect,
     own_address,
     session_result,
@@ -88,31 +87,10 @@ def test_every_emulated_command_works_with_the_real_clients(robot: EmulatorProce
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("fault", "value", "starts"),
-    [
-        (ControllerFault.REJECT_START, 1.0, False),
-        (ControllerFault.LOCAL_CONTROL, 1.0, False),
-        (ControllerFault.WITHHOLD_GREETING, 1.0, False),
-        (ControllerFault.STRAY_TEXT, 1.0, False),
-        (ControllerFault.LATE_START, 1.0, True),
-        (ControllerFault.LATE_START, 7.0, False),
-    ],
-)
-def test_faults_of_the_start_reach_the_client(
-    robot: EmulatorProcess, fault: ControllerFault, value: float, starts: bool
-) -> None:
-    robot.control.fault("ur", fault, value)
-    client = ClientProcess(connect, ADDRESS)
-    try:
-        if starts:
-            assert client.result() == "connected"
-        else:
-            with pytest.raises(RuntimeError):
-                client.result()
-    finally:
-        client.process.kill()
-        client.end()
+def test_a_controller_that_starts_too_late_for_the_library_is_refused(robot: EmulatorProcess) -> None:
+    robot.control.fault("ur", ControllerFault.LATE_START, 7.0)
+    with pytest.raises(RuntimeError):
+        session_result(connect, ADDRESS)
 
 
 @pytest.mark.slow

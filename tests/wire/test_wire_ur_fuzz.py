@@ -2,25 +2,23 @@
 
 import contextlib
 import itertools
+import random
 import socket
+import socketserver
 import struct
 import threading
 from collections.abc import Callable, Iterator
 
-import numpy as np
 import pytest
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.emulators.control import EmulatorControl
-from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.ur import UrServer
 from palpate.hw.emulators.ur.rtde import PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from palpate.hw.ur import UrArm, UrSettings
 from palpate.hw.ur.rtde import controller_version
+from support.served_ur import ServedUr, nearly_right_package
 from support.ur_wire_sessions import own_address
-from support.waiting import WITHIN, until
+from support.waiting import WITHIN
 
 ADDRESS, RUDE = own_address(7), own_address(8)
 QUICK, ALL = 3_000, 100_000
@@ -28,70 +26,31 @@ COUNT = pytest.mark.parametrize("count", [QUICK, pytest.param(ALL, marks=pytest.
 BURST = 50
 """Packages at a time on one connection."""
 
-WORDS = ("power on", "stop", "load ", "popup", "unlock protective stop", "isProgramSaved", "get serial number")
+VERSION = package(PackageType.VERSION, b"\x01")
+CONTROLLER = package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1))
+"""The two replies by which a controller is recognised."""
+
+WORDS = (
+    b"power on", b"stop", b"load ", b"popup", b"unlock protective stop", b"isProgramSaved", b"get serial number",
+)  # fmt: skip
+PARTS = (
+    b"def f():\n", b"end\n", b"  sleep(1)\n", b"\x00\xff", b"sec x():\n", b"RTDE Control Script Loaded",
+    b"# int register offset\n", b"p[1,2]\n",
+)  # fmt: skip
+"""Pieces of programs."""
+
+Say = Callable[[random.Random], bytes]
 
 
-def any_package(g: np.random.Generator) -> bytes:
-    """Return anything from noise to a package that is all right but for what it says."""
-    kind = PackageType(int(g.choice([kind.value for kind in PackageType])))
-    match int(g.integers(0, 6)):
-        case 0:
-            return g.bytes(int(g.integers(1, 60)))
-        case 1:
-            return package(kind, g.bytes(int(g.integers(0, 40))))
-        case 2:
-            return struct.pack(">HB", int(g.integers(0, 70_000) % 65536), kind) + g.bytes(10)
-        case 3:
-            return package(PackageType.DATA, bytes([int(g.integers(0, 5))]) + g.bytes(int(g.integers(0, 120))))
-        case 4:
-            names = b",".join(g.choice([b"actual_q", b"timestamp", b"nonsense", b"", b"\xff\xfe"], 5))
-            return package(PackageType.OUTPUTS, g.bytes(8) + names)
-        case _:
-            names = b",".join(g.choice([b"input_int_register_0", b"input_double_register_7", b"x"], 3))
-            return package(PackageType.INPUTS, names)
-
-
-def any_script(g: np.random.Generator) -> bytes:
+def any_script(g: random.Random) -> bytes:
     """Return text that resembles a program, or does not."""
-    parts = [
-        b"def f():\n",
-        b"end\n",
-        b"  sleep(1)\n",
-        b"\x00\xff",
-        b"sec x():\n",
-        b"RTDE Control Script Loaded",
-        b"# int register offset\n",
-        b"p[1,2]\n",
-    ]
-    return b"".join(parts[int(i)] for i in g.integers(0, len(parts), 6)) + g.bytes(int(g.integers(0, 20)))
+    return b"".join(g.choices(PARTS, k=6)) + g.randbytes(g.randrange(20))
 
 
-def any_line(g: np.random.Generator) -> bytes:
+def any_line(g: random.Random) -> bytes:
     """Return a line to the dashboard, or a piece of one, or many."""
-    word = WORDS[int(g.integers(len(WORDS)))].encode()
-    return (word, word + b"\n", g.bytes(30) + b"\n", b"\n\n\n", b"x" * 3000)[int(g.integers(5))]
-
-
-@contextlib.contextmanager
-def served() -> Iterator[tuple[EmulatorControl, UrServer]]:
-    server = UrServer(ADDRESS)
-    host = Host(SimplePlant(), [server])
-    thread = threading.Thread(target=host.run)
-    thread.start()
-    control = EmulatorControl(host.control_address)
-    try:
-        yield control, server
-    finally:
-        control.close()
-        host.stop()
-        thread.join(10.0)
-        assert not thread.is_alive()
-
-
-def clients(control: EmulatorControl) -> object:
-    devices = control.state()["devices"]
-    assert isinstance(devices, dict)
-    return devices["ur"]["clients"]
+    word = g.choice(WORDS)
+    return g.choice((word, word + b"\n", g.randbytes(30) + b"\n", b"\n\n\n", b"x" * 3000))
 
 
 def sent(port: int, burst: list[bytes]) -> None:
@@ -107,73 +66,62 @@ def sent(port: int, burst: list[bytes]) -> None:
 
 @COUNT
 @pytest.mark.parametrize(
-    ("port", "some"), [(RTDE_PORT, any_package), (SCRIPT_PORT, any_script), (DASHBOARD_PORT, any_line)]
+    ("port", "some"), [(RTDE_PORT, nearly_right_package), (SCRIPT_PORT, any_script), (DASHBOARD_PORT, any_line)]
 )
-def test_an_emulated_controller_accepts_anything_and_goes_on(
-    port: int, some: Callable[[np.random.Generator], bytes], count: int
-) -> None:
+def test_an_emulated_controller_accepts_anything_and_goes_on(port: int, some: Say, count: int) -> None:
     """The arm stays, connections are released, and the next client is served."""
-    g = np.random.default_rng(port)
-    with served() as (control, _):
-        before = control.state()["position"]
+    g = random.Random(port)
+    with ServedUr(ADDRESS) as served:
+        before = served.control.state()["position"]
         for _ in range(count // BURST):
             sent(port, [some(g) for _ in range(BURST)])
         assert controller_version("UR arm", ADDRESS)[:2] == (5, 14)
-        until(lambda: not clients(control))
-        assert control.state()["position"] == pytest.approx(before, abs=1e-9)
+        served.becomes(clients=0)
+        assert served.control.state()["position"] == pytest.approx(before, abs=1e-9)
 
 
-class RudeServer:
-    """Accepts connections at all ports and sends any replies, until it is closed."""
+class ReusingServer(socketserver.TCPServer):
+    allow_reuse_address = True
 
-    def __init__(self, say: Callable[[np.random.Generator], bytes], ports: tuple[int, ...] = (RTDE_PORT,)) -> None:
-        self._say, self._g = say, np.random.default_rng(4)
-        self._listeners = [socket.create_server((RUDE, port)) for port in ports]
-        self._ended = threading.Event()
-        self.accepted = 0
-        self._threads = [threading.Thread(target=self._serve, args=(one,)) for one in self._listeners]
-        for listener, thread in zip(self._listeners, self._threads, strict=True):
-            listener.settimeout(0.05)
-            thread.start()
 
-    def _serve(self, listener: socket.socket) -> None:
-        while not self._ended.is_set():
+@contextlib.contextmanager
+def rude_server(say: Say, ports: tuple[int, ...] = (RTDE_PORT,), seed: int = 4) -> Iterator[list[object]]:
+    """Accept connections at ports and send any replies; yield the clients so far."""
+    g, accepted = random.Random(seed), []
+
+    class Rude(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            accepted.append(self.client_address)
+            self.request.settimeout(0.2)
             with contextlib.suppress(OSError):
-                client, _ = listener.accept()
-                self.accepted += 1
-                with client:
-                    client.settimeout(0.2)
-                    for _ in range(3):
-                        client.recv(4096)
-                        client.sendall(self._say(self._g))
+                for _ in range(3):
+                    self.request.recv(4096)
+                    self.request.sendall(say(g))
 
-    def __enter__(self) -> "RudeServer":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        for thread in self._threads:
-            thread.join(WITHIN)
-        for listener in self._listeners:
-            listener.close()
-        assert not any(thread.is_alive() for thread in self._threads)
+    with contextlib.ExitStack() as servers:
+        for port in ports:
+            server = servers.enter_context(ReusingServer((RUDE, port), Rude))
+            thread = threading.Thread(target=server.serve_forever, args=(0.05,))
+            thread.start()
+            servers.callback(thread.join)
+            servers.callback(server.shutdown)
+        yield accepted
 
 
 @pytest.mark.parametrize("count", [300, pytest.param(ALL, marks=pytest.mark.slow)])
 def test_only_a_controller_s_version_is_accepted(count: int) -> None:
     """Anything else is a `DeviceError`: never another exception, never a wait without end."""
 
-    def say(g: np.random.Generator) -> bytes:
-        if g.integers(2):  # the first step is passed
-            return package(PackageType.VERSION, b"\x01")
-        return any_package(g)
+    def say(g: random.Random) -> bytes:
+        # at half of the times the first step is passed
+        return VERSION if g.randrange(2) else nearly_right_package(g)
 
-    with RudeServer(say) as server:
+    with rude_server(say) as accepted:
         versions = set()
         for _ in range(count):
             with contextlib.suppress(DeviceError):
                 versions.add(controller_version("UR arm", RUDE, timeout=0.05))
-        assert server.accepted >= count
+        assert len(accepted) >= count
     # 16 random bytes are no version that there is
     assert not versions
 
@@ -183,8 +131,6 @@ def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: 
     """Byte by byte it may come, within the time for all of it; each read takes `step` by the clock."""
     clock = itertools.count()
     monkeypatch.setattr("palpate.hw.ur.rtde.monotonic", lambda: step * next(clock))
-    greeting = package(PackageType.VERSION, b"\x01")
-    greeting += package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1))
     real, reads = socket.socket.recv, []
 
     def trickle(stream: socket.socket, most: int) -> bytes:
@@ -194,7 +140,7 @@ def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: 
         return real(stream, 1)
 
     monkeypatch.setattr("socket.socket.recv", trickle)
-    with RudeServer(lambda _: greeting):
+    with rude_server(lambda _: VERSION + CONTROLLER):
         if step:
             with pytest.raises(DeviceError, match="its greeting took too long"):
                 controller_version("UR arm", RUDE, timeout=2.0)
@@ -207,17 +153,12 @@ def test_a_greeting_that_trickles_in_has_one_deadline(step: float, monkeypatch: 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_controller_that_hangs_up_is_reported_and_nothing_is_left(seed: int) -> None:
     """It says that it is a controller, and then nothing that makes sense."""
-    begin = [
-        package(PackageType.VERSION, b"\x01"),
-        package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1)),
-    ]
-    packages = iter(begin)
+    greeting = iter((VERSION, CONTROLLER))
 
-    def say(g: np.random.Generator) -> bytes:
-        return next(packages, None) or any_package(g)
+    def say(g: random.Random) -> bytes:
+        return next(greeting, None) or nearly_right_package(g)
 
-    with RudeServer(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT)) as server:
-        server._g = np.random.default_rng(seed)
+    with rude_server(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT), seed):
         arm = UrArm(RUDE, UrSettings(start_within=5.0))
         with pytest.raises(DeviceError, match=RUDE):
             arm.start()

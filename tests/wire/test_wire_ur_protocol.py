@@ -9,14 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.server import PlantState
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur.arm import ArmMounting
-from palpate.hw.emulators.ur.commands import BLOCKING, REAL_TIME, STOP, program_of
+from palpate.hw.emulators.ur.commands import program_of
 from palpate.hw.emulators.ur.controller import INPUTS, ControllerVersion, EmulatedController, outputs_of
 from palpate.hw.emulators.ur.dashboard import DashboardServer
 from palpate.hw.emulators.ur.rtde import (
-    HEADER,
     ControllerFault,
     FramingError,
     PackageReader,
@@ -27,6 +25,7 @@ from palpate.hw.emulators.ur.rtde import (
     text_message,
 )
 from palpate.hw.emulators.ur.script import ProgramReader, UploadedProgram
+from support.served_ur import nearly_right_package
 
 STILL = (0.0, 0.0, 0.0)
 
@@ -234,35 +233,8 @@ def test_faults_of_a_session() -> None:
 # -- fuzz --
 
 
-HARMLESS = (0.0, 0.4, -0.2, 0.1, 0.01)
-WILD = (*HARMLESS, float("nan"), float("inf"), -1e300, 1e300, 1e5)
 LAYOUT = inputs("input_int_register_0", *(f"input_double_register_{i}" for i in range(8))) * 3
 CONTROL = b'def rtde_control():\ntextmsg("RTDE Control Script Loaded")\nend\n'
-
-
-def hostile(random_: random.Random) -> bytes:
-    """Return a package that is nearly right."""
-    kind = random_.choice([*list(PackageType), 0, 255])
-    payload = random_.randbytes(random_.choice((0, 1, 2, 5, 9, 13, 69)))
-    match random_.randrange(3):
-        case 0:
-            names = random_.choices([*list(INPUTS)[:40], "timestamp", "x", ""], k=random_.randrange(1, 5))
-            payload = random_.randbytes(random_.choice((0, 8))) + ",".join(names).encode()
-        case 1:
-            doubles = random_.choices(HARMLESS if random_.random() < 0.9 else WILD, k=8)
-            command = random_.choice((0, random_.choice((*REAL_TIME, *BLOCKING, -1, 79, STOP))))
-            payload = struct.pack(">Bi8d", random_.randrange(4), command, *doubles)
-            kind = PackageType.DATA
-    data = bytearray(HEADER.pack(HEADER.size + len(payload), kind) + payload)
-    if random_.random() < 0.05:
-        data[random_.randrange(len(data))] ^= 1 << random_.randrange(8)
-    return bytes(data)
-
-
-def check(state: PlantState) -> None:
-    """Only numbers, and no speed beyond the limit of the safety system, reach the plant."""
-    arm = state.arm
-    assert all(abs(x) < 100.0 for x in (*arm.position_base_tip, *arm.velocity_base_tip))
 
 
 @pytest.mark.slow
@@ -277,7 +249,7 @@ def test_rubbish_neither_stops_nor_misleads_the_controller(packages: int, seed: 
     (uploaded,) = programs(CONTROL)
     for i in range(packages):
         try:
-            one.feed(hostile(random_))
+            one.feed(nearly_right_package(random_))
         except FramingError:
             broken += 1
             one.close()
@@ -293,7 +265,8 @@ def test_rubbish_neither_stops_nor_misleads_the_controller(packages: int, seed: 
             robot.cycle()
             velocity, turning = robot.arm.tip_velocity(robot.twist)
             state = plant.step(velocity, turning, ())
-            check(state)
+            # only numbers, and no speed beyond the limit of the safety system, reach the plant
+            assert all(abs(x) < 100.0 for x in (*state.arm.position_base_tip, *state.arm.velocity_base_tip))
             robot.measure(state)
             one.stream()
     assert robot.dropped > packages // 6

@@ -5,52 +5,23 @@ import ipaddress
 import select
 import socket
 import struct
-import threading
 from collections.abc import Iterator
+from contextlib import ExitStack, closing
 from itertools import pairwise
 
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.control import EmulatorControl
-from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, UrServer
 from palpate.hw.emulators.ur.rtde import PackageReader, PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
+from support.served_ur import ServedUr
 from support.ur_wire_sessions import own_address
 from support.waiting import WITHIN, until
 
 ADDRESS = own_address(4)
 SCRIPT = b'def rtde_control():\n  textmsg("RTDE Control Script Loaded")\nend\n'
-
-
-class Serving:
-    """A controller served by a thread."""
-
-    def __init__(self, period: float = 0.002) -> None:
-        self.host = Host(SimplePlant(period=period), [UrServer(ADDRESS, unlock_delay=0.5)])
-        self.thread = threading.Thread(target=self.host.run)
-        self.thread.start()
-        self.control = EmulatorControl(self.host.control_address)
-
-    def close(self) -> None:
-        self.control.close()
-        self.host.stop()
-        self.thread.join(WITHIN)
-        assert not self.thread.is_alive()
-
-    def fault(self, fault: ControllerFault, value: float = 1.0) -> str:
-        return self.control.fault("ur", fault, value)
-
-    def becomes(self, **expected: object) -> None:
-        """Wait until the status has these values."""
-
-        def reached() -> bool:
-            status = self.control.state()["devices"]["ur"]  # type: ignore[index,call-overload]
-            return all(status[name] == value for name, value in expected.items())
-
-        until(reached)
 
 
 class Rtde:
@@ -76,6 +47,9 @@ class Rtde:
             self.waiting = self.reader.feed(data)
         return self.waiting.pop(0)
 
+    def close(self) -> None:
+        self.socket.close()
+
     def stream(self, count: int = 0) -> list[float]:
         """Start a stream of time stamps, and return as many."""
         self.ask(PackageType.OUTPUTS, struct.pack(">d", 500.0) + b"timestamp")
@@ -84,17 +58,9 @@ class Rtde:
 
 
 @pytest.fixture
-def serving() -> Iterator[Serving]:
-    one = Serving()
-    yield one
-    one.close()
-
-
-@pytest.fixture
-def rtde(serving: Serving) -> Iterator[Rtde]:
-    client = Rtde()
-    yield client
-    client.socket.close()
+def serving() -> Iterator[ServedUr]:
+    with ServedUr(ADDRESS) as one:
+        yield one
 
 
 def upload() -> None:
@@ -114,29 +80,21 @@ def talk(*lines: str) -> list[str]:
     return replies
 
 
-def test_addresses_and_versions(serving: Serving) -> None:
+def test_addresses_and_versions(serving: ServedUr) -> None:
     default = inspect.signature(UrServer).parameters["address"].default
     assert ipaddress.ip_address(default).is_loopback
     with pytest.raises(InvalidValueError, match="30004"):
         UrServer(ADDRESS)
+    # PolyScope X has no dashboard
     other = own_address(5)
-    server = UrServer(other, ControllerVersion(10, 10, 0, 0))
-    try:
-        # PolyScope X has no dashboard
-        with pytest.raises(ConnectionRefusedError):
-            socket.create_connection((other, DASHBOARD_PORT), timeout=WITHIN)
-    finally:
-        server.close()
+    with closing(UrServer(other, ControllerVersion(10, 10, 0, 0))), pytest.raises(ConnectionRefusedError):
+        socket.create_connection((other, DASHBOARD_PORT), timeout=WITHIN)
 
 
 @pytest.mark.parametrize(("period", "cycle"), [(0.001, 0.002), (0.0015, 0.002), (0.002, 0.002), (0.005, 0.005)])
 def test_the_controller_streams_every_cycle_whatever_the_plants_step(period: float, cycle: float) -> None:
-    serving, client = Serving(period), Rtde()
-    try:
+    with ServedUr(ADDRESS, period), closing(Rtde()) as client:
         times = client.stream(60)
-    finally:
-        client.socket.close()
-        serving.close()
     assert (times[-1] - times[0]) / 59 == pytest.approx(cycle, rel=0.02)
     assert max(b - a for a, b in pairwise(times)) < cycle + period
     if period == cycle:
@@ -144,48 +102,35 @@ def test_the_controller_streams_every_cycle_whatever_the_plants_step(period: flo
 
 
 @pytest.mark.slow
-def test_a_client_that_does_not_read_misses_packages_and_delays_no_other(serving: Serving) -> None:
-    with socket.socket() as lazy:
+def test_a_client_that_does_not_read_misses_packages_and_delays_no_other(serving: ServedUr) -> None:
+    with socket.socket() as lazy, ExitStack() as others:
         lazy.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         lazy.settimeout(WITHIN)
         lazy.connect((ADDRESS, RTDE_PORT))
         # 11 kB each: 8 MB in the time below, more than buffers hold
-        names = ",".join(["actual_q"] * 220).encode()
-        lazy.sendall(
-            package(PackageType.OUTPUTS, struct.pack(">d", 500.0) + names) + package(PackageType.START, b"")
-        )
-        eager = Rtde()
-        first, *_, last = eager.stream(750)
+        names = struct.pack(">d", 500.0) + ",".join(["actual_q"] * 220).encode()
+        lazy.sendall(package(PackageType.OUTPUTS, names) + package(PackageType.START, b""))
+        first, *_, last = others.enter_context(closing(Rtde())).stream(750)
         assert last - first == pytest.approx(749 * 0.002)
-        # it is not given up: it is behind by no more than one package
+        # the lazy client is kept: it is behind by no more than one package
         serving.becomes(rtde_clients=2)
-        eager.socket.close()
     serving.becomes(rtde_clients=0)
 
 
-def test_a_stream_that_cannot_be_read_on_is_closed_and_its_inputs_are_free_again(
-    serving: Serving, rtde: Rtde
-) -> None:
+def test_a_stream_that_cannot_be_read_on_is_closed_and_its_inputs_are_free_again(serving: ServedUr) -> None:
     names = b"input_int_register_0,"
-    assert rtde.ask(PackageType.INPUTS, names) == b"\x01INT32"
-    second = Rtde()
-    assert second.ask(PackageType.INPUTS, names) == b"\x00IN_USE"
-    rtde.socket.sendall(b"\xff\xff\x00" * 10)
-    with pytest.raises((EOFError, ConnectionResetError)):
-        rtde.next()
-    serving.becomes(rtde_clients=1, dropped=1)
-    assert second.ask(PackageType.INPUTS, names) == b"\x01INT32"
-    second.socket.close()
+    with closing(Rtde()) as first, closing(Rtde()) as second:
+        assert first.ask(PackageType.INPUTS, names) == b"\x01INT32"
+        assert second.ask(PackageType.INPUTS, names) == b"\x00IN_USE"
+        first.socket.sendall(b"\xff\xff\x00" * 10)
+        with pytest.raises((EOFError, ConnectionResetError)):
+            first.next()
+        serving.becomes(rtde_clients=1, dropped=1)
+        assert second.ask(PackageType.INPUTS, names) == b"\x01INT32"
 
 
-def test_a_program_is_killed_and_a_late_one_starts_at_its_time(serving: Serving) -> None:
-    upload()
-    serving.becomes(runtime="PLAYING")
-    serving.fault(ControllerFault.KILL_PROGRAM)
-    serving.becomes(runtime="STOPPED")
-    serving.close()
-    server = UrServer(ADDRESS)
-    try:
+def test_a_program_starts_at_its_delayed_time() -> None:
+    with closing(UrServer(ADDRESS)) as server:
         server.take(SimplePlant().start())
         server.inject(ControllerFault.LATE_START, 0.3)
         upload()
@@ -196,11 +141,13 @@ def test_a_program_is_killed_and_a_late_one_starts_at_its_time(serving: Serving)
         for now, runtime in ((100.29, "STOPPED"), (100.31, "PLAYING")):
             server.tick(now)
             assert server.status()["runtime"] == runtime
-    finally:
-        server.close()
 
 
-def test_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: Serving) -> None:
+def test_a_program_is_killed_and_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: ServedUr) -> None:
+    upload()
+    serving.becomes(runtime="PLAYING")
+    serving.fault(ControllerFault.KILL_PROGRAM)
+    serving.becomes(runtime="STOPPED")
     upload()
     serving.becomes(runtime="PLAYING")
     assert serving.fault(ControllerFault.PROTECTIVE_STOP) == "PROTECTIVE_STOP"
@@ -213,12 +160,14 @@ def test_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: Serving) 
     serving.becomes(runtime="PLAYING", safety="NORMAL")
 
 
-def test_the_dashboard_replies_with_the_words_that_ur_rtde_looks_for(serving: Serving) -> None:
+def test_the_dashboard_replies_with_the_words_of_ur_rtde_and_unknown_faults_are_refused(
+    serving: ServedUr,
+) -> None:
     serving.fault(ControllerFault.E_STOP)
     off = ["Robotmode: POWER_OFF", "Safetymode: ROBOT_EMERGENCY_STOP", "Failed to execute: restart safety"]
     assert talk("power on", "robotmode", "safetymode", "restart safety")[1:] == off
     serving.fault(ControllerFault.E_STOP, 0.0)
-    for line, reply in (
+    said = (
         ("robotmode", "Robotmode: POWER_OFF"),
         ("power on", "Powering on"),
         ("robotmode", "Robotmode: IDLE"),
@@ -236,10 +185,7 @@ def test_the_dashboard_replies_with_the_words_that_ur_rtde_looks_for(serving: Se
         ("isProgramSaved", "True /programs/a.urp"),
         ("nonsense", "could not understand: 'nonsense'"),
         ("quit", "Disconnected"),
-    ):
-        assert talk(line) == [reply]
-
-
-def test_an_unknown_fault_is_refused_with_the_known_ones(serving: Serving) -> None:
+    )
+    assert [talk(line) for line, _ in said] == [[reply] for _, reply in said]
     with pytest.raises(InvalidValueError, match=r"drop_fin.*kill_program"):
         serving.control.fault("ur", "flood")
