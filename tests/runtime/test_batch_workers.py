@@ -31,14 +31,6 @@ def test_batches_with_other_work_are_done_by_the_same_processes_and_none_is_left
 
 
 @pytest.mark.slow
-def test_what_a_worker_has_loaded_stays():
-    """Which is why: kernels and scenes."""
-    with Workers(1) as shared:
-        assert results_of(run_batch(counted, [0, 0], shared, quiet)) == [1, 2]
-        assert results_of(run_batch(counted, [0], shared, quiet)) == [3]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("changed", ["folder", "environment", "path"])
 def test_a_worker_that_was_started_elsewhere_is_not_taken(changed, tmp_path, monkeypatch):
     with Workers(1) as shared:
@@ -55,7 +47,7 @@ def test_a_worker_that_was_started_elsewhere_is_not_taken(changed, tmp_path, mon
 
 
 @pytest.mark.slow
-def test_a_module_that_was_edited_is_imported_anew(tmp_path, monkeypatch):
+def test_loaded_modules_stay_and_a_module_that_was_edited_is_imported_anew(tmp_path, monkeypatch):
     file = tmp_path / "edited_work.py"
     file.write_text("def work(case):\n    return 1\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -64,6 +56,8 @@ def test_a_module_that_was_edited_is_imported_anew(tmp_path, monkeypatch):
     with Workers(1) as shared:
         before = pids(shared)
         assert results_of(run_batch(edited_work.work, [0], shared, quiet)) == [1]
+        assert results_of(run_batch(counted, [0, 0], shared, quiet)) == [1, 2]
+        assert results_of(run_batch(counted, [0], shared, quiet)) == [3]
         assert pids(shared) == before
         time.sleep(0.05)  # file systems keep time in steps
         file.write_text("def work(case):\n    return 2222\n")
@@ -71,15 +65,7 @@ def test_a_module_that_was_edited_is_imported_anew(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_one_that_was_killed_meanwhile_is_replaced():
-    with Workers(2) as shared:
-        for each in pids(shared):
-            os.kill(each, signal.SIGKILL)
-        assert all(isinstance(each, Success) for each in run_batch(toss, [Toss(0), Toss(1)], shared, quiet))
-
-
-@pytest.mark.slow
-def test_after_a_batch_that_came_to_nothing_the_next_one_starts_anew():
+def test_workers_are_replaced_after_an_abandoned_batch_or_when_they_were_killed():
     def stop(progress):
         raise KeyError("seen enough")
 
@@ -90,4 +76,8 @@ def test_after_a_batch_that_came_to_nothing_the_next_one_starts_anew():
         assert workers() == []
         with pytest.raises(InvalidValueError, match="cannot be loaded in another process"):
             run_batch(Grumpy(), [0], shared, quiet)
-        assert not before & pids(shared)
+        new = pids(shared)
+        assert not before & new
+        for each in new:
+            os.kill(each, signal.SIGKILL)
+        assert all(isinstance(each, Success) for each in run_batch(toss, [Toss(0), Toss(1)], shared, quiet))
