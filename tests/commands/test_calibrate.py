@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from contextlib import contextmanager
 
 import msgspec
 import numpy as np
@@ -59,29 +60,30 @@ def run(task):
     return run_calibrate(task).exit_code
 
 
+@contextmanager
+def unchanged(folder):
+    """No file of a folder changes in this block."""
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    yield
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
 def refused(task, *words):
     """The task is refused in one line with these words, and no file changes."""
-    folder = task.sensor.parent
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    with pytest.raises(InvalidValueError) as caught:
+    with unchanged(task.sensor.parent), pytest.raises(InvalidValueError) as caught:
         run(task)
     message = str(caught.value)
     assert "\n" not in message
-    for word in words:
-        assert word in message, message
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert all(word in message for word in words), (words, message)
 
 
 def not_used(task, assumption):
     """The task ends with exit code 1, names the assumption first, and no file changes."""
-    folder = task.sensor.parent
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    result = run_calibrate(task)
+    with unchanged(task.sensor.parent):
+        result = run_calibrate(task)
     verdict = result.facts["verdict"]
-    assert isinstance(verdict, dict)
     assert (result.exit_code, verdict["ok"], result.files) == (1, False, ())
     assert verdict["broken"][0]["assumption"] == assumption, result.outcome
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     return result.outcome
 
 
@@ -153,11 +155,12 @@ def test_from_nothing_to_a_pipeline_that_measures_right(tmp_path, capsys):
     assert (np.abs(felt.wrench - contact) < NOISE + 3e-4 * RANGES).all()
     assert felt.health is HEALTHY
     told = capsys.readouterr().out
-    for word in ("condition number", "left out rms", "centre of mass", "95 % from", "standard error", "OK"):
+    told += sensor.read_text()
+    for word in (
+        *("condition number", "left out rms", "centre of mass", "95 % from", "standard error", "OK"),
+        *("FT1", "bias: 400 readings", "payload: 24 poses", "matrix: 40 known loads"),
+    ):
         assert word in told
-    text = sensor.read_text()
-    for word in ("FT1", "bias: 400 readings", "payload: 24 poses", "matrix: 40 known loads"):
-        assert word in text
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_anything_is_measured(tmp_path, monkeypatch):
@@ -214,15 +217,6 @@ MATRIX_MISTAKES = {
     "units differ": (lambda t: t.replace("raw_3", "raw_3_mV", 1), ("different units",)),
     "few": (lambda t: "\n".join(t.split()[:6]), ("5 loads: give 8 or more",)),
 }  # fmt: skip
-
-
-@pytest.mark.parametrize("name", MATRIX_MISTAKES)
-def test_wrong_loads_are_refused(name, tmp_path):
-    change, words = MATRIX_MISTAKES[name]
-    text = change(loads_csv(np.random.default_rng(3)))
-    loads = written(tmp_path, text)
-    task = MatrixConfig(loads, sensor_in(tmp_path), raw_unit="V", raw_range=(-10.0, 10.0))
-    refused(task, "in.csv", *words)
 
 
 def test_loads_in_other_axes_than_before_give_no_matrix_to_use(tmp_path):
@@ -405,17 +399,6 @@ def test_a_sensor_with_swapped_axes_is_refused_by_name(order, words, tmp_path):
     refused(MountingConfig(written(tmp_path, text), sensor_in(tmp_path), averaged=500), *words)
 
 
-def test_poses_of_the_flange_that_were_mixed_up_are_named(tmp_path):
-    text, _ = mounted_csv(np.random.default_rng(2))
-    sensor = sensor_in(tmp_path)
-    path = written(tmp_path, text)
-    refused(MountingConfig(path, sensor, averaged=500, rotation="flange-from-base"), "--rotation")
-    few = written(tmp_path, "\n".join(text.split("\n")[:12]), "few.csv")
-    refused(MountingConfig(few, sensor, averaged=500), "12 or more")
-    gravity = written(tmp_path, pose_csv(np.random.default_rng(4), "gravity"), "gravity.csv")
-    refused(MountingConfig(gravity, sensor), "the flange's orientation")
-
-
 def test_bad_poses_are_left_out_and_named_by_their_line(tmp_path):
     sensor = sensor_in(tmp_path)
     text = pose_csv(np.random.default_rng(4), "gravity").replace("\n", "\n0,0,-9.8,3,0,0,0,0.01,0\n", 1)
@@ -423,38 +406,6 @@ def test_bad_poses_are_left_out_and_named_by_their_line(tmp_path):
     assert result.exit_code == 0
     assert any("line 2 of in.csv" in warning for warning in result.warnings)
     assert load_sensor_file(sensor).payload.mass == pytest.approx(0.030, rel=0.02)
-
-
-@pytest.mark.parametrize("name", PAYLOAD_MISTAKES)
-def test_wrong_poses_are_refused(name, tmp_path):
-    change, words = PAYLOAD_MISTAKES[name]
-    text = change(pose_csv(np.random.default_rng(4), "gravity"))
-    refused(PayloadConfig(written(tmp_path, text), sensor_in(tmp_path)), "in.csv", *words)
-
-
-def test_no_rotations_are_refused_with_their_line(tmp_path):
-    sensor = sensor_in(tmp_path)
-    row = ",0,0,0,0,0,0\n"
-    header = ",".join(f"r{i}{j}" for i in range(3) for j in range(3)) + f",{WRENCH}\n"
-    for pose, word in (("1,0,0,0,1,0,0,0,-1", "reflection"), ("1,0,0,0,1,0,0,0.01,1", "not orthonormal")):
-        refused(PayloadConfig(written(tmp_path, header + pose + row), sensor), word, "line 2")
-    for pose, word in (("0.5,0,0,0", "length 0.5"), ("1e300,0,0,0", "larger than 1")):
-        refused(PayloadConfig(written(tmp_path, f"qw,qx,qy,qz,{WRENCH}\n{pose}{row}"), sensor), word, "line 2")
-
-
-@pytest.mark.parametrize(
-    ("tilts", "reason"),
-    [
-        ([(0.0, 0.0, -1.0)] * 6, "same direction of gravity"),
-        ([(math.sin(x), 0.0, -math.cos(x)) for x in (0.0, 0.0, 0.5, 0.5)], "centre of mass along that direction"),
-        ([(0.0, 0.0, -1.0)] * 3, "3 poses: give 4 or more"),
-    ],
-)
-def test_singular_pose_sets_are_refused_with_the_reason(tilts, reason, tmp_path):
-    down = np.array(tilts)
-    rows = np.hstack([down, shown(-G * down, np.random.default_rng(4))])
-    poses_csv = written(tmp_path, table(f"gx,gy,gz,{WRENCH}", rows))
-    refused(PayloadConfig(poses_csv, sensor_in(tmp_path)), reason)
 
 
 # --- tare --------------------------------------------------------------------------------------------------------
@@ -474,21 +425,6 @@ def test_the_weight_of_the_payload_is_taken_off_the_bias(tmp_path):
     assert (np.abs(np.subtract(load_sensor_file(sensor).bias, BIAS)) < 4.0 * NOISE / 20.0).all()
 
 
-@pytest.mark.parametrize(
-    ("motion", "word"),
-    [
-        (np.sin(np.linspace(0.0, 40.0, 400)) * 10.0, "standard deviation"),
-        (np.linspace(0.0, 5.0, 400), "changed by"),
-        (np.where(np.arange(400) < 200, 0.0, 3.9), "moved"),
-    ],
-)
-def test_readings_that_moved_or_drifted_are_refused(motion, word, tmp_path):
-    rows = BIAS + NOISE * np.random.default_rng(7).normal(size=(400, 6))
-    rows[:, 1] += motion * NOISE[1]
-    rest = written(tmp_path, table(WRENCH, rows))
-    refused(TareConfig(sensor=sensor_in(tmp_path), readings=rest), "Fy", word, "in.csv")
-
-
 def test_noise_can_be_learned_but_a_trend_is_still_refused(tmp_path):
     sensor = sensor_in(tmp_path)
     rows = BIAS + 4.0 * NOISE * np.random.default_rng(8).normal(size=(1000, 6))
@@ -502,12 +438,6 @@ def test_noise_can_be_learned_but_a_trend_is_still_refused(tmp_path):
     refused(TareConfig(sensor=sensor, readings=dead, learn_noise=True), "Fz", "alive")
     assert run(TareConfig(sensor=sensor, readings=rest, learn_noise=True)) == 0
     np.testing.assert_allclose(load_sensor_file(sensor).noise, 4.0 * NOISE, rtol=0.1)
-
-
-def test_raw_channels_without_a_calibration_are_refused(tmp_path):
-    rest = written(tmp_path, table("raw_0,raw_1", np.zeros((200, 2))))
-    refused(TareConfig(sensor=sensor_in(tmp_path), readings=rest), "no calibration", "calibrate matrix")
-    refused(TareConfig(sensor=sensor_in(tmp_path, fingertip()), readings=rest, gravity_direction=(1, 0, 0)), "6")
 
 
 @pytest.mark.parametrize("payload", [PayloadEntry(), PayloadEntry(mass=0.05, center_of_mass=(0.0, 0.002, 0.02))])
@@ -576,7 +506,7 @@ def test_a_first_file_loads_says_where_it_comes_from_and_makes_a_pipeline(preset
     assert path.read_bytes() == before
 
 
-# --- files of all kinds ------------------------------------------------------------------------------------------
+# --- mistakes in files ------------------------------------------------------------------------------------------
 
 FILES = {
     "missing": (None, ("cannot read",)),
@@ -598,12 +528,78 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_a_file_that_is_wrong_is_refused_with_its_line(name, tmp_path):
-    text, words = FILES[name]
+RAW_READINGS = table("raw_0,raw_1", np.zeros((200, 2)))
+KNOWN = {"raw_unit": "V", "raw_range": (-10.0, 10.0)}
+TASKS = {
+    "loads": (lambda: loads_csv(np.random.default_rng(3)), lambda p, s: MatrixConfig(p, s, **KNOWN)),
+    "poses": (lambda: pose_csv(np.random.default_rng(4), "gravity"), PayloadConfig),
+    "flange": (
+        lambda: mounted_csv(np.random.default_rng(2))[0],
+        lambda p, s: MountingConfig(p, s, averaged=500),
+    ),
+    "turned flange": (
+        lambda: mounted_csv(np.random.default_rng(2))[0],
+        lambda p, s: MountingConfig(p, s, averaged=500, rotation="flange-from-base"),
+    ),
+    "readings": (lambda: None, lambda p, s: TareConfig(sensor=s, readings=p)),
+}
+"""How the right text of each kind of file is made, and the task that reads it."""
+
+
+def gravity_csv(tilts):
+    down = np.array(tilts)
+    return table(f"gx,gy,gz,{WRENCH}", np.hstack([down, shown(-G * down, np.random.default_rng(4))]))
+
+
+def moving_csv(motion):
+    rows = BIAS + NOISE * np.random.default_rng(7).normal(size=(400, 6))
+    rows[:, 1] += motion * NOISE[1]
+    return table(WRENCH, rows)
+
+
+ROTATION_NAMES = ",".join(f"r{i}{j}" for i in range(3) for j in range(3))
+NO_ROTATIONS = (
+    (f"{ROTATION_NAMES},{WRENCH}\n1,0,0,0,1,0,0,0,-1", ("reflection",)),
+    (f"{ROTATION_NAMES},{WRENCH}\n1,0,0,0,1,0,0,0.01,1", ("not orthonormal",)),
+    (f"qw,qx,qy,qz,{WRENCH}\n0.5,0,0,0", ("length 0.5",)),
+    (f"qw,qx,qy,qz,{WRENCH}\n1e300,0,0,0", ("larger than 1",)),
+)
+SINGULAR = (
+    ([(0.0, 0.0, -1.0)] * 6, "same direction of gravity"),
+    ([(math.sin(x), 0.0, -math.cos(x)) for x in (0.0, 0.0, 0.5, 0.5)], "centre of mass along that direction"),
+    ([(0.0, 0.0, -1.0)] * 3, "3 poses: give 4 or more"),
+)
+MOVED = (
+    (np.sin(np.linspace(0.0, 40.0, 400)) * 10.0, "standard deviation"),
+    (np.linspace(0.0, 5.0, 400), "changed by"),
+    (np.where(np.arange(400) < 200, 0.0, 3.9), "moved"),
+)
+MISTAKES = [
+    *(("loads", change, ("in.csv", *words)) for change, words in MATRIX_MISTAKES.values()),
+    *(("poses", change, ("in.csv", *words)) for change, words in PAYLOAD_MISTAKES.values()),
+    *(("readings", lambda t, text=text: text, ("in.csv", *words)) for text, words in FILES.values()),
+    *(("poses", lambda t, x=x: f"{x},0,0,0,0,0,0\n", (*words, "line 2")) for x, words in NO_ROTATIONS),
+    *(("poses", lambda t, x=x: gravity_csv(x), (reason,)) for x, reason in SINGULAR),
+    *(("readings", lambda t, x=x: moving_csv(x), ("Fy", word, "in.csv")) for x, word in MOVED),
+    ("turned flange", lambda t: t, ("--rotation",)),
+    ("flange", lambda t: "\n".join(t.split("\n")[:12]), ("12 or more",)),
+    ("flange", lambda t: pose_csv(np.random.default_rng(4), "gravity"), ("the flange's orientation",)),
+    ("readings", lambda t: RAW_READINGS, ("no calibration", "calibrate matrix")),
+]
+"""Task, what becomes of the right text of its file, and the words of the refusal."""
+
+
+@pytest.mark.parametrize(("name", "change", "words"), MISTAKES)
+def test_a_file_that_is_wrong_is_refused_with_its_place(name, change, words, tmp_path):
+    make, config = TASKS[name]
+    text = change(make())
     path = tmp_path / "in.csv" if text is None else written(tmp_path, text)
-    sensor = sensor_in(tmp_path)
-    refused(TareConfig(sensor=sensor, readings=path), "in.csv", *words)
+    refused(config(path, sensor_in(tmp_path)), *words)
+
+
+def test_raw_channels_of_another_number_than_calibrated_are_refused(tmp_path):
+    rest, sensor = written(tmp_path, RAW_READINGS), sensor_in(tmp_path, fingertip())
+    refused(TareConfig(sensor=sensor, readings=rest, gravity_direction=(1, 0, 0)), "6")
 
 
 # --- the command line --------------------------------------------------------------------------------------------
@@ -625,11 +621,6 @@ def test_the_examples_in_the_help_texts_are_understood():
             assert isinstance(parsed(*line.split()), kind)
             count += 1
     assert count == 8
-
-
-# --- fuzz --------------------------------------------------------------------------------------------------------
-
-# fmt: on
 
 
 def test_the_old_file_is_kept_or_left_alone(tmp_path):
@@ -678,8 +669,7 @@ def test_channels_by_name_in_the_order_given(tmp_path):
     loads = written(tmp_path, text)
     run(MatrixConfig(loads, sensor, channels=names, raw_unit="V", raw_range=(-10.0, 10.0)))
     np.testing.assert_allclose(load_sensor_file(sensor).calibration.offset, OFFSET, atol=2e-4)
-    known = {"raw_unit": "V", "raw_range": (-10.0, 10.0)}
-    refused(MatrixConfig(loads, sensor, channels=("gauge 9", *names), **known), "gauge 9", "'gauge 0'")
+    refused(MatrixConfig(loads, sensor, channels=("gauge 9", *names), **KNOWN), "gauge 9", "'gauge 0'")
 
 
 def test_a_missing_or_wrong_sensor_file_is_said(tmp_path):

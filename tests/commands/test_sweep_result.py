@@ -99,8 +99,7 @@ def test_tables_hold_every_run_and_floats_read_back_to_the_same_bits(tmp_path):
     rng = np.random.default_rng(3)
     values = rng.lognormal(sigma=20.0, size=12).tolist()
     result = made("force=1,2", "robot=stage,turning-stage", seeds=3, value=lambda run: values[run.number])
-    columns = columns_of(result.plan)
-    rows = rows_of(result.plan, result.records)
+    columns, rows = columns_of(result.plan), rows_of(result.plan, result.records)
     write_csv(rows, columns, tmp_path / "runs.csv")
     with (tmp_path / "runs.csv").open(newline="") as file:
         back = list(csv.DictReader(file))
@@ -210,8 +209,7 @@ def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
     names = [each.name for each in result.plan.varied if len(each.values) > 1] or ["seed"]
     named = [axis.quantity for panel in panels(picture) for axis in (panel.x, panel.y)]
     shown = " ".join(named + [mark.name for mark in marks(picture, Line | Points)])
-    for name in names:
-        assert name.replace("_", " ") in shown
+    assert all(name.replace("_", " ") in shown for name in names)
     assert len(plots(picture)) == len(summary_picture(result).panels)
     if shape in {"two numbers, few", "two numbers, many"}:
         write_summary(result, tmp_path / "summary.png")
@@ -247,7 +245,10 @@ def test_nothing_is_claimed_of_fewer_than_five_seeds(vary, seeds):
         (points,) = (mark for mark in panel.marks if isinstance(mark, Points))
         assert points.y_error is None
         assert len(points.x) == len(result.records), "every run is a point"
-    assert not any(" to " in note for *_, note in combination_rows(result, 0))
+    notes = [note for *_, note in combination_rows(result, 0)]
+    assert not any(" to " in note for note in notes)
+    assert seeds < 4 or len(notes[0].split(", ")) == 4, "each of them is told"
+    assert " to " in combination_rows(made(*vary, seeds=5), 0)[0][3]
     assert "--seeds 5" in " ".join(advice(result))
 
 
@@ -314,12 +315,6 @@ def test_a_report_says_how_to_repeat_it_and_one_run_of_it():
     ]  # fmt: skip
 
 
-def test_of_few_runs_no_band_is_claimed():
-    few, enough = (combination_rows(made("force=1,2", seeds=count), 0)[0][3] for count in (4, 5))
-    assert len(few.split(", ")) == 4, "each of them is told"
-    assert " to " in enough
-
-
 def test_advice_is_given_where_there_is_something_to_do():
     assert advice(made("force=1,2", seeds=5)) == ()
     assert "Nothing has to be done" in html(made("force=1,2", seeds=5))
@@ -356,17 +351,13 @@ def test_a_column_of_several_kinds_can_be_kept(tmp_path):
     assert write_parquet(rows, columns, tmp_path / "runs.parquet")
 
 
-def test_a_report_of_nothing_but_failures_says_so():
+def test_a_report_of_nothing_but_failures_or_words_says_so():
     result = made("force=1,2", status=lambda number: RunStatus.FAILED)
-    text = html(SweepResult(result.plan, result.records, ()))
-    assert "0 of 2 runs got to their end" in text
+    assert "0 of 2 runs got to their end" in html(SweepResult(result.plan, result.records, ()))
+    words = made("force=1,2", value=lambda run: "never lost")  # words have no median
+    assert "see force_mean_n in runs.csv" in words.outcome
+    assert pictures(words)
     assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
-
-
-def test_of_words_there_is_no_median():
-    result = replace(made("force=1,2", value=lambda run: "never lost"))
-    assert "see force_mean_n in runs.csv" in result.outcome
-    assert pictures(result)
 
 
 def test_times_are_in_units_that_suit_them():

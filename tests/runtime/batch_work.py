@@ -21,7 +21,8 @@ class Toss:
     folder: Path | None = None
     deaths: int = 0
     pause: float = 0.0
-    error: str = ""
+    error: BaseException | None = None
+    loose: bool = False
 
 
 def walk(seed):
@@ -35,7 +36,8 @@ def walk(seed):
 
 
 def toss(case):
-    """Do what the case says: note the attempt, pause, die by SIGKILL for as many attempts, raise, or walk."""
+    """Do what the case says: note the attempt, pause, die by SIGKILL for as many attempts, raise,
+    return something that does not pickle, or walk."""
     attempt = 0
     if case.folder is not None:
         attempt = len(list(case.folder.glob(f"{case.seed}-*")))
@@ -44,8 +46,8 @@ def toss(case):
     if attempt < case.deaths:
         os.kill(os.getpid(), signal.SIGKILL)
     if case.error:
-        raise LookupError(case.error)
-    return walk(case.seed)
+        raise case.error
+    return {"fine": case, "lock": [threading.Lock()]} if case.loose else walk(case.seed)
 
 
 def surroundings(case):
@@ -62,19 +64,9 @@ def surroundings(case):
     )
 
 
-def unsendable(case):
-    """A result with something in it that cannot travel."""
-    return {"fine": case, "lock": [threading.Lock()]} if case == 1 else case
-
-
 def large(case):
     """A result that does not fit into a pipe."""
     return bytes(16 << 20)
-
-
-def leave(case):
-    """End the interpreter, or what looks like it."""
-    raise SystemExit(3) if case else KeyboardInterrupt
 
 
 class Grumpy:

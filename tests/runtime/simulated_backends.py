@@ -126,11 +126,6 @@ def touched(history: list[tuple[Sample, object]]) -> bool:
     return max(loads) > 1.0
 
 
-def said_in(run: Run) -> list[str]:
-    """Every period of a run, in digits that show every bit."""
-    return [repr(period) for period in steps(run)]
-
-
 def digest(run: Run) -> tuple[str, bool]:
     """Everything that a run says, in short, and whether it felt anything."""
     history = list(steps(run))

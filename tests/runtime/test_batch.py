@@ -26,7 +26,7 @@ from palpate.runtime.batch import (
     results_of,
     run_batch,
 )
-from runtime.batch_work import Grumpy, Toss, leave, surroundings, toss, unsendable, walk
+from runtime.batch_work import Grumpy, Toss, surroundings, toss, walk
 
 TESTS = Path(__file__).parents[1]
 PYTHONPATH = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
@@ -34,50 +34,47 @@ PYTHONPATH = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPAT
 
 @pytest.mark.slow
 def test_any_number_of_processes_gives_the_numbers_of_a_plain_loop_in_the_order_of_the_cases():
-    # later cases end sooner: what comes first is not what was first
+    # later cases end sooner: the order of the results is not the order of completion
     cases = [Toss(seed, pause=0.02 * (6 - seed)) for seed in range(7)]
     found = {n: run_batch(toss, cases, n, quiet) for n in (1, 2, 4)}
-    one, two, four = (repr(results_of(outcomes)) for outcomes in found.values())
-    assert one == two == four
-    # sets of strings are in another order in every process that does not say otherwise, also in this one
+    assert len({repr(results_of(outcomes)) for outcomes in found.values()}) == 1
+    # sets of strings are ordered differently in every process that does not fix its hash seed, also in this one
     assert [numbers for _, numbers in results_of(found[2])] == [walk(case.seed)[1] for case in cases]
-    for outcomes in found.values():
-        for outcome, case in zip(outcomes, cases, strict=True):
-            assert isinstance(outcome, Success)
-            assert outcome.case is case
-            assert outcome.duration >= case.pause
+    for outcome, case in zip([*found[1], *found[2], *found[4]], cases * 3, strict=True):
+        assert outcome.case is case
+        assert outcome.duration >= case.pause
+    assert run_batch(toss, [], 4) == []  # no cases need no process
 
 
 @pytest.mark.slow
-def test_a_case_that_raises_is_reported_with_its_traceback_and_the_others_go_on():
-    cases = [Toss(0), Toss(1, error="nothing there"), Toss(2)]
+def test_a_case_that_fails_is_reported_and_the_others_go_on():
+    """Work that raises, asks to end the interpreter, or returns something that does not pickle."""
+    errors = [LookupError("nothing there"), SystemExit(3), KeyboardInterrupt()]
+    cases = [Toss(0), *(Toss(i, error=error) for i, error in enumerate(errors, 1)), Toss(4, loose=True), Toss(5)]
     reported = []
     outcomes = run_batch(toss, cases, 2, reported.append)
-    assert [type(outcome) for outcome in outcomes] == [Success, Failure, Success]
-    failure = outcomes[1]
-    assert isinstance(failure, Failure)
-    assert failure.case is cases[1]
-    assert failure.kind is FailureKind.RAISED
-    assert failure.error == "LookupError: nothing there"
-    # from the work on, and not from what called it
-    assert failure.traceback.count("File ") == 1
-    assert "batch_work.py" in failure.traceback
-    assert "raise LookupError(case.error)" in failure.traceback
-    with pytest.raises(BatchError, match=r"1 of 3 cases failed; .*seed=1(.|\n)*LookupError: nothing there"):
+    assert [type(outcome) for outcome in outcomes] == [Success, *[Failure] * 4, Success]
+    assert all(outcome.case is case for outcome, case in zip(outcomes, cases, strict=True))
+    raised, *_, loose = failures = outcomes[1:5]
+    assert [failure.error for failure in failures[:3]] == [
+        "LookupError: nothing there",
+        "SystemExit: 3",
+        "KeyboardInterrupt",
+    ]
+    assert {failure.kind for failure in failures[:3]} == {FailureKind.RAISED}
+    # the traceback begins at the work, not at its caller
+    assert raised.traceback.count("File ") == 1
+    assert "batch_work.py" in raised.traceback
+    assert "raise case.error" in raised.traceback
+    assert "result['lock'][0] = <unlocked" in loose.error
+    assert "a lock does not pickle" in loose.error
+    with pytest.raises(BatchError, match=r"4 of 6 cases failed; .*seed=1(.|\n)*LookupError: nothing there"):
         results_of(outcomes)
     ended = [progress for progress in reported if progress.index is not None]
-    assert sorted(progress.index for progress in ended) == [0, 1, 2]
+    assert sorted(progress.index for progress in ended) == list(range(6))
     assert all(progress.outcome is outcomes[progress.index] for progress in ended)
-    assert [progress.done for progress in ended] == [1, 2, 3]
-    assert (reported[-1].cases, reported[-1].done, reported[-1].failed) == (3, 3, 1)
-
-
-@pytest.mark.slow
-def test_work_that_asks_to_end_the_interpreter_ends_its_case():
-    failures = run_batch(leave, [True, False], 1, quiet)
-    for failure, error in zip(failures, ["SystemExit: 3", "KeyboardInterrupt"], strict=True):
-        assert isinstance(failure, Failure)
-        assert (failure.kind, failure.error) == (FailureKind.RAISED, error)
+    assert [progress.done for progress in ended] == [1, 2, 3, 4, 5, 6]
+    assert (reported[-1].cases, reported[-1].done, reported[-1].failed) == (6, 6, 4)
 
 
 @pytest.mark.slow
@@ -110,10 +107,6 @@ def test_workers_are_one_thread_deaf_to_ctrl_c_and_no_more_than_cases():
     assert len({pid for *_, pid in found}) <= 2
 
 
-def test_no_cases_need_no_process():
-    assert run_batch(toss, [], 4) == []
-
-
 @dataclass
 class Scene:
     """Has a part that cannot travel."""
@@ -127,43 +120,29 @@ class Loose:
         self.name, self.part = "x", part
 
 
+LOCK = threading.Lock()
+
+
 @pytest.mark.parametrize(
-    ("cases", "named"),
+    ("work", "cases", "named"),
     [
-        ([1, threading.Lock()], r"cases\[1\] = <unlocked"),
-        ([1, Scene("x", {"a": [0, threading.Lock()]})], r"cases\[1\]\.part\['a'\]\[1\] = <unlocked"),
-        ([Loose((threading.Lock(),))], r"cases\[0\]\.part\[0\] = <unlocked"),
+        (toss, [1, LOCK], r"cases\[1\] = <unlocked.*a lock does not pickle"),
+        (toss, [1, Scene("x", {"a": [0, LOCK]})], r"cases\[1\]\.part\['a'\]\[1\] = <unlocked"),
+        (toss, [Loose((LOCK,))], r"cases\[0\]\.part\[0\] = <unlocked"),
+        ((lambda lock: lambda case: lock)(LOCK), [1], "work, lock = <unlocked"),
+        (partial(toss, key=LOCK), [1], r"work\.keywords\['key'\] = <unlocked"),
+        (Scene("x", LOCK).__eq__, [1], r"work\.__self__\.part = <unlocked"),
+        pytest.param(
+            Grumpy(),
+            range(3),
+            r"work cannot be loaded in another process(.|\n)*not at home",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
-def test_a_case_that_does_not_pickle_is_refused_by_the_name_of_its_part(cases, named):
-    with pytest.raises(InvalidValueError, match=named + r".*a lock does not pickle"):
-        run_batch(toss, cases, 1, quiet)
-
-
-def test_work_that_does_not_pickle_is_refused_by_the_name_of_its_part():
-    lock = threading.Lock()
-    with pytest.raises(InvalidValueError, match=r"work, lock = <unlocked"):
-        run_batch(lambda case: lock, [1], 1, quiet)
-    with pytest.raises(InvalidValueError, match=r"work\.keywords\['key'\] = <unlocked"):
-        run_batch(partial(toss, key=lock), [1], 1, quiet)
-    with pytest.raises(InvalidValueError, match=r"work\.__self__\.part = <unlocked"):
-        run_batch(Scene("x", lock).__eq__, [1], 1, quiet)
-
-
-@pytest.mark.slow
-def test_a_result_that_does_not_pickle_fails_its_case_by_the_name_of_its_part():
-    outcomes = run_batch(unsendable, range(3), 1, quiet)
-    assert [isinstance(outcome, Success) for outcome in outcomes] == [True, False, True]
-    failure = outcomes[1]
-    assert isinstance(failure, Failure)
-    assert "result['lock'][0] = <unlocked" in failure.error
-    assert "a lock does not pickle" in failure.error
-
-
-@pytest.mark.slow
-def test_work_that_cannot_be_loaded_elsewhere_is_refused():
-    with pytest.raises(InvalidValueError, match=r"work cannot be loaded in another process(.|\n)*not at home"):
-        run_batch(Grumpy(), range(3), 2, quiet)
+def test_work_and_cases_that_cannot_travel_are_refused_by_the_name_of_their_part(work, cases, named):
+    with pytest.raises(InvalidValueError, match=named):
+        run_batch(work, cases, 2, quiet)
 
 
 def shown(elapsed, terminal=True):

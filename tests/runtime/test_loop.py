@@ -127,19 +127,14 @@ def test_an_exception_with_a_user_message_is_reported_by_that_alone():
     assert numbered.why.startswith("back end was ConnectionRefusedError: ")
 
 
-def test_a_back_end_that_fails_once_is_still_brought_to_rest():
-    backend = PuppetBackend({10: OSError("a packet was lost")})
-    result = go(backend)
-    assert (ended(backend, result), result.error) == (Ending.TRIPPED, backend.script[10])
-    assert result.trip.measure == "back end"
-
-
-def test_a_back_end_that_fails_for_good_is_closed_and_the_first_failure_is_the_one_reported():
+def test_a_back_end_that_fails_is_closed_and_brought_to_rest_if_it_fails_only_once():
+    """The first failure is the one reported."""
     first = OSError("the cable is out")
-    backend = failing_from(10, first)
-    result = go(backend)
-    assert (result.error, result.at_rest, backend.closed) == (first, False, 1)
-    assert "the cable is out" in str(result.trip)
+    once, for_good = PuppetBackend({10: first}), failing_from(10, first)
+    result, stuck = go(once), go(for_good)
+    assert (ended(once, result), result.error, result.trip.measure) == (Ending.TRIPPED, first, "back end")
+    assert (stuck.error, stuck.at_rest, for_good.closed) == (first, False, 1)
+    assert "the cable is out" in str(stuck.trip)
 
 
 @pytest.mark.parametrize(
@@ -184,15 +179,6 @@ def test_observers_are_called_once_per_period_with_what_was_commanded():
     assert [now.time for now in controller.started] == [controller.seen[0].time] == [0.0]
 
 
-def test_observers_see_the_stop_not_what_the_controller_wanted():
-    calls = []
-    backend = PuppetBackend({20: {"wrench": (0.0, 0.0, 99.0, 0.0, 0.0, 0.0)}})
-    go(backend, observers=(lambda *seen: calls.append(seen),))
-    assert calls[19][2].velocity_base_tip == (0.01, 0.0, 0.0)
-    assert calls[20][2].velocity_base_tip == pytest.approx((0.0, 0.0, 0.02))  # the way out
-    assert calls[-1][2] == Command(REST, Phase.STOP)
-
-
 @pytest.mark.parametrize("error", [None, RuntimeError("no idea")])
 def test_full_garbage_collections_wait_until_the_run_is_over(error):
     """They take 100 ms: `palpate.runtime.interpreter`."""
@@ -201,6 +187,14 @@ def test_full_garbage_collections_wait_until_the_run_is_over(error):
     go(PuppetBackend(), PuppetController(script), observers=(lambda *_: inside.append(gc.get_threshold()),))
     assert gc.get_threshold() == before
     assert {full for _, _, full in inside} == {2**31 - 1}
+
+
+def test_observers_see_the_stop_not_the_command_of_the_controller():
+    calls = []
+    hard = PuppetBackend({20: {"wrench": (0.0, 0.0, 99.0, 0.0, 0.0, 0.0)}})
+    go(hard, observers=(lambda *seen: calls.append(seen[2]),))
+    assert [c.velocity_base_tip for c in calls[19:21]] == [(0.01, 0.0, 0.0), pytest.approx((0.0, 0.0, 0.02))]
+    assert calls[-1] == Command(REST, Phase.STOP)
 
 
 def test_wrenches_that_change_in_number_stop_the_robot():

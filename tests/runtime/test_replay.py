@@ -242,12 +242,9 @@ def test_whatever_ended_a_run_its_commands_come_out_again_bit_for_bit(name, tmp_
     assert extent_of(original.log).count == story.count
     assert len(original.log) > story.count, "how it came to rest was recorded too"
     assert [change.value for change in original.log.changes] == [4e-3, 2e-3]
-    again = {} if name == "Ctrl-C" else dict(story.controller or {})
-    if name == "Ctrl-C":
-        again[30] = Command((0.001, 0.0, 0.0), Phase.SCAN)
     still = Command((0.0, 0.0, 0.0), Phase.SCAN)
-    again |= {10: still, 20: still}
-    commands, sensing, done = replayed(original.log, again, story.end)
+    same = {30: Command((0.001, 0.0, 0.0), Phase.SCAN)} if name == "Ctrl-C" else story.controller or {}
+    commands, sensing, done = replayed(original.log, same | {10: still, 20: still}, story.end)
     assert commands.first is None, str(commands.first)
     assert sensing.first is None, str(sensing.first)
     assert commands.identical == commands.count == story.count
@@ -267,11 +264,24 @@ def test_a_device_that_is_lost_while_the_robot_retracts_ends_what_can_be_replaye
     assert (commands.identical, commands.first) == (33, None)
 
 
-def a_log(**options):
-    return recorded(end=(50, Phase.DONE), **options).log
+def again(log, **changes):
+    """Differences and replay of a log made with `LOG`'s controller."""
+    return replayed(log, end=(50, Phase.DONE), **changes)
 
 
-LOG = a_log()
+def with_number(row, column, change):
+    """`LOG` with one of its numbers changed."""
+    rows = LOG.rows.copy()
+    rows[row, column] = change(rows[row, column])
+    return replace(LOG, rows=rows)
+
+
+def flip(bit):
+    """Change one bit of a number."""
+    return lambda number: (np.array([number]).view(np.uint64) ^ np.uint64(1 << bit)).view(np.float64)[0]
+
+
+LOG = recorded(end=(50, Phase.DONE)).log
 COLUMNS = [
     (LOG.codec.columns[f"finger_{finger}.reading"].start + i) for finger in range(FINGERS) for i in range(6)
 ]
@@ -281,10 +291,7 @@ COLUMNS = [
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(st.integers(0, 49), st.sampled_from(COLUMNS), st.integers(0, 63))
 def test_one_flipped_bit_in_one_wrench_is_found_in_its_period(row, column, bit):
-    rows = LOG.rows.copy()
-    rows.view(np.uint64)[row, column] ^= np.uint64(1) << np.uint64(bit)
-    _, sensing, _ = replayed(replace(LOG, rows=rows), end=(50, Phase.DONE))
-    assert sensing.first is not None
+    _, sensing, _ = again(with_number(row, column, flip(bit)))
     assert sensing.first.row == row
     assert sensing.first.recorded != sensing.first.replayed
 
@@ -292,10 +299,8 @@ def test_one_flipped_bit_in_one_wrench_is_found_in_its_period(row, column, bit):
 def test_a_flipped_bit_that_a_controller_uses_is_found_in_its_command():
     column = LOG.codec.columns["finger_0.reading"].start
     for row in range(0, 50, 7):
-        rows = LOG.rows.copy()
-        rows.view(np.uint64)[row, column] ^= np.uint64(1 << 12)  # 1e-12 of it: its filter does not round that away
-        commands, _, _ = replayed(replace(LOG, rows=rows), end=(50, Phase.DONE))
-        assert commands.first is not None
+        # 1e-12 of the number: the controller's filter does not round that away
+        commands, _, _ = again(with_number(row, column, flip(12)))
         assert commands.first.row in (row, row + 1)
         assert commands.first.name.startswith("command.")
 
@@ -306,43 +311,35 @@ def test_a_flipped_bit_that_a_controller_uses_is_found_in_its_command():
 )
 def test_zeros_and_nans_are_compared_by_their_bits(name, before, after):
     at = LOG.codec.columns[f"command.{name}"].start
-    _, _, done = replayed(LOG, end=(50, Phase.DONE))
+    _, _, done = again(LOG)
     done.rows[7, at] = before
-    rows = LOG.rows.copy()
-    rows[7, at] = before
-    same = difference_of_commands(replace(LOG, rows=rows), 51, done, 51)
-    rows[7, at] = after
-    other = difference_of_commands(replace(LOG, rows=rows), 51, done, 51)
+    same, other = (
+        difference_of_commands(with_number(7, at, lambda _, new=new: new), 51, done, 51) for new in (before, after)
+    )
     assert same.first is None
     assert (other.first.row, other.identical) == (7, 50)
     assert other.first.recorded != other.first.replayed
 
 
-def test_a_log_with_a_gap_is_replayed_up_to_it():
+def test_a_log_with_a_gap_or_without_its_end_is_replayed_as_far_as_it_goes():
     kept = np.r_[0:20, 30 : len(LOG)]
     gappy = replace(LOG, sequence=LOG.sequence[kept], rows=LOG.rows[kept], damage="a chunk is damaged")
     extent = extent_of(gappy)
     assert extent.count == 20
     assert "periods 20 to 29 are missing" in extent.missing
-    commands, sensing, _ = replayed(gappy, end=(50, Phase.DONE))
-    assert (commands.identical, commands.count, commands.first, sensing.first) == (20, 20, None, None)
-
-
-def test_a_log_that_breaks_off_is_replayed_to_its_end():
     killed = replace(LOG, sequence=LOG.sequence[:37], rows=LOG.rows[:37], events=(), complete=False)
-    commands, _, done = replayed(killed, end=(50, Phase.DONE))
-    assert (commands.identical, commands.first) == (37, None)
-    assert done.reached_end
+    for log, count in ((gappy, 20), (killed, 37)):
+        commands, sensing, done = again(log)
+        assert (commands.identical, commands.count, commands.first, sensing.first) == (count, count, None, None)
+        assert done.reached_end
 
 
 def test_a_replay_that_ends_sooner_has_fewer_commands_and_says_when():
     commands, _, done = replayed(LOG, end=(30, Phase.DONE))
-    assert commands.first.row == 30
-    assert commands.first.name == "command.velocity.x"
-    assert commands.identical == 30
+    first = commands.first
+    assert (first.row, first.name, commands.identical) == (30, "command.velocity.x", 30)
     assert rows_of_replay(done) == 31
-    ended = replayed(LOG, faults={30: raise_it}, end=(50, Phase.DONE))[0]
-    assert ended.identical == 30
+    assert again(LOG, faults={30: raise_it})[0].identical == 30
     # where it differs last, there is nothing to compare any more
     shorter = difference_of_commands(LOG, 51, done, 30)
     assert str(shorter.first) == f"t = {LOG.rows[30, 0]:.3f} s (period 30): the replay had ended"
@@ -357,10 +354,9 @@ def test_phases_are_compared_by_name_however_a_log_numbers_them():
     column = LOG.codec.columns["command.phase"].start
     rows[:, column] = [order.index(int(number)) for number in rows[:, column]]
     other = replace(LOG, codec=PeriodCodec(replace(LOG.heading, codes=renamed), PERIOD_CHANNEL), rows=rows)
-    commands, sensing, _ = replayed(other, end=(50, Phase.DONE))
-    assert (commands.first, sensing.first) == (None, None)
+    assert [found.first for found in again(other)[:2]] == [None, None]
     rows[3, column] = renamed.phases.index("SEEK")
-    first = replayed(other, end=(50, Phase.DONE))[0].first
+    first = again(other)[0].first
     assert (first.row, first.name, first.recorded, first.replayed) == (3, "command.phase", "seek", "scan")
 
 
@@ -383,11 +379,10 @@ def test_a_replay_can_be_interrupted_and_speaks_of_no_robot():
 
 def test_all_64_bits_are_shown_of_what_differs():
     at = LOG.codec.columns["finger_1.wrench"].start
-    rows = LOG.rows.copy()
-    rows[12, at] = math.nextafter(rows[12, at], math.inf)
-    first = replayed(replace(LOG, rows=rows), end=(50, Phase.DONE))[1].first
+    log = with_number(12, at, lambda number: math.nextafter(number, math.inf))
+    first = again(log)[1].first
     assert (first.row, first.name) == (12, "finger_1.wrench.fx")
     assert first.recorded.endswith(" N")
     before, after = (float(text.split()[0]) for text in (first.recorded, first.replayed))
-    assert struct.pack("<d", before) == struct.pack("<d", rows[12, at])
+    assert struct.pack("<d", before) == struct.pack("<d", log.rows[12, at])
     assert before != after

@@ -19,8 +19,9 @@ from palpate.runtime.log import MemoryLog, Recorder
 from palpate.runtime.loop import Ending, run
 from palpate.runtime.replay import replay
 from palpate.runtime.supervision import Limits, Supervisor
-from palpate.runtime.touch import Finger, Touch
+from palpate.runtime.touch import Finger, SensorFinger, Touch
 from palpate.sensing.compensation import SensorPayload
+from palpate.sensing.ft import read_sensor
 from palpate.sim import (
     Box,
     ContactLaw,
@@ -50,15 +51,16 @@ class Exploration:
         start=None,
         duration=12.0,
         force_limit=20.0,
+        finger=None,
         **given,
     ):
         law, tip, stage = law or ContactLaw(), Tip(Sphere(RADIUS)), Stage()
         start = start or (*raster.corners()[0], target.top + RADIUS + 0.001)
         self.backend = MujocoBackend(build_scene(tip, target, law, start, stage), PERIOD, noise)
-        delay = tracking_delay(PERIOD, stage.lag)
+        self.finger = finger or Finger(Sphere(RADIUS - FORCE / (2 * law.stiffness)), SensorPayload(tip.mass))
+        delay = tracking_delay(PERIOD, stage.lag, Touch(self.finger).delay)
         gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), delay)
         self.parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay, **given)
-        self.finger = Finger(Sphere(RADIUS - FORCE / (2 * law.stiffness)), SensorPayload(tip.mass))
         self.raster = raster
         memory, self.samples, self.commands, truth = MemoryLog(), [], [], []
 
@@ -199,3 +201,42 @@ def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
     done = replay(original.samples, PERIOD, Touch(original.finger), original.controller(), Supervisor(limits))
     assert len(done.commands) > 1000
     assert list(done.commands) == original.commands
+
+
+SENSOR = """
+palpate_sensor: 1
+model: simulated
+serial_number: "1"
+date: 2026-01-01
+provenance: made for this test
+sample_rate_Hz: 1000
+force_range_N: [17, 17, 17]
+moment_range_Nm: [0.12, 0.12, 0.12]
+noise_force_N: [0.003, 0.003, 0.003]
+noise_moment_Nm: [1.6e-05, 1.6e-05, 1.6e-05]
+filters: [{kind: critically_damped, cutoff_Hz: 60}]
+payload: {mass_kg: 0.03, center_of_mass_m: [0, 0, 0]}
+contact: {touch_force_N: 0.2, release_force_N: 0.1}
+"""
+
+
+@pytest.fixture(scope="module")
+def sensor():
+    return read_sensor(SENSOR)
+
+
+def test_the_delay_of_the_filter_of_a_sensor_file_reaches_the_controllers(sensor):
+    finger = SensorFinger(Sphere(RADIUS), sensor)
+    # two equal poles; 3 dB of both together at 60 Hz puts each at 60 Hz / sqrt(sqrt(2) - 1)
+    pole = 60.0 / np.sqrt(np.sqrt(2.0) - 1.0)
+    assert Touch(finger).delay == pytest.approx(2.0 / (2 * np.pi * pole), rel=0.02)
+    assert Touch(finger, SensorFinger(Sphere(RADIUS), sensor)).delay == Touch(finger).delay
+
+
+def test_an_exploration_through_a_filtered_sensor_holds_its_force(sensor):
+    """A fingertip on a sensor as its file describes it: noisy and filtered."""
+    finger, noise = SensorFinger(Sphere(RADIUS - FORCE / (2 * 20e3)), sensor), white_noise(0.003, 1.6e-5)
+    done = Exploration(SphereObject(), Raster(0.02, 0.004, 0.004), noise=noise, duration=20.0, finger=finger)
+    assert done.result.ending is Ending.DONE, done.result.trip
+    normal = done.force[done.scan] / np.sqrt(1.0 + 0.3**2)
+    assert np.sqrt(np.mean(np.square(normal - FORCE))) < 0.06

@@ -22,7 +22,7 @@ from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Finger, Touch
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, TurningStage, build_scene, white_noise
 from palpate.surfaces import Sphere
-from runtime.log.log_examples import ONE_FINGER, PERIOD, a_run, any_bits, bits
+from runtime.log.log_examples import ONE_FINGER, PERIOD, a_run, any_bits, bits, write
 
 TIP = Tip(Sphere(0.008))
 LIMITS = Limits(acceleration=1000.0, angular_acceleration=5000.0)
@@ -62,15 +62,21 @@ def flipped(number):
     return struct.unpack("<d", struct.pack("<Q", word ^ 64))[0]
 
 
-def replayed(log, samples):
-    return replay(samples, PERIOD, touch(), Swaying(), Supervisor(LIMITS), log.changes, truth=log.truth)
+def samples_of(log):
+    """The samples that can be replayed."""
+    return list(log.samples())[: extent_of(log).count]
+
+
+def difference(log, samples):
+    """Commands of a replay of these samples against those of the log."""
+    done = replay(samples, PERIOD, touch(), Swaying(), Supervisor(LIMITS), log.changes, truth=log.truth)
+    return difference_of_commands(log, len(samples), done, rows_of_replay(done))
 
 
 def test_a_replay_gives_the_same_turns_bit_for_bit(log):
-    count = extent_of(log).count
-    samples, commands = list(log.samples())[:count], list(log.commands())[:count]
-    done = replayed(log, samples)
-    found = difference_of_commands(log, count, done, rows_of_replay(done))
+    samples = samples_of(log)
+    count, commands = len(samples), list(log.commands())[: len(samples)]
+    found = difference(log, samples)
     assert (found.first, found.identical) == (None, count)
     assert max(math.hypot(*sample.arm.angular_velocity_base_tip) for sample in samples) > 0.2
     assert len({bits(command.angular_velocity_base_tip)[1] for command in commands}) > count - 5
@@ -78,18 +84,13 @@ def test_a_replay_gives_the_same_turns_bit_for_bit(log):
 
 @pytest.mark.parametrize("axis", range(3))
 def test_one_flipped_bit_of_how_it_turned_is_found_in_its_command(log, axis):
-    count = extent_of(log).count
-    samples = list(log.samples())[:count]
-    for row in range(50, count, 70):
+    samples = samples_of(log)
+    for row in range(50, len(samples), 70):
         arm = samples[row].arm
         rate = list(arm.angular_velocity_base_tip)
         rate[axis] = flipped(rate[axis])
-        changed = [*samples]
-        changed[row] = replace(samples[row], arm=replace(arm, angular_velocity_base_tip=tuple(rate)))
-        done = replayed(log, changed)
-        found = difference_of_commands(log, count, done, rows_of_replay(done))
-        assert found.first is not None
-        assert found.first.row == row
+        changed = replace(samples[row], arm=replace(arm, angular_velocity_base_tip=tuple(rate)))
+        assert difference(log, [*samples[:row], changed, *samples[row + 1 :]]).first.row == row
 
 
 @pytest.mark.slow
@@ -104,11 +105,7 @@ def test_any_64_bits_of_an_angular_velocity_come_back(seed):
         command = replace(command, angular_velocity_base_tip=tuple(any_bits(rng, 3).tolist()))
         periods.append((replace(sample, arm=arm), replace(now, arm=arm), command, *times))
     with tempfile.TemporaryDirectory() as folder:
-        recorder = Recorder(LogWriter(Path(folder) / "a.mcap"))
-        recorder.start(periods[0][0], periods[0][1], PERIOD)
-        for period in periods:
-            recorder.record(*period)
-        recorder.close()
+        write(Path(folder) / "a.mcap", periods)
         log = read_log(Path(folder) / "a.mcap")
         samples, commands = list(log.samples()), list(log.commands())
     assert len(samples) == len(periods)

@@ -44,9 +44,6 @@ def one_period(rng, layout, time):
     def numbers(count):
         return tuple(any_bits(rng, count).tolist())
 
-    def arrays(count):
-        return any_bits(rng, count)
-
     def some(count, given_):
         return None if not count or rng.integers(2) else tuple(given_() for _ in range(rng.integers(0, count + 1)))
 
@@ -58,7 +55,7 @@ def one_period(rng, layout, time):
     fingers = []
     for wrench in wrenches:
         status = ContactStatus(rng.choice(list(ContactStatus)))
-        contact = Contact(arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), status)
+        contact = Contact(*any_bits(rng, 9).reshape(3, 3), *numbers(1), any_bits(rng, 3), *numbers(2), status)
         health = HEALTHY if rng.integers(2) else SampleHealth(rng.choice(list(HealthCheck)))
         fingers.append(FingerObservation(wrench.time, numbers(6), contact, bool(rng.integers(2)), health))
     command = Command(
@@ -88,19 +85,23 @@ def feed(recorder, periods):
         recorder.record(*period)
 
 
+def started(periods, *sinks, period=PERIOD):
+    """A recorder that has begun with the first of some periods."""
+    recorder = Recorder(*sinks)
+    recorder.start(periods[0][0], periods[0][1], period)
+    return recorder
+
+
 def write(path, periods, attachments=None, **options):
     """Write a log; returns the summary."""
-    recorder = Recorder(LogWriter(path, attachments or {}, **options))
-    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    recorder = started(periods, LogWriter(path, attachments or {}, **options))
     feed(recorder, periods)
     return recorder.close()
 
 
 def bits(thing):
     """Everything in a piece of data, numbers by their 64 bits."""
-    if thing is None or isinstance(thing, str):
-        return [thing]
-    if isinstance(thing, Enum):
+    if thing is None or isinstance(thing, str | Enum):
         return [thing]
     if dataclasses.is_dataclass(thing):
         return [x for field in dataclasses.fields(thing) for x in bits(getattr(thing, field.name))]

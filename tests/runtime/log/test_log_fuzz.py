@@ -71,11 +71,6 @@ def record_places(data):
         place += 9 + length
 
 
-def truncated(rng, originals):
-    data = originals[0].data
-    return data[: rng.integers(0, len(data))]
-
-
 def flipped(rng, originals):
     """Bits anywhere, or in header, schemas, channels and attachments: the part that a reader trusts most."""
     data = bytearray(originals[0].data)
@@ -86,10 +81,10 @@ def flipped(rng, originals):
 
 
 def replaced(rng, originals):
-    """A piece cut out, put in, or overwritten."""
+    """A piece cut out, put in, or overwritten, or all behind a place gone."""
     data = originals[0].data
     place, length = rng.integers(0, len(data)), rng.integers(1, 400)
-    gone, come = ((length, 0), (0, length), (length, length))[rng.integers(3)]
+    gone, come = ((length, 0), (0, length), (length, length), (len(data), 0))[rng.integers(4)]
     return data[:place] + rng.bytes(come) + data[place + gone :]
 
 
@@ -127,7 +122,7 @@ def forged_lengths(rng, originals):
     return bytes(data)
 
 
-KINDS = (truncated, flipped, replaced, spliced, spliced_at_records, forged_lengths, random_bytes)
+KINDS = (flipped, replaced, spliced, spliced_at_records, forged_lengths, random_bytes)
 
 
 def is_refused_or_right(path, data, originals):
@@ -136,11 +131,9 @@ def is_refused_or_right(path, data, originals):
     try:
         log = read_log(path)
     except InvalidValueError as error:
-        reason = str(error)
-        log = None
-    if log is None:
-        assert reason.startswith(f"{path} cannot be read as a log of palpate's: ")
-        return False
+        if str(error).startswith(f"{path} cannot be read as a log of palpate's: "):
+            return False
+        raise
     original = next(x for x in originals if x.log.heading == log.heading)
     assert [row.tobytes() for row in log.rows] == [original.rows[int(number)] for number in log.sequence]
     assert (np.diff(log.sequence) > 0).all()

@@ -10,12 +10,10 @@ from palpate.runtime.log import Level, LogWriter, MemoryLog, Recorder, Recording
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.fields import Codes, period_groups, walk
 from palpate.runtime.log.row_packer import any_packer, one_finger_packer
-from runtime.log.log_examples import ONE_FINGER, PERIOD, SMALL, TWO_FINGERS_AND_A_HAND, a_run, bits
+from runtime.log.log_examples import ONE_FINGER, PERIOD, SMALL, TWO_FINGERS_AND_A_HAND, a_run, bits, started
 from runtime.puppets import sample, touch
 
 WIDTH = sum(quantity.count for _, quantity in walk(period_groups(SMALL, Codes())))
-
-PACKERS = (one_finger_packer, any_packer)
 
 
 class Watcher:
@@ -36,12 +34,6 @@ class Watcher:
     def close(self):
         self.closed += 1
         return RecordingSummary()
-
-
-def started(periods, *sinks, period=PERIOD):
-    recorder = Recorder(*sinks)
-    recorder.start(periods[0][0], periods[0][1], period)
-    return recorder
 
 
 def test_rows_are_handed_over_before_a_quarter_of_a_second_of_them_has_gathered():
@@ -78,34 +70,45 @@ def test_entries_keep_their_place_among_the_rows():
 
 
 def misfits():
-    (fit,) = a_run(1, TWO_FINGERS_AND_A_HAND)
-    s, now, command, _, _ = fit
+    """Name, layout, and what does not fit it."""
+    both, one = TWO_FINGERS_AND_A_HAND, ONE_FINGER
+    ((s, now, command, _, _),) = a_run(1, both)
     first, second = s.wrenches
-    yield "a channel less", (replace(s, wrenches=(replace(first, wrench=first.wrench[1:]), second)), now, command)
-    yield "a finger less", (replace(s, wrenches=(first,)), now, command)
-    yield "a finger more", (replace(s, wrenches=(first, second, second)), now, command)
-    yield "a joint more", (replace(s, arm=replace(s.arm, joint_position=(0.0,) * 8)), now, command)
-    yield "no hand", (replace(s, hand=None), now, command)
-    yield "None for a number", (replace(s, wrenches=(replace(first, time=None), second)), now, command)
-    yield "a wrong shape", (s, now, Command((0.0, 0.0)))
-    yield "too many grip forces", (s, now, replace(command, grip_force=(1.0,) * 4))
-    yield "no command", (s, now, None)
+    yield (
+        "channel less",
+        both,
+        (replace(s, wrenches=(replace(first, wrench=first.wrench[1:]), second)), now, command),
+    )
+    yield "finger less", both, (replace(s, wrenches=(first,)), now, command)
+    yield "finger more", both, (replace(s, wrenches=(first, second, second)), now, command)
+    yield "joint more", both, (replace(s, arm=replace(s.arm, joint_position=(0.0,) * 8)), now, command)
+    yield "no hand", both, (replace(s, hand=None), now, command)
+    yield "None for a number", both, (replace(s, wrenches=(replace(first, time=None), second)), now, command)
+    yield "wrong shape", both, (s, now, Command((0.0, 0.0)))
+    yield "too many grip forces", both, (s, now, replace(command, grip_force=(1.0,) * 4))
+    yield "no command", both, (s, now, None)
     # as many numbers as before in all
     moved = (WrenchSample(0.0, (0.0,) * 7, (0.0,) * 3), WrenchSample(0.0, (0.0,) * 15, (0.0,) * 3))
-    yield "a channel of one finger at another", (replace(s, wrenches=moved), now, command)
+    yield "channel of one finger at another", both, (replace(s, wrenches=moved), now, command)
     swapped = replace(s, arm=replace(s.arm, joint_position=(0.0,) * 6), hand=HandSample(0.0, (0.0,) * 4))
-    yield "a joint of the arm at the hand", (swapped, now, command)
+    yield "joint of the arm at the hand", both, (swapped, now, command)
+    ((s, now, command, _, _),) = a_run(1, one)
+    (given,), gripping = s.wrenches, replace(command, grip_force=(1.0,) * 3)
+    less = replace(s.arm, joint_position=s.arm.joint_position[1:])
+    short, long = (replace(given, wrench=w) for w in (given.wrench[1:], (*given.wrench, 0.0)))
+    yield "hand beside one finger", one, (replace(s, hand=HandSample(0.0, (0.0,))), now, command)
+    yield "joint as a channel", one, (replace(s, arm=less, wrenches=(long,)), now, command)
+    yield "channel less, grip force more", one, (replace(s, wrenches=(short,)), now, gripping)
+    yield "joint less, grip force more", one, (replace(s, arm=less), now, gripping)
+    yield "fingers for one", one, (replace(s, wrenches=(given, given)), now, command)
 
 
-@pytest.mark.parametrize(("name", "wrong"), list(misfits()), ids=[name for name, _ in misfits()])
-def test_a_period_that_does_not_fit_is_dropped_counted_and_reported(name, wrong, tmp_path):
-    periods = a_run(10, TWO_FINGERS_AND_A_HAND)
+@pytest.mark.parametrize(("name", "layout", "wrong"), list(misfits()), ids=[name for name, *_ in misfits()])
+def test_a_period_that_does_not_fit_is_dropped_counted_and_reported(name, layout, wrong, tmp_path):
+    periods = a_run(10, layout)
     recorder = started(periods, LogWriter(tmp_path / "a.mcap"))
     for i, period in enumerate(periods):
-        if i in (3, 4, 8):
-            recorder.record(*wrong, 0.0, 0.0)
-        else:
-            recorder.record(*period)
+        recorder.record(*((*wrong, 0.0, 0.0) if i in (3, 4, 8) else period))
     summary = recorder.close()
     assert (summary.rows_written, summary.rows_lost) == (7, 3)
     assert "3 periods did not fit the layout of the first" in summary.problem
@@ -120,49 +123,12 @@ def test_one_finger_is_packed_as_any_number_is():
     for layout in (SMALL, ONE_FINGER):
         for period in a_run(50, layout):
             blocks = bytearray(1000), bytearray(1000)
-            ends = {packer(layout)(block, 8, *period) for packer, block in zip(PACKERS, blocks, strict=True)}
+            ends = {
+                packer(layout)(block, 8, *period)
+                for packer, block in zip((one_finger_packer, any_packer), blocks, strict=True)
+            }
             assert ends == {8 + 8 * sum(q.count for _, q in walk(period_groups(layout, Codes())))}
             assert blocks[0] == blocks[1]
-
-
-ODD = (
-    "a hand",
-    "a joint as a channel",
-    "a channel less, a grip force more",
-    "a joint less, a grip force more",
-    "fingers",
-)
-
-
-@pytest.mark.parametrize("name", ODD)
-def test_with_one_finger_too_what_does_not_fit_is_dropped(name):
-    memory, periods = MemoryLog(), a_run(1)
-    s, now, command, *times = periods[0]
-    (given,), arm = s.wrenches, s.arm
-    wrong, sent = {
-        "a hand": (replace(s, hand=HandSample(0.0, (0.0,))), command),
-        "a joint as a channel": (
-            replace(
-                s,
-                arm=replace(arm, joint_position=arm.joint_position[1:]),
-                wrenches=(replace(given, wrench=(*given.wrench, 0.0)),),
-            ),
-            command,
-        ),
-        "a channel less, a grip force more": (
-            replace(s, wrenches=(replace(given, wrench=given.wrench[1:]),)),
-            replace(command, grip_force=(1.0,) * 3),
-        ),
-        "a joint less, a grip force more": (
-            replace(s, arm=replace(arm, joint_position=arm.joint_position[1:])),
-            replace(command, grip_force=(1.0,) * 3),
-        ),
-        "fingers": (replace(s, wrenches=(given, given)), command),
-    }[name]
-    recorder = started(periods, memory)
-    recorder.record(wrong, now, sent, *times)
-    assert recorder.close().rows_lost == 1
-    assert len(memory.record()) == 0
 
 
 def test_whole_numbers_are_numbers_too():
@@ -176,7 +142,7 @@ def test_whole_numbers_are_numbers_too():
     assert memory.record().command.tolist() == [[0.0, 1.0, 0.0]]
 
 
-def test_before_start_and_after_close_it_is_deaf_and_does_no_harm():
+def test_before_start_and_after_close_it_records_nothing_and_does_no_harm(tmp_path):
     watcher, periods = Watcher(), a_run(3)
     recorder = Recorder(watcher)
     recorder.record(*periods[0])
@@ -191,11 +157,8 @@ def test_before_start_and_after_close_it_is_deaf_and_does_no_harm():
     assert len(watcher.seen) == 1
     assert recorder.close() is summary
     assert watcher.closed == 1
-
-
-def test_it_is_closed_in_peace_if_it_never_started(tmp_path):
-    summary = Recorder(MemoryLog(), LogWriter(tmp_path / "a.mcap")).close()
-    assert (summary.rows_written, summary.rows_lost, summary.problem) == (0, 0, None)
+    unused = Recorder(MemoryLog(), LogWriter(tmp_path / "a.mcap")).close()
+    assert (unused.rows_written, unused.rows_lost, unused.problem) == (0, 0, None)
     assert not (tmp_path / "a.mcap").exists()
 
 
@@ -206,16 +169,16 @@ def test_a_run_of_many_kinds_of_blocks_adds_up():
     recorder = started([first], watcher)
     numbers = []
     for i in range(3000):
-        what = rng.integers(0, 100)
-        if what == 0:
-            recorder.flush()
-        elif what == 1:
-            recorder.event(0.0, Level.INFO, "test", "")
-        if what == 2:
-            recorder.record(first[0], None, *first[2:])
-        else:
-            numbers.append(i)
-            recorder.record(replace(first[0], time=float(i)), *first[1:])
+        match rng.integers(0, 100):
+            case 0:
+                recorder.flush()
+            case 1:
+                recorder.event(0.0, Level.INFO, "test", "")
+            case 2:
+                recorder.record(first[0], None, *first[2:])
+                continue
+        numbers.append(i)
+        recorder.record(replace(first[0], time=float(i)), *first[1:])
     recorder.close()
     found = []
     for rows in watcher.seen:

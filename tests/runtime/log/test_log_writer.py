@@ -12,23 +12,30 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.log import Layout, Level, LogWriter, Recorder, log_in, new_log_path, read_log
+from palpate.runtime.log import Layout, Level, LogWriter, log_in, new_log_path, read_log
 from palpate.runtime.log import log_writer as log_writer_module
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.log_file import LogFile
 from palpate.runtime.log.period_codec import PeriodCodec
-from runtime.log.log_examples import PERIOD, a_run, bits, write
+from runtime.log.log_examples import PERIOD, a_run, bits, started, write
 from support.waiting import until
 
 NOW = datetime(2026, 11, 21, 2, 30, 5)
 
 
-def looped(recorder, periods, times=10):
+def looped(writer, periods, times=10):
     """Record the same periods again and again."""
-    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    recorder = started(periods, writer)
     for period in periods * times:
         recorder.record(*period)
+    return recorder
+
+
+def assert_periods_are(log, periods):
+    """The rows of a log are these periods, again and again, bit by bit."""
+    for number, sample in zip(log.sequence, log.samples(), strict=True):
+        assert bits(sample) == bits(periods[number % len(periods)][0])
 
 
 @pytest.fixture
@@ -61,25 +68,6 @@ def full_disk(tmp_path):
     subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
-@pytest.mark.slow
-def test_a_full_disk_ends_the_recording_not_the_run(full_disk):
-    periods = a_run(1000)
-    path = full_disk / "a.mcap"
-    recorder = Recorder(LogWriter(path, {"experiment.yaml": "a: 1\n"}))
-    looped(recorder, periods)
-    summary = recorder.close()
-    assert summary.rows_written + summary.rows_lost == 10_000
-    assert 3000 <= summary.rows_written < 8000
-    assert "recording ended after" in summary.problem
-    assert "No space left on device" in summary.problem
-    log = read_log(path)
-    assert log.damage is None
-    assert len(log) == summary.rows_written
-    assert log.attachments == {"experiment.yaml": "a: 1\n"}
-    for number, sample in zip(log.sequence, log.samples(), strict=True):
-        assert bits(sample) == bits(periods[number % 1000][0])
-
-
 def test_on_a_disk_that_is_full_from_the_start_nothing_is_begun(full_disk):
     (full_disk / "filler").write_bytes(bytes(3 * 2**20))
     with pytest.raises(InvalidValueError, match=r"a\.mcap: No space left on device; choose another place"):
@@ -91,8 +79,7 @@ def test_if_there_is_room_again_at_the_end_the_file_is_finished(full_disk):
     path = full_disk / "a.mcap"
     (full_disk / "filler").write_bytes(bytes(2 * 2**20))
     writer = LogWriter(path)
-    recorder = Recorder(writer)
-    looped(recorder, a_run(1000), 5)
+    recorder = looped(writer, a_run(1000), 5)
     until(lambda: writer._problem is not None)
     (full_disk / "filler").unlink()
     summary = recorder.close()
@@ -108,22 +95,17 @@ import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (2_500_000, 2_500_000))
 sys.path.insert(0, {tests!r})
 from pathlib import Path
-from palpate.runtime.log import LogWriter, Recorder
-from runtime.log.log_examples import PERIOD, a_run
-periods = a_run(1000)
-recorder = Recorder(LogWriter(Path({path!r})))
-recorder.start(periods[0][0], periods[0][1], PERIOD)
-for _ in range(10):
-    for period in periods:
-        recorder.record(*period)
-summary = recorder.close()
+from palpate.runtime.log import LogWriter
+from runtime.log.log_examples import a_run
+from runtime.log.test_log_writer import looped
+summary = looped(LogWriter(Path({path!r}), {{"experiment.yaml": "a: 1\\n"}}), a_run(1000)).close()
 print(summary.rows_written, summary.rows_lost, summary.problem)
 """
 
 
 @pytest.mark.slow
-def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
-    """As above, where nothing may be mounted: a limit on the size of the files of a process."""
+def test_a_full_disk_ends_the_recording_not_the_run(tmp_path):
+    """The limit on the size of the files of a process stands for the disk: it needs no rights."""
     path = tmp_path / "a.mcap"
     script = LIMITED.format(tests=str(Path(__file__).parents[2]), path=str(path))
     printed = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
@@ -132,7 +114,8 @@ def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
     assert 2000 < int(written) < 6000
     assert "File too large; the log is readable up to there" in problem
     log = read_log(path)
-    assert (len(log), log.damage) == (int(written), None)
+    assert (len(log), log.damage, log.attachments) == (int(written), None, {"experiment.yaml": "a: 1\n"})
+    assert_periods_are(log, a_run(1000))
     assert path.stat().st_size <= 2_500_000
 
 
@@ -140,9 +123,11 @@ def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
 def test_on_a_slow_disk_the_loop_does_not_wait_and_what_is_dropped_is_counted(tmp_path, disk):
     periods, path = a_run(1000), tmp_path / "a.mcap"
     writer = LogWriter(path, backlog=500_000)
-    recorder = Recorder(writer)
-    looped(recorder, periods, 5)
+    recorder = looped(writer, periods, 5)
     assert len(read_log(path)) == 0  # all was taken before the disk wrote once
+    texts = [f"contact force {i}" for i in range(200)]
+    for text in texts:  # events have room where periods have none left
+        recorder.event(5.0, Level.ERROR, "supervisor", text)
     disk.set()
     until(lambda: writer._put == writer._taken)
     for period in periods * 5:
@@ -154,17 +139,16 @@ def test_on_a_slow_disk_the_loop_does_not_wait_and_what_is_dropped_is_counted(tm
     assert f"{summary.rows_lost} periods were dropped" in summary.problem
     assert log.complete
     assert len(log) == summary.rows_written
+    assert [event.text for event in log.events[:200]] == texts
     assert log.gaps
     assert sum(gap.count for gap in log.gaps) + 9999 - log.sequence[-1] == summary.rows_lost
     assert f"{summary.rows_lost} periods were not recorded" in log.events[-1].text
-    for number, sample in zip(log.sequence, log.samples(), strict=True):
-        assert bits(sample) == bits(periods[number % 1000][0])
+    assert_periods_are(log, periods)
 
 
 def test_a_disk_that_hangs_holds_up_neither_the_loop_nor_the_end(tmp_path, disk):
     writer = LogWriter(tmp_path / "a.mcap", backlog=200_000, closing_time=0.2)
-    recorder = Recorder(writer)
-    looped(recorder, a_run(1000))
+    recorder = looped(writer, a_run(1000))
     waiting = writer._queue.qsize()
     summary = recorder.close()
     assert writer._thread.is_alive()  # the disk has not written yet
@@ -173,17 +157,6 @@ def test_a_disk_that_hangs_holds_up_neither_the_loop_nor_the_end(tmp_path, disk)
     assert waiting < 5  # 100 kB each: the backlog is bounded
     assert (summary.rows_written, summary.rows_lost) == (0, 10_000)
     assert "given up after 0.2 s" in summary.problem
-
-
-def test_events_have_room_when_periods_have_none_left(tmp_path, disk):
-    recorder = Recorder(LogWriter(tmp_path / "a.mcap", backlog=200_000))
-    looped(recorder, a_run(1000), 2)
-    texts = [f"contact force {i}" for i in range(200)]
-    for text in texts:
-        recorder.event(2.0, Level.ERROR, "supervisor", text)
-    disk.set()
-    assert recorder.close().rows_lost > 0
-    assert [event.text for event in read_log(tmp_path / "a.mcap").events[:200]] == texts
 
 
 def test_an_unforeseen_error_is_reported_too(tmp_path, monkeypatch):
@@ -200,30 +173,31 @@ def test_a_log_is_not_overwritten(tmp_path):
     path = tmp_path / "a.mcap"
     write(path, a_run(2))
     kept = path.read_bytes()
-    with pytest.raises(InvalidValueError, match="File exists; choose another place"):
-        write(path, a_run(2))
-    with pytest.raises(InvalidValueError, match="No such file or directory"):
-        write(tmp_path / "nowhere" / "a.mcap", a_run(2))
+    for place, message in (
+        (path, "File exists; choose another place"),
+        (tmp_path / "nowhere" / "a.mcap", "No such file or directory"),
+    ):
+        with pytest.raises(InvalidValueError, match=message):
+            write(place, a_run(2))
     assert path.read_bytes() == kept
 
 
 def test_a_log_can_be_read_while_it_is_being_written(tmp_path):
     path, periods = tmp_path / "a.mcap", a_run(600)
-    recorder = Recorder(LogWriter(path, {"experiment.yaml": "a: 1\n"}))
-    recorder.start(periods[0][0], periods[0][1], PERIOD)
-    log = read_log(path)
-    assert (len(log), log.damage, log.complete) == (0, None, False)
-    assert log.attachments == {"experiment.yaml": "a: 1\n"}
-    for period in periods[:450]:
+    recorder = started(periods, LogWriter(path, {"experiment.yaml": "a: 1\n"}))
+
+    def found():
+        log = read_log(log_in(tmp_path))  # the link is there from the start of the run
+        assert (log.attachments, log.damage) == ({"experiment.yaml": "a: 1\n"}, None)
+        return len(log), log.complete
+
+    assert found() == (0, False)
+    for number, period in enumerate(periods):
         recorder.record(*period)
-    until(lambda: len(read_log(path)) == 400)  # two whole blocks
-    log = read_log(path)
-    assert (log.damage, log.complete) == (None, False)
-    for period in periods[450:]:
-        recorder.record(*period)
+        if number == 449:
+            until(lambda: found() == (400, False))  # two whole blocks
     recorder.close()
-    log = read_log(path)
-    assert (len(log), log.complete) == (600, True)
+    assert found() == (600, True)
 
 
 def test_the_latest_log_is_linked(tmp_path):
@@ -240,15 +214,7 @@ def test_the_latest_log_is_linked(tmp_path):
     assert new_log_path(tmp_path / "logs", NOW).name == "2026-11-21_02-30-05-3.mcap"
 
 
-def test_the_link_is_there_from_the_start_of_the_run(tmp_path):
-    periods = a_run(1)
-    recorder = Recorder(LogWriter(tmp_path / "a.mcap"))
-    recorder.start(periods[0][0], periods[0][1], PERIOD)
-    assert log_in(tmp_path).resolve() == (tmp_path / "a.mcap").resolve()
-    recorder.close()
-
-
-def test_where_links_are_not_permitted_it_says_so_and_goes_on(tmp_path, monkeypatch):
+def test_where_links_are_not_permitted_or_a_file_is_in_their_place_it_says_so_and_goes_on(tmp_path, monkeypatch):
     def refuse(self, target):
         raise PermissionError(1, "Operation not permitted")
 
@@ -257,22 +223,21 @@ def test_where_links_are_not_permitted_it_says_so_and_goes_on(tmp_path, monkeypa
     assert summary.problem is None
     assert summary.note.endswith("latest.mcap was not made: Operation not permitted")
     assert [x.name for x in tmp_path.iterdir()] == ["a.mcap"]
-
-
-def test_a_file_in_the_link_s_place_is_left_alone(tmp_path):
     (tmp_path / "latest.mcap").write_text("mine")
-    assert "is no link and was left as it is" in write(tmp_path / "a.mcap", a_run(2)).note
+    assert "is no link and was left as it is" in write(tmp_path / "b.mcap", a_run(2)).note
     assert (tmp_path / "latest.mcap").read_text() == "mine"
 
 
 def test_a_folder_without_a_log_is_refused(tmp_path):
-    with pytest.raises(InvalidValueError, match=r"there is no latest\.mcap in this folder"):
-        log_in(tmp_path)
-    with pytest.raises(InvalidValueError, match="no such file or folder"):
-        log_in(tmp_path / "x.mcap")
-    (tmp_path / "latest.mcap").symlink_to("gone.mcap")
-    with pytest.raises(InvalidValueError, match=r"there is no latest\.mcap"):
-        log_in(tmp_path)
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked" / "latest.mcap").symlink_to("gone.mcap")
+    for place, message in (
+        ("", r"there is no latest\.mcap in this folder"),
+        ("x.mcap", "no such file or folder"),
+        ("linked", r"there is no latest\.mcap"),
+    ):
+        with pytest.raises(InvalidValueError, match=message):
+            log_in(tmp_path / place)
 
 
 @pytest.mark.slow

@@ -52,29 +52,28 @@ def test_wrench_joints_transforms_and_contacts_arrive_with_stamps_and_frames(tmp
     assert {message.header.frame_id for _, message in found["/finger_1/contact"]} == {"finger_1"}
 
 
-def test_of_a_log_that_was_cut_off_all_that_is_whole_is_in_the_bag(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("written", "damage", "warning"),
+    [
+        (write, lambda data: data[: int(0.8 * len(data))], "cut off"),
+        (
+            recorded,
+            lambda data: data[: (m := len(data) // 2)] + bytes([data[m] ^ 1]) + data[m + 1 :],
+            "is damaged",
+        ),
+    ],
+)
+def test_the_whole_chunks_of_a_torn_or_damaged_log_are_in_the_bag(written, damage, warning, tmp_path, monkeypatch):
     monkeypatch.setattr(log_writer, "LARGEST_CHUNK", 1)  # many chunks in a small file
     periods, path = touching_run(430, ONE_FINGER), tmp_path / "a.mcap"
-    write(path, periods)
-    path.write_bytes(path.read_bytes()[: int(0.8 * path.stat().st_size)])
+    written(path, periods)
+    path.write_bytes(damage(path.read_bytes()))
     result = run_log_ros2(LogRos2Config(path))
     found, _ = told(tmp_path / "a_bag")
     assert 100 < len(found["/period"]) == len(found["/finger_0/wrench"]) < 430
-    assert found["/period"][-1][1].time == periods[len(found["/period"]) - 1][0].time
-    assert "cut off" in result.warnings[0]
-
-
-def test_of_a_damaged_log_the_good_chunks_are_in_the_bag(tmp_path, monkeypatch):
-    monkeypatch.setattr(log_writer, "LARGEST_CHUNK", 1)
-    path = tmp_path / "a.mcap"
-    recorded(path, touching_run(430, ONE_FINGER))
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(data)
-    result = run_log_ros2(LogRos2Config(path))
-    found, _ = told(tmp_path / "a_bag")
-    assert 100 < len(found["/period"]) == len(found["/finger_0/wrench"]) < 430
-    assert "is damaged" in result.warnings[0]
+    assert warning in result.warnings[0]
+    if warning == "cut off":
+        assert found["/period"][-1][1].time == periods[len(found["/period"]) - 1][0].time
 
 
 def test_a_folder_that_is_there_is_left_alone(tmp_path):
