@@ -188,9 +188,8 @@ def test_counters_that_begin_anew_are_followed_without_a_restart_of_the_client()
 
 
 def test_a_stream_taken_by_another_client_is_noticed_and_taken_back() -> None:
-    box = emulated()
     with (
-        started(box, stream=StreamSettings(NOISE)) as ft,
+        started(emulated(), stream=StreamSettings(NOISE)) as (box, ft),
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief,
     ):
         thief.sendto(bytes.fromhex("1234000200000000"), (box.address, box.rdt_port))
