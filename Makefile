@@ -28,8 +28,8 @@ test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests: at most 3 minutes on two
 	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
 
 test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too: at most 30 minutes on two cores
-	$(BIN)/python -m pytest -n auto --dist loadgroup --ignore tests/wire
-	$(BIN)/python -m pytest tests/wire
+	$(BIN)/python -m pytest -m "not wire" -n auto --dist loadgroup
+	$(BIN)/python -m pytest -m wire
 
 mutants: $(VENV)/.test $(VENV)/.kernels  ## Make 300 small faults in the package and count those that the tests detect: an hour
 	$(BIN)/python tests/mutants run

@@ -44,6 +44,9 @@ def pytest_collection_modifyitems(items):
     two at a time would share ports and processors.
     """
     for item in items:
-        if item.get_closest_marker("xdist_group") is None:
-            group = "wire" if WIRE in item.path.parents else item.location[0]
-            item.add_marker(pytest.mark.xdist_group(group))
+        if WIRE in item.path.parents:
+            item.add_marker(pytest.mark.wire)
+        if item.get_closest_marker("wire"):
+            item.add_marker(pytest.mark.xdist_group("wire"))
+        elif item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.location[0]))

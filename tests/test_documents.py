@@ -18,11 +18,18 @@ DOCUMENTS = documents()
 BY_NAME = {name_of(document): document for document in DOCUMENTS}
 
 UNMARKED = {
-    "README.md": ("palpate view", "palpate doctor", "palpate recover", "palpate explore --robot emulated-ur5e"),
+    "README.md": (
+        "palpate view",
+        "palpate doctor",
+        "palpate recover",
+        "palpate explore --robot emulated-ur5e",
+        "palpate grasp --robot emulated-hand",
+    ),
     "docs/robots.md": ("palpate",),
 }
-"""What is not run of documents whose blocks have no marks: README shows the best of all in one block, and
-docs/robots.md is about robots. `tests/wire` runs a cell like its."""
+"""Commands that are not run, of documents whose blocks have no marks: README shows the best of all in one block,
+docs/robots.md is about robots. `tests/wire` runs both emulated robots, which keep real time, and a cell like that
+of docs/robots.md."""
 
 NOTED: list[object] = []
 """What `note` was asked for."""

@@ -61,7 +61,7 @@ def same_bits(found, expected):
     return ((found.view(np.uint64) == expected.view(np.uint64)) | (np.isnan(found) & np.isnan(expected))).all()
 
 
-def test_parquet_keeps_every_bit_and_tells_the_runs_apart(sweep, logs, tmp_path):
+def test_parquet_keeps_every_bit_and_separates_the_runs(sweep, logs, tmp_path):
     out = exported(sweep, "parquet", tmp_path / "out")
     period = pq.read_table(out / "period.parquet")
     assert same_bits(
@@ -70,10 +70,8 @@ def test_parquet_keeps_every_bit_and_tells_the_runs_apart(sweep, logs, tmp_path)
     assert period["episode"].to_pylist() == [0] * 300 + [1] * 7 + [2] * 250
     assert set(period["command_phase"].to_pylist()) == {phase.name for phase in Phase}
     episodes = pq.read_table(out / "episodes.parquet").to_pydict()
-    assert episodes["force"] == list(FORCES)
-    assert episodes["seed"] == [0, 1, 2]
-    assert episodes["force_rms_n"] == [0.0, 0.1, 0.2]
-    assert episodes["status"] == ["done"] * 3
+    told = [episodes[name] for name in ("force", "seed", "force_rms_n", "status")]
+    assert told == [list(FORCES), [0, 1, 2], [0.0, 0.1, 0.2], ["done"] * 3]
     assert set(pq.read_table(out / "event.parquet")["episode"].to_pylist()) == {0, 2}
 
 
@@ -101,41 +99,45 @@ def dataset(sweep, tmp_path_factory):
     return exported(sweep, "lerobot", tmp_path_factory.mktemp("lerobot"))
 
 
-def column(table, name):
-    values = np.array(table[name].to_pylist())
-    return values if values.ndim > 1 else values[:, None]
+@pytest.fixture(scope="module")
+def frames(dataset):
+    """Columns of the frames by name, shape (n, k)."""
+    table = pq.read_table(dataset / "data" / PLACE.format(chunk_index=0, file_index=0))
+    return {name: np.array(table[name].to_pylist()).reshape(len(table), -1) for name in table.column_names}
 
 
-def test_lerobot_frames_are_the_finite_numbers_of_the_logs(dataset, logs):
-    frames = pq.read_table(dataset / "data" / PLACE.format(chunk_index=0, file_index=0))
-    for name in ("wrench", "reading", "centroid", "normal_force"):
-        expected = np.concatenate([log["finger_1"][name].reshape(len(log), -1) for log in logs])
-        expected = np.where(np.isfinite(expected), expected, 0.0)
-        assert same_bits(column(frames, f"observation.finger_1.{name}"), expected)
-    told = [
-        [*(log["arm"][name] for name in log["arm"].dtype.names[1:]), log["hand"]["joint_position"]] for log in logs
+def test_lerobot_frames_are_the_finite_numbers_of_the_logs(frames, logs):
+    told = {f"finger_1.{name}": [log["finger_1"][name] for log in logs]
+            for name in ("wrench", "reading", "centroid", "normal_force")}  # fmt: skip
+    told["state"] = [
+        np.column_stack(
+            [*(log["arm"][name] for name in log["arm"].dtype.names[1:]), log["hand"]["joint_position"]]
+        )
+        for log in logs
     ]
-    state = np.concatenate([np.column_stack(each) for each in told])
-    assert same_bits(column(frames, "observation.state"), np.where(np.isfinite(state), state, 0.0))
-    assert column(frames, "finger_0.status")[:, 0].tolist() == [
-        x for log in logs for x in log["finger_0"]["status"]
-    ]
-    assert column(frames, "frame_index")[:, 0].tolist() == [i for log in logs for i in range(len(log))]
-    assert column(frames, "index")[:, 0].tolist() == list(range(len(frames)))
-    assert column(frames, "task_index")[:, 0].tolist() == [0] * 307 + [1] * 250
-    np.testing.assert_allclose(column(frames, "timestamp"), 1e-3 * column(frames, "frame_index"), rtol=1e-6)
+    for name, parts in told.items():
+        expected = np.concatenate(parts).reshape(557, -1)
+        assert same_bits(frames[f"observation.{name}"], np.where(np.isfinite(expected), expected, 0.0)), name
+    indices = {
+        "finger_0.status": np.concatenate([log["finger_0"]["status"] for log in logs]),
+        "frame_index": np.concatenate([np.arange(len(log)) for log in logs]),
+        "index": np.arange(557),
+        "task_index": np.repeat([0, 1], [307, 250]),
+    }
+    for name, expected in indices.items():
+        np.testing.assert_array_equal(frames[name][:, 0], expected)
+    np.testing.assert_allclose(frames["timestamp"], 1e-3 * frames["frame_index"], rtol=1e-6)
 
 
-def test_lerobot_grips_that_are_left_as_they_were_stay_as_they_were(dataset, logs):
+def test_lerobot_grips_that_are_left_as_they_were_stay_as_they_were(dataset, frames, logs):
     info = json.loads((dataset / "meta/info.json").read_text())
     place = info["features"]["action"]["names"].index("command_grip_force_0_N")
-    grip = column(pq.read_table(dataset / "data"), "action")[:, place]
     held, expected = 0.0, []
     for row in logs[0]["command"]:
         if row["grip_count"] >= 0:
             held = np.nan_to_num(row["grip_force"][0], posinf=0.0, neginf=0.0)
         expected.append(held)
-    assert same_bits(grip[:300], expected)
+    assert same_bits(frames["action"][:300, place], expected)
 
 
 def test_lerobot_finds_everything_where_its_loader_looks(dataset, sweep):
@@ -150,10 +152,8 @@ def test_lerobot_finds_everything_where_its_loader_looks(dataset, sweep):
         assert size == 1 or size == kind.list_size
         assert feature["dtype"] == (kind if size == 1 else kind.value_type).to_pandas_dtype().__name__.rstrip("_")
     episodes = pq.read_table(dataset / "meta/episodes").to_pydict()
-    assert episodes["dataset_from_index"] == [0, 300, 307]
-    assert episodes["dataset_to_index"] == [300, 307, 557]
-    assert episodes["length"] == [300, 7, 250]
-    assert episodes["settings/force"] == list(FORCES)
+    ranges = [episodes[name] for name in ("dataset_from_index", "dataset_to_index", "length", "settings/force")]
+    assert ranges == [[0, 300, 307], [300, 307, 557], [300, 7, 250], list(FORCES)]
     tasks = pq.read_table(dataset / "meta/tasks.parquet")
     assert tasks["task"].to_pylist() == ["palpate regulate --force 1.0", "palpate regulate"]
     assert json.loads(tasks.schema.metadata[b"pandas"])["index_columns"] == ["task"]
@@ -163,8 +163,7 @@ def test_lerobot_finds_everything_where_its_loader_looks(dataset, sweep):
 
 
 def test_statistics_of_pieces_are_those_of_the_whole():
-    rows = np.random.default_rng(1).normal([1e3, 0.0], [1.0, 1e-3], (50_001, 2))
-    running = RunningStatistics(2)
+    rows, running = np.random.default_rng(1).normal([1e3, 0.0], [1.0, 1e-3], (50_001, 2)), RunningStatistics(2)
     for piece in np.split(rows, [1, 700, 20_000]):
         running.take(piece)
     found = running.found
@@ -176,20 +175,6 @@ def test_statistics_of_pieces_are_those_of_the_whole():
         assert (np.abs(rank - quantile) < 4.0 * np.sqrt(quantile * (1.0 - quantile) / 12_500)).all()
 
 
-def test_a_log_of_any_length_passes_in_pieces(sweep, tmp_path, monkeypatch):
-    seen = []
-
-    class Watching(exporter.Exporter):
-        def write(self, episodes, folder):
-            seen.extend([len(rows.sequence) for rows in episode.rows()] for episode in episodes)
-
-    monkeypatch.setattr(exporter, "ROWS_AT_ONCE", 100)
-    monkeypatch.setattr("palpate.commands.log.command._exporter", lambda name: Watching())
-    exported(sweep, "watching", tmp_path)
-    assert [sum(each) for each in seen] == [300, 7, 250]
-    assert max(max(each) for each in seen) < 300
-
-
 @pytest.mark.parametrize("to", ["csv", "parquet", "lerobot"])
 def test_logs_that_no_table_can_hold_together_are_refused_and_nothing_is_left(to, tmp_path):
     sweep_in(tmp_path / "sweep", (ONE_FINGER, SMALL, ONE_FINGER))
@@ -199,7 +184,7 @@ def test_logs_that_no_table_can_hold_together_are_refused_and_nothing_is_left(to
     exported(tmp_path / "sweep", "hdf5", tmp_path / "out")
 
 
-def test_a_sweep_without_logs_says_what_to_do(tmp_path):
+def test_a_sweep_without_logs_is_refused_with_the_remedy(tmp_path):
     (tmp_path / "sweep.json").write_text("{}")
     with pytest.raises(InvalidValueError, match="--keep-reports"):
         exported(tmp_path, "csv", tmp_path)
@@ -225,15 +210,18 @@ from palpate.open_kinds import Settings
 
 class Lengths(Exporter, Settings, frozen=True):
     def write(self, episodes, folder):
-        lengths = [sum(len(rows.sequence) for rows in episode.rows()) for episode in episodes]
+        lengths = [[len(rows.sequence) for rows in episode.rows()] for episode in episodes]
         (folder / "lengths.txt").write_text(str(lengths))
 """
 
 
-def test_a_format_of_ones_own_comes_in_like_palpates(sweep, tmp_path, monkeypatch):
+def test_a_format_of_ones_own_comes_in_like_palpates_and_logs_pass_in_pieces(sweep, tmp_path, monkeypatch):
     (tmp_path / "mine.py").write_text(OWN)
     monkeypatch.chdir(tmp_path)
-    assert (exported(sweep, "mine.py:Lengths", tmp_path / "out") / "lengths.txt").read_text() == "[300, 7, 250]"
+    monkeypatch.setattr(exporter, "ROWS_AT_ONCE", 100)
+    seen = json.loads((exported(sweep, "mine.py:Lengths", tmp_path / "out") / "lengths.txt").read_text())
+    assert [sum(each) for each in seen] == [300, 7, 250]
+    assert max(max(each) for each in seen) < 300
     assert set(declared_in(exporter.Exporter.GROUP)) >= {"csv", "parquet", "hdf5", "lerobot"}
     with pytest.raises(InvalidValueError, match="to = 'parqet': did you mean parquet"):
         exported(sweep, "parqet", tmp_path)

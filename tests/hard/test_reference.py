@@ -33,7 +33,7 @@ def test_the_stored_answers_are_those_of_the_reference_and_satisfy_the_equations
         assert max(left.surface, left.balance, left.parallel) < limit or name in cases.FUZZED
 
 
-def test_verifier_sees_what_is_wrong():
+def test_verifier_detects_errors():
     """A point off the surface, an unbalanced moment, a tilted torque and a pull are all noticed."""
     found = quadric.solve(AXES, WRENCH)
     c, q = found.centroid.astype(float), quadric.torque(found).astype(float)

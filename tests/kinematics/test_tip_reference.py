@@ -50,8 +50,7 @@ def test_an_arm_that_follows_is_led_along_the_integral_of_the_twist():
     "following_error_limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.002, 0.02)]
 )
 def test_the_reference_runs_ahead_of_an_arm_held_fast_by_the_leash_and_comes_back_at_once(following_error_limit):
-    reference = started(following_error_limit=following_error_limit)
-    stuck = KINEMATICS.pose(START)
+    reference, stuck = started(following_error_limit=following_error_limit), KINEMATICS.pose(START)
     for _ in range(1000):
         reference.step(START, (0.0, 0.03, -0.04), (0.1, 0.0, 0.0))
     held = KINEMATICS.pose(reference.joint_reference)
@@ -68,34 +67,24 @@ def test_the_reference_runs_ahead_of_an_arm_held_fast_by_the_leash_and_comes_bac
 @settings(deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 6), min_size=1, max_size=30))
 def test_no_twist_takes_it_off_the_limit(twists):
-    reference = started(dt=0.01)
-    stuck = KINEMATICS.pose(START)
+    reference, stuck = started(dt=0.01), KINEMATICS.pose(START)
+    limit = reference.following_error_limit
     for twist in twists:
         reference.step(START, twist[:3], twist[3:])
-        motion = reference.motion
-        assert all(abs(speed) <= math.pi for speed in motion.joint_velocity)
-        assert (
-            math.dist(reference.pose_base_tip.position, stuck.position)
-            <= MAX_LEAD * reference.following_error_limit.distance * 1.000001
-        )
-        assert (
-            angle_between(reference.pose_base_tip.rotation, stuck.rotation)
-            <= reference.following_error_limit.angle * 1.000001
-        )
+        assert all(abs(speed) <= math.pi for speed in reference.motion.joint_velocity)
+        lead = math.dist(reference.pose_base_tip.position, stuck.position)
+        assert lead <= MAX_LEAD * limit.distance * 1.000001
+        assert angle_between(reference.pose_base_tip.rotation, stuck.rotation) <= limit.angle * 1.000001
 
 
 def test_an_arm_that_is_pushed_away_takes_its_reference_along_without_feed_forward():
-    reference = started()
-    q = np.array(START)
+    reference, q = started(), np.array(START)
     for _ in range(500):
         q = q + DT * np.array((0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
         reference.step(tuple(q.tolist()), STILL, STILL)
         assert reference.joint_feed_forward == (0.0,) * 6
-    held = KINEMATICS.pose(reference.joint_reference)
-    assert (
-        math.dist(held.position, KINEMATICS.pose(q).position)
-        < 1.01 * MAX_LEAD * reference.following_error_limit.distance
-    )
+    off = math.dist(KINEMATICS.pose(reference.joint_reference).position, KINEMATICS.pose(q).position)
+    assert off < 1.01 * MAX_LEAD * reference.following_error_limit.distance
 
 
 def test_where_joints_are_too_slow_the_tip_keeps_to_its_line():
@@ -103,18 +92,16 @@ def test_where_joints_are_too_slow_the_tip_keeps_to_its_line():
     start = (0.0, -1.3, 1.7, -1.0, 0.35, 0.0)
     reference = started(start, FollowingErrorLimit(0.02, 0.2))  # long: a taut one pulls sideways too
     begin, line = np.array(reference.pose_base_tip.position), np.array((0.0, -0.6, 0.8))
-    slowed, ahead = 0, 0.0
+    slowed, ahead = [], []
     for _ in range(400):
         reference.step(reference.joint_reference, tuple(1.5 * line), STILL)
-        motion = reference.motion
-        slowed += motion.limit is Limit.JOINT_SPEED
-        assert max(map(abs, motion.joint_velocity)) <= math.pi
+        slowed.append(reference.motion.limit is Limit.JOINT_SPEED)
+        assert max(map(abs, reference.motion.joint_velocity)) <= math.pi
         held = KINEMATICS.pose(reference.joint_reference).position
-        ahead = max(ahead, math.dist(reference.pose_base_tip.position, held))
-    assert slowed > 50
-    assert (
-        ahead < 0.25 * reference.following_error_limit.distance
-    )  # it waits for the joints, not for its following-error limit
+        ahead.append(math.dist(reference.pose_base_tip.position, held))
+    assert sum(slowed) > 50
+    # it waits for the joints, not for its following-error limit
+    assert max(ahead) < 0.25 * reference.following_error_limit.distance
     way = np.subtract(reference.pose_base_tip.position, begin)
     assert np.linalg.norm(way - (way @ line) * line) < 1e-12
     assert 0.05 < way @ line < 0.6 * 0.99
@@ -131,8 +118,7 @@ def test_values_that_are_not_finite_leave_the_reference_where_it_is(bad):
         ((bad,) * 6, STILL, STILL),
     ):
         reference.step(*bad_input)
-        motion = reference.motion
-        assert (motion.limit, motion.joint_velocity) == (Limit.INVALID, (0.0,) * 6)
+        assert (reference.motion.limit, reference.motion.joint_velocity) == (Limit.INVALID, (0.0,) * 6)
         assert reference.joint_feed_forward == (0.0,) * 6
         assert (reference.joint_reference, reference.pose_base_tip) == before
     for _ in range(1000):

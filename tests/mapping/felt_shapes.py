@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval2d
 
 from palpate.mapping import TouchCloud
 
@@ -182,20 +183,14 @@ def bumps(size, rng):
 
 def freeform(size, rng):
     """A sum of polynomials of third and fourth degree and a bow."""
-    c = rng.normal(size=9) * size * np.repeat([0.15, 0.08], [3, 6])
-    powers = [(2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (3, 1), (1, 3)]
-    h = size / 2.0
-
-    def z(x, y):
-        return sum(w * (x / h) ** i * (y / h) ** j for w, (i, j) in zip(c, powers, strict=True))
-
-    def slope(x, y):
-        X, Y = x / h, y / h
-        zx = sum(w * i * X ** max(i - 1, 0) * Y**j for w, (i, j) in zip(c, powers, strict=True)) / h
-        zy = sum(w * j * X**i * Y ** max(j - 1, 0) for w, (i, j) in zip(c, powers, strict=True)) / h
-        return zx, zy
-
-    return heights(size, z, slope)
+    h, C = size / 2.0, np.zeros((4, 4))
+    powers = ([2, 1, 0, 3, 2, 1, 0, 3, 1], [0, 1, 2, 0, 1, 2, 3, 1, 3])
+    C[powers] = rng.normal(size=9) * size * np.repeat([0.15, 0.08], [3, 6])
+    return heights(
+        size,
+        lambda x, y: polyval2d(x / h, y / h, C),
+        lambda x, y: [polyval2d(x / h, y / h, polyder(C, axis=k)) / h for k in (0, 1)],
+    )
 
 
 def permuted_ellipsoid(size, rng):

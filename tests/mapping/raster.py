@@ -1,8 +1,8 @@
-"""Touch clouds of surfaces known in closed form, felt row by row."""
+"""Touch clouds of surfaces known in closed form, felt row by row, and maps of them."""
 
 import numpy as np
 
-from palpate.mapping import TouchCloud
+from palpate.mapping import SurfaceMap, TouchCloud
 
 CENTER = np.array([0.4, -0.1, 0.05])
 RADIUS = 0.04
@@ -29,7 +29,26 @@ def raster(half=0.01, row=0.002, step=1e-4):
     )
 
 
+def cap_normals(xy, radius=RADIUS):
+    """Outward normals of a sphere above points of the plane through its center."""
+    return np.column_stack([xy, np.sqrt(radius**2 - (xy**2).sum(axis=1))]) / radius
+
+
 def sphere_cap(half=0.01, row=0.002, step=1e-4, radius=RADIUS, center=CENTER):
-    xy = raster(half, row, step)
-    normal = np.column_stack([xy, np.sqrt(radius**2 - (xy**2).sum(axis=1))]) / radius
+    normal = cap_normals(raster(half, row, step), radius)
     return cloud_of(center + radius * normal, normal)
+
+
+def plane_cloud(xy, z=0.0, up=1.0):
+    return cloud_of(np.column_stack([xy, np.full(len(xy), z)]), np.tile([0.0, 0.0, up], (len(xy), 1)))
+
+
+def mapped(cloud, settings=None):
+    made = SurfaceMap(settings)
+    made.add(cloud)
+    return made
+
+
+def share_in_band(answer):
+    """Share of the observed points of the true surface that the band around the map holds."""
+    return (np.abs(answer.distance) <= answer.band())[answer.observed].mean()

@@ -20,9 +20,12 @@ def distances(points, corners):
     return np.linalg.norm(trimesh.triangles.closest_point(*pairs) - pairs[1], axis=1).reshape(len(points), -1)
 
 
+def surface_of(mesh):
+    return TriangleSurface(mesh.vertices, mesh.faces)
+
+
 def ball(subdivisions=2, radius=0.02):
-    made = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
-    return TriangleSurface(made.vertices, made.faces)
+    return surface_of(trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius))
 
 
 @settings(max_examples=80, deadline=None)
@@ -45,11 +48,11 @@ def test_the_nearest_of_any_triangles_is_found(seed, count, squeeze, spread):
 
 @settings(max_examples=20, deadline=None)
 @given(seed=seeds)
-def test_the_sign_says_on_which_side_of_a_closed_surface_a_point_is(seed):
+def test_the_sign_of_the_distance_gives_the_side_of_a_closed_surface(seed):
     """At sharp edges and corners of a slanted wedge too."""
     rng = np.random.default_rng(seed)
     hull = trimesh.convex.convex_hull(rng.normal(size=(6, 3)) * [3.0, 1.0, 0.3])
-    surface = TriangleSurface(hull.vertices, hull.faces)
+    surface = surface_of(hull)
     assert surface.is_watertight
     points = rng.normal(size=(200, 3)) * [3.0, 1.0, 0.3]
     height = ((points[:, None] - hull.triangles[:, 0]) * hull.face_normals).sum(axis=2).max(axis=1)
@@ -70,15 +73,14 @@ def test_distances_move_and_scale_with_both(seed):
     rng = np.random.default_rng(seed)
     turn, shift, scale = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3), 10.0 ** rng.uniform(-2, 2)
     one, points = trimesh.creation.icosphere(subdivisions=2), rng.normal(size=(50, 3))
-    still = TriangleSurface(one.vertices, one.faces).nearest(points).distance
+    still = surface_of(one).nearest(points).distance
     moved = TriangleSurface(scale * (one.vertices @ turn.T + shift), one.faces)
     there = moved.nearest(scale * (points @ turn.T + shift)).distance
     np.testing.assert_allclose(there, scale * still, atol=1e-9 * scale)
 
 
 def test_samples_are_even_on_the_surface():
-    box = trimesh.creation.box((3.0, 2.0, 1.0))
-    surface = TriangleSurface(box.vertices, box.faces)
+    surface = surface_of(trimesh.creation.box((3.0, 2.0, 1.0)))
     points, normals = surface.samples(20_000)
     assert np.abs(surface.nearest(points).distance).max() < 1e-12
     upper = normals[:, 2] > 0.5
@@ -107,9 +109,8 @@ def test_coverage_is_the_share_of_the_reachable_area():
     assert upper.reference_to_map.largest < 1e-3
 
 
-def test_alignment_takes_a_known_motion_off_and_leaves_what_nobody_can_see():
-    box = trimesh.creation.box((0.06, 0.04, 0.03))
-    reference = TriangleSurface(box.vertices, box.faces)
+def test_alignment_takes_a_known_motion_off_and_leaves_an_unobservable_one():
+    reference = surface_of(trimesh.creation.box((0.06, 0.04, 0.03)))
     points = reference.samples(500)[0]
     turn = trimesh.transformations.rotation_matrix(0.05, [1.0, 2.0, 3.0])[:3, :3]
     moved = points @ turn.T + [0.001, -0.002, 0.0005]

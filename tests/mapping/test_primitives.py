@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mapping import felt_shapes as felt_shapes
-from mapping.felt_shapes import NORMAL_SD, cloud_at, felt, random_rotation
+from mapping import felt_shapes
+from mapping.felt_shapes import ANSWER, NORMAL_SD, cloud_at, felt, random_case, random_rotation
 from palpate.mapping.primitives import (
     BoxShape,
     CylinderShape,
@@ -149,22 +149,19 @@ def test_claimed_standard_deviations_hold(kind):
     assert 0.75 < z.std() < 1.3
 
 
-def spoiled(name, position, normal, rng):
-    n = np.arange(len(position))
-    if name == "a jump":
-        return position + np.outer(3e-4 * (n > 80), [0.6, 0.0, 0.8]), normal
-    if name == "an outlier":
-        return position + np.outer(1e-3 * (n == 50), [0.6, 0.0, 0.8]), normal
-    if name == "leaning normals":
-        return position, normal + np.array([0.03, 0.0, 0.0])
-    return position + 1e-4 * np.sin(position[:, :1] / 4e-3) * normal, normal
+SPOILED = {  # positions and normals of contacts with a fault
+    "a jump": lambda x, n: (x + np.outer(3e-4 * (np.arange(len(x)) > 80), [0.6, 0.0, 0.8]), n),
+    "an outlier": lambda x, n: (x + np.outer(1e-3 * (np.arange(len(x)) == 50), [0.6, 0.0, 0.8]), n),
+    "leaning normals": lambda x, n: (x, n + np.array([0.03, 0.0, 0.0])),
+    "waves": lambda x, n: (x + 1e-4 * np.sin(x[:, :1] / 4e-3) * n, n),
+}
 
 
-@pytest.mark.parametrize("name", ["a jump", "an outlier", "leaning normals", "waves"])
-def test_what_is_no_noise_is_reported_and_noise_is_not(name):
+@pytest.mark.parametrize("name", SPOILED)
+def test_systematic_errors_are_reported_and_noise_is_not(name):
     rng = np.random.default_rng(2)
     good, alike = felt(*PATHS[PrimitiveKind.SPHERE](rng), rng, 3e-5, NORMAL_SD, place=False)
-    position, normal = spoiled(name, good.position, good.normal, rng)
+    position, normal = SPOILED[name](good.position, good.normal)
     bad = cloud_at(position, normal / np.linalg.norm(normal, axis=1, keepdims=True))
     assert fit_ball(good, correlation_points=alike).verdict.ok
     assert not fit_ball(bad, correlation_points=alike).verdict.ok
@@ -177,7 +174,7 @@ def test_a_tip_of_another_size_stays_inside_the_interval():
     assert abs(larger.shape.radius - 0.02) < 2.6 * larger.sizes_sd[0]
 
 
-def test_what_is_flat_is_no_sphere_no_cylinder_and_no_box():
+def test_a_flat_surface_is_no_sphere_no_cylinder_and_no_box():
     rng = np.random.default_rng(0)
     cloud, _ = felt(*felt_shapes.plane(rng, 0.04), rng, 1e-5, NORMAL_SD)
     assert not fit_ball(cloud).verdict.ok
@@ -187,16 +184,13 @@ def test_what_is_flat_is_no_sphere_no_cylinder_and_no_box():
     assert choose_primitive(cloud).kind is PrimitiveKind.PLANE
 
 
-def test_a_bowl_and_a_bore_are_hollow():
+@pytest.mark.parametrize("kind", [PrimitiveKind.SPHERE, PrimitiveKind.CYLINDER])
+def test_a_bowl_and_a_bore_are_hollow(kind):
     rng = np.random.default_rng(0)
-    for path, kind in (
-        (felt_shapes.sphere(0.02, np.radians(60.0)), PrimitiveKind.SPHERE),
-        (felt_shapes.cylinder(0.02, np.radians(70.0), 0.05), PrimitiveKind.CYLINDER),
-    ):
-        cloud, _ = felt(path[0], -path[1], rng, 1e-5, NORMAL_SD)
-        found: Any = fit_primitive(cloud, kind)
-        assert found.shape.hollow
-        assert found.shape.radius == pytest.approx(0.02, abs=1e-4)
+    position, normal = PATHS[kind](rng)
+    found: Any = fit_primitive(felt(position, -normal, rng, 1e-5, NORMAL_SD)[0], kind)
+    assert found.shape.hollow
+    assert found.shape.radius == pytest.approx(0.02, abs=1e-4)
 
 
 def test_contacts_along_one_line_leave_no_nonsense():
@@ -205,3 +199,12 @@ def test_contacts_along_one_line_leave_no_nonsense():
     for kind in PrimitiveKind:
         fit = fit_primitive(cloud, kind)
         assert kind is PrimitiveKind.PLANE or not fit.verdict.ok, kind
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", list(ANSWER))
+def test_the_right_shape_is_chosen_or_none_where_none_fits(kind):
+    """Many more cases: benchmarks/surface_maps.py."""
+    cases = [random_case(kind, np.random.default_rng([seed, sum(map(ord, kind))])) for seed in range(6)]
+    found = [choose_primitive(case.cloud, correlation_points=case.correlation_points).kind for case in cases]
+    assert sum((None if each is None else each.value) == ANSWER[kind] for each in found) >= 5

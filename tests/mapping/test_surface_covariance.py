@@ -52,7 +52,7 @@ def test_slopes_are_the_derivatives_of_heights():
 
 @given(seeds)
 @settings(max_examples=20, deadline=None)
-def test_the_shortcuts_give_what_the_whole_matrix_gives(seed):
+def test_the_shortcuts_agree_with_the_whole_matrix(seed):
     rng = np.random.default_rng(seed)
     xy, at, weights = rng.normal(0.0, 3e-3, (6, 2)), rng.normal(0.0, 3e-3, (4, 2)), rng.normal(size=18)
     n, both = len(at), surface_covariance(np.vstack([at, xy]), MODEL)
@@ -86,12 +86,11 @@ def test_noise_of_a_mean_is_the_mean_of_the_noise(length):
 
 
 def test_one_contact_errs_fully_and_a_long_stretch_as_its_effective_number_says():
-    assert path_correlation(np.zeros(1), np.zeros(1), 1e-3)[0, 0] == 1.0
-    long_run = path_correlation(np.zeros(1), np.array([1.0]), 1e-3)[0, 0]
-    assert long_run == pytest.approx(2.0 * 1e-3 / 1.0, rel=2e-3)  # 2 L / b
-    extents = 10.0 ** np.arange(-12.0, 2.0, 0.1)
+    extents = [0.0, *10.0 ** np.arange(-12.0, 2.0, 0.1), 1.0]
     variance = np.array([path_correlation(np.zeros(1), np.array([b]), 1e-3)[0, 0] for b in extents])
-    assert (np.diff(variance) <= 1e-12).all()
+    assert variance[0] == 1.0
+    assert variance[-1] == pytest.approx(2.0 * 1e-3 / 1.0, rel=2e-3)  # 2 L / b
+    assert (np.diff(variance[1:-1]) <= 1e-12).all()
 
 
 def few_stretches(seed=3, count=5):
@@ -138,12 +137,10 @@ def test_the_posterior_is_that_of_a_dense_process_in_forty_digits():
 
 def test_slopes_of_the_mean_are_its_derivatives():
     patch = SurfacePatch.fitted(PatchFrame(np.zeros(3), np.eye(3)), few_stretches(), MODEL, MODEL, 1.5e-3)
-    at, h = np.array([[1e-3, 2e-3]]), 1e-6
-    _, *slopes = patch.heights(at)[:, 0]
-    for axis in range(2):
-        step = h * np.eye(2)[axis]
-        difference = (patch.heights(at + step)[0, 0] - patch.heights(at - step)[0, 0]) / (2.0 * h)
-        assert slopes[axis] == pytest.approx(difference, rel=1e-6)
+    at, h = np.array([1e-3, 2e-3]), 1e-6
+    heights = patch.heights(np.vstack([at, at + h * np.eye(2), at - h * np.eye(2)]))
+    differences = (heights[0, 1:3] - heights[0, 3:]) / (2.0 * h)
+    np.testing.assert_allclose(heights[1:, 0], differences, rtol=1e-6)
 
 
 def test_noise_of_heights_and_slopes_follows_the_steepness():
@@ -170,7 +167,6 @@ def test_a_band_holds_what_it_promises_for_the_worst_bias(sd, bias, probability)
 
 
 def test_bands_without_bias_without_noise_and_without_anything():
-    np.testing.assert_allclose(half_widths(np.array([1e-5, 0.0]), 0.0), [1.959964e-5, 0.0], rtol=1e-6)
-    assert half_widths(np.array([0.0]), 3e-5)[0] == 3e-5
-    assert np.isnan(half_widths(np.array([np.nan]), 3e-5)[0])
-    assert half_widths(np.array([1e-6]), 3e-5)[0] == pytest.approx(3e-5 + 1.644854e-6)
+    sd, bias = np.array([1e-5, 0.0, 0.0, np.nan, 1e-6]), np.array([0.0, 0.0, 3e-5, 3e-5, 3e-5])
+    bands = [half_widths(np.array([s]), b)[0] for s, b in zip(sd, bias, strict=True)]
+    np.testing.assert_allclose(bands, [1.959964e-5, 0.0, 3e-5, np.nan, 3e-5 + 1.644854e-6], rtol=1e-6)

@@ -8,11 +8,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from mapping.felt_shapes import correlated
-from mapping.raster import cloud_of, raster, sphere_cap
+from mapping.raster import CENTER, RADIUS, cap_normals, cloud_of, mapped, plane_cloud, raster, sphere_cap
 from palpate.mapping import Knowledge, MapSettings, SurfaceMap, SurfaceModel, TouchCloud, standard_deviations
 from palpate.mapping.surface_map import Parameter
 
-CENTER, RADIUS = np.array([0.4, -0.1, 0.05]), 0.04
 QUIET = MapSettings(model=SurfaceModel(noise=1e-6, tilt=1e-4))
 
 
@@ -25,21 +24,9 @@ def cap(noise=0.0, seed=0, **kwargs):
     return dataclasses.replace(felt, position=felt.position + offset[:, None] * felt.normal)
 
 
-def mapped(cloud, settings=None):
-    made = SurfaceMap(settings)
-    made.add(cloud)
-    return made
-
-
 def inner_points(count=60, half=0.006, seed=1, lift=0.0):
-    xy = np.random.default_rng(seed).uniform(-half, half, (count, 2))
-    normal = np.column_stack([xy, np.sqrt(RADIUS**2 - (xy**2).sum(axis=1))]) / RADIUS
+    normal = cap_normals(np.random.default_rng(seed).uniform(-half, half, (count, 2)))
     return CENTER + (RADIUS + lift) * normal, normal
-
-
-def plane_cloud(xy, z=0.0, up=1.0):
-    n = len(xy)
-    return cloud_of(np.column_stack([xy, np.full(n, z)]), np.tile([0.0, 0.0, up], (n, 1)))
 
 
 def joined(*clouds):
@@ -47,8 +34,8 @@ def joined(*clouds):
     names = [field.name for field in dataclasses.fields(TouchCloud) if field.name not in ("time", "noise", "tilt")]
     parts = {name: np.concatenate([getattr(cloud, name) for cloud in clouds]) for name in names}
     ends = np.cumsum([0.0, *(cloud.time[-1] + 1.0 for cloud in clouds)])
-    time = [cloud.time + end for cloud, end in zip(clouds, ends, strict=False)]
-    return TouchCloud(time=np.concatenate(time), **parts)
+    time = np.concatenate([cloud.time + end for cloud, end in zip(clouds, ends, strict=False)])
+    return TouchCloud(time=time, **parts)
 
 
 def assert_same(one, other, atol=1e-12):
@@ -70,37 +57,25 @@ def test_a_sphere_felt_without_noise_is_known_to_a_micrometre():
 @pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=5, deadline=None)
-def test_adding_in_parts_is_adding_at_once(seed):
-    cloud, x = cap(noise=2e-5), inner_points()[0]
-    rng = np.random.default_rng(seed)
-    part = SurfaceMap()
-    index = np.arange(len(cloud))
-    cuts = [0, *np.sort(rng.integers(0, len(cloud), 4)), len(cloud)]
-    for i, j in itertools.pairwise(cuts):
+def test_adding_in_parts_is_adding_at_once_and_the_map_moves_with_the_object(seed):
+    rng, cloud, x = np.random.default_rng(seed), cap(noise=2e-5), inner_points(lift=1e-4)[0]
+    here, part, index = mapped(cloud).query(x), SurfaceMap(), np.arange(len(cloud))
+    for i, j in itertools.pairwise([0, *np.sort(rng.integers(0, len(cloud), 4)), len(cloud)]):
         part.add(cloud.select((index >= i) & (index < j)))
-    assert_same(part.query(x), mapped(cloud).query(x), atol=1e-10)
-
-
-@pytest.mark.slow
-@given(st.integers(0, 2**32 - 1))
-@settings(max_examples=5, deadline=None)
-def test_the_map_moves_with_the_object(seed):
-    rng = np.random.default_rng(seed)
+    assert_same(part.query(x), here, atol=1e-10)
     R, p = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
-    cloud, x = cap(noise=2e-5), inner_points(lift=1e-4)[0]
     moved = dataclasses.replace(cloud, position=cloud.position @ R.T + p, normal=cloud.normal @ R.T)
-    here, there = mapped(cloud).query(x), mapped(moved).query(x @ R.T + p)
+    there = mapped(moved).query(x @ R.T + p)
     assert_same(here, dataclasses.replace(there, normal=there.normal @ R), atol=1e-10)
 
 
 def test_far_from_the_origin_only_rounding_is_lost():
-    far = np.array([1e3, -2e3, 500.0])
-    cloud, x = cap(noise=2e-5), inner_points()[0]
+    far, cloud, x = np.array([1e3, -2e3, 500.0]), cap(noise=2e-5), inner_points()[0]
     there = mapped(dataclasses.replace(cloud, position=cloud.position + far)).query(x + far)
     np.testing.assert_allclose(mapped(cloud).query(x).distance, there.distance, atol=1e-8)
 
 
-def test_the_order_of_strokes_changes_less_than_what_is_unknown():
+def test_the_order_of_strokes_changes_less_than_the_uncertainty():
     cloud, x = cap(noise=2e-5), inner_points()[0]
     turned = dataclasses.replace(cloud, position=cloud.position[::-1], normal=cloud.normal[::-1])
     here, there = mapped(cloud).query(x), mapped(turned).query(x)
@@ -115,9 +90,9 @@ def test_patches_blend_without_steps():
     blend = made.blend_at(x, with_sd=True)
     assert len(made.patches) > 10
     step = RADIUS * (angle[1] - angle[0])
-    assert np.abs(np.diff(blend.distance)).max() < 0.05 * step  # slopes of a twentieth
-    assert np.abs(np.diff(blend.sd)).max() < 0.05 * step
-    assert np.abs(np.diff(blend.normal, axis=0)).max() < 100.0 * step  # curvatures of 1 / (10 mm)
+    # slopes of a twentieth, curvatures of 1 / (10 mm)
+    for values, slope in ((blend.distance, 0.05), (blend.sd, 0.05), (blend.normal, 100.0)):
+        assert np.abs(np.diff(values, axis=0)).max() < slope * step
 
 
 def test_either_side_of_the_surface_is_as_uncertain():
@@ -128,7 +103,7 @@ def test_either_side_of_the_surface_is_as_uncertain():
     assert (below.distance < 0.0).all()
 
 
-def test_contacts_felt_twice_say_nothing_new():
+def test_repeated_contacts_add_no_information():
     x, row = np.zeros((1, 3)), np.column_stack([np.arange(-5e-3, 5e-3, 4e-5), np.zeros(250)])
     once, resting, one = (
         mapped(plane_cloud(xy)).query(x).sd[0] for xy in (row, np.zeros((500, 2)), np.zeros((1, 2)))
@@ -148,29 +123,23 @@ def test_more_noise_stated_for_some_contacts_makes_the_map_trust_the_others():
 
 def test_standard_deviations_are_those_across_the_surface():
     n = np.array([[0.0, 0.0, 1.0]])
-    noise, tilt = standard_deviations(n, np.diag([9.0, 9.0, 4.0])[None], np.diag([0.01, 0.03, 5.0])[None])
-    np.testing.assert_allclose(noise, 2.0)
-    np.testing.assert_allclose(tilt, np.sqrt(0.02))
-    cloud = plane_cloud(np.zeros((3, 2)))
-    given_noise = dataclasses.replace(cloud, noise=np.array([1.0, 2.0, 3.0]))
-    np.testing.assert_array_equal(given_noise.select(np.array([True, False, True])).noise, [1.0, 3.0])
+    found = standard_deviations(n, np.diag([9.0, 9.0, 4.0])[None], np.diag([0.01, 0.03, 5.0])[None])
+    np.testing.assert_allclose(np.hstack(found), [2.0, np.sqrt(0.02)])
+    cloud = dataclasses.replace(plane_cloud(np.zeros((3, 2))), noise=np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(cloud.select(np.array([True, False, True])).noise, [1.0, 3.0])
 
 
 @pytest.mark.slow
 def test_a_hidden_bump_in_a_hole_is_never_claimed():
     xy = raster(0.012, 1e-3, 4e-5)
-    outside = np.hypot(*xy.T) > 4e-3
-    made = mapped(plane_cloud(xy[outside]), MapSettings.for_rows(1e-3))
+    made = mapped(plane_cloud(xy[np.hypot(*xy.T) > 4e-3]), MapSettings.for_rows(1e-3))
     made.relearn()
-    g = np.linspace(-0.011, 0.011, 100)
-    x, y = (each.ravel() for each in np.meshgrid(g, g))
-    r2 = np.minimum((x * x + y * y) / 4e-3**2, 1.0)
-    bump = 1e-3 * (1.0 - r2) ** 2
-    answer = made.query(np.column_stack([x, y, bump]))
-    wrong = np.abs(answer.distance) > answer.band() + 1e-6
-    assert wrong.any()  # there is a bump, and the map knows nothing of it
-    flat = made.query(np.column_stack([x, y, np.zeros_like(x)]))
-    r = np.sqrt(x * x + y * y)
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.011, 0.011, 100)] * 2), axis=-1).reshape(-1, 2)
+    r = np.hypot(*grid.T)
+    bump = 1e-3 * (1.0 - np.minimum(r / 4e-3, 1.0) ** 2) ** 2
+    answer = made.query(np.column_stack([grid, bump]))
+    assert (np.abs(answer.distance) > answer.band() + 1e-6).any()  # the map contradicts the bump
+    flat = made.query(np.column_stack([grid, np.zeros_like(r)]))
     assert (flat.knowledge[r < 2.4e-3] == Knowledge.UNOBSERVED).all()
     assert (flat.knowledge[r < 3.6e-3] != Knowledge.OBSERVED).all()
     assert flat.observed[r > 4.8e-3].all()
@@ -178,7 +147,7 @@ def test_a_hidden_bump_in_a_hole_is_never_claimed():
     assert bump[flat.observed].max() < 0.02e-3
 
 
-def test_one_contact_is_a_tangent_plane_that_nobody_claims():
+def test_one_contact_is_a_tangent_plane_that_is_not_claimed():
     made = mapped(plane_cloud(np.zeros((1, 2))))
     near = made.query([[0.5e-3, 0.0, 1e-4], [0.0, 3e-3, 0.0]])
     assert near.distance[0] == pytest.approx(1e-4, abs=1e-9)
@@ -215,26 +184,21 @@ def test_two_sheets_two_millimetres_apart_stay_apart():
 
 
 def test_contacts_that_contradict_each_other_widen_the_band():
-    xy = raster(0.005, 1e-3)
-    honest = mapped(plane_cloud(xy))
-    torn = mapped(joined(plane_cloud(xy), plane_cloud(xy, z=5e-4)))
-    tilted = plane_cloud(xy)
+    xy, x = raster(0.005, 1e-3), np.zeros((1, 3))
+    flat = plane_cloud(xy)
     sign = np.where(np.arange(len(xy)) // 100 % 2, 1.0, -1.0)
     normal = np.column_stack([0.3 * sign, np.zeros(len(xy)), np.full(len(xy), np.sqrt(1.0 - 0.09))])
-    leaning = mapped(dataclasses.replace(tilted, normal=normal))
-    x = np.zeros((1, 3))
-    for confused in (torn, leaning):
-        assert confused.query(x).surprise[0] > 4.0
-        assert confused.query(x).sd[0] > 2.0 * honest.query(x).sd[0]
+    for torn in (joined(flat, plane_cloud(xy, z=5e-4)), dataclasses.replace(flat, normal=normal)):
+        confused = mapped(torn).query(x)
+        assert confused.surprise[0] > 4.0
+        assert confused.sd[0] > 2.0 * mapped(flat).query(x).sd[0]
 
 
 def test_a_sharp_edge_keeps_its_faces():
     xy = raster(0.004)
-    top = xy[xy[:, 0] < 0.0]
-    side = xy[xy[:, 0] < 0.0]
-    normal = np.tile([1.0, 0.0, 0.0], (len(side), 1))
-    flank = cloud_of(np.column_stack([np.zeros(len(side)), side[:, 1], side[:, 0]]), normal)
-    made = mapped(joined(plane_cloud(top), flank))
+    xy = xy[xy[:, 0] < 0.0]
+    side = np.column_stack([np.zeros(len(xy)), xy[:, 1], xy[:, 0]])
+    made = mapped(joined(plane_cloud(xy), cloud_of(side, np.tile([1.0, 0.0, 0.0], (len(xy), 1)))))
     inside = made.query(
         [[-0.5e-3, 0.0, -0.2e-3], [-0.2e-3, 0.0, -0.5e-3], [-1e-3, 0.0, 0.3e-3], [0.3e-3, 0.0, -1e-3]]
     )
@@ -260,7 +224,7 @@ def test_learning_finds_noise_and_length_from_a_guess_twice_off():
 
 
 @pytest.mark.slow
-def test_what_is_held_stays():
+def test_held_parameters_stay():
     made = mapped(cap(noise=2e-5))
     made.relearn(held=tuple(Parameter))
     assert made.model == SurfaceModel()

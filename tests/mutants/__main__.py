@@ -26,6 +26,7 @@ import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from multiprocessing import get_context
 from pathlib import Path
 
 TESTS_FOLDER = Path(__file__).resolve().parents[1]
@@ -33,7 +34,7 @@ ROOT = TESTS_FOLDER.parent
 sys.path[:0] = [str(TESTS_FOLDER)]
 
 from rich.console import Console  # noqa: E402
-from rich.progress import track  # noqa: E402
+from rich.progress import Progress  # noqa: E402
 from rich.table import Table  # noqa: E402
 
 from mutants.mutation import AREAS, Change, Mutant, changed, drawn, every_mutant  # noqa: E402
@@ -41,6 +42,9 @@ from mutants.mutation import AREAS, Change, Mutant, changed, drawn, every_mutant
 DRAWN = Path(__file__).with_name("drawn.jsonl")
 SEED, SPARE, COUNT = 2026, 450, 300
 """Seed of the draw; mutants drawn, and mutants made: code that is deleted takes some away."""
+
+JOBS = 2
+"""Mutants made at a time, each in a copy of the tree."""
 
 TESTS, SECONDS = 25, 8.0
 """Most tests for one mutant, and most of their recorded time [s]."""
@@ -119,20 +123,44 @@ def run(tree: Path, build: Path, count: int) -> None:
     chosen = [Mutant(**json.loads(line)) for line in DRAWN.read_text().splitlines()]
     present = [mutant for mutant in chosen if mutant in there][:count]
     results = build / "results.jsonl"
-    known = {line["mutant"]: line["verdict"] for line in _lines(results)}
+    left = [mutant for mutant in present if _name(mutant) not in _known(results)]
+    workers = [
+        get_context("fork").Process(
+            target=judge, args=(tree, reach, results, [(each, there[each]) for each in left[start::JOBS]])
+        )
+        for start in range(JOBS)
+    ]
+    for worker in workers:
+        worker.start()
+    with Progress(console=Console(stderr=True)) as progress:
+        task = progress.add_task("mutants", total=len(present))
+        while any(worker.is_alive() for worker in workers):
+            progress.update(task, completed=len(_known(results)))
+            workers[0].join(1.0)
+    verdicts = [_known(results)[_name(mutant)] for mutant in present]
+    print_table(present, verdicts, len(chosen))
+
+
+def judge(tree: Path, reach: Reach, results: Path, mutants: Sequence[tuple[Mutant, Change]]) -> None:
+    """Make mutants in a copy of the tree and append their verdicts to a file."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "tree"
         shutil.copytree(
             tree, copy, symlinks=True, ignore=shutil.ignore_patterns(".git", "build", "runs", ".venv*")
         )
-        for mutant in track(present, "mutants", console=Console(stderr=True)):
-            name = json.dumps(dataclasses.asdict(mutant))
-            if name not in known:
-                tests = reach.tests(mutant.path, there[mutant].line)
-                known[name] = verdict(copy, mutant, there[mutant], tests) if tests else "not reached"
-                with results.open("a") as file:
-                    file.write(json.dumps({"mutant": name, "verdict": known[name], "tests": tests}) + "\n")
-    print_table(present, [known[json.dumps(dataclasses.asdict(mutant))] for mutant in present], len(chosen))
+        for mutant, change in mutants:
+            tests = reach.tests(mutant.path, change.line)
+            found = verdict(copy, mutant, change, tests) if tests else "not reached"
+            with results.open("a") as file:
+                file.write(json.dumps({"mutant": _name(mutant), "verdict": found, "tests": tests}) + "\n")
+
+
+def _name(mutant: Mutant) -> str:
+    return json.dumps(dataclasses.asdict(mutant))
+
+
+def _known(results: Path) -> dict[str, str]:
+    return {line["mutant"]: line["verdict"] for line in _lines(results)}
 
 
 def _lines(file: Path) -> Iterator[dict[str, str]]:

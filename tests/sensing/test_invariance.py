@@ -226,21 +226,20 @@ def test_a_contact_where_a_composite_has_no_patch_is_outside():
 
 
 @pytest.mark.parametrize("name", ["paraboloid", "hyperboloid"])
-def test_an_open_tip_pressed_along_its_axis(name):
+@pytest.mark.parametrize("spin", [0.0, 0.3 * R])
+def test_an_open_tip_pressed_along_its_axis(name, spin):
     """The most usual push of all: z f_z, with any moment. A paraboloid's other point then lies at infinity."""
-    t = np.random.default_rng(1).normal(size=(2000, 2))
-    n = np.column_stack([t, np.ones(len(t))])
-    c = R * np.column_stack([t[:, 0], 1.5 * t[:, 1], -(t[:, 0] ** 2) / 2 - 0.75 * t[:, 1] ** 2])
+    x, y = np.random.default_rng(1).normal(size=(2, 2000))
+    w = np.sqrt(1 + x**2 + y**2)
+    c, n = np.column_stack([x, 1.5 * y, -(x**2) / 2 - 0.75 * y**2]), np.column_stack([x, y, np.ones_like(x)])
     if name == "hyperboloid":
-        w = np.sqrt(1 + t[:, 0] ** 2 + t[:, 1] ** 2)
-        c, n = R * np.column_stack([t * [1.0, 1.5], 2 * (1 - w)]), np.column_stack([t / [1.0, 1.5], w / 2.0])
+        c, n = np.column_stack([x, 1.5 * y, 2 * (1 - w)]), np.column_stack([x, y / 1.5, w / 2.0])
     n /= np.linalg.norm(n, axis=1)[:, None]
-    f = np.tile([0.0, 0.0, -1.0], (len(t), 1))
-    for spin in (0.0, 0.3 * R):
-        found = contacts_from_wrenches(TIPS[name](1.0, 1.0), np.hstack([f, np.cross(c, f) + spin * n]))
-        assert (found.status == ContactStatus.OK).all()
-        well = found.condition < 1e3
-        np.testing.assert_allclose(found.centroid[well], c[well], atol=1e-11 * R)
+    f = np.tile([0.0, 0.0, -1.0], (len(x), 1))
+    found = contacts_from_wrenches(TIPS[name](1.0, 1.0), np.hstack([f, R * np.cross(c, f) + spin * n]))
+    assert (found.status == ContactStatus.OK).all()
+    well = found.condition < 1e3
+    np.testing.assert_allclose(found.centroid[well], R * c[well], atol=1e-11 * R)
 
 
 @pytest.mark.parametrize("name", ["paraboloid", "hyperboloid"])

@@ -65,6 +65,13 @@ def random_contacts(count, axes, seed=0, friction=1.0, spin=0.3):
         yield c, n, f, q, np.concatenate([f, np.cross(c, f) + q])
 
 
+def gives(surface, wrench, *, centroid, spin=None, atol=1e-11, model="soft"):
+    """The library finds this centroid and spin torque."""
+    got = contact_from_wrench(surface, wrench, model)
+    np.testing.assert_allclose(got.centroid, centroid, atol=atol)
+    assert spin is None or got.spin_torque == pytest.approx(spin, abs=atol)
+
+
 def sigma_root(A, R, f, m):
     """The root over K of equation 18, without its prefactor."""
     D = np.linalg.det(A)
@@ -73,10 +80,9 @@ def sigma_root(A, R, f, m):
 
 
 def equation_16(A, K, f, m):
-    D = np.linalg.det(A)
-    A2, Ai2 = A @ A, np.linalg.inv(A @ A)
+    D, A2 = np.linalg.det(A), A @ A
     det = K * (K**2 * D**2 + np.sum((A @ f) ** 2))
-    return (K**2 * D**2 * Ai2 @ m + K * np.cross(A2 @ f, m) + (f @ m) * f) / det
+    return (K**2 * D**2 * np.linalg.inv(A2) @ m + K * np.cross(A2 @ f, m) + (f @ m) * f) / det
 
 
 def test_equations_16_and_18_are_right():
@@ -87,26 +93,23 @@ def test_equations_16_and_18_are_right():
         m = w[3:]
         K = -np.sign(f @ m) / (math.sqrt(2) * R * np.linalg.det(A)) * sigma_root(A, R, f, m)
         printed = equation_16(A, K, f, m)
-        np.testing.assert_allclose(printed, c, atol=1e-12)
-        np.testing.assert_allclose(K * A @ A @ printed, q, atol=1e-12)
-        got = contact_from_wrench(Ellipsoid(R * alpha), w)
-        np.testing.assert_allclose(got.centroid, printed, atol=1e-12)
-        assert got.spin_torque == pytest.approx(K * (A @ A @ printed) @ n, abs=1e-12)
+        np.testing.assert_allclose([printed, K * A @ A @ printed], [c, q], atol=1e-12)
+        gives(Ellipsoid(R * alpha), w, centroid=printed, spin=K * (A @ A @ printed) @ n, atol=1e-12)
 
 
 def test_erratum_sphere_prefactor():
     """K carries 1/(sqrt(2) R), not 1/sqrt(2 R): with the printed one the point is off the sphere."""
     R, A = 3.0, np.eye(3)
     for c, _, f, _, w in random_contacts(20, (R, R, R)):
-        m = w[3:]
-        root = -np.sign(f @ m) * sigma_root(A, R, f, m)
-        right, printed = root / (math.sqrt(2) * R), root / math.sqrt(2 * R)
-        np.testing.assert_allclose(equation_16(A, right, f, m), c, atol=1e-11)
-        assert abs(np.linalg.norm(equation_16(A, printed, f, m)) - R) > 1e-3
-        np.testing.assert_allclose(contact_from_wrench(Sphere(R), w).centroid, c, atol=1e-11)
+        root = -np.sign(f @ w[3:]) * sigma_root(A, R, f, w[3:])
+        right, printed = (equation_16(A, root / by, f, w[3:]) for by in (math.sqrt(2) * R, math.sqrt(2 * R)))
+        np.testing.assert_allclose(right, c, atol=1e-11)
+        assert abs(np.linalg.norm(printed) - R) > 1e-3
+        gives(Sphere(R), w, centroid=c)
 
 
-def test_erratum_sphere_without_spin_takes_the_minus_root():
+@pytest.mark.parametrize("model", ["soft", "hard"])
+def test_erratum_sphere_without_spin_takes_the_minus_root(model):
     """Of the two printed roots the plus one pulls on the finger."""
     R = 2.0
     for c, _, f, _, _ in random_contacts(20, (R, R, R)):
@@ -116,44 +119,32 @@ def test_erratum_sphere_without_spin_takes_the_minus_root():
         minus, plus = r0 - lam * f, r0 + lam * f
         assert f @ minus < 0 < f @ plus
         np.testing.assert_allclose(minus, c, atol=1e-12)
-        for model in ("soft", "hard"):
-            got = contact_from_wrench(Sphere(R), np.concatenate([f, m]), model=model)
-            np.testing.assert_allclose(got.centroid, minus, atol=1e-12)
+        gives(Sphere(R), np.concatenate([f, m]), centroid=minus, atol=1e-12, model=model)
 
 
 def test_erratum_plane():
     """c = (f'' x m - R|f''| f)/|f''|^2: the printed + is the other plane. K = -f.m/(R|f''|), not f.n."""
     R = 0.4
     for c, n, f, q, w in random_contacts(20, (math.inf, math.inf, R)):
-        m = w[3:]
-        f2 = np.array([0, 0, f[2]])
-        size = abs(f[2])
-        right = (np.cross(f2, m) - R * size * f) / size**2
-        printed = (np.cross(f2, m) + R * size * f) / size**2
+        m, f2, size = w[3:], np.array([0, 0, f[2]]), abs(f[2])
+        right, printed = ((np.cross(f2, m) + sign * R * size * f) / size**2 for sign in (-1, 1))
         np.testing.assert_allclose(right, c, atol=1e-11)
         assert printed[2] == pytest.approx(-c[2])
-        assert f @ np.array([0, 0, printed[2]]) > 0 > f @ np.array([0, 0, right[2]])
-        K = -(f @ m) / (R * size)
-        np.testing.assert_allclose(K * np.array([0, 0, c[2]]), q, atol=1e-11)
-        printed_K = -(f @ n) / (R * size)
-        assert abs(printed_K * c[2] - q[2]) > 1e-3
-        got = contact_from_wrench(Plane(R), w)
-        np.testing.assert_allclose(got.centroid, right, atol=1e-11)
-        assert got.spin_torque == pytest.approx(q @ n, abs=1e-11)
+        assert f[2] * printed[2] > 0 > f[2] * right[2]
+        np.testing.assert_allclose(-(f @ m) / (R * size) * np.array([0, 0, c[2]]), q, atol=1e-11)
+        assert abs(-(f @ n) / (R * size) * c[2] - q[2]) > 1e-3
+        gives(Plane(R), w, centroid=right, spin=q @ n)
 
 
 def test_cylinder_as_printed():
     """K = -f.m / sqrt(R^2|f_perp|^2 - |m''|^2) and the centroid on the cylinder of radius R (A = I there)."""
     R = 0.6
     for c, n, f, q, w in random_contacts(20, (R, R, math.inf)):
-        m = w[3:]
-        fp, m2 = np.array([f[0], f[1], 0]), np.array([0, 0, m[2]])
+        m, fp, m2 = w[3:], f * [1, 1, 0], w[3:] * [0, 0, 1]
         K = -(f @ m) / math.sqrt(R**2 * (fp @ fp) - m2 @ m2)
         printed = (K**2 * m2 + K * np.cross(fp, m) + (f @ m) * f) / (K * (fp @ fp))
         np.testing.assert_allclose(printed, c, atol=1e-10)
-        got = contact_from_wrench(Cylinder(R), w)
-        np.testing.assert_allclose(got.centroid, printed, atol=1e-10)
-        assert got.spin_torque == pytest.approx(q @ n, abs=1e-11)
+        gives(Cylinder(R), w, centroid=printed, spin=q @ n, atol=1e-11)
 
 
 def test_erratum_moments_of_section_2():
@@ -174,12 +165,10 @@ def test_erratum_equation_13():
     """m = K A^2 c + c x f with the centroid c, not with any other point r of the wrench axis."""
     a = np.array([2.0, 1.0, 1.5])
     for _, n, f, _, w in random_contacts(20, a):
-        m = w[3:]
-        got = contact_from_wrench(Ellipsoid(a), w)
+        m, got = w[3:], contact_from_wrench(Ellipsoid(a), w)
         c = got.centroid
-        A2c = c / a**2
-        K = got.spin_torque / np.linalg.norm(A2c)
-        np.testing.assert_allclose(K * A2c + np.cross(c, f), m, atol=1e-12)
+        K = got.spin_torque / np.linalg.norm(c / a**2)
+        np.testing.assert_allclose(K * c / a**2 + np.cross(c, f), m, atol=1e-12)
         r = np.cross(f, m) / (f @ f)
         assert np.abs(K * r / a**2 + np.cross(c, f) - m).max() > 1e-4
         assert n @ f < 0
@@ -188,11 +177,9 @@ def test_erratum_equation_13():
 def test_equations_1_and_2_and_the_signs_of_the_result():
     """f = p and m = q + c x p; n points outward, so a push has f.n < 0 and normal_force = -f.n > 0."""
     got = contact_from_wrench(Sphere(2.0), [0.5, 0.0, -3.0, 0.0, 1.0, 0.25])
-    np.testing.assert_allclose(got.centroid, [0, 0, 2], atol=1e-15)
-    np.testing.assert_allclose(got.normal, [0, 0, 1], atol=1e-15)
-    assert got.normal_force == pytest.approx(3.0)
-    np.testing.assert_allclose(got.tangential_force, [0.5, 0, 0], atol=1e-15)
-    assert got.spin_torque == pytest.approx(0.25)
+    found = [got.centroid, got.normal, got.tangential_force]
+    np.testing.assert_allclose(found, [[0, 0, 2], [0, 0, 1], [0.5, 0, 0]], atol=1e-15)
+    assert (got.normal_force, got.spin_torque) == pytest.approx((3.0, 0.25))
 
 
 @pytest.mark.parametrize("axes", [(1.0, 1.0, 1.0), (2.0, 1.0, 0.6), (0.02, 0.02, 0.05)])
@@ -220,11 +207,7 @@ def test_equation_10_is_an_equality(axes):
 
 
 def test_equation_10_without_spin_or_friction_or_contact():
-    pushes = [
-        [0.5, 0, -2, 0, 0.005, 0],
-        [0, 0, -2, 0, 0, 0.003],
-    ]  # without spin; without friction
-    for wrench in pushes:
+    for wrench in ([0.5, 0, -2, 0, 0.005, 0], [0, 0, -2, 0, 0, 0.003]):  # without spin; without friction
         assert wrench_axis_error(contact_from_wrench(Sphere(0.01), wrench)) == pytest.approx(0.0, abs=1e-17)
     assert math.isnan(wrench_axis_error(contact_from_wrench(Sphere(0.01), np.zeros(6))))
 

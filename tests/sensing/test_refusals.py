@@ -343,6 +343,6 @@ ROWS = CONTACTS + SENSORS + HELD
 
 
 @pytest.mark.parametrize(("call", "message"), [row[1:] for row in ROWS], ids=[row[0] for row in ROWS])
-def test_what_cannot_be_is_refused_by_name(call, message):
+def test_bad_inputs_are_refused_by_name(call, message):
     with pytest.raises(InvalidValueError, match=message):
         call()

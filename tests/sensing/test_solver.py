@@ -1,12 +1,15 @@
-"""One contact at a time is bit for bit one of many, however the wrench is given and whoever asks."""
+"""One contact is bit for bit one of many, however the wrench is given; a notebook shows it with units."""
 
 import pickle
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, fields
 
 import numpy as np
 import pytest
 from contact_solutions import conditions, exact
+from hypothesis import given
+from hypothesis import strategies as st
 
 from palpate import (
     Capsule,
@@ -37,13 +40,9 @@ VECTORS = ("centroid", "normal", "force", "tangential_force")
 NUMBERS = ("normal_force", "spin_torque", "condition")
 
 
-def bits(contact):
-    """To the last bit, the sign of zero included."""
-    return b"".join(np.asarray(getattr(contact, name), float).tobytes() for name in NAMES)
-
-
-def row_bits(contacts, i):
-    return b"".join(np.asarray(getattr(contacts, name)[i], float).tobytes() for name in NAMES)
+def bits(found, row=()):
+    """One contact, or a row of many, to the last bit, the sign of zero included."""
+    return b"".join(np.asarray(getattr(found, name), float)[row].tobytes() for name in NAMES)
 
 
 @pytest.mark.parametrize("model", ["soft", "hard"])
@@ -54,7 +53,7 @@ def test_one_is_one_of_many(surface, model):
     np.testing.assert_array_equal(given, WRENCHES)
     given[:] = 7.0  # the result does not look into the caller's array
     for i, wrench in enumerate(WRENCHES):
-        assert bits(solver(wrench)) == bits(contact_from_wrench(surface, wrench, model)) == row_bits(batch, i)
+        assert bits(solver(wrench)) == bits(contact_from_wrench(surface, wrench, model)) == bits(batch, i)
 
 
 def test_any_memory_layout_and_number_type_mean_the_same_numbers():
@@ -66,18 +65,12 @@ def test_any_memory_layout_and_number_type_mean_the_same_numbers():
     read_only.setflags(write=False)
     arrays = [w.astype(t) for t in (np.float32, np.int64, np.int8, w.dtype.newbyteorder())]
     variants = [
-        wide[::2, ::2],
-        np.asfortranarray(w),
-        w[::-1][::-1],
-        read_only,
-        *arrays,
-        w.tolist(),
-        [*map(tuple, w)],
-    ]
+        wide[::2, ::2], np.asfortranarray(w), w[::-1][::-1], read_only, *arrays, w.tolist(), [*map(tuple, w)],
+    ]  # fmt: skip
     base, solver = contacts_from_wrenches(surface, w), Solver(surface)
     for each in variants:
-        assert row_bits(contacts_from_wrenches(surface, each), 3) == row_bits(base, 3)
-        assert bits(solver(each[3])) == row_bits(base, 3)
+        assert bits(contacts_from_wrenches(surface, each), 3) == bits(base, 3)
+        assert bits(solver(each[3])) == bits(base, 3)
     single = np.array([0.1, 0.2, -1.0, 0.3, 0.1, 0.2], np.float32)
     assert bits(solver(single)) == bits(solver(single.astype(float)))
 
@@ -131,3 +124,23 @@ def test_the_condition_is_the_amplification_for_every_kind_of_tip():
 def test_contacts_of_meshes_and_symbolic_tips_are_found_or_ambiguous():
     """None missed, none wrong beyond 1e-12 times the condition, with normal forces from 1e-3 of the tangential."""
     assert exact(20_000, "") == 0
+
+
+@given(st.lists(st.floats(-5.0, 5.0), min_size=6, max_size=6))
+def test_every_quantity_is_shown_once_with_its_unit(wrench):
+    contact = contact_from_wrench(Sphere(0.008), np.array(wrench))
+    html = contact._repr_html_()
+    rows = re.findall(r"<tr><th>([a-z ]+)</th><td>([^<]*)</td><td>([^<]*)</td></tr>", html)
+    shown = {name: (value, unit) for name, value, unit in rows}
+    assert (
+        html
+        == "<table>" + "".join(f"<tr><th>{n}</th><td>{v}</td><td>{u}</td></tr>" for n, v, u in rows) + "</table>"
+    )
+    assert shown["status"] == (contact.status.name, "")
+    assert {name: unit for name, (_, unit) in shown.items() if unit} == {
+        "centroid": "mm", "normal force": "N", "tangential force": "N", "spin torque": "mN m",
+    }  # fmt: skip
+    force = float(shown["normal force"][0])
+    np.testing.assert_allclose(force, contact.normal_force, rtol=1e-3)  # nan where there is no contact
+    centroid = [float(entry) for entry in shown["centroid"][0].split(", ")]
+    np.testing.assert_allclose(centroid, 1e3 * contact.centroid, rtol=1e-3)

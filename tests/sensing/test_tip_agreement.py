@@ -62,7 +62,7 @@ def test_a_tip_that_is_wrong_is_found(tip, zero, wrong, within, words) -> None:
         assert not list(found.broken(TipUncertainty.independent(position=2e-4), 0.0))
 
 
-def test_too_few_contacts_tell_nothing() -> None:
+def test_too_few_contacts_give_no_agreement() -> None:
     contacts = contacts_from_wrenches(TRUE, np.tile([0.0, 0.0, 2.0, 0.0, 0.0, 0.0], (50, 1)))
     assert tip_agreement(TRUE, contacts, contacts.normal, np.zeros((50, 3, 3))) is None
 
@@ -71,8 +71,7 @@ def test_normals_and_bend_of_an_ellipsoid() -> None:
     rng = np.random.default_rng(1)
     axes = np.array([0.05, 0.04, 0.03])
     spots = rng.uniform(-0.01, 0.01, (4000, 2))
-    z = axes[2] * np.sqrt(1.0 - ((spots / axes[:2]) ** 2).sum(axis=1))
-    places = np.column_stack([spots, z])
+    places = np.column_stack([spots, axes[2] * np.sqrt(1.0 - ((spots / axes[:2]) ** 2).sum(axis=1))])
     normal = places / axes**2
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     tilted = normal + 0.1 * rng.normal(size=normal.shape)

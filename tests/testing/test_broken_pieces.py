@@ -6,6 +6,7 @@ import threading
 import time
 from collections import deque
 from dataclasses import replace
+from functools import partial
 from time import monotonic as present_time
 from typing import ClassVar
 
@@ -206,9 +207,7 @@ def readings(**changes):
     return samples(lambda sample, k: replace(sample, wrenches=(other(sample.wrenches[0], changes, k),)))
 
 
-def noisy(k):
-    chance = random.Random(k)
-    return tuple(mean + chance.gauss(0.0, sigma) for mean, sigma in zip(LOAD, NOISE, strict=True))
+noisy = partial(LoadedSensor.wrench, None)
 
 
 class Restless(SpringPlane):

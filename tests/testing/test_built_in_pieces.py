@@ -28,7 +28,7 @@ from palpate.runtime.data import Command
 from palpate.runtime.real_time import RealTime
 from palpate.runtime.replay import ReplayBackend
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, TurningStage, build_scene
-from palpate.surfaces import CompliantTip, Cylinder, Ellipsoid, MeshSurface, Plane, Sphere
+from palpate.surfaces import MeshSurface, Sphere
 from palpate.testing import (
     SpringPlane,
     check_arm,
@@ -39,7 +39,7 @@ from palpate.testing import (
     check_surface,
 )
 from runtime.simulated_backends import BACKENDS
-from sensing.test_invariance import TIPS
+from sensing.test_invariance import QUADRICS, TIPS
 from support.emulated_bus import EmulatedBus, connected
 from support.ft_host import served, state
 from support.ur_library import needs_ur
@@ -51,25 +51,12 @@ FRAME = {
     "center": (0.002, -0.03, 0.01),
     "rotation": np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]),
 }
-QUADRICS = {
-    "sphere": lambda: Sphere(RADIUS, **FRAME),
-    "ellipsoid": lambda: Ellipsoid((RADIUS, 2 * RADIUS, 3 * RADIUS), **FRAME),
-    "elliptic cylinder": lambda: Ellipsoid((RADIUS, 2 * RADIUS, np.inf), **FRAME),
-    "cylinder": lambda: Cylinder(RADIUS, **FRAME),
-    "plane": lambda: Plane(RADIUS, **FRAME),
-    "soft ball": lambda: CompliantTip(Sphere(RADIUS, **FRAME), 5e3),
-}
+QUICK = [name if name in QUADRICS else pytest.param(name, marks=pytest.mark.slow) for name in TIPS]
 
 
-@pytest.mark.parametrize("make", QUADRICS.values(), ids=QUADRICS)
-def test_quadrics(make):
-    check_surface(make())
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("placed", [{}, FRAME], ids=["own frame", "placed"])
-@pytest.mark.parametrize("name", TIPS)
-def test_other_fingertips(name, placed):
+@pytest.mark.parametrize("name", QUICK)
+def test_fingertips(name, placed):
     check_surface(TIPS[name](1.0, 1.0, **placed))
 
 

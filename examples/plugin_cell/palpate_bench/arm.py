@@ -17,6 +17,12 @@ from palpate_bench.arm_lines import ArmState, read_state
 START_WITHIN = 2.0
 """[s] to connect, and to receive states whose age is proven."""
 
+STAND_WITHIN = 0.5
+"""[s] Longest wait for the arm to stand still when it is closed."""
+
+AT_REST = 1e-4
+"""[m/s, rad/s] Speed below which it stands still."""
+
 ECHO_EVERY = 0.01
 """[s] A round trip is measured so often, whatever else is sent."""
 
@@ -100,12 +106,15 @@ class BenchArm:
         self._send("v", numbers)
 
     def close(self) -> None:
-        """Stop it and disconnect; any number of times."""
-        opened, self._socket = self._socket, self._socket
+        """Stop the arm, wait until it stands still, and disconnect; any number of times."""
+        opened = self._socket
         if opened is None:
             return
         with contextlib.suppress(DeviceError):
             self.move(ZERO, ZERO)
+            stop, deadline = self._count, monotonic() + STAND_WITHIN
+            while not self._at_rest_since(stop) and monotonic() < deadline:
+                sleep(0.001)
         self._socket = None
         with contextlib.suppress(OSError):
             opened.shutdown(socket.SHUT_RDWR)
@@ -114,6 +123,13 @@ class BenchArm:
     def watchdogs(self) -> tuple[DeviceWatchdog, ...]:
         """What stops it if this program cannot."""
         return (DeviceWatchdog(self.name, "stops by itself", self.watchdog, SEE),)
+
+    def _at_rest_since(self, command: int) -> bool:
+        """Whether the arm stands still in a state that it sent after a command."""
+        if self._newest is None or self._newest[1].echo < command:
+            return False
+        state = self._newest[1]
+        return max(map(abs, (*state.velocity, *state.angular_velocity))) < AT_REST
 
     def _fresh(self) -> tuple[ArmSample, ArmState]:
         newest = None if self._socket is None else self._newest

@@ -50,7 +50,7 @@ def test_false_terms_are_rare_and_true_ones_are_found():
     assert all(error(choice.proposed) <= error(choice.fits[1]) for choice in bent)
 
 
-def test_what_was_left_out_was_never_seen():
+def test_errors_left_out_are_those_of_fits_without_the_load():
     """Closed form against fits without the load; one load was put on three times."""
     raw, loads, warmth = bench(3, count=40, bend=0.05)
     loads[[11, 29]] = loads[5]
@@ -82,7 +82,7 @@ def test_temperature_explains_a_drift_and_is_none_of_the_sensors_business():
 
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10_000))
-def test_the_map_is_what_was_fitted_one_by_one_and_in_a_batch(seed):
+def test_the_map_gives_the_fit_one_by_one_and_in_a_batch(seed):
     raw, loads, _ = bench(seed, bend=0.05)
     fit = choose_calibration(raw, loads, ranges=RANGES).proposed
     np.testing.assert_allclose(fit.apply(raw) - loads, fit.residual, atol=1e-9)

@@ -1,21 +1,31 @@
+"""Readings at rest, tares and drift; health of a sensor; and when it touches."""
+
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
+from palpate.estimation import Assumption
+from palpate.sensing.ft.bias import average_bias, estimate_drift
 from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor
 from palpate.sensing.ft.touch_detector import ContactDetector
 
 AXIS = (12.0, 12.0, 17.0, 0.12, 0.12, 0.12)
 LIMITS = HealthLimits(AXIS, raw=(-5.0, 5.0), frozen_samples=5, stuck_samples=20)
-RAW = (0.0,) * 6
-NOTHING = (0.0,) * 6
+RAW = NOTHING = (0.0,) * 6
+NAMES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+TIGHT, BOX = HealthLimits(AXIS, combined=0.5), HealthLimits(AXIS, combined=math.sqrt(6.0))
 
 
 def judge(load=NOTHING, raw=RAW, limits=LIMITS):
     return HealthMonitor(limits).step(raw, load)
+
+
+def on(channel, value):
+    return tuple((value * np.eye(6)[channel]).tolist())
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6))
@@ -31,37 +41,51 @@ def test_a_load_is_an_overload_exactly_when_it_leaves_the_ellipsoid(direction):
 @pytest.mark.parametrize("axis", range(6))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_an_overloaded_axis_is_named_with_value_and_limit(axis, sign):
-    load, name = 1.01 * sign * AXIS[axis] * np.eye(6)[axis], ("Fx", "Fy", "Fz", "Mx", "My", "Mz")[axis]
-    verdict = judge(tuple(load.tolist()))
+    load, name = on(axis, 1.01 * sign * AXIS[axis]), NAMES[axis]
+    verdict = judge(load)
     found = (verdict.measure, verdict.where, verdict.value, verdict.limit)
     assert found == (HealthCheck.OVERLOAD_AXIS, name, load[axis], AXIS[axis])
     assert f"({name}): {load[axis]:.6g}, limit {AXIS[axis]:.6g}" in str(verdict)
 
 
-def test_loads_add_up():
-    verdict = judge((9.0, 9.0, 9.0, 0.0, 0.0, 0.0))
-    assert verdict.measure is HealthCheck.OVERLOAD_COMBINED
-    assert verdict.value == pytest.approx(math.hypot(0.75, 0.75, 9 / 17))
-    box = HealthLimits(AXIS, combined=math.sqrt(6.0))
-    assert judge(tuple(0.999 * x for x in AXIS), limits=box) is HEALTHY
-    assert judge((12.1, 0.0, 0.0, 0.0, 0.0, 0.0), limits=box).measure is HealthCheck.OVERLOAD_AXIS
-    tight = HealthLimits(AXIS, combined=0.5)
-    assert judge((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), limits=tight).measure is HealthCheck.OVERLOAD_COMBINED
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_reported_first(value):
-    verdict = judge((99.0, 0.0, 0.0, 0.0, 0.0, 0.0), raw=(0.0, 0.0, value, 0.0, 0.0, 9.0))
-    assert verdict.measure is HealthCheck.NON_FINITE
-    assert verdict.where == "channel 3"
-
-
-@pytest.mark.parametrize(("value", "limit"), [(5.0, 5.0), (-5.1, -5.0)])
-def test_saturation_is_named(value, limit):
-    verdict = judge(raw=(0.0, value, 0.0, 0.0, 0.0, 0.0))
-    assert (verdict.measure, verdict.where) == (HealthCheck.SATURATED, "channel 2")
-    assert (verdict.value, verdict.limit) == (value, limit)
-    assert judge(raw=(0.0, 0.999 * limit, 0.0, 0.0, 0.0, 0.0)) is HEALTHY
+@pytest.mark.parametrize(
+    ("load", "raw", "limits", "expected"),
+    [
+        (
+            (9.0, 9.0, 9.0, 0.0, 0.0, 0.0),
+            RAW,
+            LIMITS,
+            {"measure": HealthCheck.OVERLOAD_COMBINED, "value": pytest.approx(math.hypot(0.75, 0.75, 9 / 17))},
+        ),
+        (on(0, 7.0), RAW, TIGHT, {"measure": HealthCheck.OVERLOAD_COMBINED}),
+        (on(0, 12.1), RAW, BOX, {"measure": HealthCheck.OVERLOAD_AXIS}),
+        (tuple(0.999 * x for x in AXIS), RAW, BOX, {"measure": HealthCheck.HEALTHY}),
+        *(
+            # a value that is no number is reported first
+            (
+                on(0, 99.0),
+                (0.0, 0.0, x, 0.0, 0.0, 9.0),
+                LIMITS,
+                {"measure": HealthCheck.NON_FINITE, "where": "channel 3"},
+            )
+            for x in (math.nan, math.inf, -math.inf)
+        ),
+        *(
+            (
+                NOTHING,
+                on(1, x),
+                LIMITS,
+                {"measure": HealthCheck.SATURATED, "where": "channel 2", "value": x, "limit": limit},
+            )
+            for x, limit in ((5.0, 5.0), (-5.1, -5.0))
+        ),
+        *((NOTHING, on(1, x), LIMITS, {"measure": HealthCheck.HEALTHY}) for x in (0.999 * 5.0, -0.999 * 5.0)),
+    ],
+)
+def test_a_fault_has_a_measure_a_place_a_value_and_a_limit(load, raw, limits, expected):
+    verdict = judge(load, raw, limits)
+    assert {name: getattr(verdict, name) for name in expected} == expected
+    assert verdict.ok == (expected["measure"] is HealthCheck.HEALTHY)
 
 
 def test_a_device_that_repeats_itself_is_frozen_until_it_moves():
@@ -77,29 +101,25 @@ def test_a_device_that_repeats_itself_is_frozen_until_it_moves():
 
 
 def test_one_stuck_channel_is_found_and_noise_is_not():
-    rng = np.random.default_rng(0)
-    monitor, healthy = HealthMonitor(LIMITS), HealthMonitor(LIMITS)
-    stuck = []
-    for _ in range(30):
-        raw = rng.normal(size=6)
-        assert healthy.step(tuple(raw), NOTHING) is HEALTHY
-        raw[4] = 0.7
-        stuck.append(monitor.step(tuple(raw), NOTHING))
+    noise, monitor, healthy = (
+        np.random.default_rng(0).normal(size=(30, 6)),
+        HealthMonitor(LIMITS),
+        HealthMonitor(LIMITS),
+    )
+    assert all(healthy.step(tuple(raw), NOTHING) is HEALTHY for raw in noise)
+    noise[:, 4] = 0.7
+    stuck = [monitor.step(tuple(raw), NOTHING) for raw in noise]
     assert all(v is HEALTHY for v in stuck[:19])
     assert all(v.measure is HealthCheck.STUCK and v.where == "channel 5" for v in stuck[19:])
 
 
 def test_drift_is_seen_through_noise_and_noise_is_no_drift():
-    rng = np.random.default_rng(1)
-    limit = (0.02,) * 3 + (1e-4,) * 3
-    watch = DriftWatch(limit, 1.0, 0.001)
-    noise = np.repeat([0.05, 2e-4], 3) * rng.normal(size=(6000, 6))
+    watch = DriftWatch((0.02,) * 3 + (1e-4,) * 3, 1.0, 0.001)
+    noise = np.repeat([0.05, 2e-4], 3) * np.random.default_rng(1).normal(size=(6000, 6))
     assert all(watch.step(tuple(row)) is HEALTHY for row in noise)
     noise[:, 3] += np.linspace(0.0, 5e-4, 6000)
-    verdicts = [watch.step(tuple(row)) for row in noise]
-    first = next(i for i, v in enumerate(verdicts) if not v.ok)
-    assert verdicts[first].measure is HealthCheck.DRIFT
-    assert verdicts[first].where == "Mx"
+    first, drift = next((i, v) for i, v in enumerate(watch.step(tuple(row)) for row in noise) if not v.ok)
+    assert (drift.measure, drift.where) == (HealthCheck.DRIFT, "Mx")
     # The limit is reached after 1200 samples; the mean lags by its memory of 1000.
     assert 1200 < first < 3200
     watch.restart()
@@ -111,7 +131,7 @@ def detector(**changes):
     return ContactDetector(**{**given, **changes})
 
 
-def test_touch_and_release_have_their_own_thresholds_and_what_is_no_number_changes_nothing():
+def test_touch_and_release_have_their_own_thresholds_and_nan_changes_nothing():
     found = detector()
     forces = [0.0, 0.15, math.nan, 0.21, 0.15, math.nan, 0.11, 0.09, 0.15, 0.2, 0.3]
     assert [int(found.step(x)) for x in forces] == [0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 1]
@@ -135,7 +155,49 @@ def test_a_touch_lasts_as_long_as_asked_and_changes_only_for_a_reason(forces, to
         assert states[-1]
 
 
-def test_the_detector_knows_its_delay():
+def test_the_detector_states_its_delay():
     found = detector(touch_time=0.003)
     assert [found.step(1.0) for _ in range(5)] == [False, False, False, True, True]
     assert found.delay == pytest.approx(0.003)
+
+
+NOISE = np.repeat([0.003, 16e-6], 3)
+BIAS = np.array([1.0, -2.0, 0.5, 0.01, 0.0, -0.02])
+TIME = np.linspace(0.0, 1.0, 1000)[:, None]
+
+
+def still(rng, count=1000, memory=0.0):
+    """Readings at rest of a sensor whose filter remembers exp(-1/memory) of the last one."""
+    pole = np.exp(-1.0 / memory) if memory else 0.0
+    noise = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], rng.normal(size=(count + 200, 6)), axis=0)[200:]
+    return BIAS + NOISE * noise
+
+
+@pytest.mark.parametrize("memory", [0.0, 5.0])
+def test_mean_and_drift_are_as_near_as_they_say_filtered_or_not(memory):
+    errors, inside, drift = [], [], 3.0 * NOISE
+    for seed in range(200):
+        readings = still(np.random.default_rng(seed), memory=memory)
+        found = average_bias(readings, noise=NOISE)
+        errors.append((np.array(found.mean) - BIAS) / found.standard_error)
+        slope = estimate_drift(readings + drift * TIME, period=1 / 999, limit=NOISE)
+        inside.append((np.abs(slope.slope - drift) <= slope.half_width).all())
+    # Student's t with 19 degrees of freedom has a standard deviation of 1.06.
+    assert np.std(errors) == pytest.approx(1.06, abs=0.15)
+    assert 0.905 <= np.mean(inside) <= 0.99
+
+
+def test_the_standard_error_of_white_noise_falls_as_the_root_of_the_count():
+    rng = np.random.default_rng(0)
+    short, long = (average_bias(still(rng, count), noise=NOISE).standard_error for count in (1000, 100_000))
+    assert np.mean(np.array(short) / long) == pytest.approx(10.0, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("drift", "limit", "broken"),
+    [(0.0, 10.0, None), (1e-4, 1.0, Assumption.WHITE_IN_TIME), (0.0, 1e-3, Assumption.ENOUGH_DATA)],
+)
+def test_drift_is_judged_against_its_limit(drift, limit, broken):
+    readings = still(np.random.default_rng(2)) + drift * TIME * np.eye(6)[4]
+    verdict = estimate_drift(readings, period=1 / 999, limit=limit * NOISE).verdict
+    assert verdict.ok if broken is None else verdict.breaks(broken)

@@ -68,7 +68,7 @@ def test_every_left_handed_sensor_is_refused_and_every_right_handed_one_is_a_mou
                 assert np.degrees((Rotation.from_matrix(P @ turn.as_matrix() @ found)).magnitude()) < 0.2
 
 
-def test_gains_that_differ_are_told():
+def test_gains_that_differ_are_reported():
     a, wrench, _, noise = measured(1, "axia80")
     uneven = identify_mounting(a, wrench * [1.02, 1.0, 1.0, 1.0, 1.0, 1.0], **noise)
     assert "not those of one turned sensor" in uneven.verdict.broken[0].finding

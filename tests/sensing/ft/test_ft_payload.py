@@ -96,7 +96,7 @@ def test_a_pose_in_contact_is_left_out_and_named_more_of_them_are_too_many():
     assert identify(WRIST, up, wrench).verdict.breaks(Assumption.NO_OUTLIERS)
 
 
-def test_gravity_directions_and_rotations_say_the_same():
+def test_gravity_directions_and_rotations_give_equal_specific_forces():
     rotations = Rotation.random(10, rng=np.random.default_rng(0))
     of_gravity = specific_force_from_gravity(rotations.apply([0.0, 0.0, -3.0]))
     np.testing.assert_allclose(of_gravity, specific_force_from_rotations(rotations.as_matrix()), atol=1e-12)
@@ -180,7 +180,7 @@ def one_after_the_other(up, w):
     ],
     ids=["g", "swapped", "mirrored", "turned", "units", "few", "hose", "one after the other"],
 )
-def test_what_is_wrong_with_the_data_is_told_apart(change, assumption, word):
+def test_mistakes_in_the_data_are_distinguished(change, assumption, word):
     up, wrench = drifted("none", 1)
     broken = identify_quiet(*change(up, wrench - wrench.mean(axis=0))).verdict.broken
     assert any(each.assumption is assumption and re.search(word, str(each)) for each in broken), broken

@@ -1,3 +1,5 @@
+"""The pipeline of a force/torque sensor: calibration, payload, filters, health, and what a step costs."""
+
 import math
 import sys
 
@@ -6,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
+from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft import (
     HEALTHY,
     Butterworth,
@@ -17,18 +19,11 @@ from palpate.sensing.ft import (
     PayloadEntry,
     average_bias,
     bias_covariance,
-    fit_calibration,
-    identify_payload,
-    load_sensor_file,
     read_sensor,
-    save_sensor_file,
     sensor_text,
-    specific_force_from_rotations,
     touch_uncertainty,
-    with_bias,
-    with_calibration,
-    with_payload,
 )
+from palpate.sensing.ft.compiled import filtered, sample
 from sensing.ft.sensor_examples import fingertip
 
 UP = (0.0, 0.0, 9.81)
@@ -49,11 +44,8 @@ def reading(sensor, contact, acceleration, rng):
 @given(seed=st.integers(0, 10_000), channels=st.sampled_from([0, 6, 8]))
 def test_a_steady_contact_is_felt_whatever_hangs_on_the_sensor(seed, channels):
     rng = np.random.default_rng(seed)
-    sensor = fingertip(channels or 6)
-    if not channels:
-        sensor = msgspec.structs.replace(sensor, calibration=None)
-    pipeline = FTPipeline(sensor)
-    contact = rng.uniform(-0.3, 0.3, 6) * sensor.axis_limits
+    sensor = fingertip(channels) if channels else msgspec.structs.replace(fingertip(), calibration=None)
+    pipeline, contact = FTPipeline(sensor), rng.uniform(-0.3, 0.3, 6) * sensor.axis_limits
     acceleration = tuple(rng.normal(size=3) * 10.0)
     for _ in range(10):
         felt = pipeline.step(reading(sensor, contact, acceleration, rng), acceleration)
@@ -74,12 +66,10 @@ def test_shaking_the_sensor_is_no_contact():
 
 
 def test_the_delay_is_the_lag_behind_a_growing_force():
-    sensor, rng = fingertip(), np.random.default_rng(0)
+    sensor, rng, slope = fingertip(), np.random.default_rng(0), 4.0
     pipeline = FTPipeline(sensor)
-    slope = 4.0
     for k in range(1000):
-        contact = (0.0, 0.0, -slope * 1e-3 * k, 0.0, 0.0, 0.0)
-        felt = pipeline.step(reading(sensor, contact, UP, rng), UP)
+        felt = pipeline.step(reading(sensor, (0.0, 0.0, -slope * 1e-3 * k, 0.0, 0.0, 0.0), UP, rng), UP)
     lag = 1e-3 * 999 + felt.wrench[2] / slope
     assert pipeline.delay - sensor.device_delay == pytest.approx(lag, rel=1e-6)
 
@@ -103,11 +93,11 @@ def test_a_bad_number_is_reported_and_leaves_no_trace(bad):
 @given(st.lists(st.floats(), min_size=6, max_size=6), st.lists(st.floats(), min_size=3, max_size=3))
 def test_no_reading_makes_a_wrench_that_is_not_finite(raw, acceleration):
     pipeline = FTPipeline(fingertip())
-    for sample in (raw, [0.0] * 6, raw):
-        felt = pipeline.step(sample, tuple(acceleration))
+    for given_raw in (raw, [0.0] * 6, raw):
+        felt = pipeline.step(given_raw, tuple(acceleration))
         assert all(map(math.isfinite, felt.wrench))
         assert felt.health is HEALTHY or not felt.health.ok
-        if not all(map(math.isfinite, sample)):
+        if not all(map(math.isfinite, given_raw)):
             assert felt.health.measure is HealthCheck.NON_FINITE
 
 
@@ -131,41 +121,6 @@ def test_the_noise_gain_of_the_filters_counts_for_a_touch_force():
     FTPipeline(msgspec.structs.replace(fingertip(), contact=deaf, filters=(Butterworth(20.0),)))
 
 
-def test_from_known_loads_and_poses_to_a_file_that_feels_right(tmp_path):
-    """The whole of `palpate calibrate`: calibration, payload, tare, file, pipeline."""
-    rng, true = np.random.default_rng(8), msgspec.structs.replace(fingertip(), filters=())
-
-    def shown(load):
-        raw = np.asarray(load) @ np.linalg.inv(true.calibration.matrix).T + true.calibration.offset
-        return raw + 2e-4 * rng.normal(size=raw.shape)
-
-    # The bias of the calibrated sensor is zero by construction: the calibration takes it into its offset.
-    dates = {"date": "2026-11-21", "provenance": "test"}
-    known = np.array(true.axis_limits) * rng.uniform(-0.5, 0.5, (40, 6))
-    blank = msgspec.structs.replace(true, calibration=None, payload=PayloadEntry())
-    fit = fit_calibration(shown(known), known, ranges=true.axis_limits)
-    sensor = with_calibration(blank, fit, raw_unit="V", raw_range=(-9.0, 9.0), **dates)
-
-    up = specific_force_from_rotations(Rotation.random(24, rng=rng).as_matrix())
-    weight = -0.030 * up
-    loads = np.hstack([weight, np.cross((0.0005, 0.001, 0.018), weight)])
-    averaged = np.mean([sensor.calibration.map.apply(shown(loads)) for _ in range(50)], axis=0)
-    sd = np.sqrt(np.diag(fit.noise) / 50 + np.diag(fit.calibration_covariance(np.zeros(6))))
-    found = identify_payload(up, averaged, force_sd=sd[:3].max(), moment_sd=sd[3:].max())
-    sensor = with_payload(sensor, found, **dates)
-    assert sensor.bias == (*found.bias_force, *found.bias_moment)
-    assert sensor.payload.payload == found.payload
-    still = sensor.calibration.map.apply(shown(np.tile(loads[0], (400, 1))))
-    tare = average_bias(still, noise=np.sqrt(np.diag(fit.noise)))
-    sensor = with_bias(sensor, tare, tuple(up[0]), **dates)
-    save_sensor_file(tmp_path / "tip.yaml", sensor)
-
-    pipeline = FTPipeline(load_sensor_file(tmp_path / "tip.yaml"))
-    contact = np.array([0.3, -0.1, -2.0, 0.004, 0.008, 0.001])
-    felt = [pipeline.step(tuple(shown(contact + loads[5])), tuple(up[5])).wrench for _ in range(200)]
-    assert (np.abs(np.mean(felt, axis=0) - contact) < 0.002 * np.array(true.axis_limits)).all()
-
-
 def test_a_step_makes_less_than_a_hundred_calls_and_none_of_numpy():
     """That takes some 15 us (benchmarks/costs), where a call of numpy alone takes one or more."""
     sensor, rng, calls = fingertip(8), np.random.default_rng(0), []
@@ -185,7 +140,7 @@ def test_a_step_makes_less_than_a_hundred_calls_and_none_of_numpy():
         assert not any("numpy" in name for name in calls)
 
 
-def test_a_tare_counts_what_the_payload_is_uncertain_by():
+def test_a_tare_counts_the_uncertainty_of_the_payload():
     """The bias hides the error of the weight in that pose; turned over, the tip feels twice as much."""
     payload = PayloadEntry(mass=0.5, center_of_mass=(0.0, 0.0, 0.03), mass_sd=0.002, center_of_mass_sd=(1e-3,) * 3)
     sensor = msgspec.structs.replace(fingertip(), payload=payload)
@@ -197,3 +152,49 @@ def test_a_tare_counts_what_the_payload_is_uncertain_by():
     assert sd[3:5] == pytest.approx(9.8 * 0.5 * 1e-3, rel=0.01)
     assert touch_uncertainty(sensor, found, (0.0, 0.0, 9.8)) == pytest.approx(2.0 * 9.8 * 0.002, rel=0.01)
     assert read_sensor(sensor_text(sensor)) == sensor
+
+
+# --- the compiled sample is bit for bit that of plain Python ---
+
+
+def in_python(sections, states, wrench):
+    """Transposed direct form II, section after section."""
+    for (b0, b1, b2, a1, a2), (first, second) in zip(sections, states, strict=True):
+        out = []
+        for i, x in enumerate(wrench):
+            y = b0 * x + first[i]
+            first[i], second[i] = b1 * x - a1 * y + second[i], b2 * x - a2 * y
+            out.append(y)
+        wrench = tuple(out)
+    return wrench
+
+
+@pytest.mark.parametrize("channels", [6, 8])
+def test_the_compiled_sample_is_that_of_python_bit_for_bit(channels):
+    sensor, rng = fingertip(channels), np.random.default_rng(1)
+    pipeline = FTPipeline(sensor)
+    sections = pipeline._filter.sections
+    for k in range(200):
+        raw, acceleration = (tuple(rng.normal(scale=s, size=n).tolist()) for s, n in ((1.0, channels), (9.81, 3)))
+        load = np.subtract(sensor.calibration.map.step(raw), sensor.bias).tolist()
+        wrench = contact_wrench(load, acceleration, sensor.payload.payload)
+        if k == 0:
+            states = [([(1.0 - s.b0) * x for x in wrench], [(s.b2 - s.a2) * x for x in wrench]) for s in sections]
+        assert pipeline.step(raw, acceleration).wrench == in_python(sections, states, wrench)
+
+
+def test_a_step_compiles_nothing():
+    pipeline = FTPipeline(fingertip())
+    before = [list(kernel.signatures) for kernel in (filtered, sample)]
+    for raw in ((0.1,) * 6, [0.1] * 6, np.full(6, 0.1), (0, 0, 0, 0, 0, 1), (np.nan,) * 6, (1e200,) * 6):
+        pipeline.step(raw, (0, 0, 9.81))
+    assert [list(kernel.signatures) for kernel in (filtered, sample)] == before
+
+
+@pytest.mark.parametrize("channel", range(6))
+def test_a_load_about_a_limit_is_judged_as_in_words(channel):
+    """The compiled comparison stays clear of the limit, and leaves what is near to the words."""
+    sensor = msgspec.structs.replace(fingertip(), calibration=None, bias_force=(0.0,) * 3, bias_moment=(0.0,) * 3)
+    for factor, ok in ((1.0 - 1e-15, True), (1.0 - 1e-8, True), (1.0, True), (1.0 + 1e-15, False), (1.1, False)):
+        load = factor * np.array(sensor.axis_limits) * np.eye(6)[channel]
+        assert FTPipeline(sensor).step(tuple(load.tolist()), UP).health.ok is ok

@@ -30,7 +30,7 @@ def test_one_place_is_covered_and_its_probability_uniform():
     assert 0.91 < np.mean(np.abs(off) < 1.96) < 0.985
 
 
-def test_one_and_two_are_told_apart():
+def test_one_and_two_contacts_are_distinguished():
     one, two = counted(50, (-0.02,)), counted(50, (-0.02, -0.01))
     assert np.mean([each.count is ContactCount.ONE for each in one]) >= 0.98
     assert np.mean([each.count is ContactCount.SEVERAL for each in two]) >= 0.98
@@ -40,7 +40,7 @@ def test_one_and_two_are_told_apart():
     assert np.mean([each.on_line > 1e-3 for each in two]) > 0.95
 
 
-def test_what_is_not_told_is_said():
+def test_an_undecided_number_of_contacts_is_reported_with_its_reason():
     still = counted(20, (-0.02, -0.01), angle=0.0, swing=0.0)  # in proportion: one to any sensor
     light = counted(5, (-0.02,), force=0.01)
     assert all(each.count is ContactCount.UNTOLD for each in still + light)
@@ -50,7 +50,7 @@ def test_what_is_not_told_is_said():
     assert all(each.verdict.breaks(Assumption.ENOUGH_DATA) for each in light)
 
 
-def test_what_no_contact_bears_takes_several():
+def test_a_load_beyond_one_contact_takes_several():
     """Two that push against each other; friction and spin beyond their bounds."""
     between = counted(10, (-0.02, -0.06), sides=(1.0, -1.0), swing=0.3)
     slippery = counted(10, (-0.02,), ContactBounds(friction=0.05))

@@ -166,5 +166,7 @@ class WarmUpRecord:
     def write(self, report: dict[str, Any]) -> None:
         """Keep what was reported, if a file can be written."""
         files = [str(file) for folder in report["folders"] for kind in KERNELS for file in Path(folder).glob(kind)]
-        with suppress(OSError), replacing(self.path) as file:
-            file.write(json.dumps(report | {"made_of": self.made_of, "files": files}).encode())
+        with suppress(OSError):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(self.path) as file:
+                file.write(json.dumps(report | {"made_of": self.made_of, "files": files}).encode())

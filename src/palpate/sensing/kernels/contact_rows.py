@@ -44,7 +44,7 @@ def clear_contact(result, stride, i):
     result[14 * stride + i] = math.inf
 
 
-@njit(error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def last_scalars(result, status):
     """Return normal force, spin torque, condition and status of the last contact: of one, all but its vectors.
 

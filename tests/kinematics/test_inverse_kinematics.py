@@ -1,4 +1,4 @@
-"""Joint velocities from twists: exact where they can be, bounded and continuous everywhere."""
+"""Joint positions and velocities of poses and twists: exact where they can be, bounded everywhere."""
 
 import math
 from typing import Any
@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
-from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, Limit, Pose, kernel
+from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, Limit, Pose, kernel, nearest_joint_position
+from palpate.kinematics.pose import rotation_from_rotvec
 
 KINEMATICS = ArmKinematics(UR5E, pose_flange_tip=Pose((0.0, 0.02, 0.1)))
 INVERSE = InverseVelocity(KINEMATICS)
@@ -41,12 +43,7 @@ def over_shoulder(q1, q2):
     def out(q3):
         return WRIST.pose((0.0, q2, q3, 0.0, -1.57, 0.0)).position[0]
 
-    low, high = 0.0, -q2
-    assert out(low) > 0.0 > out(high)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if out(middle) > 0.0 else (low, middle)
-    return (q1, q2, low, 0.0, -1.57, 0.0)
+    return (q1, q2, brentq(out, 0.0, -q2, xtol=1e-15), 0.0, -1.57, 0.0)
 
 
 @pytest.mark.slow
@@ -61,7 +58,7 @@ def test_no_joint_exceeds_its_speed_for_any_twist_at_any_pose(q, twist):
 
 
 @pytest.mark.parametrize("q2", [-2.3, -2.0, -1.8])
-def test_nor_over_the_shoulder(q2):
+def test_no_joint_exceeds_its_speed_over_the_shoulder(q2):
     q = over_shoulder(0.4, q2)
     assert solve(q, (0.0,) * 6).smallest_singular_value < 1e-9
     for twist in 1e3 * np.random.default_rng(0).normal(size=(200, 6)):
@@ -85,7 +82,7 @@ def test_the_motion_reported_is_true_bounded_and_exact_away_from_singularities(q
 @pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.filter_too_much])
 @given(poses, slow)
-def test_damping_loses_what_the_formula_says_and_nothing_else(q, twist):
+def test_damping_loses_exactly_the_share_of_the_formula(q, twist):
     """Against numpy's singular value decomposition; where the fading towards singularities plays no part."""
     motion = solve(q, twist)
     U, s, Vt = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q))
@@ -185,3 +182,43 @@ def test_solving_compiles_nothing_anew():
     solve(np.full(6, 0.1), (0.1,) * 6)
     KINEMATICS.velocity((0.1,) * 6, np.ones(6))
     assert [len(each.signatures) for each in compiled] == before
+
+
+ARM = ArmKinematics(UR5E, Pose((0.3, -0.2, 0.1), rotation_from_rotvec((0.2, -0.5, 1.0))), Pose((0.01, 0.02, 0.1)))
+BARE = ArmKinematics(UR5E)
+DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+
+
+def error(kinematics, q, wanted):
+    found = kinematics.pose(q)
+    return max(
+        np.abs(np.subtract(found.position, wanted.position)).max(),
+        np.abs(np.subtract(found.rotation, wanted.rotation)).max(),
+    )
+
+
+@settings(deadline=None)
+@given(anywhere, anywhere)
+def test_every_pose_of_the_arm_is_held_from_any_seed_and_leads_back_to_its_joints(q, seed):
+    wanted = ARM.pose(q)
+    found = nearest_joint_position(ARM, wanted, seed)
+    assert error(ARM, found, wanted) < 4e-12
+    assert np.all(np.abs(found) <= 2.0 * math.pi)
+    assert nearest_joint_position(ARM, wanted, q) == pytest.approx(q, abs=1e-12)
+
+
+@given(st.tuples(*[st.floats(-2.0 * math.pi, 2.0 * math.pi)] * 6))
+@settings(deadline=None)
+def test_whole_turns_are_chosen_by_the_seed(seed):
+    found = nearest_joint_position(BARE, Pose((-0.1333, 0.45, 0.3), DOWN), seed)
+    off = np.subtract(found, seed)
+    turned = found - 2.0 * math.pi * np.sign(off)  # the next one, which may be beyond the joint's range
+    assert np.all((np.abs(off) <= math.pi + 1e-9) | (np.abs(turned) > 2.0 * math.pi - 1e-9))
+
+
+@pytest.mark.parametrize("fifth", [0.0, 1e-9, 1e-5, -1e-3, math.pi, math.pi - 1e-8])
+@pytest.mark.parametrize("third", [1.2, 1e-9, 0.0, -1e-6])
+def test_singular_poses_are_held_as_well(fifth, third):
+    q = (0.3, -1.0, third, -0.5, fifth, 0.4)
+    near = tuple(x + 0.01 for x in q)
+    assert error(ARM, nearest_joint_position(ARM, ARM.pose(q), near), ARM.pose(q)) < 4e-12
