@@ -1,8 +1,9 @@
 """The fault campaign of `benchmarks/wire faults`: every row on a robot on the wire, real clients, real sockets.
 
 The arm holds a force and slides, the hand presses; then a fault is injected for real. What is safe is asked of the
-emulator. Clients are patient here, since tests share their machine, and no time is judged: times to notice are the
-benchmark's. Everything listens on loopback addresses and terminals only.
+emulator. A dozen rows run fast, all of them with the slow tests. Clients are patient here, since tests share their
+machine, and no time is judged: times to notice are the benchmark's. Everything listens on loopback addresses and
+terminals only.
 """
 
 import os
@@ -33,6 +34,23 @@ from support.waiting import WITHIN
 
 ATTEMPTS = 3
 """How often a row is tried until all is as it says: a busy machine alone may end a try with another error."""
+
+QUICK = {
+    "no. 2: states stay away",
+    "no. 5: velocity of two numbers",
+    "velocity above the limit",
+    "protective stop",
+    "client process killed",
+    "a servo is silent",
+    "every checksum wrong",
+    "adapter unplugged",
+    "F/T box silent",
+    "F/T out of range",
+    "gap of 5 records",
+    "records twice",
+}
+
+ROWS = [pytest.param(case, marks=() if case.name in QUICK else pytest.mark.slow, id=case.name) for case in CASES]
 
 
 class Cells(ExitStack):
@@ -68,7 +86,7 @@ def cells() -> Iterator[Cells]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+@pytest.mark.parametrize("case", ROWS)
 def test_a_fault_is_detected_reported_safe_and_passes(cells: Cells, case: Case) -> None:
     cell = cells.of(case.tip)
     seen = []
@@ -85,6 +103,7 @@ def test_the_table_has_what_was_asked_for() -> None:
     assert len(CASES) >= 40
     assert len(set(names)) == len(names)
     assert {int(found) for name in names for found in re.findall(r"^no\. (\d+):", name)} == set(range(1, 19))
+    assert {case.name for case in CASES} >= QUICK
     assert all(case.why for case in CASES if case.within > NOTICED)
     assert all(case.says for case in CASES if case.safe is not Safe.GOES_ON)
 
