@@ -125,9 +125,8 @@ def test_a_killed_emulator_is_reported_and_a_new_start_works():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
-    """With a clean-up of its own, and without: SIGTERM outside of a run is as SIGKILL."""
     address = f"127.0.9.{50 + int(how)}"
     path = unhurried_file(tmp_path, address, SCALE)
     with subprocess.Popen(
@@ -149,9 +148,9 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(tmp_path):
-    """On the friction plant; `test_wire_robot_commands` holds one in MuJoCo."""
-    planned = plan_of(plant=True)
+@pytest.mark.parametrize("plant", [False, True], ids=["MuJoCo", "friction plant"])
+def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(plant, tmp_path):
+    planned = plan_of(plant=plant)
     planned = replace(planned, limits=msgspec.structs.replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.45", ("127.0.9.46", "127.0.9.47"), tmp_path / "bus", SCALE)
     grasp = found_after(planned, RecordedRun(planned, emulated_hand(planned.task(), wires)))
