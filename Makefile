@@ -109,7 +109,7 @@ pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and doc
 	$(BIN)/python benchmarks/simulation stage arm hand --picture docs/simulation_speed_error.png
 	$(BIN)/python benchmarks/surface_maps.py sphere --picture docs/mapping_error.png
 	$(BIN)/python benchmarks/tip_calibration.py map --picture docs/tip_calibration.png
-	$(BIN)/python benchmarks/grasp.py --picture docs/grasp_speed_error.png
+	$(BIN)/python benchmarks/grasp.py least-effort --picture docs/grasp_speed_error.png
 
 clean:  ## Remove environments, builds, caches and runs
 	rm -rf .venv .venv-* build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -17,11 +17,11 @@ from pathlib import Path
 import contact
 import control
 import surface_maps
+from grasp_forces import study as grasp_study
 from harness.command import add_parts, chosen, measured, parser_of
 from harness.page import speed_error_report
 from harness.study import Effort, Measure, Study
 from simulation.study import step_study
-from studies.grasp import measure as measure_grasp
 
 import friction
 from palpate.reporting.page import write_report
@@ -32,7 +32,7 @@ PARTS: dict[str, Measure] = {
     "friction": friction.ways,
     "control": control.moving,
     "simulation": step_study,
-    "grasp": measure_grasp,
+    "grasp": grasp_study.few,
 }
 
 

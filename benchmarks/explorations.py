@@ -1,10 +1,9 @@
-"""Force and points of explorations in simulation, by sensor, arm and fingertip.
+"""Force and points of explorations in simulation, by sensor and arm.
 
-    python benchmarks/explorations.py [sensors | coarse | arms | tips ...] [--quick]
+    python benchmarks/explorations.py [sensors | coarse | arms ...] [--quick]
 
 sensors: each imperfection of a Nano17 alone, then all of them. coarse: wrist sensors, and noise at the limit of
-what is accepted. arms: beside the UR5e. tips: every kind of fingertip, the map beside the sphere's (at most 1.3
-times). objects: shapes and noise on the stage. Errors are those of the true normal force, of the points against
+what is accepted. arms: beside the UR5e. Errors are those of the true normal force, of the points against
 the true surface, and of the map; typical is the median over specimens. The cost is computing time per simulated
 second.
 """
@@ -16,7 +15,7 @@ from functools import partial
 
 import msgspec
 from harness.command import start
-from harness.study import Check, Effort, Errors, Row, Study
+from harness.study import Effort, Errors, Row, Study
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -34,13 +33,7 @@ from palpate.robots.simulated_sensor_entry import (
     SaturationEntry,
     SimulatedSensorEntry,
 )
-from palpate.robots.surface_entries import (
-    CapsuleEntry,
-    CompliantEntry,
-    RoundedBoxEntry,
-    SphereEntry,
-    SuperellipsoidEntry,
-)
+from palpate.robots.surface_entries import SphereEntry
 from palpate.sim.sensor.presets import NANO17_RESOLUTION
 
 SPECIMENS = 5
@@ -193,7 +186,7 @@ def coarse(effort: Effort) -> Study:
     return study("Coarse sensors", lambda _: "sphere, 20 mm/s", ways, effort)
 
 
-# --------------------------------------------------------------------------------------------- arms and tips
+# --------------------------------------------------------------------------------------------- arms
 
 
 def arms(effort: Effort) -> Study:
@@ -209,39 +202,7 @@ def arms(effort: Effort) -> Study:
     return study("Arms", lambda way: f"{way.config.object}, {1e3 * way.config.speed:g} mm/s", ways, effort)
 
 
-SOFT = SuperellipsoidEntry(semi_axes=(0.009, 0.009, 0.008), exponent=2.5)
-TIPS = {
-    "sphere": SphereEntry(radius=0.008),
-    "capsule": CapsuleEntry(radius=0.008, length=0.02, rotvec=(3.141592653589793, 0.0, 0.0)),
-    "superellipsoid": SOFT,
-    "compliant superellipsoid": CompliantEntry(tip=SOFT, stiffness=40000.0),
-    "rounded box": RoundedBoxEntry(half_lengths=(0.009, 0.009, 0.008), radius=0.006),
-}
-
-
-def tips(effort: Effort) -> Study:
-    """Explore an ellipsoid on the stage with every kind of fingertip."""
-
-    def stage(tip: object, _: int) -> Robot:
-        file = load_robot("stage").file
-        finger = msgspec.structs.replace(file.fingers[0], surface=tip)
-        return Robot(msgspec.structs.replace(file, fingers=(finger,)), (None,), {})
-
-    config = ExploreConfig(object="ellipsoid", width=0.012, depth=0.006)
-    found = study(
-        "Fingertips",
-        lambda _: "ellipsoid, 12 x 6 mm",
-        [Way(name, config, partial(stage, tip)) for name, tip in TIPS.items()],
-        effort,
-    )
-    ratios = {row.method: row.errors[2].typical / found.rows[0].errors[2].typical for row in found.rows}
-    checks = (
-        Check(f"map of {name} over the sphere's", "<= 1.3", f"{x:.2f}", x <= 1.3) for name, x in ratios.items()
-    )
-    return replace(found, checks=tuple(checks))
-
-
-PARTS = {"sensors": sensors, "coarse": coarse, "arms": arms, "tips": tips}
+PARTS = {"sensors": sensors, "coarse": coarse, "arms": arms}
 
 if __name__ == "__main__":
     start(__doc__, PARTS)

@@ -10,66 +10,63 @@ more than 1e-7 of it; where there are several local optima, either may find the 
 Exit code 1 if anything is left undecided for which IPOPT finds forces, or convex ones are worse.
 """
 
-import argparse
-import sys
 import time
+from argparse import ArgumentParser, Namespace
 from collections import Counter
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
-
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+from harness.campaign import Listing, start, tracked
 
 from palpate.grasp import GraspForceOptimizer, SolveStatus
 from support.coupled_grasps import CONVEX, LOAD, OTHERS, SHARED, ring
 from support.opti_grasp import opti_forces
 
 PROBLEMS = CONVEX | OTHERS
+STATUSES = (SolveStatus.SOLVED, SolveStatus.INFEASIBLE, SolveStatus.MAX_ITERATIONS)
+TIMES = ("us, median", "us, 99 %")
 STARTS = 5
 
 
-def moving(count: int) -> Table:
+def moving(options: Namespace) -> Iterator[Listing]:
     """Measure loads that move."""
-    table = Table(
-        "loads that move", "us, median", "us, 99 %", "solved", "objective - IPOPT's, relative", "forces [N]"
-    )
+    rows = []
     for name, (objective, subject_to) in PROBLEMS.items():
         optimizer = GraspForceOptimizer(ring(), objective, subject_to=subject_to, shared_actuators=SHARED)
         value, forces = opti_forces(ring(), LOAD, objective, subject_to, SHARED)
         found = optimizer.solve(LOAD)
         times, solved = [], 0
-        for k in range(count):
+        for k in range(options.loads):
             load = LOAD * (1.0 + 0.01 * np.sin(k + np.arange(6)))
-            start = time.process_time()
+            begun = time.process_time()
             solved += optimizer.solve(load).status is SolveStatus.SOLVED
-            times.append(1e6 * (time.process_time() - start))
-        table.add_row(
-            name,
-            *(f"{np.quantile(times, share):.0f}" for share in (0.5, 0.99)),
-            f"{solved} of {count}",
-            f"{abs(found.objective - value) / abs(value):.0e}",
-            f"{np.abs(found.forces - forces).max():.0e}",
-        )
-    return table
+            times.append(1e6 * (time.process_time() - begun))
+        error = f"{abs(found.objective - value) / abs(value):.0e}"
+        apart = f"{np.abs(found.forces - forces).max():.0e}"
+        rows.append((name, *quantiles(times), f"{solved} of {options.loads}", error, apart))
+    yield Listing(
+        "Loads that move", ("problem", *TIMES, "solved", "objective - IPOPT's, relative", "forces [N]"), rows
+    )
 
 
-def anywhere(count: int, rng: np.random.Generator, console: Console) -> tuple[Table, bool]:
-    """Try grasps and loads that have nothing to do with each other; whether nothing is missed."""
-    heads = ("solved", "proven infeasible", "undecided", "IPOPT finds forces", "compared", "better", "worse")
-    table, right = Table("anywhere", *heads, "us, median", "us, 99 %"), True
+def quantiles(times: Sequence[float]) -> list[str]:
+    """Return median and 99 %."""
+    return [f"{np.quantile(times, share):.0f}" for share in (0.5, 0.99)]
+
+
+def anywhere(options: Namespace) -> Iterator[Listing]:
+    """Try grasps and loads that have nothing to do with each other; `missed`: IPOPT alone finds forces."""
+    rng, rows, right = np.random.default_rng(options.seed), [], True
     for name, (objective, subject_to) in PROBLEMS.items():
         optimizer = GraspForceOptimizer(ring(), objective, subject_to=subject_to, shared_actuators=SHARED)
         counts, times = Counter[object](), []
-        for _ in track(range(count), description=name, console=console):
+        for _ in tracked(range(options.anywhere), options.anywhere, name):
             grasp = ring(aslant=0.2 + rng.uniform(-0.35, 0.35))
             load = LOAD * (1.0 + rng.uniform(-0.3, 0.3, 6))
             optimizer.update(grasp)
-            start = time.process_time()
+            begun = time.process_time()
             found = optimizer.solve(load, warm_start=False)
-            times.append(1e6 * (time.process_time() - start))
+            times.append(1e6 * (time.process_time() - begun))
             counts[found.status] += 1
             tries = {SolveStatus.SOLVED: 1, SolveStatus.MAX_ITERATIONS: STARTS}.get(found.status, 0)
             values = []
@@ -89,27 +86,18 @@ def anywhere(count: int, rng: np.random.Generator, console: Console) -> tuple[Ta
             counts["better"] += ahead > 1e-7
             counts["worse"] += ahead < -1e-7
         right &= not counts["missed"] and not (name in CONVEX and counts["worse"])
-        told = (SolveStatus.SOLVED, SolveStatus.INFEASIBLE, SolveStatus.MAX_ITERATIONS)
-        columns = [counts[each] for each in (*told, "missed", "compared", "better", "worse")]
-        table.add_row(name, *map(str, columns), *(f"{np.quantile(times, share):.0f}" for share in (0.5, 0.99)))
-    return table, right
+        shown = (*STATUSES, "missed", "compared", "better", "worse")
+        rows.append((name, *(counts[each] for each in shown), *quantiles(times)))
+    heads = ("solved", "proven infeasible", "undecided", "IPOPT finds forces", "compared", "better", "worse")
+    yield Listing("Anywhere", ("problem", *heads, *TIMES), rows, right)
 
 
-def main() -> int:
-    """Measure all of them."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--loads", type=int, default=200)
-    parser.add_argument(
-        "--anywhere", type=int, default=100, help="loads of the second table (default: %(default)s)"
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Add numbers of loads and the seed."""
+    parser.add_argument("--loads", type=int, default=200, help="loads of the first table (%(default)s)")
+    parser.add_argument("--anywhere", type=int, default=100, help="loads of the second table (%(default)s)")
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
-    console = Console(width=140)
-    console.print(moving(asked.loads))
-    table, right = anywhere(asked.anywhere, np.random.default_rng(asked.seed), console)
-    console.print(table)
-    return int(not right)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    start(__doc__, {"moving": moving, "anywhere": anywhere}, add_options)

@@ -1,6 +1,6 @@
 """Whether grips hold as often as they promise, what they cost over the least that would, and how long they take.
 
-    python benchmarks/robust_grasps.py [--grasps 200] [--draws 2000] [--seed 0]
+    python benchmarks/robust_grasps.py [--quick] [--seed 0]
 
 Grasps: three fingers 120 degrees apart around a cylinder of 30 mm radius (half of them), two opposite fingers
 (a fifth), three to five around a sphere. mu 0.4 to 1.0 and e 3 to 8 mm, with standard deviations of 15 % and 25 %
@@ -16,16 +16,17 @@ both know the draws: the ratio may be below 1.
 Time is that of one thread, so that other programs do not count: the bounds are those of the control loop.
 """
 
-import argparse
 import time
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
-import clarabel
 import numpy as np
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
-from scipy.sparse import csc_matrix
+from grasp_forces.cone_form import ClarabelDirect
+from grasp_forces.problem import Ended, Problem
+from harness.command import start
+from harness.study import Check, Effort, Study
+from harness.tables import grid
 
 from palpate.errors import FloatArray
 from palpate.grasp.problem.contacts import GraspContacts
@@ -37,13 +38,11 @@ from palpate.grasp.robust.uncertainty import GraspUncertainty
 from palpate.grasp.solvers.convex import Convex
 from palpate.grasp.solvers.dual_newton import HI, LO, MU, E
 from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
+from support.grasp_families import grasp_of
 
 PROMISED, RADIUS, STRONGEST = 0.99, 0.03, 30.0
 STEPS = 150
 """Loads of a trajectory: from one pull to another in as many control periods of a hundredth of the way."""
-
-ASKED = {"warm median": 300.0, "warm worst": 1500.0, "cold 90 %": 2000.0}
-"""[us]"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +56,8 @@ class Case:
 
 
 def around(out: FloatArray, rng: np.random.Generator) -> GraspContacts:
-    """Contacts where `out` (n, 3) leaves the object, alike in mu and e."""
-    t1 = np.cross(-out, rng.standard_normal((len(out), 3)))
-    t1 /= np.linalg.norm(t1, axis=1)[:, None]
-    frames = np.stack([-out, t1, np.cross(-out, t1)], axis=2)
-    return GraspContacts(
-        RADIUS * out, frames, rng.uniform(0.4, 1.0), rng.uniform(0.003, 0.008), force_max=STRONGEST
-    )
+    """Contacts where `out` (n, 3) leaves the object, all with the same mu and e."""
+    return grasp_of(RADIUS * out, -out, rng.uniform(0.4, 1.0), rng.uniform(0.003, 0.008), rng, force_max=STRONGEST)
 
 
 def pull(rng: np.random.Generator) -> FloatArray:
@@ -141,101 +135,110 @@ class Draws:
         outcome = self._solver.solve(self._load, self._forces)[0]
         if outcome == Outcome.UNDECIDED:
             self.undecided += 1
-            return self._friction_left(mu, e, press) >= 0.0
+            return self._margin(mu, e, press) >= 0.0
         return outcome == Outcome.SOLVED
 
-    def _friction_left(self, mu: FloatArray, e: FloatArray, press: FloatArray) -> float:
-        """Return the largest t with |u_i| <= mu_i f_i - t, by another solver."""
-        n, metric = len(mu), np.array([1.0, 1.0, 1.0, *[1.0 / RADIUS] * 3])
-        columns = self._grasp.grasp_map.reshape(6, n, 4) * metric[:, None, None]
-        columns[:, :, 3] *= e
-        balance = np.hstack([columns[:, :, 1:].reshape(6, 3 * n), np.zeros((6, 1))])
-        rest = -(columns[:, :, 0] @ press + metric * self._load)
-        cones, limits = np.zeros((4 * n, 3 * n + 1)), np.zeros(4 * n)
-        for i in range(n):
-            limits[4 * i], cones[4 * i, -1] = mu[i] * press[i], 1.0
-            cones[4 * i + 1 : 4 * i + 4, 3 * i : 3 * i + 3] = -np.eye(3)
-        settings = clarabel.DefaultSettings()
-        settings.verbose = False
-        found = clarabel.DefaultSolver(
-            csc_matrix((3 * n + 1, 3 * n + 1)),
-            np.append(np.zeros(3 * n), -1.0),
-            csc_matrix(np.vstack([balance, cones])),
-            np.concatenate([rest, limits]),
-            [clarabel.ZeroConeT(6)] + [clarabel.SecondOrderConeT(4)] * n,
-            settings,
-        ).solve()
-        return float(found.x[-1]) if str(found.status).endswith("Solved") else -np.inf
+    def _margin(self, mu: FloatArray, e: FloatArray, press: FloatArray) -> float:
+        """Return the largest t with |u_i| <= mu_i f_i - t, by clarabel; -inf without any."""
+        grasp = replace(self._grasp, friction=mu, spin_length=e, force_min=press, force_max=press)
+        problem = Problem.of(grasp, self._load)
+        solver = ClarabelDirect(problem, Objective.MAX_MARGIN)
+        solver.solve(problem.load(self._load), warm=False)
+        answer = solver.answer()
+        return answer.theta if answer.ended is Ended.SOLVED else -np.inf
 
 
 def timed(solver: RobustLeastEffort, load: FloatArray) -> tuple[RobustForces, float]:
     """Solve; return the answer and its time [us]."""
-    begin = time.thread_time_ns()
+    begun = time.thread_time_ns()
     answer = solver.solve(load)
-    return answer, 1e-3 * (time.thread_time_ns() - begin)
+    return answer, 1e-3 * (time.thread_time_ns() - begun)
 
 
-def main() -> None:
-    """Run and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--grasps", type=int, default=200)
-    parser.add_argument("--draws", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    rng = np.random.default_rng(given.seed)
-    tried = cases(given.grasps, rng)
-    RobustLeastEffort(tried[0].grasp, tried[0].uncertainty, PROMISED).solve(tried[0].loads[0])  # compiles
-    allowed = int((1.0 - PROMISED) * given.draws)
-    rows: dict[str, list[tuple[float, ...]]] = {}
-    cold, warm, outcomes, undecided = [], [], [], 0
-    for case in track(tried, "grasps", console=Console(stderr=True)):
+@dataclass(slots=True)
+class Speed:
+    """Times [us] of a solver, cold and along trajectories, and all outcomes."""
+
+    cold: list[float] = field(default_factory=list)
+    warm: list[float] = field(default_factory=list)
+    outcomes: Counter[str] = field(default_factory=Counter)
+
+    def first(self, case: Case) -> RobustForces:
+        """Solve under the first load, cold; then along the way to the second one; return the first answer."""
         solver = RobustLeastEffort(case.grasp, case.uncertainty, PROMISED)
         answer, spent = timed(solver, case.loads[0])
-        cold.append(spent)
-        outcomes.append(answer.outcome)
+        self.cold.append(spent)
+        self.outcomes[Outcome(answer.outcome).name] += 1
         for share in 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, STEPS)):
             along, spent = timed(solver, case.loads[0] + share * (case.loads[1] - case.loads[0]))
-            warm.append(spent)
-            outcomes.append(along.outcome)
+            self.warm.append(spent)
+            self.outcomes[Outcome(along.outcome).name] += 1
+        return answer
+
+    def checks(self) -> Iterator[Check]:
+        """Return times beside those asked for."""
+        for name, times, quantile, most in (
+            ("warm, median", self.warm, 0.5, 300.0),
+            ("warm, 99 %", self.warm, 0.99, None),
+            ("warm, worst", self.warm, 1.0, None),
+            ("cold, 90 %", self.cold, 0.9, 2000.0),
+            ("cold, worst", self.cold, 1.0, None),
+        ):
+            got = float(np.quantile(times, quantile))
+            yield Check(
+                f"{name}, us", f"<= {most:.0f}" if most else "", f"{got:.0f}", got <= most if most else None
+            )
+
+
+def costs(case: Case, draws: Draws, press: FloatArray, allowed: int) -> tuple[float, float]:
+    """Return what a grip costs over the grip of each gauge with so many draws failing; NaN if there is none."""
+    found = Convex(case.grasp, Objective.MIN_EFFORT, 0.01).solve(case.loads[0], warm=False)
+    if found.status is not SolveStatus.SOLVED:
+        return np.nan, np.nan
+    known = found.forces[:, 0]
+    dearer = press.sum() / known.sum()
+    way = draws.least(known, press - known, 0.3, 1.3, allowed)
+    pressed = draws.least(np.zeros(len(known)), known, 0.7 * dearer, 1.2 * dearer, allowed)
+    return press.sum() / way.sum(), press.sum() / pressed.sum()
+
+
+def robust(effort: Effort) -> Study:
+    """Measure all grips."""
+    rng, count = np.random.default_rng(effort.seed), effort.of(2000, 500)
+    tried = cases(effort.of(200, 20), rng)
+    RobustLeastEffort(tried[0].grasp, tried[0].uncertainty, PROMISED).solve(tried[0].loads[0])  # compiles
+    speed, undecided, rows = Speed(), 0, dict[str, list[tuple[float, float, float]]]()
+    for k, case in enumerate(tried):
+        effort.tell(f"grasp {k + 1} of {len(tried)}")
+        answer = speed.first(case)
         if answer.outcome != Outcome.SOLVED:
             continue
-        press = answer.forces[:, 0]
-        draws = Draws(case, given.draws, rng)
-        failed, way, other = len(draws.failing(press)), np.nan, np.nan
-        found = Convex(case.grasp, Objective.MIN_EFFORT, 0.01).solve(case.loads[0], warm=False)
-        if found.status is SolveStatus.SOLVED:
-            known = found.forces[:, 0]
-            dearer = press.sum() / known.sum()
-            way = press.sum() / draws.least(known, press - known, 0.3, 1.3, allowed).sum()
-            other = (
-                press.sum() / draws.least(np.zeros(len(known)), known, 0.7 * dearer, 1.2 * dearer, allowed).sum()
-            )
+        press, draws = answer.forces[:, 0], Draws(case, count, rng)
+        failed = len(draws.failing(press)) / count
+        way, other = costs(case, draws, press, int((1.0 - PROMISED) * count))
         undecided += draws.undecided
-        alike = np.count_nonzero(case.uncertainty.friction) > len(press)
-        kind = f"{case.name}, {'common' if alike else 'independent'}"
-        rows.setdefault(kind, []).append((failed / given.draws, way, np.fmax(way, other)))
-    table = Table("grasps", "n", "fail: mean %", "worst %", "grip / way: median", "grip / cheaper: median", "90 %")
+        common = np.count_nonzero(case.uncertainty.friction) > len(press)
+        kind = f"{case.name}, {'common' if common else 'independent'}"
+        rows.setdefault(kind, []).append((failed, way, np.fmax(way, other)))
     rows["all"] = [row for each in rows.values() for row in each]
+    table = grid(
+        "Robust grips",
+        "grasps",
+        "n",
+        "fail: mean %",
+        "worst %",
+        "grip / way: median",
+        "grip / cheaper: median",
+        "90 %",
+    )
     for name, found in rows.items():
         share, way_ratio, ratio = np.array(found).T
-        table.add_row(
-            name,
-            str(len(found)),
-            f"{100 * share.mean():.2f}",
-            f"{100 * share.max():.2f}",
-            f"{np.nanmedian(way_ratio):.3f}",
-            f"{np.nanmedian(ratio):.3f}",
-            f"{np.nanpercentile(ratio, 90):.3f}",
-        )
-    console = Console(width=120)
-    console.print(table)
-    got = {"warm median": np.median(warm), "warm worst": np.max(warm), "cold 90 %": np.percentile(cold, 90)}
-    for name, most in ASKED.items():
-        console.print(f"{name}: {got[name]:.0f} us (asked: {most:.0f})")
-    console.print(f"warm 99 %: {np.percentile(warm, 99):.0f} us, cold worst: {np.max(cold):.0f} us")
-    counts = {each.name: sum(outcome is each for outcome in outcomes) for each in Outcome}
-    console.print(f"answers: {counts}; draws left to a second solver: {undecided}")
+        cells = (100.0 * share.mean(), 100.0 * share.max(), np.nanmedian(way_ratio), np.nanmedian(ratio))
+        cells = (*cells, np.nanpercentile(ratio, 90))
+        table.add_row(name, str(len(found)), *(f"{each:.3f}" for each in cells))
+    about = f"Answers: {dict(speed.outcomes)}; draws left to a second solver: {undecided}."
+    return Study("Robust grips", about, checks=tuple(speed.checks()), tables=(table,))
 
 
 if __name__ == "__main__":
-    main()
+    start(__doc__, {"robust": robust})

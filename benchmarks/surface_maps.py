@@ -233,8 +233,7 @@ def cost_study(effort: Effort) -> Study:
         if count == ASKED_AT:
             got = dict(zip(heads, figures, strict=True))
             checks += [
-                Check(f"{name} at {count} contacts", f"<= {limit:g}", f"{got[name]:.3g}", bool(got[name] <= limit))
-                for name, limit in ASKED.items()
+                Check.at_most(f"{name} at {count} contacts", limit, got[name]) for name, limit in ASKED.items()
             ]
     return Study("Cost of surface maps", checks=tuple(checks), tables=(table,))
 

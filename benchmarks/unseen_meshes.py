@@ -1,15 +1,24 @@
-"""Mesh files of shapes that no test was developed with: trimesh's primitives, and files as users have them.
+"""Mesh files of shapes that no test was developed with, explored: trimesh's primitives, and files of users.
 
 All lie within 60 mm or so and are smooth on top, or have the facets, edges and noise that they are named for.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import trimesh
+from hostile_scenes import NANO17
+
+from palpate.experiments.explore import explore
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.report import outcome
+
+FORCE_RMS, MAP_RMS, COVERED = 0.05, 1e-5, 0.90
+"""Largest RMS error of the force [N] and of the map [m] on smooth meshes; least share inside the band."""
 
 INCH = 0.0254
 
@@ -147,3 +156,37 @@ CASES = (
     MeshCase("roof", "stl", wedge, smooth=False, side=0.016),
     MeshCase("scanned ball", "ply", scanned, smooth=False),
 )
+
+
+def explored(
+    case: MeshCase, folder: Path, robot: str, way: str, noise: tuple[float, float] = NANO17
+) -> Exploration:
+    """Explore the middle of a mesh, with white noise of the force [N] and of the moment [N m]."""
+    size = {"radius": 0.5 * case.side} if way == "spiral" else {"width": 2.0 * case.side, "depth": 0.5 * case.side}
+    config = ExploreConfig(
+        robot=robot,
+        object="mesh",
+        file=case.write(folder),
+        scale=case.unit,
+        center=case.center,
+        strategy=way,
+        force_noise=noise[0],
+        moment_noise=noise[1],
+        identify=robot != "stage",  # an arm is not one lag: the figures asked of it are those of a measured law
+        **size,
+    )
+    return explore(config)
+
+
+def missed(case: MeshCase, found: Exploration) -> Iterator[str]:
+    """Name the figures that an exploration of a mesh misses."""
+    if not found.truth.touching[found.scanning].all() or found.run.ending.value != "done":
+        yield f"contact was lost ({outcome(found)})"
+    if case.smooth and found.force_rms >= FORCE_RMS:
+        yield f"force RMS {found.force_rms:.3f} N"
+    if found.map is None or not found.map.claimed.any():
+        yield "no map"
+    elif found.map.covered < COVERED:
+        yield f"{100.0 * found.map.covered:.1f} % inside the band"
+    elif case.smooth and found.map.rms >= MAP_RMS:
+        yield f"map RMS {1e6 * found.map.rms:.1f} um"

@@ -3,12 +3,11 @@
     python benchmarks/costs [NAME ...] [--quick]
 
 period: what a control period at 1 kHz is made of, without physics; lateness: how punctual it is, idle and beside
-busy processes; recording: what a recorder and topics served to a page add to it, and megabytes per second of log;
-switching, collections: other threads and the garbage collector. simulated: the parts of a simulated period.
-learning: periods per second of an agent against the bare back end and the loop. arms: inverse velocity, its error,
-and MuJoCo's kinematics. start: start of commands against `import numpy`. rollout: presses by MuJoCo's threads.
-sweep, sweep-ray: a sweep against commands of one run each, two jobs against one, and its cost against the number
-of runs.
+busy processes; recording: what a recorder and topics served to a page add to it, and megabytes per second of
+log; switching, collections: other threads and the garbage collector. learning: periods per second of an agent
+against the bare back end and the loop. arms: inverse velocity, its error, and MuJoCo's kinematics. rollout:
+presses by MuJoCo's threads. sweep, sweep-ray: a sweep against commands of one run each, two jobs against one,
+and its cost against the number of runs.
 
 Alternatives take turns, so that other load hits all of them: trust ratios. Close other programs for period,
 lateness and recording; for real-time priority run them as a user who may have it.

@@ -234,11 +234,6 @@ def micros(spread: Distribution) -> list[str]:
     return [f"{MICRO * value:.0f}" for value in (spread.p50, spread.p99, spread.largest)]
 
 
-def at_most(what: str, got: float, limit: float) -> Check:
-    """Return a check of a time [s], shown in microseconds."""
-    return Check(f"{what}, us", f"<= {MICRO * limit:.0f}", f"{MICRO * got:.0f}", got <= limit)
-
-
 def seconds_of(effort: Effort) -> float:
     """Return how long a paced run lasts [s]."""
     return 0.6 if effort.quick else 10.0
@@ -269,9 +264,9 @@ def period(effort: Effort) -> Study:
     table.caption = f"{whole.result.timing.note or 'ordinary priority'}; overruns {whole.result.timing.overruns}"
     record = float(np.median(parts["record"]))
     checks = (
-        at_most("median", spread.p50, 60e-6),
-        at_most("99 %", spread.p99, 250e-6),
-        at_most("record", record, 6e-6),
+        Check.at_most("median, us", 60.0, MICRO * spread.p50),
+        Check.at_most("99 %, us", 250.0, MICRO * spread.p99),
+        Check.at_most("record, us", 6.0, MICRO * record),
     )
     return Study("Parts of a control period", checks=checks, tables=(table,))
 
@@ -294,7 +289,7 @@ def lateness(effort: Effort) -> Study:
             timing = measure(seconds_of(effort), pacer, recorder).result.timing
         spread = timing.lateness_spread
         table.add_row(name, *micros(spread), str(timing.overruns), str(spread.count))
-        checks += [at_most(f"{name}, 99 %", spread.p99, limit)] if limit < np.inf else []
+        checks += [Check.at_most(f"{name}, 99 %, us", MICRO * limit, MICRO * spread.p99)] if limit < np.inf else []
         table.caption = timing.note or table.caption
     return Study("Lateness", checks=tuple(checks), tables=(table,))
 
@@ -365,13 +360,13 @@ def recording(effort: Effort) -> Study:
         each = " ".join(f"{MICRO * value:.0f}" for value in values)
         table.add_row(name, f"{MICRO * np.median(values):.0f}", each, f"{ratio:.2f}", str(overruns[name]))
         if name == "recorded":
-            checks.append(Check("recorded over alone, 99 %", "<= 1.25", f"{ratio:.2f}", ratio <= 1.25))
+            checks.append(Check.at_most("recorded over alone, 99 %", 1.25, ratio))
         before = values
     with tempfile.TemporaryDirectory() as folder:
         path, config = Path(folder) / "log.mcap", ExploreConfig(force_noise=0.01, moment_noise=1e-4)
         found = carry_out(plan(config, load_named_robot(config.robot), {}), sinks=(LogWriter(path),))
         rate = path.stat().st_size / found.run.duration / 1e6
-    checks.append(Check("log of a noisy exploration, MB/s", "<= 0.5", f"{rate:.3f}", rate <= 0.5))
+    checks.append(Check.at_most("log of a noisy exploration, MB/s", 0.5, rate))
     about = "Ratio: recorded to alone, served to recorded."
     return Study("Recording and live topics", about, checks=tuple(checks), tables=(table,))
 

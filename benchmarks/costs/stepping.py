@@ -1,56 +1,25 @@
-"""Cost of a simulated period: its parts, and the ways to step it."""
+"""Cost of a simulated period: ways to step it."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from harness.study import Effort
-from harness.timing import Timed
+from harness.study import Effort, Study
+from harness.tables import grid, quantity
+from harness.timing import Timed, rounds
 
-from costs.cost import timed_cost
-from palpate.controllers import ExploreController, Raster
-from palpate.controllers.paths import Follow
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.worlds import ExploredWorlds
 from palpate.learning import GuardedRobot, TouchEnv, World
 from palpate.learning.guarded_robot import approach
-from palpate.robots.values import load_named_robot
-from palpate.runtime import Command, Finger, MemoryLog, Observation, Recorder, Sample, Supervisor, Touch, run
+from palpate.runtime import Command, Observation, Sample, Supervisor, Touch, run
 from palpate.runtime.wrapped_backend import WrappedBackend
-from palpate.sensing.compensation import SensorPayload
-from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
-from palpate.surfaces import Sphere
 
 SLIDE = (0.0, 0.002, 0.0)
 """[m/s] Slowly sideways, in touch."""
 
 ACTION = 20
 """Periods of one action of `TouchEnv`."""
-
-
-def period_parts(_: Effort) -> Mapping[str, Timed]:
-    """Return the parts of a period with the tip resting on a sphere."""
-    tip = Tip(Sphere(0.008))
-    backend = MujocoBackend(build_scene(tip, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0479)))
-    sample, config = backend.start(), ExploreConfig(spacing=0.004)
-    touch, supervisor = Touch(Finger(tip.surface, SensorPayload(tip.mass))), Supervisor()
-    recorder, observation, command = Recorder(MemoryLog()), touch.sense(sample), Command()
-    parameters = plan(config, load_named_robot(config.robot), {}).parameters
-    controller = ExploreController(parameters, Follow(Raster(0.04, 0.04, 0.004)), backend.period)
-    controller.start(observation)
-    recorder.start(sample, observation, backend.period)
-    return {
-        "simulate two steps and read": Timed(lambda: backend.step(command)),
-        "sense": Timed(lambda: touch.sense(sample)),
-        "control": Timed(lambda: controller.step(observation)),
-        "supervise": Timed(lambda: supervisor.check(observation, command)),
-        "record": Timed(lambda: recorder.record(sample, observation, command, 0.0, 0.0)),
-    }
 
 
 class Slide:
@@ -118,23 +87,16 @@ def stepping_ways(effort: Effort) -> Mapping[str, Timed]:
     }
 
 
-STARTS = {
-    "import numpy": ("-c", "import numpy"),
-    "import palpate": ("-c", "import palpate"),
-    "palpate --help": ("-m", "palpate", "--help"),
-    "palpate explore --help": ("-m", "palpate", "explore", "--help"),
-    "palpate completion bash": ("-m", "palpate", "completion", "bash"),
-}
+def learning(effort: Effort) -> Study:
+    """Measure each way, and its ratio to the first one."""
+    found, title = rounds(stepping_ways(effort), effort.of(5, 2)), "Ways to step the same contact"
+    rows = []
+    for name, each in found.items():
+        ratio = each.ratio
+        interval = f"{ratio.low:.3g} to {ratio.high:.3g}"
+        rows.append((name, quantity(each.median, "s"), f"{ratio.median:.3g}", interval))
+    heads = ("", "per period or reset", "to the back end alone", "95 % interval")
+    return Study(title, tables=(grid(title, *heads, rows=rows),))
 
 
-def starts(_: Effort) -> Mapping[str, Timed]:
-    """Return processes that start, do next to nothing, and end."""
-    start = partial(subprocess.run, check=True, capture_output=True, env=os.environ)
-    return {name: Timed(partial(start, [sys.executable, *words])) for name, words in STARTS.items()}
-
-
-COSTS = {
-    "simulated": timed_cost("Parts of a simulated period, tip in contact", period_parts, (20, 5)),
-    "learning": timed_cost("Ways to step the same contact", stepping_ways, (5, 2), item="period or reset"),
-    "start": timed_cost("Start", starts, (15, 3), {"palpate --help": 5.0, "import palpate": 4.0}, "process"),
-}
+COSTS = {"learning": learning}

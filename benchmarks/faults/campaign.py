@@ -1,6 +1,5 @@
 """Campaign of faults at random moments, and its command line."""
 
-import argparse
 import json
 import random
 import sys
@@ -11,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from harness.campaign import Listing
+from harness.campaign import Listing, tracked
+from harness.command import parser_of
 from rich.console import Console
-from rich.progress import Progress
 
 from faults.kind import Domain, Kind, Moment, Verdict, Workshop
 from faults.table import KINDS
@@ -53,9 +52,7 @@ def moments(seed: int, kind: Kind, count: int) -> list[Moment]:
     return [Moment(chance.random(), chance.getrandbits(31)) for _ in range(count)]
 
 
-def tried(
-    kinds: Sequence[Kind], seed: int, count: int, workshop: Workshop, until: float = float("inf")
-) -> Iterator[Tried]:
+def tried(kinds: Sequence[Kind], seed: int, count: int, workshop: Workshop) -> Iterator[Tried]:
     """Try each kind at so many moments; the first moment of all before the second of any.
 
     Args:
@@ -63,13 +60,10 @@ def tried(
         seed: Of the moments.
         count: Moments of each.
         workshop: Open.
-        until: `time.monotonic` after which no further one is begun.
     """
     for index in range(count):
         domain = None
         for kind in kinds:
-            if time.monotonic() > until:
-                return
             if kind.domain is not domain:
                 domain = kind.domain
                 workshop.close_shared()
@@ -99,10 +93,17 @@ def _verdict(kind: Kind, moment: Moment, workshop: Workshop) -> Verdict:
         return Verdict("", (f"{type(error).__name__} escaped at {where}: {' '.join(str(error).split())[:200]}",))
 
 
-def say(each: Tried) -> None:
-    """Name a failure at once."""
+def say(each: Tried, path: Path | None) -> None:
+    """Name a failure at once; append the try to a file of JSON lines (-: print it)."""
     if not each.right:
         sys.stderr.write(f"{each.domain}, {each.kind} (seed {each.seed}): {'; '.join(each.problems)}\n")
+    if path is not None:
+        line = json.dumps(asdict(each)) + "\n"
+        if str(path) == "-":
+            sys.stdout.write(line)
+        else:
+            with path.open("a", encoding="utf-8") as file:
+                file.write(line)
 
 
 SHOWN = 3
@@ -111,14 +112,11 @@ SHOWN = 3
 
 def main(explanation: str | None = None) -> int:
     """Try what was asked for, print what came of it; return 1 if anything was not right."""
-    parser = argparse.ArgumentParser(
-        "python benchmarks/faults", description=explanation, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(explanation)
     parser.add_argument("--list", action="store_true", help="name the kinds, and end")
     parser.add_argument("--kinds", default="", help="domains, or words that are in a kind's name; all if left out")
     parser.add_argument("--moments", type=int, default=1, help="of each kind")
     parser.add_argument("--seed", type=int, default=0, help="of the moments")
-    parser.add_argument("--seconds", type=float, default=float("inf"), help="after which none is begun any more")
     parser.add_argument("--robot", help="name, robot file, or module:factory")
     parser.add_argument("--search", type=int, default=0, metavar="TRIES", help="instead: search for the worst")
     parser.add_argument("--json", type=Path, help="write what came of each try, one JSON object a line; - prints")
@@ -130,29 +128,20 @@ def main(explanation: str | None = None) -> int:
         return 0
     if not kinds:
         parser.error(f"--kinds {asked.kinds!r}: none has these words; --list names them all")
-    found = list[Tried]()
-    console = Console(stderr=True)
-    with Workshop(asked.robot) as workshop, Progress(console=console, transient=True) as bar:
-        if asked.search:
-            from faults.search import searched  # builds scenes
+    if asked.search:
+        from faults.search import searched  # builds scenes
 
-            return searched(asked.search, asked.seed)
-        task = bar.add_task("faults", total=len(kinds) * asked.moments)
-        until = time.monotonic() + asked.seconds
+        return searched(asked.search, asked.seed)
+    found = list[Tried]()
+    with Workshop(asked.robot) as workshop:
         try:
-            for each in tried(kinds, asked.seed, asked.moments, workshop, until):
+            tries = tried(kinds, asked.seed, asked.moments, workshop)
+            for each in tracked(tries, len(kinds) * asked.moments, "faults"):
                 found.append(each)
-                say(each)
-                bar.update(task, advance=1, description=each.kind[:40])
-                if asked.json is not None and str(asked.json) != "-":
-                    with asked.json.open("a", encoding="utf-8") as file:
-                        file.write(json.dumps(asdict(each)) + "\n")
+                say(each, asked.json)
         except KeyboardInterrupt:
-            console.print("Interrupted: what was tried until then is below.")
-    if asked.json is not None and str(asked.json) == "-":
-        sys.stdout.write("".join(json.dumps(asdict(each)) + "\n" for each in found))
-        return int(not all(each.right for each in found))
-    return summary(found)
+            sys.stderr.write("Interrupted: what was tried until then is below.\n")
+    return int(not all(each.right for each in found)) if str(asked.json) == "-" else summary(found)
 
 
 def chosen(words: str, *, anywhere: bool) -> list[Kind]:

@@ -71,8 +71,8 @@ def read_only(command: Command) -> None:
     command.out.chmod(0o500)
 
 
-def _kind(name: str, act: Act, expected: Expected, prepare: Callable[[], object] | None = None) -> Kind:
-    return Kind(name, Domain.RESOURCE, OnACommand("running", act, expected, prepare))
+def _kind(name: str, act: Act, expected: Expected) -> Kind:
+    return Kind(name, Domain.RESOURCE, OnACommand("running", act, expected))
 
 
 ENDS = Expected((0, 1))

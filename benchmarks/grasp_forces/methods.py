@@ -1,11 +1,13 @@
 """The solvers compared, what each needs, and how far each is worth waiting for."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 
-from grasp_forces.casadi_solvers import (
+from harness.study import Method
+
+from grasp_forces.cone_form import ClarabelDirect, Cvxpy, Ecos, FacetsDaqp, Scs
+from grasp_forces.nonlinear import (
     FATROP,
     IPOPT_DEFAULT,
     IPOPT_KEPT,
@@ -15,70 +17,68 @@ from grasp_forces.casadi_solvers import (
     SQP_QPOASES,
     SQP_QRQP,
     Nlp,
+    Slsqp,
     SuperScs,
 )
-from grasp_forces.cone_form import ClarabelDirect, Ecos, Scs
-from grasp_forces.facets import FacetsDaqp
-from grasp_forces.modelled import Cvxpy
 from grasp_forces.ours import DualNewton, Optimizer
-from grasp_forces.problem import Problem, Solver
-from grasp_forces.slsqp import Slsqp
 from palpate.grasp import Objective
-
-SIZES = (2, 3, 4, 5, 10, 100, 1000)
 
 
 @dataclass(frozen=True, slots=True)
-class Method:
-    """A solver of min_effort.
+class GraspMethod(Method):
+    """A solver of grasp forces; `prepare` takes a `Problem` and returns a `Solver`.
 
     Attributes:
-        name: For table and picture.
-        prepare: Grasp -> solver.
-        most_contacts: Where it stops being worth the wait, or fails: see `tables.EXPLANATION`.
-        every: Of the hard instances, it is given one in so many.
-        package: What pip would install, if it is none that palpate's own tests need.
+        most_contacts: Largest grasp that it solves within seconds.
+        every: It receives one in so many of the hard grasps.
+        package: Package to install, if palpate's tests do not need it.
     """
 
-    name: str
-    prepare: Callable[[Problem], Solver]
     most_contacts: int = 1000
     every: int = 1
     package: str | None = None
 
     @property
     def installed(self) -> bool:
+        """Whether its package can be imported."""
         return self.package is None or find_spec(self.package) is not None
 
 
 EFFORT = Objective.MIN_EFFORT
-NEWTON = Method("dual Newton alone", DualNewton)
-OPTIMIZER = Method("GraspForceOptimizer", partial(Optimizer, objective=EFFORT))
-CLARABEL = Method("clarabel direct", partial(ClarabelDirect, objective=EFFORT))
+NEWTON = GraspMethod("dual Newton alone", DualNewton)
+OPTIMIZER = GraspMethod("GraspForceOptimizer", partial(Optimizer, objective=EFFORT))
+CLARABEL = GraspMethod("clarabel direct", partial(ClarabelDirect, objective=EFFORT))
+SLSQP = GraspMethod("scipy SLSQP", Slsqp, most_contacts=10, every=5)
+PROGRAMMES = {
+    "ipopt, bounds kept": IPOPT_KEPT,
+    "ipopt, default": IPOPT_DEFAULT,
+    "ipopt, squared cones": IPOPT_SQUARED,
+    "sqpmethod + qrqp": SQP_QRQP,
+    "sqpmethod + daqp": SQP_DAQP,
+    "sqpmethod + osqp": SQP_OSQP,
+    "sqpmethod + qpoases": SQP_QPOASES,
+    "fatrop": FATROP,
+}
 METHODS = (
     NEWTON,
     OPTIMIZER,
     CLARABEL,
-    Method("ecos", Ecos, package="ecos"),
-    Method("scs", Scs, 100, 5, package="scs"),
-    Method("cvxpy + clarabel", Cvxpy, 100, 5, package="cvxpy"),
-    Method("ipopt, bounds kept", partial(Nlp, setting=IPOPT_KEPT), 10, 5),
-    Method("ipopt, default", partial(Nlp, setting=IPOPT_DEFAULT), 10, 5),
-    Method("ipopt, squared cones", partial(Nlp, setting=IPOPT_SQUARED), 100, 5),
-    Method("sqpmethod + qrqp", partial(Nlp, setting=SQP_QRQP), 10, 5),
-    Method("sqpmethod + daqp", partial(Nlp, setting=SQP_DAQP), 10, 5),
-    Method("sqpmethod + osqp", partial(Nlp, setting=SQP_OSQP), 10, 5),
-    Method("sqpmethod + qpoases", partial(Nlp, setting=SQP_QPOASES), 10, 5),
-    Method("fatrop", partial(Nlp, setting=FATROP), 10, 5),
-    Method("superscs", SuperScs, 10, 20),
-    Method("16 facets + daqp", FacetsDaqp, 10, package="daqp"),
-    Method("scipy SLSQP", Slsqp, 10, 5),
+    GraspMethod("ecos", Ecos, package="ecos"),
+    GraspMethod("scs", Scs, most_contacts=100, every=5, package="scs"),
+    GraspMethod("cvxpy + clarabel", Cvxpy, most_contacts=100, every=5, package="cvxpy"),
+    *(
+        GraspMethod(name, partial(Nlp, setting=setting), most_contacts=100 if "squared" in name else 10, every=5)
+        for name, setting in PROGRAMMES.items()
+    ),
+    GraspMethod("superscs", SuperScs, most_contacts=10, every=20),
+    GraspMethod("16 facets + daqp", FacetsDaqp, most_contacts=10, package="daqp"),
+    SLSQP,
 )
 
 
-def of_objective(objective: Objective) -> tuple[Method, ...]:
+def of_objective(objective: Objective) -> tuple[GraspMethod, ...]:
     """Return those that solve any objective."""
     return (
-        Method(OPTIMIZER.name, partial(Optimizer, objective=objective)),
-        Method(CLARABEL.name, partial(ClarabelDirect, objective=objective)),
+        GraspMethod(OPTIMIZER.name, partial(Optimizer, objective=objective)),
+        GraspMethod(CLARABEL.name, partial(ClarabelDirect, objective=objective)),
     )

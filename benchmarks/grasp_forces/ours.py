@@ -47,7 +47,7 @@ class Optimizer:
 
     def __init__(self, problem: Problem, objective: Objective) -> None:
         self._problem = problem
-        self._optimizer = _optimizer(problem, objective)
+        self._optimizer = GraspForceOptimizer(problem.grasp, objective, WEIGHT)
         self._found: GraspForces | None = None
 
     def solve(self, load: Load, *, warm: bool) -> GraspForces:
@@ -61,16 +61,3 @@ class Optimizer:
         if objective in (Objective.MAX_MARGIN, Objective.MIN_PEAK):
             theta /= self._problem.unit
         return Answer(ENDED[found.status], self._problem.from_newtons(found.forces), theta, found.iterations)
-
-
-_optimizers: dict[tuple[int, Objective], GraspForceOptimizer] = {}
-
-
-def _optimizer(problem: Problem, objective: Objective) -> GraspForceOptimizer:
-    """One per size and objective, as a controller has; a grasp that it knows already is left as it is."""
-    key = len(problem), objective
-    if key not in _optimizers:
-        _optimizers[key] = GraspForceOptimizer(problem.grasp, objective, WEIGHT)
-    elif _optimizers[key].grasp is not problem.grasp:
-        _optimizers[key].update(problem.grasp)
-    return _optimizers[key]

@@ -23,13 +23,10 @@ from pathlib import Path
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of all parts."""
     parser.add_argument("--seeds", type=int, help="number of seeds; each part has its own default")
-    parser.add_argument("--first", type=int, help="first seed; each part has its own default")
-    parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--quick", action="store_true", help="fewer cases: onset in about a minute")
     parser.add_argument("--plant", action="store_true", help="bristles instead of MuJoCo's friction")
     parser.add_argument("--known", nargs="+", choices=("touched", "estimated", "untouched"))
     parser.add_argument("--fingers", nargs="+", type=int, choices=(2, 3))
-    parser.add_argument("--object", default="box", help="object of long, fast and steps")
     parser.add_argument("--seconds", type=float, default=600.0, help="duration of long [s]")
     parser.add_argument("--steady", action="store_true", help="long and fast: the controller assumes no drift")
     parser.add_argument("--loads", nargs="+", default=["ramp"], choices=("ramp", "step", "shake"))

@@ -30,6 +30,7 @@ TOO_HIGH = 0.3
 HOLD = 0.38
 """Time from the change to the end [s]; a shaking or stepped load lasts `rise`."""
 
+PROCESSES = 2
 FIRST_SEED = 2000
 """First of the seeds on which nothing was tuned."""
 
@@ -108,59 +109,21 @@ SCHEMES: Mapping[str, Callable[[GraspPlan], GraspController]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """Results of all runs of one scheme in one scenario.
-
-    Attributes:
-        runs: Number of runs.
-        drops: Number of dropped objects.
-        slip: Median and largest slip [m].
-        spin: Largest spin [rad].
-        latency: Median and largest latency of the alarm after a slip [s].
-        grip: Mean grip before the change [N].
-    """
-
-    runs: int
-    drops: int
-    slip: tuple[float, float]
-    spin: float
-    latency: tuple[float, float]
-    grip: float
-
-    @classmethod
-    def of(cls, runs: list[Held]) -> "Row":
-        """Return the row of some runs."""
-        drops = sum(each.dropped for each in runs)
-        slips = np.array([each.slip for each in runs])
-        late = [each.latency for each in runs if not math.isnan(each.latency)]
-        latency = (float(np.median(late)), max(late)) if late else (math.nan, math.nan)
-        return cls(
-            len(runs),
-            drops,
-            (float(np.median(slips)), float(slips.max())),
-            max(each.spin for each in runs),
-            latency,
-            float(np.mean([each.grip for each in runs])),
-        )
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """Drops, slip, spin, latency and grip, formatted for the table."""
-        median, most = self.slip
-        soon, late = (_milliseconds(each) for each in self.latency)
-        return (
-            drops_of(self.drops, self.runs),
-            f"{1e3 * median:.2g} / {1e3 * most:.2g}",
-            f"{math.degrees(self.spin):.2g}",
-            f"{soon} / {late}",
-            f"{self.grip:.2f}",
-        )
+def cells_of(runs: Sequence[Held]) -> tuple[str, ...]:
+    """Return drops, slip, spin, latency of the alarm after a slip, and grip before the change, for the table."""
+    slips = [1e3 * each.slip for each in runs]
+    late = [each.latency for each in runs if not math.isnan(each.latency)]
+    latency = " / ".join(map(_milliseconds, (float(np.median(late)), max(late)))) if late else "- / -"
+    return (
+        drops_of(sum(each.dropped for each in runs), len(runs)),
+        f"{np.median(slips):.2g} / {max(slips):.2g}",
+        f"{math.degrees(max(each.spin for each in runs)):.2g}",
+        latency,
+        f"{np.mean([each.grip for each in runs]):.2f}",
+    )
 
 
 def _milliseconds(latency: float) -> str:
-    if math.isnan(latency):
-        return "-"
     return f"{1e3 * latency:.0f}" if math.isfinite(latency) else "never"
 
 
@@ -209,16 +172,15 @@ def over_seeds(
     of_one: Callable[[int], Any], options: argparse.Namespace, first: int = FIRST_SEED, count: int = 40
 ) -> list[Any]:
     """Return results of consecutive seeds, from several processes."""
-    begin = first if options.first is None else options.first
-    with ProcessPoolExecutor(options.jobs) as pool:
-        return list(pool.map(of_one, range(begin, begin + (options.seeds or count))))
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        return list(pool.map(of_one, range(first, first + (options.seeds or count))))
 
 
 def league(options: argparse.Namespace) -> Iterator[Listing]:
     """Compare all schemes in all scenarios, two fingers, friction touched."""
     by_scheme = [over_seeds(partial(of_seed, scheme=each, plant=options.plant), options) for each in SCHEMES]
     rows = [
-        (scenario.name, scheme, *Row.of([seed[i] for seed in runs]).cells)
+        (scenario.name, scheme, *cells_of([seed[i] for seed in runs]))
         for i, scenario in enumerate(SCENARIOS)
         for scheme, runs in zip(SCHEMES, by_scheme, strict=True)
     ]
@@ -249,7 +211,7 @@ def changed(scenarios: Sequence[Scenario], title: str, options: argparse.Namespa
 
     def cells(_: int, found: Sequence[object]) -> Iterable[str]:
         held = [each for each in found if isinstance(each, Held)]
-        return (*Row.of(held).cells, f"{sum(each.early for each in held)}")
+        return (*cells_of(held), f"{sum(each.early for each in held)}")
 
     runs = partial(of_seed, scenarios=scenarios)
     yield of_cases(title, options, [each.name for each in scenarios], runs, (*HEADS, "alarms before"), cells)

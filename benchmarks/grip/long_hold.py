@@ -248,7 +248,7 @@ def _summary(name: str, runs: Sequence[Kept]) -> tuple[object, ...]:
 def _scene(options: argparse.Namespace) -> dict[str, Any]:
     """Return what is held and how, of one kind: the first of those that were chosen."""
     known, fingers = (options.known or ["touched"])[0], (options.fingers or [2])[0]
-    return {"known": known, "fingers": fingers, "object": options.object, "plant": options.plant}
+    return {"known": known, "fingers": fingers, "object": "box", "plant": options.plant}
 
 
 def _stepped(seed: int, scene: dict[str, Any]) -> Kept:

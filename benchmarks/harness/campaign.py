@@ -8,9 +8,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from rich.console import Console
 from rich.markup import escape
+from rich.progress import track
 from rich.table import Table
 
 from harness.command import chosen, parser_of
@@ -52,6 +54,7 @@ class Listing:
         return "\n".join(f"| {' | '.join(map(str, each))} |" for each in lines)
 
 
+Item = TypeVar("Item")
 Part = Callable[[argparse.Namespace], Iterable[Listing]]
 
 
@@ -102,6 +105,11 @@ def replace_in_page(path: Path, name: str, text: str) -> None:
     before, rest = path.read_text("utf-8").split(begins)
     _, after = rest.split(ends)
     path.write_text(f"{before}{begins}\n{text}\n\n{ends}{after}", "utf-8")
+
+
+def tracked(items: Iterable[Item], total: int, name: str) -> Iterable[Item]:
+    """Return items with a progress bar on standard error."""
+    return track(items, name, total, console=Console(stderr=True), transient=True)
 
 
 def load() -> str:

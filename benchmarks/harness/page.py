@@ -36,7 +36,7 @@ def study_picture(studies: Sequence[Study]) -> Picture | None:
     panels, named = list[Panel](), set[str]()
     for study in studies:
         rows = [row for row in study.rows if _shown(row)]
-        for k, (name, unit) in enumerate(study.quantities):
+        for k, (name, unit) in enumerate(study.quantities[: study.pictured]):
             for case in dict.fromkeys(row.case for row in rows):
                 here = [row for row in rows if row.case == case and math.isfinite(row.errors[k].typical)]
                 cost = scale_of(study.cost_unit, _middle([row.cost for row in here]))

@@ -121,6 +121,11 @@ class Check:
     got: str
     kept: bool | None = None
 
+    @classmethod
+    def at_most(cls, what: str, limit: float, got: float) -> "Check":
+        """Return the check of a number that may not exceed a limit; NaN misses it."""
+        return cls(what, f"<= {limit:.3g}", f"{got:.3g}", bool(got <= limit))
+
 
 @dataclass(frozen=True, slots=True)
 class Study:
@@ -135,6 +140,7 @@ class Study:
         rows: In the order of the table.
         checks: Figures that were asked for.
         tables: Further tables (rich), each as it stands.
+        pictured: Number of quantities, from the first on, that the picture shows.
     """
 
     title: str
@@ -145,6 +151,7 @@ class Study:
     rows: tuple[Row, ...] = ()
     checks: tuple[Check, ...] = ()
     tables: tuple[Any, ...] = ()
+    pictured: int = 9
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,10 +77,8 @@ class Timing:
         return interval(self.ratios)
 
 
-def rounds(
-    runs: Mapping[Name, Timed], count: int, beside: Timed | None = None, done: Callable[[], None] = lambda: None
-) -> dict[Name, Timing]:
-    """Time all runs in turns, there and back; `done` is called after each round."""
+def rounds(runs: Mapping[Name, Timed], count: int, beside: Timed | None = None) -> dict[Name, Timing]:
+    """Time all runs in turns, there and back."""
     for each in (*runs.values(), *([beside] if beside else [])):
         each.warm_up()
     taken: dict[Name, list[tuple[float, float]]] = {name: [] for name in runs}
@@ -97,7 +95,6 @@ def rounds(
         first = found[next(iter(runs))][0]
         for name, (seconds, neighbour) in found.items():
             taken[name].append((seconds, seconds / (neighbour or first)))
-        done()
     return {name: Timing(*zip(*each, strict=True)) for name, each in taken.items()}
 
 

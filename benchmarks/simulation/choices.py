@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from palpate.errors import InvalidValueError
-from palpate.sim import Cone, Fidelity, Integrator, SensorModel, Stage
+from palpate.sim import Cone, Fidelity, Integrator, Stage
 from palpate.sim.contact_law import pair_parameters
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.presets import ARM, EXPLORE, GRASP
-from palpate.sim.sensor.model import noisy_sensor
-from palpate.sim.sensor.presets import nano17
 from simulation.exploring import TIP, Touching
 from simulation.grasping import Holding
 
@@ -96,24 +94,6 @@ def hold_choices() -> list[Choice]:
         other = replace(base, law=replace(base.law, stiffness=stiffness))
         found.append(Choice(f"{1e-3 * stiffness:g} kN/m", other, "stiffness", comparable=False))
     return found
-
-
-def sensors() -> tuple[tuple[str, SensorModel], ...]:
-    """Return sensors by name: perfect, two noises, the Nano17 and each of its imperfections alone."""
-    whole = nano17()
-    part = SensorModel(name="part of a Nano17", source=whole.source, rated=whole.rated)
-    return (
-        ("perfect", SensorModel()),
-        ("noise 10 mN, 0.1 mNm", noisy_sensor(10e-3, 0.1e-3)),
-        ("noise 50 mN, 1 mNm", noisy_sensor(50e-3, 1e-3)),
-        ("nano17", whole),
-        ("nano17: cross-talk", replace(part, cross_talk=whole.cross_talk)),
-        ("nano17: drift", replace(part, thermal_drift=whole.thermal_drift)),
-        ("nano17: noise", replace(part, noise=whole.noise)),
-        ("nano17: steps", replace(part, quantisation=whole.quantisation)),
-        ("nano17: saturation", replace(part, saturation=whole.saturation)),
-        ("nano17: clock, latency", replace(part, clock=whole.clock, latency=whole.latency)),
-    )
 
 
 def reaches(touching: Touching) -> str:

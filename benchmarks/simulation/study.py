@@ -10,7 +10,7 @@ from functools import partial
 import mujoco
 import numpy as np
 from harness.study import Check, Effort, Errors, Row, Study
-from harness.tables import grid, quantity
+from harness.tables import quantity
 from harness.timing import Timed, rounds
 
 from palpate.errors import InvalidValueError
@@ -33,7 +33,7 @@ from simulation.choices import (
 )
 from simulation.exploring import ELLIPSOID, PERIOD, SPHERE, Exploration, Explored, Touching, explore, rms
 from simulation.grasping import Hold, Holding, has_room, hold
-from simulation.turntable import FACTS, STIFFNESS_ROWS, limit_surface, sensed_rows
+from simulation.turntable import limit_surface
 
 FORCE = 2.0  # [N]
 SCAN, PERIODS, STEPS = 800, 100, 300
@@ -149,31 +149,7 @@ def beaten_by(rows: Sequence[Row], floors: Sequence[float]) -> list[str]:
     return better
 
 
-# ------------------------------------------------------------------------------------- contacts sensed, presets
-
-
-def sensed(effort: Effort) -> Study:
-    """Measure contacts sensed on the turntable, beside the project's first measurements."""
-    heads = ("c to contact mm", "before", "c on surface mm", "before", "spin torque mNm", "before")
-    title = "Contact sensed: ellipsoid tip on a plane, 5.3 N, mu 0.5, 20 mm/s + 1 rad/s; 20 kN/m unless stated"
-    table, checks = grid(title, "case", *heads), []
-    for name, found in sensed_rows(effort.tell):
-        known = FACTS.get(name)
-        cells = [f"{1e3 * found.to_contact[0]:.4f}", f"{known.to_contact:.3f}" if known else ""]
-        for pair, before in (
-            (found.on_surface, known and known.on_surface),
-            (found.spin_torque, known and known.spin_torque),
-        ):
-            cells.append(f"{1e3 * pair[0]:.4f}/{1e3 * pair[1]:.4f}")
-            cells.append(f"{before[0]:.3f}/{before[1]:.3f}" if before else "")
-        table.add_row(name, *cells)
-        if known and name in STIFFNESS_ROWS:
-            kept = known.beaten_by(found)
-            checks.append(Check(f"sensed at {name}", "as first measured, or better", ", ".join(cells[::2]), kept))
-    table.caption = (
-        "Median / 99th percentile. Before: first measurements, with a tip sensed as if it did not yield."
-    )
-    return Study("Contacts sensed", checks=tuple(checks), tables=(table,))
+# ------------------------------------------------------------------------------------------------------ presets
 
 
 def asked(effort: Effort) -> Study:
@@ -300,7 +276,6 @@ PARTS = {
     "stage": lambda effort: choices_study("stage", touch_choices(STAGE_BASE), TOUCH_ERRORS, effort),
     "arm": lambda effort: choices_study("UR5e", touch_choices(ARM_BASE), TOUCH_ERRORS, effort),
     "hand": lambda effort: choices_study("hand", hold_choices(), HOLD_ERRORS, effort),
-    "sensed": sensed,
     "asked": asked,
     "step": step_study,
 }

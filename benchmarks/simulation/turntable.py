@@ -4,7 +4,7 @@ The plate is heavy and its motion is prescribed. The tip hangs on three slides a
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -13,18 +13,14 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contacts_from_wrenches
-from palpate.sim import ContactLaw, Fidelity, Integrator, SensorModel, Stage, Tip
-from palpate.sim.contact_law import PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim import ContactLaw, Fidelity, SensorModel, Stage, Tip
+from palpate.sim.contact_law import pair_parameters
 from palpate.sim.contact_pair import add_pair
-from palpate.sim.friction.law import FrictionLaw
-from palpate.sim.friction.pairs import FrictionPair
-from palpate.sim.friction.plant import FrictionPlant
-from palpate.sim.friction.step import FrictionStep, MujocoFriction
+from palpate.sim.friction.step import MujocoFriction
 from palpate.sim.presets import EXPLORE
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.surfaces import Ellipsoid
-from simulation.choices import sensors
 
 PLATE_GEOM = "plate"
 SAMPLE = 1e-3  # [s]: what is sensed is read at 1 kHz
@@ -36,6 +32,9 @@ TILT = ((0.8, 0.0, 0.6), (0.36, 0.8, -0.48), (-0.48, 0.6, 0.64))
 LAW = replace(EXPLORE.law, friction=FRICTION, spin_length=SPIN_LENGTH)
 PRESS, SETTLE, RIDE = 0.1, 0.15, 0.25  # [s]: ramp of the force, until it has settled, and the ride
 STAGE = Stage()
+SOFT = 20e3
+"""[N/m] Stiffness of the preset's contact."""
+
 OWN_FINDER = (1e-6, 50)
 """MuJoCo's own tolerance [m] and iterations for shapes of which it knows no closed form: an ellipsoid on a box."""
 
@@ -77,7 +76,6 @@ def ride(
     law: ContactLaw = LAW,
     speed: float = SPEED,
     rate: float = RATE,
-    plant: FrictionLaw | None = None,
     seconds: float = RIDE,
     finder: tuple[float, int] | None = None,
 ) -> Ride:
@@ -88,7 +86,6 @@ def ride(
         law: Contact of tip and plate.
         speed: Of the plate [m/s].
         rate: Of the plate [rad/s].
-        plant: Friction by the plant instead of MuJoCo's.
         seconds: That are kept [s].
         finder: Tolerance [m] and iterations of MuJoCo's contact finder; those of palpate's scenes if not given.
 
@@ -96,15 +93,11 @@ def ride(
         InvalidValueError: The law cannot be kept with this time step.
     """
     carried = tip()
-    model = _model(carried, fidelity, law, plant is not None)
+    model = _model(carried, fidelity, law)
     if finder is not None:
         model.opt.ccd_tolerance, model.opt.ccd_iterations = finder
     data = mujoco.MjData(model)
-    friction: FrictionStep = (
-        MujocoFriction(model, data)
-        if plant is None
-        else FrictionPlant(model, data, [FrictionPair(TIP_GEOM, PLATE_GEOM, plant)])
-    )
+    friction = MujocoFriction(model, data)
     stiffness, dt = STAGE.stiffness(carried.mass), fidelity.time_step
     depth = FORCE / stiffness + FORCE / law.stiffness
     every, rows, samples = max(1, round(SAMPLE / dt)), [], 0
@@ -121,7 +114,7 @@ def ride(
             continue
         samples += 1
         if data.ncon:
-            rows.append(_row(model, data, friction, plate, tip_velocity, speed, rate))
+            rows.append(_row(model, data, plate, tip_velocity, speed, rate))
     table = np.array(rows).reshape(-1, 17)
     return Ride(
         loads=table[:, :6],
@@ -136,7 +129,7 @@ def ride(
     )
 
 
-def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mujoco.MjModel:
+def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw) -> mujoco.MjModel:
     spec = fidelity.new_spec()
     surface = carried.surface
     assert isinstance(surface, Ellipsoid)
@@ -170,8 +163,7 @@ def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mu
         contype=0,
         conaffinity=0,
     )
-    parameters = frictionless_parameters if plant else pair_parameters
-    pair: PairParameters = parameters(law, 1.0 / (STAGE.mass + carried.mass) + 1e-4, fidelity.time_step)
+    pair = pair_parameters(law, 1.0 / (STAGE.mass + carried.mass) + 1e-4, fidelity.time_step)
     spec.option.impratio = pair.impratio
     add_pair(spec, TIP_GEOM, PLATE_GEOM, pair)
     kinds = (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
@@ -183,7 +175,6 @@ def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mu
 def _row(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    friction: FrictionStep,
     plate: tuple[float, float],
     tip_velocity: FloatArray,
     speed: float,
@@ -191,18 +182,12 @@ def _row(
 ) -> tuple[float, ...]:
     s = data.sensordata
     contact = data.contact[0]
-    if isinstance(friction, FrictionPlant):
-        true = friction.contacts[0]
-        f_n, torque = true.normal_force, true.spin_torque
-        fx, fy, _ = true.tangential_force
-        point = np.array(true.position)
-    else:
-        wrench = np.zeros(6)
-        mujoco.mj_contactForce(model, data, 0, wrench)
-        # what the tip does to the plate; its frame's x points into the plate
-        f_n, torque = float(wrench[0]), -float(wrench[3])
-        fx, fy, _ = (-(wrench[1] * contact.frame[3:6] + wrench[2] * contact.frame[6:9])).tolist()
-        point = contact.pos.copy()
+    wrench = np.zeros(6)
+    mujoco.mj_contactForce(model, data, 0, wrench)
+    # what the tip does to the plate; its frame's x points into the plate
+    f_n, torque = float(wrench[0]), -float(wrench[3])
+    fx, fy, _ = (-(wrench[1] * contact.frame[3:6] + wrench[2] * contact.frame[6:9])).tolist()
+    point = contact.pos.copy()
     rx, ry = float(point[0]) - plate[0], float(point[1]) - plate[1]
     vx, vy = speed - rate * ry - float(tip_velocity[0]), rate * rx - float(tip_velocity[1])
     direction = math.atan2(vx * fy - vy * fx, vx * fx + vy * fy)
@@ -252,45 +237,37 @@ class Accuracy:
 
 def accuracy(
     ridden: Ride,
-    stiffness: float,
-    sensor: SensorModel | None = None,
+    stiffness: float = SOFT,
     *,
-    compensated: bool = True,
     shrunk: bool = True,
     hard: bool = False,
-    seeds: Sequence[int] = (0,),
 ) -> Accuracy:
     """Return the errors of contacts sensed on a ride.
 
     Args:
         ridden: The ride.
         stiffness: Stiffness of its contact [N/m].
-        sensor: A perfect one if not given.
-        compensated: Whether the tip's weight and inertia are taken off.
         shrunk: Whether the tip is sensed as smaller by its half of the compression.
         hard: Whether the wrench-axis method is used, which neglects the spin torque.
-        seeds: Seeds of the sensor, one run for each.
     """
     carried = tip()
-    payload = SensorPayload(carried.mass, carried.center_of_mass) if compensated else SensorPayload()
-    wrenches = np.vstack([_sensed(ridden, sensor or SensorModel(), payload, seed) for seed in seeds])
-    points, torque = (np.concatenate([each] * len(seeds)) for each in (ridden.points, ridden.spin_torque))
+    wrenches = _sensed(ridden, SensorPayload(carried.mass, carried.center_of_mass))
     surface = tip_surface(0.5 * FORCE / stiffness if shrunk else 0.0)
     found = contacts_from_wrenches(surface, wrenches, model="hard" if hard else "soft")
-    off = found.centroid - points
+    off = found.centroid - ridden.points
     # the tip's lowest point is where a level plate touches it, whatever the depth
     squares = np.square(surface.half_lengths)
     foot = surface.center - surface.rotation @ (squares * surface.rotation[2]) / height_over_plate(surface)
     return Accuracy(
         to_contact=_spread(np.linalg.norm(off, axis=1)),
         on_surface=_spread(np.linalg.norm(found.centroid - foot, axis=1)),
-        spin_torque=_spread(np.abs(found.spin_torque - torque)),
-        of_torque=float(np.median(np.abs(torque))),
+        spin_torque=_spread(np.abs(found.spin_torque - ridden.spin_torque)),
+        of_torque=float(np.median(np.abs(ridden.spin_torque))),
     )
 
 
-def _sensed(ridden: Ride, model: SensorModel, payload: SensorPayload, seed: int) -> FloatArray:
-    sensor = simulated_sensor(model, SAMPLE, seed)
+def _sensed(ridden: Ride, payload: SensorPayload) -> FloatArray:
+    sensor = simulated_sensor(SensorModel(), SAMPLE, 0)
     found = []
     for i, row in enumerate(np.hstack([ridden.loads, ridden.accelerations]).tolist()):
         load, acceleration = tuple(row[:6]), tuple(row[6:])
@@ -330,21 +307,19 @@ class LimitSurface:
 def limit_surface(
     fidelity: Fidelity = EXPLORE.fidelity,
     law: ContactLaw = LAW,
-    plant: FrictionLaw | None = None,
     angles: Sequence[float] = LIMIT_ANGLES,
 ) -> LimitSurface:
     """Return how far full slip is from MuJoCo's own limit surface, an ellipse.
 
     Args:
         fidelity: How it is computed.
-        law: Its friction and spin length count for the plant, too.
-        plant: Friction by the plant.
+        law: Contact of tip and plate.
         angles: From sliding, 0, to spinning, 90 [deg].
     """
     errors, turned, touching = [0.0], [0.0], [1.0]
     for angle in np.radians(angles).tolist():
         v, w = SLIP_SPEED * math.cos(angle), SLIP_SPEED * math.sin(angle) / law.spin_length
-        ridden = ride(fidelity, law, v, w, plant, seconds=LIMIT_SECONDS)
+        ridden = ride(fidelity, law, v, w, seconds=LIMIT_SECONDS)
         touching.append(ridden.touching)
         most = law.friction * ridden.normal_force
         if not len(most) or not most.all():
@@ -356,68 +331,3 @@ def limit_surface(
         if math.degrees(angle) < 80.0:  # there is a direction to speak of
             turned.append(float(np.degrees(np.abs(ridden.direction)).max()))
     return LimitSurface(max(errors), max(turned), min(touching))
-
-
-# -------------------------------------------------------------------------------- the table
-
-
-STEPS = {2e3: 2e-3, 20e3: 0.5e-3, 100e3: 0.5e-3, 500e3: 0.2e-3}
-"""Time step for each contact stiffness: [N/m] -> [s]."""
-
-SOFT = 20e3  # [N/m]: of the rows that do not name one
-NOISY = range(8)  # seeds of a sensor with noise
-
-
-@dataclass(frozen=True, slots=True)
-class Known:
-    """Figures of the first measurements: median, and 99th percentile where there is one [mm, mm, mNm]."""
-
-    to_contact: float
-    on_surface: tuple[float, float]
-    spin_torque: tuple[float, float]
-
-    def beaten_by(self, found: Accuracy) -> bool:
-        """Return whether every figure is as good, or better; the last digit counts half."""
-        got = (found.to_contact[0], *found.on_surface, *found.spin_torque)
-        before = (self.to_contact, *self.on_surface, *self.spin_torque)
-        return all(1e3 * new <= old + 0.0005 for new, old in zip(got, before, strict=True))
-
-
-FACTS = {
-    "2 kN/m": Known(1.13, (0.49, 0.59), (0.121, 0.127)),
-    "20 kN/m": Known(0.115, (0.050, 0.057), (0.014, 0.016)),
-    "100 kN/m": Known(0.023, (0.010, 0.011), (0.003, 0.003)),
-    "500 kN/m": Known(0.005, (0.002, 0.002), (0.001, 0.001)),
-    "weight and inertia left in": Known(0.130, (0.078, 0.095), (0.140, 0.233)),
-    "noise 10 mN, 0.1 mNm": Known(0.136, (0.087, 0.215), (0.17, 0.60)),
-    "noise 50 mN, 1 mNm": Known(0.443, (0.43, 1.07), (1.04, 3.87)),
-    "wrench-axis method": Known(0.339, (0.325, 0.347), (0.81, 0.87)),
-}
-"""Ellipsoid on a plane, 5.3 N, mu 0.5, 20 mm/s and 1 rad/s, MuJoCo 4.0. What the tip weighed, and where, is
-not known: the row with its weight left in depends on that."""
-
-STIFFNESS_ROWS = ("2 kN/m", "20 kN/m", "100 kN/m", "500 kN/m")
-
-
-def sensed_rows(tell: Callable[[str], None] = lambda _: None) -> Iterator[tuple[str, Accuracy]]:
-    """Yield the whole table; about ten seconds."""
-    for stiffness, step in STEPS.items():
-        fidelity, law = replace(EXPLORE.fidelity, time_step=step), replace(LAW, stiffness=stiffness)
-        ridden, name = ride(fidelity, law), f"{1e-3 * stiffness:g} kN/m"
-        tell(f"sensed: {name}")
-        yield name, accuracy(ridden, stiffness)
-        own = ride(fidelity, law, finder=OWN_FINDER)
-        yield f"{name}, MuJoCo's own contact finder", accuracy(own, stiffness)
-        yield f"{name}, tip not shrunk", accuracy(ridden, stiffness, shrunk=False)
-    preset = ride()
-    yield "weight and inertia left in", accuracy(preset, SOFT, compensated=False)
-    for name, model in sensors()[1:]:
-        tell(f"sensed: {name}")
-        yield name, accuracy(preset, SOFT, model, seeds=NOISY)
-    for step in (0.1e-3, 0.5e-3, 1e-3):
-        for integrator in (Integrator.IMPLICITFAST, Integrator.RK4):
-            computed = ride(Fidelity(step, integrator))
-            yield f"{integrator.value}, {1e3 * step:g} ms", accuracy(computed, SOFT)
-    plant = ride(plant=FrictionLaw(FRICTION, FRICTION, spin_length=SPIN_LENGTH))
-    yield "friction plant", accuracy(plant, SOFT)
-    yield "wrench-axis method", accuracy(preset, SOFT, hard=True)

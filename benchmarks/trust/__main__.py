@@ -1,7 +1,7 @@
 """Whether intervals hold the truth, or the verdict warns: for every estimator, over seeds and broken assumptions.
 
     python benchmarks/trust                              # everything: about an hour
-    python benchmarks/trust payload maps --seeds 20      # some estimators
+    python benchmarks/trust payload map --seeds 20       # some estimators
     python benchmarks/trust payload --only "scan"        # cases whose name has this
     python benchmarks/trust --write                      # the table and the picture of docs/trust.md, too
 
@@ -10,55 +10,33 @@ reported if its verdict is not OK or the data are refused, silently wrong otherw
 of the runs of a row are silently wrong, or if a coverage lies outside of 93 to 98 % where all assumptions hold.
 """
 
-import argparse
 import csv
 import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 if __name__ == "__main__":
     sys.path[0] = str(Path(__file__).resolve().parents[1])
 
-from rich.console import Console
-from rich.progress import Progress
-from rich.table import Table
+from harness.campaign import Listing, start, tracked
 from trust.studies import STUDIES
-from trust.study import Row
+from trust.study import Row, Study
 
 MEASURED = Path(__file__).parent / "measured.csv"
 HEADINGS = ("estimator", "data", "assumptions", "runs", "honest", "reported", "silently wrong", "coverage at 95 %",
             "what the verdict says")  # fmt: skip
 
 
-def main() -> int:
-    """Measure and print; return 1 if a figure is missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("studies", nargs="*", choices=[[], *STUDIES], metavar="STUDY", help=", ".join(STUDIES))
-    parser.add_argument("--seeds", type=int, default=200, help="of every case (default 200)")
-    parser.add_argument("--only", default="", help="part of a case's name")
-    parser.add_argument(
-        "--write", action="store_true", help=f"keep the rows in {MEASURED.name}, which docs/trust.md shows"
-    )
-    asked = parser.parse_args()
-    chosen = [
-        (study, case)
-        for name in asked.studies or STUDIES
-        for study in [STUDIES[name]]
-        for case in study.cases
-        if asked.only in case.name
-    ]
-    rows = []
-    with Progress() as progress:
-        for study, case in progress.track(chosen, description="cases"):
-            rows.append(study.row(case, asked.seeds))
-            for miss in rows[-1].misses:
-                progress.console.print(f"MISSED: {miss}", style="red")
-    table = Table(*HEADINGS)
-    for row in rows:
-        table.add_row(*cells(row))
-    Console(width=160).print(table)
-    if asked.write:
+def measure(study: Study, options: Namespace) -> Iterator[Listing]:
+    """Run the chosen cases of an estimator."""
+    cases = [case for case in study.cases if options.only in case.name]
+    rows = [study.row(case, options.seeds) for case in tracked(cases, len(cases), study.name)]
+    missed = tuple(f"MISSED: {miss}" for row in rows for miss in row.misses)
+    if options.write:
         keep(rows)
-    return int(any(miss for row in rows for miss in row.misses))
+    yield Listing(study.name, HEADINGS, [cells(row) for row in rows], not missed, missed)
 
 
 def keep(rows: list[Row]) -> None:
@@ -88,5 +66,11 @@ def cells(row: Row) -> tuple[str, ...]:
     )
 
 
+def add_options(parser: ArgumentParser) -> None:
+    """Add the number of seeds and the choice of cases."""
+    parser.add_argument("--seeds", type=int, default=200, help="of every case (%(default)s)")
+    parser.add_argument("--only", default="", help="part of a case's name")
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    start(__doc__, {name: partial(measure, study) for name, study in STUDIES.items()}, add_options)

@@ -5,16 +5,17 @@ and terminals, together in a rig. What is true is asked of the emulator, never o
 """
 
 import math
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Self
+
+from harness.campaign import raise_priority
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
@@ -114,8 +115,7 @@ class Emulated:
 
     def __call__(self) -> Host:
         """Return a host that listens."""
-        with suppress(OSError):  # as punctual as real devices, where it may
-            os.setpriority(os.PRIO_PROCESS, 0, -20)
+        raise_priority()  # as punctual as real devices
         servos = tuple(SimpleServo(wall=ElasticWall(0.02)) for _ in GRIP)
         plant = SimplePlant(SimpleTip(plane=ElasticPlane(HEIGHT - 0.001)), servos)
         arm = UrServer(self.address, name=ARM, unlock_delay=self.unlock_delay)

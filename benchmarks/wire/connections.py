@@ -41,6 +41,9 @@ PERIOD = 2e-3
 MAX_RATIO = 1.2
 """Largest ratio of the 99 % lateness with foreign clients to that without."""
 
+FOREIGN = 500
+"""Foreign connections of a turn."""
+
 WARM_UP = 1.0
 """Initial time of each turn that does not count [s]."""
 
@@ -100,7 +103,7 @@ def connections(options: argparse.Namespace) -> Iterator[Listing]:
         where = (urlsplit(view.url).netloc, f"127.0.0.1:{CONTROL_PORT}", f"{ADDRESS}:{DASHBOARD_PORT}")
         for pair in range(options.tries or 5):
             for foreign in (False, True) if pair % 2 else (True, False):
-                with foreign_clients(options.connections, where[:2]) if foreign else nullcontext():
+                with foreign_clients(FOREIGN, where[:2]) if foreign else nullcontext():
                     arm.recover()  # it has waited for a command
                     before = emulator.control.state()["given_up"]
                     turns[foreign].append(lateness(arm, view, periods, options.seconds or 8.0))

@@ -44,6 +44,9 @@ from wire.delayed import DelayedLine
 
 RATES = (0.005, 0.02, 0.08, 0.2, 0.5)
 PERIOD = 2e-3
+LIMIT, JITTERING = 0.1, 60.0
+"""[s] Largest age of a sample, and time with jitter only."""
+
 AFTER_STALL = 0.5
 """Time after a stall of the emulator in which its samples are indeed old [s]."""
 
@@ -169,18 +172,18 @@ def false_alarms(device: Device, seconds: float, limit: float) -> tuple[int, int
     return alarms, looks
 
 
-def creeping(options: argparse.Namespace) -> Iterator[Listing]:
+def creeping(_: argparse.Namespace) -> Iterator[Listing]:
     """Let delays grow, then jitter, for each device."""
     sys.setswitchinterval(2e-4)  # the line, the client and the loop stand for three computers
     rows = []
-    for name in options.device or DEVICES:
+    for name in DEVICES:
         with behind_line(name) as device:
-            cells = [noticed(device, rate, options.limit) for rate in RATES]
+            cells = [noticed(device, rate, LIMIT) for rate in RATES]
             alarms = ""
-            if name != "dynamixel" and options.quiet:  # it refuses replies later than 6 ms
-                alarms = "{} of {}".format(*false_alarms(device, options.quiet, options.limit))
+            if name != "dynamixel":  # it refuses replies later than 6 ms
+                alarms = "{} of {}".format(*false_alarms(device, JITTERING, LIMIT))
             rows.append((name, *(f"{1e3 * over:+.1f} / {1e3 * late:.0f}" for over, late in cells), alarms))
-    title = f"true age over its limit of {1e3 * options.limit:g} ms when noticed / how long after [ms]"
+    title = f"true age over its limit of {1e3 * LIMIT:g} ms when noticed / how long after [ms]"
     yield Listing(title, ("device", *(f"{1e3 * rate:g} ms/s" for rate in RATES), "false alarms"), rows)
 
 

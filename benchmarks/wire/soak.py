@@ -29,6 +29,9 @@ UP_WITHIN = 120.0
 LOOKED_AT = 10.0
 """[s] between two looks at memory and files."""
 
+MEAN_PAUSE = 4.0
+"""[s] Mean time between two faults."""
+
 MEMORY_GROWTH = 2.0
 """[MB] of either process between the second and the last fifth of a run, that counts as no leak: less than what
 allocators give and take."""
@@ -203,7 +206,7 @@ def soaked(options: argparse.Namespace) -> Iterator[Listing]:
     account = Account()
     try:
         with Cell(ADDRESS, patience=PATIENT) as cell:
-            soak(cell, account, 60.0 * options.minutes, options.every, options.seed)
+            soak(cell, account, 60.0 * options.minutes, MEAN_PAUSE, seed=9)
     finally:
         if account.looks:
             yield accounts(account)

@@ -31,9 +31,16 @@ SPACE = Airspace(WANTED, PathPlane(), PERIOD, TOP)
 DOWN, UP, SIDE = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 
-def fly(flight, tip, feels=lambda tip, time: None, seconds=40.0):
-    """Carry it out; `feels` gives the normal of what is touched, if anything. Rows of (phase, tip, velocity)."""
-    rows, time = [], 0.0
+def begin(tip, normal=None, **given):
+    return Flight(SPACE, TipState(0.0, tip, tip, normal is not None, normal or ZERO, ZERO), **given)
+
+
+def fly(tip, normal=None, feels=lambda tip, time: None, seconds=40.0, **given):
+    """Carry a flight out; returns it and rows of (phase, tip, velocity).
+
+    `feels` gives the normal of a contact, if there is one.
+    """
+    flight, rows, time = begin(tip, normal, **given), [], 0.0
     while flight.arrived is None and time < seconds:
         normal = feels(tip, time)
         state = TipState(time, tip, tip, normal is not None, normal or ZERO, ZERO)
@@ -41,11 +48,7 @@ def fly(flight, tip, feels=lambda tip, time: None, seconds=40.0):
         velocity = flight.velocity(state, normal or DOWN, 0.0)
         rows.append((flight.phase, tip, velocity))
         tip, time = add_scaled(tip, PERIOD, velocity), time + PERIOD
-    return rows
-
-
-def begin(tip, normal=None, **given):
-    return Flight(SPACE, TipState(0.0, tip, tip, normal is not None, normal or ZERO, ZERO), **given)
+    return flight, rows
 
 
 places = st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
@@ -55,8 +58,7 @@ places = st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(places, places, st.floats(0.0, TOP), st.floats(0.0, TOP))
 def test_first_up_then_across_within_speed_and_acceleration(a, b, low, high):
-    flight = begin((*a, low), goal=(b, high))
-    rows = fly(flight, (*a, low))
+    flight, rows = fly((*a, low), goal=(b, high))
     assert flight.arrived
     if not rows:
         assert math.dist(a, b) <= 1e-3
@@ -74,39 +76,41 @@ def test_first_up_then_across_within_speed_and_acceleration(a, b, low, high):
 
 @pytest.mark.parametrize("slope", [0.0, 0.7, 1.5])
 def test_a_tip_on_the_surface_first_leaves_it_along_the_normal(slope):
-    """A return goes back along the axis."""
+    """A return leads back along the axis."""
     into = (-math.sin(slope), 0.0, -math.cos(slope))
-    flight = begin(ZERO, into, goal=((0.03, 0.0), TOP))
-    rows = fly(flight, ZERO, lambda tip, time: into if norm(tip) < 1e-4 else None)
+    flight, rows = fly(ZERO, into, lambda tip, time: into if norm(tip) < 1e-4 else None, goal=((0.03, 0.0), TOP))
     lift = [row for row in rows if row[0] is Phase.LIFT]
     assert lift[0][2] == pytest.approx(scale(-WANTED.lift_speed, into))
     assert norm(lift[-1][1]) == pytest.approx(WANTED.lift_distance, abs=2e-4)
     assert flight.arrived
-    back = begin(ZERO, (0.6, 0.0, -0.8), back=3e-3)
-    assert fly(back, ZERO)[-1][1] == pytest.approx((0.0, 0.0, 3e-3), abs=1e-4)
+    back, rows = fly(ZERO, (0.6, 0.0, -0.8), back=3e-3)
+    assert rows[-1][1] == pytest.approx((0.0, 0.0, 3e-3), abs=1e-4)
     assert back.arrived
 
 
 def test_between_two_walls_a_lift_ends_after_twice_its_time_and_the_tip_rises():
-    """Walls 2 mm apart: whichever is felt, the other is less than a lift away; the lift never gets 5 mm away."""
+    """Walls 2 mm apart: beside each contact the other wall is less than a lift away; no lift gets 5 mm away."""
 
     def held(tip, time):
         side = 1.0 if int(time / PERIOD) % 2 else -1.0
         return scale(side, SIDE) if tip[2] < 0.01 else None
 
-    flight = begin(ZERO, SIDE, goal=((0.03, 0.0), TOP))
-    lifted = sum(row[0] is Phase.LIFT for row in fly(flight, ZERO, held)) * PERIOD
+    flight, rows = fly(ZERO, SIDE, held, goal=((0.03, 0.0), TOP))
+    lifted = sum(row[0] is Phase.LIFT for row in rows) * PERIOD
     assert lifted == pytest.approx(2.0 * WANTED.lift_distance / WANTED.lift_speed, abs=5 * PERIOD)
     assert flight.arrived
 
 
-def test_rising_along_a_wall_goes_on_and_under_a_ledge_does_not():
+def test_rising_along_a_wall_continues_and_under_a_ledge_does_not():
     """A ledge from x = -1 mm on, met at a height of 10 mm, is left sideways and downwards."""
-    along, under = (begin(ZERO, goal=((0.0, 0.0), TOP)) for _ in range(2))
-    rows = fly(along, ZERO, lambda tip, time: SIDE if tip[2] < 0.01 else None)
+    up, leaning = ((0.0, 0.0), TOP), (0.6, 0.0, 0.8)
+    along, rows = fly(ZERO, feels=lambda tip, time: SIDE if tip[2] < 0.01 else None, goal=up)
     assert {row[0] for row in rows} == {Phase.TRAVEL}
-    leaning = (0.6, 0.0, 0.8)
-    rows = fly(under, ZERO, lambda tip, time: leaning if 0.01 < tip[2] < 0.013 and tip[0] > -1e-3 else None)
+
+    def ledge(tip, time):
+        return leaning if 0.01 < tip[2] < 0.013 and tip[0] > -1e-3 else None
+
+    under, rows = fly(ZERO, feels=ledge, goal=up)
     assert Phase.LIFT in {row[0] for row in rows}
     assert not any(0.0105 < row[1][2] < 0.0125 for row in rows if row[1][0] > -1e-3)
     assert along.arrived
@@ -114,25 +118,27 @@ def test_rising_along_a_wall_goes_on_and_under_a_ledge_does_not():
 
 
 def test_a_sensor_that_always_feels_something_does_not_let_it_fly():
-    """Drift, or something that comes after the tip: one lift is tried."""
-    flight = begin((0.0, 0.0, 0.0), UP, goal=((0.03, 0.0), TOP))
-    rows = fly(flight, (0.0, 0.0, 0.0), lambda tip, time: UP)
+    """Drift, or an object that follows the tip: one lift is tried."""
+    flight, rows = fly(ZERO, UP, lambda tip, time: UP, goal=((0.03, 0.0), TOP))
     assert flight.arrived is False
     assert len(rows) * PERIOD < 2.5 * WANTED.lift_distance / WANTED.lift_speed
 
 
 def test_a_flight_passes_over_a_post_and_is_blocked_by_a_wall_up_to_where_the_run_began():
     """The post is 6 mm high. A goal outside of the room is refused before the tip moves."""
-    over = begin((0.0, 0.0, 2e-3), goal=((0.03, 0.0), 2e-3))
-    rows = fly(over, (0.0, 0.0, 2e-3), lambda tip, _: SIDE if 0.01 < tip[0] < 0.012 and tip[2] < 0.006 else None)
+
+    def post(tip, time):
+        return SIDE if 0.01 < tip[0] < 0.012 and tip[2] < 0.006 else None
+
+    over, rows = fly((0.0, 0.0, 2e-3), feels=post, goal=((0.03, 0.0), 2e-3))
     assert over.arrived
     assert max(row[1][2] for row in rows) < 2e-3 + 2 * WANTED.lift_distance
-    blocked = begin((0.0, 0.0, TOP), goal=((0.03, 0.0), TOP))
-    rows = fly(blocked, (0.0, 0.0, TOP), lambda tip, time: SIDE if tip[0] > 0.01 else None)
+    top = (0.0, 0.0, TOP)
+    blocked, rows = fly(top, feels=lambda tip, time: SIDE if tip[0] > 0.01 else None, goal=((0.03, 0.0), TOP))
     assert blocked.arrived is False
     assert blocked.velocity(TipState(0.0, ZERO, ZERO, True, SIDE, ZERO), SIDE, 0.0) == ZERO
     assert rows[-1][1][0] < 0.0102
-    assert begin((0.0, 0.0, TOP), goal=((1.5, 0.0), TOP)).arrived is False
+    assert begin(top, goal=((1.5, 0.0), TOP)).arrived is False
 
 
 def test_knock_after_knock_it_gives_up():
@@ -143,14 +149,11 @@ def test_knock_after_knock_it_gives_up():
         knocks.extend([time] if int(time / PERIOD) % 400 == 399 else [])
         return SIDE if knocks and knocks[-1] == time else None
 
-    flight = begin(ZERO, goal=((0.9, 0.0), 2e-3))
-    fly(flight, ZERO, feels, seconds=60.0)
-    assert flight.arrived is False
+    assert fly(ZERO, feels=feels, seconds=60.0, goal=((0.9, 0.0), 2e-3))[0].arrived is False
     assert len(knocks) <= MAX_BUMPS + 1
 
 
 def test_a_surface_that_comes_after_the_tip_is_outrun():
-    flight = begin((0.0, 0.0, 0.0), DOWN)
-    state = TipState(0.0, ZERO, ZERO, True, DOWN, ZERO)
+    flight, state = begin(ZERO, DOWN), TipState(0.0, ZERO, ZERO, True, DOWN, ZERO)
     assert flight.velocity(state, DOWN, -0.03)[2] == pytest.approx(WANTED.lift_speed + 0.03)
     assert flight.velocity(state, DOWN, 0.03)[2] == pytest.approx(WANTED.lift_speed)

@@ -39,34 +39,28 @@ class Around:
     """Fingers evenly around the hand's z axis, each with its sensor's x towards it: `HandKinematics`."""
 
     def __init__(self, fingers):
-        self.fingers = fingers
+        self.poses, far = [], RADIUS + 0.008
+        for i in range(fingers):
+            c, s = math.cos(2.0 * math.pi * i / fingers), math.sin(2.0 * math.pi * i / fingers)
+            self.poses.append(Pose((far * c, far * s, 0.012), ((-c, -s, 0.0), (-s, c, 0.0), (0.0, 0.0, -1.0))))
 
     def sensor_poses(self, joint_position):
-        poses = []
-        for i in range(self.fingers):
-            a = 2.0 * math.pi * i / self.fingers
-            c, s = math.cos(a), math.sin(a)
-            rotation = ((-c, -s, 0.0), (-s, c, 0.0), (0.0, 0.0, -1.0))
-            far = RADIUS + 0.008
-            poses.append(Pose((far * c, far * s, 0.012), rotation))
-        return tuple(poses)
+        return tuple(self.poses)
 
 
-def felt(fingers, load, time=0.0, blind=()):
-    """Observation of fingers that hold a load with forces that balance it, well inside their limits."""
-    hand, at, frames, observations = Around(fingers), [], [], []
-    for pose in hand.sensor_poses(()):
-        n, t = -np.array([*pose.position[:2], 0.0]) / (RADIUS + 0.008), np.array([0.0, 0.0, 1.0])
-        at.append(-RADIUS * n)
-        frames.append(np.column_stack([n, t, np.cross(n, t)]))
-    grasp = GraspContacts(at, frames, 0.8, 0.01, force_min=1.0)
+def felt(fingers, load, blind=()):
+    """Observation of fingers that hold a load with forces that balance it, well inside their limits; the grasp."""
+    poses, observations = Around(fingers).poses, []
+    up, normals = np.array([0.0, 0.0, 1.0]), [np.array(pose.rotation)[:, 0] for pose in poses]
+    frames = [np.column_stack([n, up, np.cross(n, up)]) for n in normals]
+    grasp = GraspContacts([-RADIUS * n for n in normals], frames, 0.8, 0.01, force_min=1.0)
     forces = GraspForceOptimizer(grasp).solve(np.array(load)).forces
-    for i, pose in enumerate(hand.sensor_poses(())):
-        place = ContactPlace(tuple(at[i].tolist()), tuple(tuple(row) for row in frames[i].tolist()))
+    for i, pose in enumerate(poses):
+        place = ContactPlace(tuple((-RADIUS * normals[i]).tolist()), tuple(map(tuple, frames[i].tolist())))
         wrench = wrench_on_finger(forces[i], place.seen_from(pose.inverse()))
         contact = contact_from_wrench(TIP, np.array(wrench))
-        observations.append(FingerObservation(time, wrench, contact, i not in blind))
-    return Observation(time, ARM, tuple(observations), HandSample(time, (0.0,) * fingers)), grasp
+        observations.append(FingerObservation(0.0, wrench, contact, i not in blind))
+    return Observation(0.0, ARM, tuple(observations), HandSample(0.0, (0.0,) * fingers)), grasp
 
 
 def loads_of(now):
@@ -77,21 +71,6 @@ def shared(fingers, surface=KNOWN, **more):
     return SharedGrip(fingers, KnownSurface(surface), PERIOD, Around(fingers), **more)
 
 
-loads = st.tuples(
-    st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-6.0, -1.0), *[st.floats(-0.01, 0.01)] * 2, st.just(0.0)
-)
-
-
-def true_grasp(grasp, surface, **more):
-    return GraspContacts(grasp.positions, grasp.frames, surface.friction, surface.spin_length, **more)
-
-
-def load_factor(grasp, surface, forces, load):
-    """How many times the load the normal forces hold on a surface."""
-    held = true_grasp(grasp, surface, force_min=forces - 1e-6, force_max=forces + 1e-6)
-    return GraspForceOptimizer(held, "load_factor").solve(np.array(load)).load_factor
-
-
 def wanted_forces(plan, now, margin=0.0, periods=1):
     """The plan's normal forces after some periods: cones follow the plan from period to period."""
     for _ in range(periods):
@@ -99,10 +78,28 @@ def wanted_forces(plan, now, margin=0.0, periods=1):
     return np.array(wanted)
 
 
+def limited(grasp, surface, **more):
+    """The grasp with the limits of a surface."""
+    exponents = {"load_exponent": surface.load_exponent, "norm_exponent": surface.norm_exponent}
+    options = exponents | more
+    return GraspContacts(grasp.positions, grasp.frames, surface.friction, surface.spin_length, **options)
+
+
+def load_factor(grasp, surface, forces, load):
+    """How many times the load the normal forces hold on a surface."""
+    held = limited(grasp, surface, force_min=forces - 1e-6, force_max=forces + 1e-6)
+    return GraspForceOptimizer(held, "load_factor").solve(np.array(load)).load_factor
+
+
+loads = st.tuples(
+    st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-6.0, -1.0), *[st.floats(-0.01, 0.01)] * 2, st.just(0.0)
+)
+
+
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(2, 5), loads, st.floats(0.0, 0.5))
-def test_what_is_wanted_holds_all_of_the_load_and_is_the_least(fingers, load, margin):
+def test_the_wanted_forces_hold_all_of_the_load_and_are_the_least(fingers, load, margin):
     """The least of squares is not the least sum, but near it; a margin is one of friction."""
     now, grasp = felt(fingers, load)
     wanted = wanted_forces(shared(fingers), now)
@@ -111,7 +108,7 @@ def test_what_is_wanted_holds_all_of_the_load_and_is_the_least(fingers, load, ma
     least = least_forces(KNOWN, load, points, normals) if fingers > 2 else wanted
     assert np.mean(least) * (1.0 - 2e-3) <= wanted.mean() <= 1.06 * np.mean(least)
     weaker = LimitSurface(KNOWN.friction / (1.0 + margin), KNOWN.spin_length)
-    forces = GraspForceOptimizer(true_grasp(grasp, weaker)).solve(np.array(load)).forces
+    forces = GraspForceOptimizer(limited(grasp, weaker)).solve(np.array(load)).forces
     assert wanted_forces(shared(fingers), now, margin) == pytest.approx(forces[:, 0], rel=1e-4, abs=1e-4)
 
 
@@ -128,23 +125,22 @@ def test_forces_that_are_more_than_wanted_are_completed_to_such_that_hold(load, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("gamma", "p"), [(1.0 / 3.0, 2.0), (0.0, 1.0), (0.2, 1.4)])
-def test_where_limits_are_no_cones_what_is_wanted_lies_within_them_and_comes_near_the_least(gamma, p):
+def test_within_limits_that_are_no_cones_the_wanted_forces_come_near_the_least(gamma, p):
     surface, load = LimitSurface(0.5, 0.003, gamma, p), (0.3, -0.2, -4.0, 0.012, 0.006, 0.0)
     (now, grasp), plan = felt(3, load), shared(3, surface)
-    wanted = wanted_forces(plan, now, periods=40)
-    limits = GraspContacts(grasp.positions, grasp.frames, 0.5, 0.003, load_exponent=gamma, norm_exponent=p)
+    wanted, limits = wanted_forces(plan, now, periods=40), limited(grasp, surface)
     best = GraspForceOptimizer(limits).solve(np.array(load)).forces
     assert limits.margins(plan._planned).min() > -1e-3 * wanted.max()
     assert wanted.mean() == pytest.approx(best[:, 0].mean(), rel=0.02)
 
 
 @pytest.mark.slow
-def test_e_is_not_trusted_beyond_what_it_was_measured_with():
+def test_e_is_not_trusted_beyond_the_measured_forces():
     now, _ = felt(3, (0.0, 0.0, -6.0, 0.02, 0.01, 0.0))
-    plans = [
-        shared(3, LimitSurface(0.5, 0.003, 1.0 / 3.0), **more) for more in ({"trusted": 0.5}, {"trusted": 2.0}, {})
-    ]
-    low, high, unbounded = (wanted_forces(plan, now, periods=40).mean() for plan in plans)
+    low, high, unbounded = (
+        wanted_forces(shared(3, LimitSurface(0.5, 0.003, 1.0 / 3.0), **more), now, periods=40).mean()
+        for more in ({"trusted": 0.5}, {"trusted": 2.0}, {})
+    )
     assert low > high > unbounded
 
 
@@ -190,20 +186,17 @@ def test_a_grip_that_shares_presses_each_finger_with_its_part():
 
 
 @pytest.mark.slow
-def test_a_grip_that_falls_a_bit_is_left_and_one_that_falls_far_is_followed():
+def test_a_need_that_falls_a_bit_leaves_the_grip_and_one_that_falls_far_lowers_it():
     played = GripParameters(play=0.2, margin=0.0, reserve=0.0, correction_share=0.0, correction_down=0.0)
     grip = SlipSafeGrip(3, KnownSurface(KNOWN), PERIOD, played, plan=shared(3, parameters=played))
-    heavy, _ = felt(3, (0.0, 0.0, -4.0, 0.0, 0.0, 0.0))
-    bit_lighter, _ = felt(3, (0.0, 0.0, -3.9, 0.0, 0.0, 0.0))
-    light, _ = felt(3, (0.0, 0.0, -2.0, 0.0, 0.0, 0.0))
-    for _ in range(1000):
-        most = grip.step(heavy)
-    for _ in range(2000):
-        left = grip.step(bit_lighter)
-    assert left == most
-    for _ in range(3000):
-        followed = grip.step(light)
-    assert max(followed) == pytest.approx(2.0 / 1.5 + 0.2, rel=0.02)
+
+    def held(load, periods):
+        now, _ = felt(3, (0.0, 0.0, load, 0.0, 0.0, 0.0))
+        return [grip.step(now) for _ in range(periods)][-1]
+
+    most = held(-4.0, 1000)
+    assert held(-3.9, 2000) == most
+    assert max(held(-2.0, 3000)) == pytest.approx(2.0 / 1.5 + 0.2, rel=0.02)
 
 
 def test_a_load_is_followed_without_lag_and_one_odd_sample_is_not():

@@ -78,16 +78,16 @@ def test_tones_join_without_a_jump_and_their_rate_is_their_slope(frequencies, am
 
 
 @pytest.mark.parametrize(("first", "second"), [(2.0, 3.0), (3.0, 2.0)])
-def test_the_answer_to_steps_of_a_first_order_lag_is_what_it_must_be(first, second):
+def test_the_response_of_a_first_order_lag_to_steps_is_exact(first, second):
     tau, time = 0.05, np.arange(0.0, 2.0, 1e-3)
     force = np.where(time < 1.0, first, second + (first - second) * np.exp(-(time - 1.0) / tau))
     found = step_response(time, force, [(1.0, first, second)], 0.9)
     assert found.rise_time == pytest.approx(tau * math.log(9.0), rel=1e-3)
     assert found.settling_time == pytest.approx(tau * math.log(20.0), abs=1.1e-3)
     assert found.overshoot == 0.0
-    assert step_response(time, force, [(1.8, first, second)], 0.5) is None
-    assert step_response(time, np.full(2000, np.nan), [(1.0, first, second)], 0.5) is None
-    assert step_response(time[:1], force[:1], [(1.0, first, second)], 0.5) is None
+    # a step that is not over, forces of NaN, and a single sample are no response
+    for times, forces, step in (time, force, 1.8), (time, np.full(2000, np.nan), 1.0), (time[:1], force[:1], 1.0):
+        assert step_response(times, forces, [(step, first, second)], 0.5) is None
 
 
 @settings(deadline=None, max_examples=20)
@@ -101,20 +101,22 @@ def test_the_overshoot_of_an_oscillator_is_that_of_its_damping(damping):
     assert found.overshoot == pytest.approx(math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2)), abs=2e-3)
 
 
+def forces_of(tones, time):
+    return np.array([tones.at(t)[0] for t in time])
+
+
 @settings(deadline=None, max_examples=20)
 @given(st.floats(0.5, 8.0), st.floats(0.0, 0.02), st.floats(-1.0, 1.0))
-def test_the_answer_to_sines_of_a_lag_and_delay_is_what_it_must_be(corner, delay, offset):
-    """And the bandwidth is the lag's corner, within what interpolation over an octave can do."""
+def test_the_response_of_a_lag_and_delay_to_sines_is_exact(corner, delay, offset):
+    """The bandwidth is the lag's corner, within the error of interpolation over an octave."""
     tones = Tones(2.0, 1.0, (0.5, 1.0, 2.0, 4.0, 8.0, 16.0))
     time = np.arange(0.0, tones.duration, 1e-3)
-    wanted = np.array([tones.at(t)[0] for t in time])
     force = np.full_like(time, 2.0 + offset)
     for begin, end, frequency in zip(tones.begins, tones.begins[1:], tones.frequencies, strict=False):
         inside = (time >= begin) & (time < end)
         ratio = np.exp(-2j * math.pi * frequency * delay) / (1.0 + 1j * frequency / corner)
-        angle = 2.0 * math.pi * frequency * (time[inside] - begin)
-        force[inside] += abs(ratio) * np.sin(angle + np.angle(ratio))
-    found = frequency_response(time, wanted, force, tones.begins, tones.frequencies)
+        force[inside] += (ratio * np.exp(2j * math.pi * frequency * (time[inside] - begin))).imag
+    found = frequency_response(time, forces_of(tones, time), force, tones.begins, tones.frequencies)
     assert found.gain == pytest.approx(1.0 / np.hypot(1.0, found.frequency / corner), rel=1e-6)
     assert found.phase_deg == pytest.approx(
         -np.degrees(np.arctan(found.frequency / corner)) - 360.0 * found.frequency * delay, abs=1e-4
@@ -127,8 +129,7 @@ def test_sines_that_were_not_finished_are_no_response():
 
     def found(until):
         time = np.arange(0.0, until, 1e-3)
-        force = np.array([tones.at(t)[0] for t in time])
-        return frequency_response(time, force, force, tones.begins, tones.frequencies)
+        return frequency_response(time, *[forces_of(tones, time)] * 2, tones.begins, tones.frequencies)
 
     assert found(tones.begins[1] - 1.6) is None
     first = found(tones.duration - 0.9)
@@ -169,12 +170,10 @@ def test_the_margins_are_kept_however_it_is_damped(stiffness, delay, damping, se
 
 
 def grows(contact, gain, delay):
-    """Whether the loop, simulated with a whole number of delays, ends with more than it began with."""
-    step = delay / 200.0
-    underway = [0.0] * 200
+    """Whether the loop, simulated with a whole number of delays, ends with larger forces than it began with."""
+    step, underway, forces = delay / 200.0, [0.0] * 200, []
     x, spring = 1e-3, 1e-3  # of the tip, and of the contact's spring, the rest being the servo's
     K, c, Ks = contact.stiffness, contact.stiffness * contact.damping_time, contact.servo_stiffness
-    forces = []
     for _ in range(200 * 60):
         underway.append(-gain * Ks * (x - spring))
         x += step * underway.pop(0)
@@ -217,13 +216,10 @@ def test_a_jump_is_gone_over_to_exactly_like_a_critically_damped_spring(tau, per
 
 @settings(deadline=None, max_examples=20)
 @given(st.floats(0.005, 0.1), st.floats(0.5, 20.0))
-def test_what_changes_at_a_known_rate_passes_as_it_is(tau, frequency):
-    """Steps without end leave half of the time; the reference follows a ramp one time constant behind."""
-    tones, steps, ramped = (
-        Tones(2.0, 0.5, (frequency,), begin=0.0),
-        SetPointFilter(tau, PERIOD),
-        ReferenceForce(0.02, PERIOD),
-    )
+def test_a_known_rate_passes_the_filter_unchanged(tau, frequency):
+    """The reference follows a ramp one time constant behind."""
+    tones = Tones(2.0, 0.5, (frequency,), begin=0.0)
+    steps, ramped = SetPointFilter(tau, PERIOD), ReferenceForce(0.02, PERIOD)
     steps.reset(2.0)
     for i in range(300):
         force, rate = tones.at(i * PERIOD)
@@ -248,7 +244,7 @@ def test_jumps_without_end_leave_half_of_the_time():
 
 
 @pytest.mark.parametrize("step_time", [0.0, 0.03])
-def test_a_set_force_gets_where_the_profile_does_and_hardly_beyond(step_time):
+def test_a_set_force_reaches_the_profile_and_hardly_more(step_time):
     """The upper end of the live force range is accepted."""
     profile, forces = StepForce(2.0, 3.0, 1.0), []
     wanted = SetForce(0.02, 0.02, PERIOD, damping_time=0.1, step_time=step_time)

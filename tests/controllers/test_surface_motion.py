@@ -22,6 +22,7 @@ from palpate.controllers.contact_stiffness import MAX_RATIO, ContactStiffness
 from palpate.controllers.force_guard import MIN_SHARE
 from palpate.controllers.gains import MAX_LIVE_LOOP_GAIN
 from palpate.controllers.surface_motion import closed_loop
+from support.delayed_spring import delayed_loop
 
 PERIOD, STIFFNESS, STEPS = 1e-3, 20e3, 21
 
@@ -33,8 +34,26 @@ SPEED, AMPLITUDE = 0.02, 0.01
 """Of the surface's sine [m/s, m]."""
 
 
-def still(_):
-    return 0.0
+FORCE, DELAY = 2.0, 0.0215
+
+
+def pressed(ratio=1.0, surface=None, follow=FILTER, seconds=6.0, knock=0.0, noise=0.0):
+    """Force of a tip on a surface with `ratio` times the assumed stiffness, and its control."""
+    control, stiffness = NormalForce(DirectForce(GAIN), STIFFNESS, GAIN.delay, PERIOD, follow), ratio * STIFFNESS
+    draws, before = iter(np.random.default_rng(1).normal(0.0, noise, round(seconds / PERIOD)).tolist()), 0.0
+    control.start()
+
+    def step(time, force, velocity):
+        nonlocal before
+        if force == 0.0 < before:
+            control.lose()
+        before, sensed = force, force + next(draws)
+        control.watch(velocity, sensed)
+        return control.step(FORCE, sensed, GAIN.gain, 0.02)
+
+    depth, periods = FORCE / stiffness + knock, round(seconds / PERIOD)
+    forces = delayed_loop(step, stiffness, STEPS, periods, depth=depth, surface=surface, least=0.0)
+    return forces, control
 
 
 def sine(time):
@@ -103,47 +122,38 @@ def test_the_range_of_stiffnesses_ends_where_the_loop_begins_to_oscillate():
 @given(st.floats(0.1, 3.0), st.booleans())
 def test_with_a_stiffness_wrong_by_three_or_ten_the_force_settles(ratio, moving):
     """On the ideal delayed integrator, without any damping; the guard falls back where it must."""
-    forces, control = pressed(ratio, sine if moving else still, seconds=12.0, knock=0.2e-3)
+    forces, control = pressed(ratio, sine if moving else None, seconds=12.0, knock=0.2e-3)
     # what a halved forward feed leaves of a moving surface is no instability: 6 N and more at 20 mm/s
-    bound = 30.0 if moving else 1.0
-    assert np.abs(forces[-3000:] - 2.0).max() < bound
-    if not moving:
-        early, late = np.ptp(forces[4000:6000]), np.ptp(forces[-2000:])
-        assert late < max(0.5 * early, 0.1)
+    assert np.abs(forces[-3000:] - FORCE).max() < (30.0 if moving else 1.0)
+    assert moving or np.ptp(forces[-2000:]) < max(0.5 * np.ptp(forces[4000:6000]), 0.1)
     if moving and 0.6 < ratio < 1.5:
         assert control.guard.trips == 0
-        assert np.sqrt(np.mean((forces[3000:] - 2.0) ** 2)) < 0.3
+        assert np.sqrt(np.mean((forces[3000:] - FORCE) ** 2)) < 0.3
 
 
-def swings(lengths, peaks, guard, force=2.0):
-    sign = 1.0
+def swings(lengths, peaks):
+    """A guard after half waves of so many periods and such peaks, their signs in turn."""
+    guard, sign = ForceGuard(GuardSettings(GAIN.delay, PERIOD)), 1.0
     for length, peak in zip(lengths, peaks, strict=True):
         for i in range(length):
-            guard.step(sign * peak * math.sin(math.pi * (i + 0.5) / length), force)
+            guard.step(sign * peak * math.sin(math.pi * (i + 0.5) / length), FORCE)
         sign = -sign
     return guard
 
 
-def guard():
-    return ForceGuard(GuardSettings(GAIN.delay, PERIOD))
+SWINGS = {
+    "decaying": ([40] * 30, [3.0 * 0.8**i for i in range(30)], 0),
+    "as slow as a surface": ([400] * 30, [1.0] * 30, 0),
+    "small": ([40] * 30, [0.2] * 30, 0),
+    "noise": ([1] * 5000, np.random.default_rng(3).normal(0.0, 0.01, 5000).tolist(), 0),
+    "slowly growing": ([300] * 7, [0.1 * 1.6**i for i in range(7)], 1),
+}
 
 
-def test_the_guard_lets_decaying_slow_and_small_swings_pass():
-    passing = {
-        "decaying": ([40] * 30, [3.0 * 0.8**i for i in range(30)]),
-        "as slow as a surface": ([400] * 30, [1.0] * 30),
-        "small": ([40] * 30, [0.2] * 30),
-    }
-    for lengths, peaks in passing.values():
-        assert swings(lengths, peaks, guard()).trips == 0
-    quiet = guard()
-    for e in np.random.default_rng(3).normal(0.0, 0.01, 5000):
-        quiet.step(float(e), 2.0)
-    assert quiet.trips == 0
-    assert swings([300] * 7, [0.1 * 1.6**i for i in range(7)], guard()).trips == 1  # grows slowly
-
-
-DELAY, FORCE = 0.0215, 2.0
+@pytest.mark.parametrize("name", SWINGS)
+def test_the_guard_lets_decaying_slow_and_small_swings_pass(name):
+    lengths, peaks, trips = SWINGS[name]
+    assert swings(lengths, peaks).trips == trips
 
 
 def fed(watch, depth, stiffness, damping_time, seconds=1.0, surface=lambda _: 0.0, scale=1.0):
@@ -188,85 +198,73 @@ def test_forces_and_their_limit_scale_together(scale):
 @pytest.mark.parametrize("angular", [10.0, 30.0, 60.0])
 def test_the_reaction_of_control_to_a_fast_surface_is_not_taken_for_the_contact(angular):
     """Closed loop on a surface that swings: force against depth is the controller's inverse, not a spring."""
-    gain = force_gain(20e3, DELAY)
-    law, watch = DirectForce(gain), ContactStiffness(20e3, DELAY, PERIOD)
-    position, velocity, underway = FORCE / 20e3, 0.0, [0.0] * STEPS
-    for i in range(4000):
-        felt = max(20e3 * (position - 3e-5 * math.sin(angular * i * PERIOD)), 0.0)
-        watch.update(velocity, felt, FORCE)
-        underway.append(law.step(FORCE - felt, gain.gain))
-        velocity = underway.pop(0)
-        position += PERIOD * velocity
-    assert watch.stiffness == pytest.approx(20e3, rel=0.5)
+    law, watch = DirectForce(GAIN), ContactStiffness(STIFFNESS, DELAY, PERIOD)
 
+    def step(time, force, velocity):
+        watch.update(velocity, force, FORCE)
+        return law.step(FORCE - force, GAIN.gain)
 
-def pressed(ratio=1.0, surface=still, follow=FILTER, seconds=6.0, knock=0.0, noise=0.0, gain=GAIN):
-    """Force of a tip on a surface with `ratio` times the assumed stiffness, and its control."""
-    control = NormalForce(DirectForce(gain), gain.stiffness, gain.delay, PERIOD, follow)
-    control.start()
-    stiffness, draws = ratio * STIFFNESS, np.random.default_rng(1).normal(0.0, noise, round(seconds / PERIOD))
-    position, velocity, underway, forces = FORCE / stiffness + knock, 0.0, [0.0] * STEPS, []
-    for i, draw in enumerate(draws.tolist()):
-        force = max(stiffness * (position - surface(i * PERIOD)), 0.0)
-        if force == 0.0 and forces and forces[-1] > 0.0:
-            control.lose()
-        forces.append(force)
-        control.watch(velocity, force + draw)
-        underway.append(control.step(FORCE, force + draw, gain.gain, 0.02))
-        velocity = underway.pop(0)
-        position += PERIOD * velocity
-    return np.array(forces), control
+    def surface(time):
+        return 3e-5 * math.sin(angular * time)
+
+    delayed_loop(step, STIFFNESS, STEPS, 4000, depth=FORCE / STIFFNESS, surface=surface, least=0.0)
+    assert watch.stiffness == pytest.approx(STIFFNESS, rel=0.5)
 
 
 def test_the_guard_halves_without_a_jump_and_not_for_ever():
-    tripped, worst = swings([40] * 8, [1.0] * 8, guard()), swings([40] * 200, [1.0] * 200, guard())
-    shares = [tripped.share, *(tripped.step(0.0, 2.0) for _ in range(300))]
+    tripped, worst = swings([40] * 8, [1.0] * 8), swings([40] * 200, [1.0] * 200)
+    shares = [tripped.share, *(tripped.step(0.0, FORCE) for _ in range(300))]
     assert (tripped.trips, shares[-1], worst.share) == (1, 0.5, MIN_SHARE)
     assert np.abs(np.diff(shares)).max() < 0.01
     worst.reset()
     assert worst.share == 1.0
 
 
-def rough(time):
-    draws = np.random.default_rng(1).uniform([30.0, 0.0], [200.0, 6.0], (12, 2))
-    return 3e-5 * np.sin(draws[:, 0] * time + draws[:, 1]).sum()
-
-
-def approaching(speed):
-    """A surface that came at the tip, which gives way ever faster: force and depth belong together by accident."""
-    return (
-        lambda time: 1e-4 - speed * time + speed * 0.05 * (1.0 - math.exp(-time / 0.05)),
-        0.03,
-        0.5,
-        lambda time: -speed * time,
-    )
-
-
 def followed(frequency):
-    """The tip goes with the surface: the rest of the force is small and slow."""
+    """The tip moves with the surface: the rest of the force is small and slow."""
     return (
         lambda t: 0.01 * math.sin(frequency * (t - 0.002)) + 1e-4,
         0.0,
         6.0,
         lambda t: 0.01 * math.sin(frequency * t),
+        0.0,
     )
 
 
+def approaching(speed):
+    """A surface that came at the tip, which yields ever faster: force and depth belong together by accident."""
+    return (
+        lambda t: 1e-4 - speed * t + speed * 0.05 * (1.0 - math.exp(-t / 0.05)),
+        0.03,
+        0.5,
+        lambda t: -speed * t,
+        0.2,
+    )
+
+
+ROUGH = np.random.default_rng(1).uniform([30.0, 0.0], [200.0, 6.0], (12, 2))
+
 UNINFORMATIVE = {
-    "followed at 1 rad/s": (followed(1.0), 0.0),
-    "followed at 2 rad/s": (followed(2.0), 0.0),
-    "followed at 4 rad/s": (followed(4.0), 0.0),
-    "approaching at 5 mm/s": (approaching(0.005), 0.2),
-    "approaching at 10 mm/s": (approaching(0.01), 0.2),
-    "approaching at 25 mm/s": (approaching(0.025), 0.2),
-    "rough, half of the force": ((swinging, 0.0, 3.0, rough), 0.1),
+    "followed at 1 rad/s": followed(1.0),
+    "followed at 2 rad/s": followed(2.0),
+    "followed at 4 rad/s": followed(4.0),
+    "approaching at 5 mm/s": approaching(0.005),
+    "approaching at 10 mm/s": approaching(0.01),
+    "approaching at 25 mm/s": approaching(0.025),
+    "rough, half of the force": (
+        swinging,
+        0.0,
+        3.0,
+        lambda time: 3e-5 * np.sin(ROUGH[:, 0] * time + ROUGH[:, 1]).sum(),
+        0.1,
+    ),
 }
 
 
 @pytest.mark.parametrize("name", UNINFORMATIVE)
 def test_motion_of_the_surface_is_not_taken_for_the_contact(name):
     """No estimate is made, or a right one."""
-    (depth, damping_time, seconds, surface), bound = UNINFORMATIVE[name]
+    depth, damping_time, seconds, surface, bound = UNINFORMATIVE[name]
     watch = fed(ContactStiffness(20e3, DELAY, PERIOD), depth, 20e3, damping_time, seconds, surface)
     assert watch.stiffness == pytest.approx(20e3, rel=bound)
     assert not watch.known or bound > 0.0
@@ -275,17 +273,17 @@ def test_motion_of_the_surface_is_not_taken_for_the_contact(name):
 @pytest.mark.parametrize("ratio", [1.0, 1.8, 2.0, 2.2])
 def test_a_loop_that_swings_is_calmed_to_its_bound(ratio):
     """Before the guard has to halve it; a gain that the contact allows is left alone. Unstable from 1.77 on."""
-    forces, control = pressed(ratio, knock=0.05 * FORCE / (ratio * STIFFNESS), gain=force_gain(STIFFNESS, DELAY))
+    forces, control = pressed(ratio, knock=0.05 * FORCE / (ratio * STIFFNESS))
     assert control.guard.trips == 0
     assert control.stiffness.known == (ratio > 1.0)
     assert np.abs(forces[-1000:] - FORCE).max() < 0.05
     assert forces.min() > 0.0
     if ratio == 1.0:
         assert control._lowered == 1.0
-        return
-    assert control.stiffness.stiffness == pytest.approx(ratio * 20e3, rel=0.1)
-    lowered = control._lowered * GAIN.gain * ratio * 20e3 * DELAY
-    assert lowered == pytest.approx(MAX_LIVE_LOOP_GAIN, rel=0.1)
+    else:
+        assert control.stiffness.stiffness == pytest.approx(ratio * STIFFNESS, rel=0.1)
+        lowered = control._lowered * GAIN.gain * ratio * STIFFNESS * GAIN.delay
+        assert lowered == pytest.approx(MAX_LIVE_LOOP_GAIN, rel=0.1)
 
 
 def largest_eigenvalue(ratio):

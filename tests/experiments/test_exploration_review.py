@@ -137,22 +137,24 @@ def test_a_value_that_is_not_finite_is_refused(call, message):
         call()
 
 
-def test_a_closed_file_whose_triangles_face_inwards_is_measured_like_any_other(tmp_path):
+def sphere_file(path, radius, step):
+    """Write a sphere beside the origin; a step of -1 lists the corners of its triangles the other way round."""
+    made = trimesh.creation.icosphere(3, radius)
+    made.apply_translation((1.0, -2.0, 0.5))
+    trimesh.Trimesh(made.vertices, made.faces[:, ::step], process=False).export(path)
+    return path
+
+
+@pytest.mark.parametrize("reference", [1, -1], ids=["outwards", "inwards"])
+@pytest.mark.parametrize("touched", [1, -1], ids=["outwards", "inwards"])
+def test_a_closed_file_whose_triangles_face_inwards_is_measured_like_any_other(reference, touched, tmp_path):
     """Reference and map: which way round a file lists its corners changes neither sign nor normals."""
-    found = []
-    for name, step in (("out", 1), ("in", -1)):
-        for role, radius in (("map", 0.0203), ("reference", 0.02)):
-            made = trimesh.creation.icosphere(3, radius)
-            made.apply_translation((1.0, -2.0, 0.5))
-            turned = trimesh.Trimesh(made.vertices, made.faces[:, ::step], process=False)
-            turned.export(tmp_path / f"{role}_{name}.stl")
-    for reference in ("out", "in"):
-        for touched in ("out", "in"):
-            surface = read_reference(tmp_path / f"reference_{reference}.stl")
-            found.append(compare(read_map(tmp_path / f"map_{touched}.stl", samples=2000), surface, samples=2000))
-    for each in found:
-        assert each.bias == pytest.approx(3e-4, rel=0.02)
-        assert np.degrees(each.normal_error).max() < 10.0
+    surface = read_reference(sphere_file(tmp_path / "reference.stl", 0.02, reference))
+    found = compare(
+        read_map(sphere_file(tmp_path / "map.stl", 0.0203, touched), samples=2000), surface, samples=2000
+    )
+    assert found.bias == pytest.approx(3e-4, rel=0.02)
+    assert np.degrees(found.normal_error).max() < 10.0
 
 
 def felt(position, normal):

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from hostile import MAP_RMS, explored, missed
 from hostile_scenes import SCENES, Truth, Wall, carried_out, most_force
-from unseen_meshes import CASES
+from unseen_meshes import CASES, MAP_RMS, explored, missed
 
 from palpate.controllers import LandingModel
 from palpate.experiments.explore.assumption_check import (

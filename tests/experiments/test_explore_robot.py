@@ -1,8 +1,10 @@
 """Explorations from files: default < robot file < experiment file < command line, and again from a log's texts."""
 
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,21 +19,17 @@ from palpate.robots.known_truth import known_scene
 from palpate.robots.robot import ROBOT_TEXT, load_robot
 from palpate.robots.simulated_stage import StageEntry
 from palpate.robots.values import on_robot, values_of
-from palpate.runtime import Command, Ending
+from palpate.runtime import Ending
 from palpate.sim import Stage
 from support.emulated_file import changed_robot
-from support.explore_runs import carried_out, plan_of, planned_again
+from support.explore_runs import carried_out, felt_while_lowered, plan_of, planned_again
+from support.refusals import check_refusals
+from support.run_bounds import below, check_bounds
 from support.typed_mistakes import answer_to
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NANO17 = load_robot("stage-nano17")
 STAGE = load_robot("stage")
-
-
-def felt(planned, periods=50):
-    """What the back end says while the tip moves down, bit for bit."""
-    backend = planned.backend()
-    return [backend.start(), *(backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods))]
 
 
 def typed(*words):
@@ -48,7 +46,7 @@ def test_the_shipped_stage_says_what_holds_without_a_file():
     entry = STAGE.file.backend
     assert isinstance(entry, StageEntry)
     assert Stage(entry.mass, entry.bandwidth, entry.following_error_limit) == Stage()
-    assert felt(plan_of(default)) == felt(plan_of(default, STAGE))
+    assert felt_while_lowered(plan_of(default)) == felt_while_lowered(plan_of(default, STAGE))
 
 
 @pytest.mark.slow
@@ -193,22 +191,23 @@ def test_a_configuration_reads_back_to_the_same_bits(
 
 def test_a_configuration_names_its_experiment_and_is_refused_without():
     assert experiment_in(config_text("explore", ExploreConfig())) == "explore"
-    with pytest.raises(InvalidValueError, match="no line `experiment"):
-        experiment_in("force: 3")
-    with pytest.raises(InvalidValueError, match=r"force = 100\.0 N|force = 100 N"):
-        read_config("experiment: explore\nforce: 100", ExploreConfig)
+    check_refusals(
+        ("no line `experiment", lambda: experiment_in("force: 3")),
+        (r"force = 100\.0 N|force = 100 N", lambda: read_config("experiment: explore\nforce: 100", ExploreConfig)),
+    )
 
 
-@pytest.mark.parametrize("robot", [STAGE, NANO17], ids=["stage", "nano17"])
+@pytest.mark.parametrize(
+    "robot",
+    [*(changed_robot(each, ("mass_kg: 5.0", "mass_kg: 5.1")) for each in (STAGE, NANO17)), load_robot("ur5e-sim")],
+    ids=["stage", "nano17", "ur5e"],
+)
 def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
-    config = ExploreConfig(robot="gone.yaml", **SMALL, seed=5)
-    planned = plan_of(config, changed_robot(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
+    planned = plan_of(ExploreConfig(robot="gone.yaml", **SMALL, seed=5), robot)
     again = planned_again(planned)
-    assert again.config == planned.config
-    assert again.robot == planned.robot
-    assert again.parameters == planned.parameters
-    assert again.limits == planned.limits
-    assert felt(again) == felt(planned)
+    same = attrgetter("config", "robot", "parameters", "limits")
+    assert same(again) == same(planned)
+    assert felt_while_lowered(again) == felt_while_lowered(planned)
     assert repr(again.finger) == repr(planned.finger)
 
 
@@ -265,11 +264,10 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
     )
     config = ExploreConfig(**SMALL)
     one, other = carried_out(plan_of(config, STAGE)), carried_out(plan_of(config, moved))
-    assert other.run.ending is Ending.DONE
+    check_bounds(other, below(point_rms=1.2 * one.point_rms), run__ending=Ending.DONE)
     assert abs(len(other.cloud) - len(one.cloud)) <= 2
-    assert other.point_rms < 1.2 * one.point_rms
-    assert other.cloud.position.min(axis=0) == pytest.approx(one.cloud.position.min(axis=0), abs=2e-5)
-    assert other.cloud.position.max(axis=0) == pytest.approx(one.cloud.position.max(axis=0), abs=2e-5)
+    corners, others = ([each.cloud.position.min(axis=0), each.cloud.position.max(axis=0)] for each in (one, other))
+    assert np.array(others) == pytest.approx(np.array(corners), abs=2e-5)
 
 
 @pytest.mark.parametrize(
@@ -304,15 +302,13 @@ def test_what_robot_and_experiment_cannot_do_together_is_refused(config, robot, 
 
 
 def test_check_refuses_what_no_experiment_could_do():
-    for robot in (STAGE, NANO17):
-        check(robot)
-    for bad, word in (
-        (changed_robot(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), "whole number"),
-        (changed_robot(NANO17, ("force_N: 0.003125", "force_N: 0")), "dead sensor"),
-        (changed_robot(NANO17, ("period_s: 0.001", "period_s: 0.002")), "sample_rate_Hz"),
-    ):
-        with pytest.raises(InvalidValueError, match=word):
-            check(bad)
+    for name in ("stage", "stage-nano17", "turning-stage", "emulated-hand"):
+        check(load_robot(name))
+    check_refusals(
+        ("whole number", lambda: check(changed_robot(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")))),
+        ("dead sensor", lambda: check(changed_robot(NANO17, ("force_N: 0.003125", "force_N: 0")))),
+        ("sample_rate_Hz", lambda: check(changed_robot(NANO17, ("period_s: 0.001", "period_s: 0.002")))),
+    )
 
 
 SUPERELLIPSOID = "kind: superellipsoid, semi_axes_m: [0.009, 0.009, 0.008], exponent: 2.5"

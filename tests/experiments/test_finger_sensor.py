@@ -30,7 +30,7 @@ from palpate.robots.simulated_sensor_entry import (
     SimulatedSensorEntry,
 )
 from palpate.robots.values import values_of
-from palpate.runtime import Command, Ending, SensorFinger
+from palpate.runtime import Ending, SensorFinger
 from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
 from palpate.sim import SeededSensor
@@ -39,7 +39,8 @@ from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import nano17, sensor_preset
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.sim.sensor.stages import FirstOrderLag, SampleClock, SecondOrderLag, alike
-from support.explore_runs import carried_out, plan_of, planned_again
+from support.explore_runs import carried_out, felt_while_lowered, plan_of, planned_again
+from support.run_bounds import below, check_bounds
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
@@ -73,12 +74,6 @@ def robot_with_file(sensor, file):
 
 def config_of(robot, **values):
     return ExploreConfig(**{**values_of(robot), **SMALL, **values})
-
-
-def felt(planned, periods=80):
-    """What the back end says while the tip moves down, bit for bit."""
-    backend = planned.backend()
-    return [backend.start(), *(backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods))]
 
 
 def described_of(entry, period=1e-3):
@@ -206,7 +201,7 @@ def test_no_reading_is_ever_older_than_was_reckoned_with(kind):
     entry = msgspec.structs.replace(SimulatedSensorEntry(preset=PresetSensor.NANO17), **kind)
     finger = msgspec.structs.replace(robot.file.fingers[0], simulated_sensor=entry)
     robot = replace(robot, file=msgspec.structs.replace(robot.file, fingers=(finger,)))
-    samples = felt(plan_of(config_of(robot), robot), 2000)
+    samples = felt_while_lowered(plan_of(config_of(robot), robot), 2000)
     oldest = max(sample.time - sample.wrenches[0].time for sample in samples)
     least = msgspec.structs.replace(robot.file.limits, sample_age=oldest * (1.0 - 1e-9))
     with pytest.raises(InvalidValueError, match="sample_age_s"):
@@ -289,20 +284,18 @@ def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
     robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
     planned = plan_of(config_of(robot, force=8.0, width=0.03, speed=0.02), robot)
     assert planned.finger.pipeline().delay == pytest.approx(0.01333, rel=1e-3)
-    found = carried_out(planned)
-    assert found.run.ending is Ending.DONE
-    assert found.force_rms < 1.0
-    stamps = [sample.wrenches[0].time for sample in felt(planned, 200)]
+    check_bounds(carried_out(planned), below(force_rms=1.0), run__ending=Ending.DONE)
+    stamps = [sample.wrenches[0].time for sample in felt_while_lowered(planned, 200)]
     assert len(set(stamps)) == pytest.approx(20, abs=2)
 
 
 def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     robot = robot_with(EVERYTHING)
     one, other = (plan_of(config_of(robot, seed=7), robot) for _ in range(2))
-    assert felt(one) == felt(other) == felt(one)
-    assert felt(plan_of(config_of(robot, seed=8), robot)) != felt(one)
-    again = planned_again(one)
-    assert felt(again) == felt(one)
+    felt, again = felt_while_lowered(one), planned_again(one)
+    assert felt_while_lowered(other) == felt_while_lowered(again) == felt
+    assert felt_while_lowered(one) == felt
+    assert felt_while_lowered(plan_of(config_of(robot, seed=8), robot)) != felt
     assert isinstance(again.finger, SensorFinger)
     assert isinstance(one.finger, SensorFinger)
     assert again.finger.sensor.bias == one.finger.sensor.bias
@@ -370,12 +363,16 @@ def test_what_is_stated_is_what_is_simulated():
         latency=0.002,
         lost_share=0.25,
     )
-    model = model_of(entry, NoiseEntry(force=0.1, moment=0.02))
-    assert model.rated == ALL
-    assert model.bandwidth == SecondOrderLag(80.0, 0.5)
-    assert model.clock == SampleClock(250.0)
-    assert (model.latency, model.dropouts.probability) == (0.002, 0.25)
-    assert model.noise.sd == alike(0.1, 0.02)
+    check_bounds(
+        model_of(entry, NoiseEntry(force=0.1, moment=0.02)),
+        {},
+        rated=ALL,
+        bandwidth=SecondOrderLag(80.0, 0.5),
+        clock=SampleClock(250.0),
+        latency=0.002,
+        dropouts__probability=0.25,
+        noise__sd=alike(0.1, 0.02),
+    )
     assert model_of(SimulatedSensorEntry(bandwidth=FirstOrderEntry(cutoff=9.0)), None).bandwidth == FirstOrderLag(
         9.0
     )

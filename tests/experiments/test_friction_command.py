@@ -26,8 +26,6 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
-    FrictionEstimate,
-    FrictionFile,
     How,
     friction_file_text,
     load_friction_file,
@@ -38,7 +36,9 @@ from palpate.friction.materials.recognition import RecognitionOutcome
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.sliding import FrictionBound
 from palpate.runtime.log import log_in, read_log
-from support.friction_runs import FRICTION, planned, rubbed, texts_of
+from support.found_friction import finding, found_friction
+from support.friction_runs import FRICTION, check_measured, planned, rubbed, texts_of
+from support.refusals import check_refusals
 
 NOISY = {"force_noise": 0.01, "moment_noise": 1e-4}
 QUICK = {"quick": True, "loads": (1.0, 3.0), **NOISY}
@@ -78,13 +78,10 @@ def recognised_run():
 @pytest.mark.slow
 def test_mu_and_e_lie_within_their_intervals_which_are_narrow(folder):
     file = load_friction_file(folder / "friction.yaml")
-    assert file.friction.lower <= 0.7 <= file.friction.upper
-    assert file.spin_length.lower <= 0.002 <= file.spin_length.upper
-    assert file.friction.value == pytest.approx(0.7, rel=0.03)
-    assert file.spin_length.value == pytest.approx(0.002, rel=0.05)
+    check_measured(file.friction, 0.7, 0.03)
+    check_measured(file.spin_length, 0.002, 0.05)
     assert file.load_exponent.lower <= 0.0 <= file.load_exponent.upper < 0.1
-    assert {file.friction.how, file.spin_length.how, file.load_exponent.how} == {How.MEASURED}
-    assert file.norm_exponent.how is How.ASSUMED
+    assert [file.load_exponent.how, file.norm_exponent.how] == [How.MEASURED, How.ASSUMED]
     assert [at.normal_force for at in file.loads] == pytest.approx([1.0, 3.0], rel=0.05)
 
 
@@ -94,10 +91,8 @@ def test_what_is_kept_reads_back_to_the_same_and_is_a_limit_surface(folder):
     file = load_friction_file(path)
     assert read_friction_file(friction_file_text(file)) == file
     assert friction_file_text(file) == path.read_text(encoding="utf-8")
-    surface = file.limit_surface()
-    assert isinstance(surface, LimitSurface)
-    assert surface.friction == file.friction.value
-    assert surface.spin_length == file.spin_length.value
+    found = [file.friction, file.spin_length, file.load_exponent, file.norm_exponent]
+    assert file.limit_surface() == LimitSurface(*(estimate.value for estimate in found))
 
 
 @pytest.mark.slow
@@ -166,12 +161,13 @@ def test_without_twists_steel_and_tile_are_confused():
 
 @pytest.mark.slow
 def test_a_replay_can_change_what_control_goes_by_but_not_the_surface(folder):
-    with pytest.raises(
-        InvalidValueError, match="friction: a replay cannot change it: the samples are as recorded"
-    ):
-        replay_log(folder, {"friction": 0.5})
-    with pytest.raises(InvalidValueError, match="calibration: a replay cannot change it"):
-        replay_log(folder, {"calibration": 0.01})
+    check_refusals(
+        (
+            "friction: a replay cannot change it: the samples are as recorded",
+            lambda: replay_log(folder, {"friction": 0.5}),
+        ),
+        ("calibration: a replay cannot change it", lambda: replay_log(folder, {"calibration": 0.01})),
+    )
     assert not replay_log(folder, {"loads": [2.0, 3.0]}).identical
 
 
@@ -241,19 +237,7 @@ def test_a_mean_is_in_between_and_never_surer_than_the_model_nor_than_it_scatter
 # --- the file ---
 
 
-def finding(value, how=How.MEASURED):
-    return FrictionEstimate(value=value, lower=0.9 * value, upper=1.1 * value, how=how)
-
-
-KEPT = FrictionFile(
-    palpate_friction=1,
-    provenance="a test",
-    friction=finding(0.5),
-    speed=0.01,
-    spin_length=finding(0.003),
-    load_exponent=finding(0.2),
-    norm_exponent=finding(1.5),
-)
+KEPT = found_friction(0.5, 0.003, 0.2, 1.5)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,7 +17,7 @@ from palpate.experiments.friction.words import no_spin_length, outcome
 from palpate.friction.friction_file import How, friction_file_text, read_friction_file
 from palpate.reporting.interval_words import interval_words, value_words
 from palpate.runtime import Ending
-from support.friction_runs import FRICTION, rubbed, texts_of
+from support.friction_runs import FRICTION, check_measured, rubbed, texts_of
 
 NOISY = {"force_noise": 0.01, "moment_noise": 1e-4}
 MODEL = {"friction": 0.8, "spin_length": 0.004, "calibration": 0.01}
@@ -49,10 +50,7 @@ def test_a_run_finds_the_surface_and_its_intervals_hold_it(fields, within):
     run = rubbed(quick=True, **fields)
     assert run.run.at_rest
     for name, relative in within.items():
-        estimate, true = getattr(run.file, name), fields.get(name, TRUE[name])
-        assert estimate.how is How.MEASURED
-        assert estimate.lower <= true <= estimate.upper
-        assert estimate.value == pytest.approx(true, rel=relative)
+        check_measured(getattr(run.file, name), fields.get(name, TRUE[name]), relative)
     if "fit_exponents" in fields:
         assert run.file.norm_exponent.value == pytest.approx(1.4, abs=0.15)
         assert run.file.load_exponent.value == pytest.approx(0.25, abs=0.05)
@@ -64,18 +62,16 @@ def test_a_run_finds_the_surface_and_its_intervals_hold_it(fields, within):
 @pytest.mark.slow
 def test_static_and_kinetic_friction_are_told_apart_by_the_speeds():
     run = rubbed(static_friction=0.7, stribeck_speed=0.005, loads=(1.0, 2.0, 4.0), **NOISY)
-    assert run.found.curve.kinetic_friction == pytest.approx(0.5, rel=0.03)
-    assert run.file.static_friction.value == pytest.approx(0.7, rel=0.1)
+    found = [run.found.curve.kinetic_friction, run.file.static_friction.value, run.file.spin_length.value]
     # e by mu at the speed of the twists, not at that of the strokes
-    assert run.file.spin_length.value == pytest.approx(0.003, rel=0.05)
+    assert np.all(np.abs(np.divide(found, [0.5, 0.7, 0.003]) - 1.0) <= [0.03, 0.1, 0.05])
 
 
 @pytest.mark.slow
 def test_static_friction_is_measured_where_mu_has_levelled():
     static = rubbed(loads=(2.0,), static_friction=0.6, stribeck_speed=0.02).file.static_friction
-    assert static.how is How.MEASURED
+    check_measured(static, 0.6, 0.05)
     assert static.lower <= static.value <= static.upper < static.lower + 0.03
-    assert static.lower <= 0.6 <= static.upper
 
 
 def test_a_robot_that_cannot_turn_finds_mu_and_reports_that_e_is_unknown():
@@ -114,9 +110,7 @@ def figures_of(run):
 @pytest.mark.slow
 def test_e_goes_by_mu_at_the_twists_own_slip_speed(falling):
     """By mu at 10 mm/s it would be 4 % too long: mu is 0.50 there and 0.55 where the twists slip."""
-    e = falling.file.spin_length
-    assert e.lower <= 0.003 <= e.upper
-    assert e.value == pytest.approx(0.003, rel=0.01)
+    check_measured(falling.file.spin_length, 0.003, 0.01)
 
 
 @pytest.mark.slow
@@ -151,8 +145,7 @@ def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
     assert "stuck" not in outcome(found)
     assert found.file.friction.lower <= friction <= found.file.friction.upper
     # twists are done at an end of the strokes: by the normal in their middle e came out 1 to 20 % too long
-    assert found.file.spin_length.lower <= 0.003 <= found.file.spin_length.upper
-    assert found.file.spin_length.value == pytest.approx(0.003, rel=0.005)
+    check_measured(found.file.spin_length, 0.003, 0.005)
 
 
 # --- bounds and reasons ---

@@ -1,6 +1,7 @@
 """Grasps on robots: which robots have a hand, what can be asked of a real one, and what is planned with it."""
 
 from dataclasses import replace
+from operator import attrgetter
 from types import SimpleNamespace
 
 import msgspec
@@ -16,23 +17,21 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.devices import move_fingers
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
-from palpate.open_kinds import as_written
 from palpate.reporting.page import report_page
 from palpate.robots.emulated.hand import HandOnTheWire
 from palpate.robots.emulated.hand_kind import EmulatedHandEntry
 from palpate.robots.hand_description import robots_with_hand
-from palpate.robots.in_scene import check
 from palpate.robots.robot import load_robot, shipped_robots
-from palpate.robots.robot_file import read_robot_file
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.watchdog import STEPPED
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.spatial import IDENTITY
-from palpate.yaml_text import yaml_text
 from support.emulated_file import changed_file
 from support.grasp_runs import plan_of, planned_again
+from support.refusals import check_refusals
+from support.run_bounds import check_bounds
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 
@@ -53,22 +52,25 @@ def test_a_robot_without_a_hand_is_refused_and_those_with_one_are_named(name):
 
 def test_an_emulated_hand_grasps_as_the_simulated_one_is_planned_to():
     emulated, simulated = plan_of(robot="emulated-hand"), plan_of()
-    assert emulated.times == simulated.times
-    assert emulated.lift == simulated.lift
-    assert emulated.believed == simulated.believed
-    assert emulated.true == simulated.true
+    same = attrgetter("times", "lift", "believed", "true")
+    assert same(emulated) == same(simulated)
     assert isinstance(emulated.backend(), HandOnTheWire)
     assert planned_again(emulated) == emulated
 
 
 def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path):
     robot = load_robot("emulated-hand")
-    check(robot)
-    assert read_robot_file(yaml_text(as_written(robot.file))) == robot.file
-    with pytest.raises(InvalidValueError, match=r"fingers\[0\]: an emulated hand has spheres of 0.008 m"):
-        plan_of(robot=changed_file(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009")))
-    with pytest.raises(InvalidValueError, match="period_s"):
-        plan_of(robot=changed_file(tmp_path, "emulated-hand", ("period_s: 0.001", "period_s: 0.002")))
+
+    check_refusals(
+        (
+            r"fingers\[0\]: an emulated hand has spheres of 0.008 m",
+            lambda: plan_of(robot=changed_file(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009"))),
+        ),
+        (
+            "period_s",
+            lambda: plan_of(robot=changed_file(tmp_path, "emulated-hand", ("period_s: 0.001", "period_s: 0.002"))),
+        ),
+    )
     backend = robot.file.backend
     assert isinstance(backend, EmulatedHandEntry)
     for wrong in ({"address": "10.0.0.1"}, {"sensors": ("127.0.0.3", "127.0.0.3")}, {"time_scale": 0.0}):
@@ -79,10 +81,10 @@ def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path
 
 def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(tmp_path):
     file = changed_file(tmp_path, "ur5e-hand", ("grip_force_N: 16", "grip_force_N: 8"))
-    with pytest.raises(InvalidValueError, match=r"limits\.grip_force_N = 8 .* at least 15\.5 N"):
-        plan_of(robot=file, **BELIEVED)
-    with pytest.raises(InvalidValueError, match="give --fingers 2"):
-        plan_of(robot="emulated-hand", fingers=3, object="cylinder")
+    check_refusals(
+        (r"limits\.grip_force_N = 8 .* at least 15\.5 N", lambda: plan_of(robot=file, **BELIEVED)),
+        ("give --fingers 2", lambda: plan_of(robot="emulated-hand", fingers=3, object="cylinder")),
+    )
 
 
 def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
@@ -94,19 +96,16 @@ def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
     )
     planned = plan_of(robot=file, **BELIEVED)
     usual = plan_of(robot="ur5e-hand", **BELIEVED)
-    assert planned.hand.real
-    assert planned.period == 0.002
-    assert planned.config.force_noise == 0.05
+    check_bounds(planned, {}, hand__real=True, period=0.002, config__force_noise=0.05, config__load="none")
     finger = planned.fingers[0]
     assert isinstance(finger, Finger)
-    assert finger.touch_force == pytest.approx(0.25)  # five times that
+    assert finger.touch_force == pytest.approx(0.25)  # five times the noise
     assert planned.limits == load_robot(file).file.limits.allowing(planned.lift.speed) != Limits()
     # 10 mm farther to close, with 5 mm/s
     assert planned.times.begin - usual.times.begin == pytest.approx(2.0)
     # as far as anybody knows, contacts bear what they are believed to
     assert planned.true == planned.believed
     assert (planned.believed.friction, planned.believed.spin_length) == (0.4, 0.003)
-    assert planned.config.load == "none"
     backend = planned.backend()
     assert isinstance(backend, FreshlyTared)
     assert isinstance(backend.backend.arm, ArmFromHere)

@@ -29,6 +29,7 @@ from palpate.runtime import Ending
 from palpate.spatial import norm
 from support.found_friction import ASSUMED, FLAT, finding, found_friction, friction_file
 from support.grasp_runs import plan_of, planned_again, run_grasp
+from support.run_bounds import check_bounds
 
 
 @pytest.fixture
@@ -146,28 +147,27 @@ def told(config):
     return " ".join(notes_on(plan_of(config)))
 
 
-def test_it_is_said_beforehand_when_another_surface_is_simulated_and_what_makes_it_the_same(written):
-    said = told(GraspConfig(friction_file=written(), friction=0.5, spin_length=0.004))
-    assert "does not have the friction of" in said
-    assert "Leave out --friction --spin-length," in said
-    assert "mu = 0.8, e = 2 mm at 1 N, gamma = 0.2, p = 1.5 was found" in said
-    same = told(GraspConfig(friction_file=written(), friction=0.803))  # within its interval
-    assert "The simulated object has the friction of" in same
-    assert not notes_on(plan_of())
+FOUND = "mu = 0.8, e = 2 mm at 1 N, gamma = 0.2, p = 1.5 was found"
+OTHER = ("does not have the friction of", "Leave out --friction --spin-length,", FOUND)
 
 
-def test_loads_beyond_those_that_were_rubbed_are_warned_of(written):
-    assert "rubbed with 4 N at most" in told(GraspConfig(friction_file=written()))
-    assert "grew no more" in told(GraspConfig(friction_file=written()))
-    assert "rubbed with" not in told(GraspConfig(friction_file=written(loads=(1.0, 12.0))))
-    assert "rubbed with" not in told(GraspConfig(friction_file=written(), load="none"))
-
-
-def test_what_an_exponent_that_nobody_measured_costs_is_said(written):
-    said = told(GraspConfig(friction_file=written(p=ASSUMED)))
-    assert "41 %" in said
-    assert "--fit-exponents" in said
-    assert "Nobody" not in told(GraspConfig(friction_file=written()))
+@pytest.mark.parametrize(
+    ("found", "fields", "words", "absent"),
+    [
+        ({}, {"friction": 0.5, "spin_length": 0.004}, OTHER, ()),
+        ({}, {"friction": 0.803}, ("The simulated object has the friction of",), ()),  # within its interval
+        ({}, {}, ("rubbed with 4 N at most", "grew no more"), ("Nobody",)),
+        ({"loads": (1.0, 12.0)}, {}, (), ("rubbed with",)),
+        ({}, {"load": "none"}, (), ("rubbed with",)),
+        ({"p": ASSUMED}, {}, ("41 %", "--fit-exponents"), ()),
+    ],
+)
+def test_notes_compare_the_simulated_surface_and_the_load_with_what_was_rubbed(
+    found, fields, words, absent, written
+):
+    said = told(GraspConfig(friction_file=written(**found), **fields))
+    assert [word for word in words if word not in said] == []
+    assert [word for word in absent if word in said] == []
 
 
 # --- what the hand can do
@@ -270,6 +270,7 @@ def test_what_a_nudge_found_is_told_against_the_truth(nudged):
 @pytest.mark.parametrize(
     ("options", "told", "unheard"),
     [
+        ({}, ("--margin", "palpate friction"), ()),  # on a robot, where the true friction is unknown
         ({"known": "touched"}, ("--margin",), ("palpate friction",)),
         (
             {"known": "touched", "believed_friction": 0.9},
@@ -287,15 +288,9 @@ def test_what_a_nudge_found_is_told_against_the_truth(nudged):
     ],
 )
 def test_advice_fits_the_cause(options, told, unheard):
-    advice = against_slip(plan_of(**options), known=True)
+    advice = against_slip(plan_of(**options), known=bool(options))
     assert all(words in advice for words in told)
     assert not any(words in advice for words in unheard)
-
-
-def test_on_a_robot_nobody_knows_why():
-    advice = against_slip(plan_of(), known=False)
-    assert "--margin" in advice
-    assert "palpate friction" in advice
 
 
 # --- What is held for long, or suddenly pulled at: no slip beyond what is claimed, and its grip is told ---
@@ -304,9 +299,7 @@ def test_on_a_robot_nobody_knows_why():
 @pytest.mark.slow
 def test_what_is_held_while_zeros_wander_fast_does_not_slip_and_its_grip_is_told():
     done = run_grasp(load="none", rise=4.0, drift=0.1)
-    assert not done.dropped
-    assert not done.gave_way
-    assert 0.9 <= done.growth <= growth_in_hold(done.planned)
+    check_bounds(done, {"growth": (0.9, growth_in_hold(done.planned))}, dropped=False, gave_way=())
     assert any("grip may grow" in note for note in done.planned.dry_run().notes)
 
 
@@ -315,6 +308,7 @@ def test_where_nothing_wanders_far_nothing_is_told_or_paid():
     assert growth_in_hold(quiet) == 1.0
     assert price_of_preload(quiet) == 0.0
     assert not quiet.dry_run().notes
+    assert not notes_on(plan_of())
 
 
 def test_the_price_of_a_preload_is_told_before_the_run():

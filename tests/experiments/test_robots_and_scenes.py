@@ -28,6 +28,7 @@ from support.emulated_file import changed_robot
 from support.explore_runs import carried_out, plan_of
 from support.file_arms import GANTRY
 from support.regulate_runs import logged, planned
+from support.run_bounds import below, check_bounds
 
 HAND = load_robot("pinch-and-index")
 SMALL = {"robot": "pinch-and-index", "force": 0.5, "speed": 0.02, "width": 0.012, "depth": 0.006}
@@ -47,11 +48,8 @@ NEAR, SLIPPED = 0.02e-3, 0.02e-3
 def test_the_map_of_a_held_object_is_in_its_frame(shape, noise):
     config = ExploreConfig(object=shape, size=SHAPES[shape], force_noise=noise, moment_noise=1e-2 * noise, **SMALL)
     found = carried_out(plan_of(config))
-    assert found.run.ending is Ending.DONE
-    assert found.point_rms < NEAR
-    assert found.held_motion < SLIPPED
-    assert found.claimed_map.rms < NEAR
-    assert found.force_rms < 0.05
+    bounds = below(point_rms=NEAR, held_motion=SLIPPED, claimed_map__rms=NEAR, force_rms=0.05)
+    check_bounds(found, bounds, run__ending=Ending.DONE)
 
 
 def test_the_object_is_held_where_it_was_put_until_it_is_pushed():
@@ -69,14 +67,6 @@ def test_the_object_is_held_where_it_was_put_until_it_is_pushed():
     assert np.abs(backend.truth().pose_base_object.position).max() < 1e-7
 
 
-def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
-    config = ExploreConfig(size=(0.025,), **SMALL)
-    with pytest.raises(
-        InvalidValueError, match=r"backend.grip_N = 2: must be at least [0-9.]+ for an object of 0.2 kg"
-    ):
-        plan_of(config, changed_robot(HAND, ("grip_N: 10 ", "grip_N: 2 ")))
-
-
 @pytest.mark.parametrize(
     ("change", "match"),
     [
@@ -89,6 +79,12 @@ def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
 def test_a_hand_that_cannot_be_is_refused(change, match):
     with pytest.raises(InvalidValueError, match=match):
         check(changed_robot(HAND, change))
+
+
+def test_a_grip_that_would_slip_is_refused_with_the_least_that_would_do():
+    robot = changed_robot(HAND, ("grip_N: 10 ", "grip_N: 2 "))
+    with pytest.raises(InvalidValueError, match=r"grip_N = 2: must be at least [0-9.]+ for an object of 0.2 kg"):
+        plan_of(ExploreConfig(size=(0.025,), **SMALL), robot)
 
 
 # --- Scenes from files in experiments: what is known of them, how they are replayed, what they yield ---
@@ -160,8 +156,8 @@ def test_a_force_is_held_on_a_lever_that_gives_way_and_its_log_needs_no_file(own
 def test_the_spring_of_a_hinge_is_what_the_gain_is_made_for():
     # pressed 60 mm from the hinge, where the spring of 2 N m/rad and the damper of 0.08 N m s/rad
     contact = planned(object="scene", file=SCENES / "handle.xml", touch="lever", stiffness=4e3).contact
-    assert contact.mounting.stiffness == pytest.approx(2.0 / 0.06**2, rel=1e-9)
-    assert contact.mounting.damping == pytest.approx(0.08 / 0.06**2, rel=1e-9)
+    found = [contact.mounting.stiffness, contact.mounting.damping]
+    assert found == pytest.approx([2.0 / 0.06**2, 0.08 / 0.06**2], rel=1e-9)
     assert 0.15 < contact.mounting.mass < 0.3
     with pytest.raises(InvalidValueError, match=r"contact stiffness = 20000 N/m.*take a stiffness of at most"):
         planned(object="scene", file=SCENES / "handle.xml", touch="lever")

@@ -31,10 +31,18 @@ def of(*names):
 
 
 def two(apart, scatter=0.02):
-    both = (("low", 0.4), ("high", 0.4 * math.exp(apart)))
+    """A library of two materials whose frictions differ by a factor of exp(apart)."""
+    deviations = {"scatter": spread(scatter), "specimen": EXACT}
     return library(
-        *(material(name, mu, gamma=0.0, p=2.0, scatter=spread(scatter), specimen=EXACT) for name, mu in both)
+        *(
+            material(name, mu, gamma=0.0, p=2.0, **deviations)
+            for name, mu in (("low", 0.4), ("high", 0.4 * math.exp(apart)))
+        )
     )
+
+
+def stroke(mu):
+    return TouchEvidence.stroke(mu, 0.004, 0.02)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 3))
@@ -52,21 +60,17 @@ def test_a_touch_never_tells_more_than_is_not_known_nor_less_than_nothing(seed, 
 
 @pytest.mark.parametrize("apart", [0.0, 0.02, 0.08, 0.3])
 def test_information_is_the_entropy_of_the_mixture_less_that_of_its_parts(apart):
-    library, slip = two(apart), PlannedSlip(2.0, 0.02, 0.0)
-    found = recognise(library, [], calibration=0.0)
-    w = np.append(0.9 * found.posterior, 0.1)
-    m = found.known.mean[:, 0]
+    found, slip = recognise(two(apart), [], calibration=0.0), PlannedSlip(2.0, 0.02, 0.0)
+    w, m = np.append(0.9 * found.posterior, 0.1), found.known.mean[:, 0]
     sd = np.sqrt(found.known.covariance[:, 0, 0] + 0.02**2 + touch_error(slip, np.exp(m), SensorErrors()) ** 2)
 
     def density(y):
         return float(w @ norm.pdf(y, m, sd))
 
-    cuts = sorted({*m, *(m + 5 * sd), *(m - 5 * sd)})
-    ends = (m[-1] - 8.0 * sd[-1], *cuts, m[-1] + 8.0 * sd[-1])
+    ends = sorted({*m, *(m + 5 * sd), *(m - 5 * sd), m[-1] - 8.0 * sd[-1], m[-1] + 8.0 * sd[-1]})
     pieces = [
         quad(lambda y: -density(y) * math.log2(density(y)), a, b, limit=200)[0]
         for a, b in itertools.pairwise(ends)
-        if b > a
     ]
     parts = float(w @ (0.5 * np.log2(2 * math.pi * math.e * sd**2)))
     assert expected_bits(found, slip) == pytest.approx(sum(pieces) - parts, abs=1e-3)
@@ -80,14 +84,9 @@ def test_it_looks_where_the_two_differ():
     light, firm = best("ABS", "cork"), best("cardboard", "greased aluminium")
     assert (light.spin, light.normal_force) == (2.0, 5.0)  # e is alike at 1 N
     assert firm.speed == 0.1
-
-
-def test_a_firm_twist_tells_more_than_a_light_one():
-    found = recognise(of("PTFE", "waxed wood"), [])
-    weak = SensorErrors(moment_drift=1e-4)
-    assert expected_bits(found, PlannedSlip(5.0, 0.0, 2.0), weak) > expected_bits(
-        found, PlannedSlip(0.3, 0.0, 2.0), weak
-    )
+    found, weak = recognise(of("PTFE", "waxed wood"), []), SensorErrors(moment_drift=1e-4)
+    firm, light = (expected_bits(found, PlannedSlip(force, 0.0, 2.0), weak) for force in (5.0, 0.3))
+    assert firm > light
 
 
 def test_noise_and_drift_count_by_the_load_that_they_are_on():
@@ -104,17 +103,15 @@ def test_more_scatter_tells_less():
     assert bits[0] > bits[1] > bits[2] > 0.0
 
 
-def test_enough_is_reported_when_it_is_known_unknown_or_beyond_telling():
-    sure = recognise(LIBRARY, [TouchEvidence.stroke(NAMED["PTFE"].friction_at(0.02), 0.004, 0.02)])
-    assert (next_touch(sure, CANDIDATES).advice, next_touch(sure, CANDIDATES).slip) == (Advice.RECOGNISED, None)
-    odd = recognise(LIBRARY, [TouchEvidence.stroke(2.0, 0.004, 0.02)])
-    assert next_touch(odd, CANDIDATES).advice is Advice.UNKNOWN
-    # as touched often: both alike
-    rubbed, turned = TouchEvidence.stroke(0.4, 0.004, 0.02), TouchEvidence.twist(0.4 * 3e-3, 0.004, 2.0, 3.0)
-    alike = recognise(two(1e-4), [rubbed, turned] * 5)
+def test_enough_is_reported_when_it_is_known_unknown_or_inseparable():
+    sure = next_touch(recognise(LIBRARY, [stroke(NAMED["PTFE"].friction_at(0.02))]), CANDIDATES)
+    assert (sure.advice, sure.slip) == (Advice.RECOGNISED, None)
+    assert next_touch(recognise(LIBRARY, [stroke(2.0)]), CANDIDATES).advice is Advice.UNKNOWN
+    # touched often: both alike
+    alike = recognise(two(1e-4), [stroke(0.4), TouchEvidence.twist(0.4 * 3e-3, 0.004, 2.0, 3.0)] * 5)
     assert next_touch(alike, CANDIDATES).advice is Advice.NOTHING_TELLS
     fresh = next_touch(recognise(two(1e-4), []), CANDIDATES)
-    assert fresh.advice is Advice.TOUCH  # a stranger's would tell
+    assert fresh.advice is Advice.TOUCH  # a stranger would differ
     assert len(fresh.bits) == len(CANDIDATES)
 
 
@@ -133,16 +130,8 @@ def test_the_most_telling_touches_recognise_every_material_of_the_library():
     assert most <= 8
 
 
-def test_shifts_are_those_of_the_materials_and_none_of_a_stranger():
-    shifts = speed_shifts(LIBRARY, 0.0, 0.0, 1.0)
-    assert shifts[-1] == 0.0
-    for each, shift in zip(LIBRARY.materials, shifts, strict=False):
-        assert math.exp(shift) == pytest.approx(each.static_friction / each.kinetic_friction)
-
-
 def test_a_confusion_matrix_counts_every_case_once():
-    rng = np.random.default_rng(0)
-    slips = [PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0)]
+    rng, slips = np.random.default_rng(0), [PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0)]
     trials = confusion(
         LIBRARY,
         [(m.name, recognise(LIBRARY, drawn_touches(m, slips, rng))) for m in LIBRARY.materials for _ in range(5)],
@@ -152,11 +141,14 @@ def test_a_confusion_matrix_counts_every_case_once():
     assert (trials.counts.sum(axis=1) == 5).all()
     np.testing.assert_allclose(trials.shares.sum(axis=1), 1.0)
     assert trials.right > 0.8
-    odd = recognise(LIBRARY, [TouchEvidence.stroke(2.0, 0.004, 0.02)])
+    odd = recognise(LIBRARY, [stroke(2.0)])
     both = confusion(LIBRARY, [("brick", odd), ("PTFE", odd), ("brick", odd)])
     assert both.truths == (*LIBRARY.names, "brick")
-    assert both.counts[-1, -1] == 2
-    assert both.counts[0, -1] == 1
+    assert (both.counts[-1, -1], both.counts[0, -1]) == (2, 1)
     assert both.right == pytest.approx(2 / 3)
-    assert np.isnan(both.shares[1]).all()
-    assert math.isnan(confusion(LIBRARY, []).right)
+    assert np.isnan([*both.shares[1], confusion(LIBRARY, []).right]).all()
+
+
+def test_speed_shifts_are_those_of_the_materials_and_none_of_a_stranger():
+    shifts = [math.log(each.static_friction / each.kinetic_friction) for each in LIBRARY.materials]
+    assert speed_shifts(LIBRARY, 0.0, 0.0, 1.0) == pytest.approx([*shifts, 0.0])

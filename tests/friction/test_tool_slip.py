@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from grip.held_pin import END, IN_HAND, NOISE, SIDE, ZERO, touching
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from palpate.friction.slip.place_watch import PlaceWatch, StandingPlace
@@ -20,39 +21,35 @@ def rows(matrix):
     return tuple(map(tuple, matrix.tolist()))
 
 
-def steps(watch, places, covariance):
-    """Periods after which the watch raises its alarm, begun anew each time."""
-    alarms = []
-    for i, place in enumerate(places.tolist()):
+def alarms(standing, places):
+    """Number of alarms of a watch that is started anew after each."""
+    watch, covariance, count = PlaceWatch(1.0 / RATE, standing), rows(SPREAD**2), 0
+    for place in places.tolist():
         if watch.step(tuple(place), covariance):
-            alarms.append(i)
+            count += 1
             watch.start()
-    return alarms
+    return count
 
 
-def test_false_alarms_are_as_seldom_as_is_said():
-    standing = StandingPlace(false_alarm_time=2.0, jitter=2e-5)
-    rng, seconds = np.random.default_rng(0), 60
-    places = rng.normal(size=(int(seconds * RATE), 3)) @ np.sqrt(SPREAD**2 + 4e-10 * np.eye(3))
+def test_false_alarms_are_as_seldom_as_stated():
+    standing, rng = StandingPlace(false_alarm_time=2.0, jitter=2e-5), np.random.default_rng(0)
+    places = rng.normal(size=(int(60 * RATE), 3)) @ np.sqrt(SPREAD**2 + 4e-10 * np.eye(3))
     places += np.cumsum(standing.wander / math.sqrt(RATE) * rng.normal(size=places.shape), axis=0)
-    alarms = steps(PlaceWatch(1.0 / RATE, standing), places, rows(SPREAD**2))
-    assert 3 <= len(alarms) <= 30  # at most one in 2 s; the bound over windows is within a factor of ten
+    assert (
+        3 <= alarms(standing, places) <= 30
+    )  # at most one in 2 s; the bound over windows is within a factor of ten
 
 
 @pytest.mark.slow
-def test_noise_that_is_alike_raises_no_more():
-    """Behind a filter of 5 ms, as long as it is said."""
-    rng, seconds, alike = np.random.default_rng(1), 40, 0.005
-    keep = math.exp(-1.0 / (alike * RATE))
-    places = np.empty((int(seconds * RATE), 3))
-    now = np.zeros(3)
-    for i in range(len(places)):
-        now = keep * now + math.sqrt(1 - keep**2) * rng.normal(size=3)
-        places[i] = now
-    places = places @ SPREAD
-    often = steps(PlaceWatch(1.0 / RATE, StandingPlace(false_alarm_time=4.0)), places, rows(SPREAD**2))
-    told = steps(PlaceWatch(1.0 / RATE, StandingPlace(false_alarm_time=4.0, alike=alike)), places, rows(SPREAD**2))
-    assert len(told) <= seconds / 4.0 < len(often)
+def test_correlated_noise_raises_no_more_alarms():
+    """Behind a filter of 5 ms, if its correlation time is stated."""
+    alike, keep = 0.005, math.exp(-1.0 / (0.005 * RATE))
+    noise = math.sqrt(1 - keep**2) * np.random.default_rng(1).normal(size=(int(40 * RATE), 3))
+    places = lfilter([1.0], [1.0, -keep], noise, axis=0) @ SPREAD
+    often, stated = (
+        alarms(StandingPlace(false_alarm_time=4.0, **more), places) for more in ({}, {"alike": alike})
+    )
+    assert stated <= 40 / 4.0 < often
 
 
 def test_the_base_frame_does_not_matter():
@@ -83,40 +80,28 @@ def test_only_where_the_thing_holds_it():
 
 
 @pytest.mark.parametrize(("touched", "by"), [(SIDE, [-1e-3, 0, 0, 0, 0, 0]), (END, [0, 0, -1e-3, 0, 0, 0])])
-def test_a_slip_of_a_millimetre_is_noticed_within_a_fifth_of_a_second(touched, by):
-    n, began = int(2.0 * RATE), 1.5
-    ramp = np.clip((np.arange(n) / RATE - began) / 0.2, 0.0, 1.0)  # it takes that time, too
-    for seed in range(4):
-        felt, slip = PlaceFelt(IN_HAND, NOISE, ZERO / 60.0), ToolSlip(1.0 / RATE, fingers=2)
-        told = None
-        for i, (wrench, pose) in enumerate(
-            touching(np.random.default_rng(seed), np.outer(ramp, by), *touched, RATE)
-        ):
-            if slip.step(felt.step(wrench, pose)) is SlipSign.PLACE:
-                told = i / RATE - began
-                break
-        assert told is not None
-        assert 0.0 < told < 0.2
+@pytest.mark.parametrize("seed", range(4))
+def test_a_slip_of_a_millimetre_is_noticed_within_a_fifth_of_a_second(touched, by, seed):
+    began, felt, slip = 1.5, PlaceFelt(IN_HAND, NOISE, ZERO / 60.0), ToolSlip(1.0 / RATE, fingers=2)
+    ramp = np.clip((np.arange(int(2.0 * RATE)) / RATE - began) / 0.2, 0.0, 1.0)  # it takes that time, too
+    samples = touching(np.random.default_rng(seed), np.outer(ramp, by), *touched, RATE)
+    signs = [slip.step(felt.step(wrench, pose)) for wrench, pose in samples]
+    assert 0.0 < signs.index(SlipSign.PLACE) / RATE - began < 0.2
 
 
 def test_other_signs():
-    """The fingers touch it elsewhere; what they bear falls, unless the hand lets off."""
-    place, still = (
-        FeltPlace((0.0, 0.0, 0.01), rows(1e-10 * np.eye(3))),
-        FeltPlace((0.0, 0.0, 0.0), rows(1e-10 * np.eye(3))),
-    )
+    """The fingers touch it elsewhere; the load that they carry falls, unless the hand lets off."""
+    exact = rows(1e-10 * np.eye(3))
+    place, still = FeltPlace((0.0, 0.0, 0.01), exact), FeltPlace((0.0, 0.0, 0.0), exact)
     rolls, falls, eases = (ToolSlip(1e-3, fingers=2, every=1) for _ in range(3))
     signs = []
     for i in range(600):
-        fell = BorneLoad(2.0 if i < 500 else 1.5, 0.01)
-        signs.append(
-            (
-                rolls.step(place, [still, FeltPlace((0.0, 1e-6 * max(i - 500, 0) * 10, 0.0), still.covariance)]),
-                falls.step(place, (), fell),
-                eases.step(place, (), BorneLoad(fell.size, fell.deviation, steady=i < 490)),
-            )
-        )
+        rolled = FeltPlace((0.0, 1e-5 * max(i - 500, 0), 0.0), exact)
+        fell, let_off = (BorneLoad(2.0 if i < 500 else 1.5, 0.01, steady=steady) for steady in (True, i < 490))
+        found = rolls.step(place, [still, rolled]), falls.step(place, (), fell), eases.step(place, (), let_off)
+        signs.append(found)
+    rolling, falling, easing = zip(*signs, strict=True)
     assert signs[499] == (None, None, None)
-    assert signs[-1][0] is SlipSign.GRIP
-    assert SlipSign.LOAD in [each[1] for each in signs[500:]]
-    assert all(each[2] is None for each in signs)
+    assert rolling[-1] is SlipSign.GRIP
+    assert SlipSign.LOAD in falling[500:]
+    assert set(easing) == {None}

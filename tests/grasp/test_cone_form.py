@@ -66,15 +66,9 @@ def assert_decided(objective: Objective, family: str, contacts: FloatArray, load
 
 
 @pytest.mark.parametrize("objective", Objective)
-def test_every_family_is_solved_or_proved_impossible(objective: Objective) -> None:
-    for family, contacts, load in instances(11, 1):
-        assert_decided(objective, family, contacts, load)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("objective", Objective)
-def test_of_six_hundred_hard_grasps_none_is_left_undecided(objective: Objective) -> None:
-    for family, contacts, load in instances(314, 30):
+@pytest.mark.parametrize(("seed", "each"), [(11, 1), pytest.param(314, 30, marks=pytest.mark.slow)])
+def test_of_hard_grasps_of_every_family_none_is_left_undecided(objective: Objective, seed: int, each: int) -> None:
+    for family, contacts, load in instances(seed, each):
         assert_decided(objective, family, contacts, load)
 
 

@@ -16,7 +16,7 @@ from palpate.sim.contact_law import ContactLaw, pair_parameters
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.plant import FrictionPlant
-from support.grasp_families import around, grasp_of
+from support.grasp_families import within_limits
 
 DT, MASS, RADIUS = 0.5e-3, 0.1, 0.008
 
@@ -98,14 +98,6 @@ def on_the_plant(grasp: GraspContacts, forces, share) -> list[Ridden]:
     return out
 
 
-def drawn(rng, **limits):
-    n = int(rng.integers(3, 6))
-    grasp = grasp_of(
-        *around(n, rng), rng.uniform(0.4, 1.0, n), rng.uniform(0.002, 0.006, n), rng, force_max=40.0, **limits
-    )
-    return grasp, rng.normal(size=6) * [2.0, 2.0, 2.0, 0.02, 0.02, 0.02]
-
-
 def tried(grasp: GraspContacts, load):
     """The pressing contacts of the answer, its forces there, which are at their limit; None if there is none."""
     result = GraspForceOptimizer(grasp).solve(load)
@@ -117,12 +109,15 @@ def tried(grasp: GraspContacts, load):
     return part, forces, part.margins(forces) <= 1e-6 * size
 
 
-def check_answers(rng, limits, wanted):
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.parametrize(("seed", "wanted"), [(1, 2), (2, 25)], ids=["few", "many"])
+def test_answers_hold_on_the_plant_and_3_percent_more_slips(name, seed, wanted):
     """Answers neither slip nor could bear 3 % more where they are at a limit."""
-    count, at_limits = 0, 0
+    rng, count, at_limits = np.random.default_rng(seed), 0, 0
     while count < wanted:
-        grasp, load = drawn(rng, **limits)
-        found = tried(grasp, load)
+        grasp, load = within_limits(rng, **LIMITS[name])
+        found = tried(grasp, 2.0 * load)
         if found is None:
             continue
         part, forces, full = found
@@ -138,24 +133,12 @@ def check_answers(rng, limits, wanted):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LIMITS)
-def test_answers_hold_on_the_plant_and_3_percent_more_slips(name):
-    check_answers(np.random.default_rng(1), LIMITS[name], 2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LIMITS)
-def test_many_solutions_hold_on_the_plant_and_3_percent_more_slips(name):
-    check_answers(np.random.default_rng(2), LIMITS[name], 25)
-
-
-@pytest.mark.slow
 def test_e_taken_for_constant_slips_on_the_plant():
     """What the plant is asked for here: forces for e of 1 N slip where contacts press less."""
     rng, slipped = np.random.default_rng(3), 0
     for _ in range(6):
-        grasp, load = drawn(rng, load_exponent=1 / 3)
-        found = tried(replace(grasp, load_exponent=np.zeros(len(grasp))), 0.1 * load)
+        grasp, load = within_limits(rng, load_exponent=1 / 3)
+        found = tried(replace(grasp, load_exponent=np.zeros(len(grasp))), 0.2 * load)
         if found is None:
             continue
         part, forces, _ = found

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,18 +11,14 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from grasp_forces import run
-from grasp_forces.asked import Figure
-from grasp_forces.facets import NORMALS, RADIUS
-from grasp_forces.hard import Score, Verdict, scores
-from grasp_forces.judges import EffortJudge, ThetaJudge
-from grasp_forces.methods import CLARABEL, METHODS, NEWTON, OPTIMIZER, Method, of_objective
-from grasp_forces.picture import MARKS
+from grasp_forces import study
+from grasp_forces.cone_form import NORMALS, RADIUS
+from grasp_forces.hard import FEASIBLE, INFEASIBLE, Score, Verdict, scores
+from grasp_forces.judges import EffortJudge, ThetaJudge, bracket, dual, least_effort
+from grasp_forces.methods import CLARABEL, METHODS, NEWTON, OPTIMIZER, GraspMethod, of_objective
 from grasp_forces.problem import Answer, Ended, Problem
-from grasp_forces.reference import bracket, dual, least_effort
-from grasp_forces.silence import only_console
-from grasp_forces.timing import Effort, exponent, measure
 from grasp_forces.trajectories import LARGEST_STEP, LEAST_STEP, trajectory
+from harness.study import Check, Effort
 
 from palpate.grasp import Objective
 from support.grasp_families import around, grasp_of, instances
@@ -32,7 +27,7 @@ BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 INSTALLED = [method for method in METHODS if method.installed]
 SOLVES = {"fatrop", "superscs"}
 """Those that do not say "solved" even of easy grasps, though their forces may be near."""
-TINY = Effort(grasps=1, periods=4, seconds=1e-3, per_family=1)
+QUICK = Effort(quick=True)
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +72,7 @@ def test_the_reference_is_bracketed_from_both_sides(easy, load):
 @pytest.mark.parametrize("method", INSTALLED, ids=lambda method: method.name)
 def test_every_solver_finds_the_least_effort_of_an_easy_grasp_cold_and_warm(method, easy, load):
     known = least_effort(easy, load).effort
-    with only_console(80):
+    with study.silent():
         solver = method.prepare(easy)
         for warm in (False, True):
             solver.solve(load, warm=warm)
@@ -154,7 +149,7 @@ class Liar:
 )
 def test_lies_are_counted(ended, feasible, infeasible):
     some = list(instances(seed=3, per_family=1, factors=(0.9, 1.5)))
-    score = scores([Method("liar", partial(Liar, ended=ended))], some, lambda: None)["liar"]
+    score = scores([GraspMethod("liar", partial(Liar, ended=ended))], some)["liar"]
     assert score.verdicts == {feasible: len(some) // 2, infeasible: len(some) // 2}
 
 
@@ -167,10 +162,10 @@ def test_slow_solvers_get_instances_of_every_family_and_factor():
             super().__init__(problem, Ended.UNDECIDED)
             seen.add(id(problem.grasp))
 
-    score = scores([Method("keeper", Keeper, every=5)], some, lambda: None)["keeper"]
+    score = scores([GraspMethod("keeper", Keeper, every=5)], some)["keeper"]
     assert sum(score.verdicts.values()) == len(some) // 5
     assert len(seen) == len({id(each.grasp) for each in some})
-    assert score.feasible / score.infeasible == pytest.approx(6 / 4, rel=0.3)
+    assert score.total(FEASIBLE) / score.total(INFEASIBLE) == pytest.approx(6 / 4, rel=0.3)
 
 
 def test_loads_move_a_thousandth_to_a_hundredth_of_their_size_each_period():
@@ -185,44 +180,37 @@ def test_loads_move_a_thousandth_to_a_hundredth_of_their_size_each_period():
 
 @pytest.mark.slow
 def test_times_are_kept_cold_and_warm_and_solutions_judged():
-    found = measure([NEWTON, CLARABEL], 3, TINY, EffortJudge, lambda: None)
-    for timing in found.values():
-        assert len(timing.cold) >= 2
-        assert len(timing.warm) >= 2
-        assert timing.error < 1e-6
-        assert timing.unsolved == 0
-    assert found[NEWTON.name].median(warm=True) < found[CLARABEL.name].median(warm=True)
-    assert exponent((100, 1000), np.array([2.0, 20.0])) == pytest.approx(1.0)
-
-
-def test_a_missed_figure_is_missed():
-    assert Figure("", 1.0, 1.0).kept
-    assert not Figure("", 1.0, 1.01).kept
-    assert not Figure("", 1.0, np.nan).kept
-
-
-def test_every_solver_has_a_colour_of_its_own():
-    assert set(MARKS) == {method.name for method in METHODS}
-    assert len({mark.colour for mark in MARKS.values()}) == len(MARKS)
+    found = study.least_effort(QUICK, (3, 4), (NEWTON, OPTIMIZER, CLARABEL))
+    rows = {(row.case, row.method): row for row in found.rows}
+    assert len(rows) == 12
+    for row in found.rows:
+        assert row.errors[0].largest < 1e-6
+        assert row.errors[0].silent == 0.0
+    assert rows["n = 3", NEWTON.name].cost < rows["n = 3", CLARABEL.name].cost
+    assert rows["n = 3", CLARABEL.name].ratio.median == 1.0
+    assert not rows["n = 3", f"{CLARABEL.name}, cold"].drawn
+    kept = {check.what: check.kept for check in found.checks}
+    assert kept[f"{OPTIMIZER.name}: share of loads unsolved"]
+    assert kept["evaluations along trajectories"]
 
 
 @pytest.mark.slow
-def test_the_whole_of_it(tmp_path, monkeypatch, capfd):
-    picture = tmp_path / "new" / "picture.png"
-    few = [method for method in METHODS if method.name in (NEWTON.name, OPTIMIZER.name, CLARABEL.name)]
-    monkeypatch.setattr(run, "QUICK", TINY)
-    monkeypatch.setattr(run, "METHODS", few)
-    monkeypatch.setattr(run, "SIZES", (3, 4))
-    monkeypatch.setattr(run, "instances", partial(instances, factors=(0.9, 1.5)))
-    monkeypatch.setattr(run, "PARTS", (4,))
-    monkeypatch.setattr(sys, "argv", ["grasp", "--quick", "--picture", str(picture)])
-    with suppress(SystemExit):  # for times on a busy machine
-        run.main()
-    shown = " ".join(capfd.readouterr().out.split())
-    for method in few:
-        assert method.name in shown
-    assert "Asked for" in shown
-    assert picture.read_bytes().startswith(b"\x89PNG")
+def test_other_objectives_and_hard_families_are_judged(monkeypatch):
+    others = study.objectives(QUICK, (4,))
+    assert {row.case for row in others.rows} == {
+        f"{each}, n = 4" for each in ("max_margin", "min_peak", "load_factor")
+    }
+    assert all(check.kept for check in others.checks if "clarabel" not in check.what)
+    monkeypatch.setattr(study, "instances", partial(instances, factors=(0.9, 1.5)))
+    found = study.hard(QUICK, (NEWTON, OPTIMIZER, CLARABEL))
+    assert all(check.kept for check in found.checks)
+    assert found.tables[0].row_count == 3
+
+
+def test_a_missed_figure_is_missed():
+    assert Check.at_most("", 1.0, 1.0).kept
+    assert not Check.at_most("", 1.0, 1.01).kept
+    assert not Check.at_most("", 1.0, np.nan).kept
 
 
 @pytest.mark.slow
@@ -236,4 +224,4 @@ def test_it_says_what_it_measures():
 def test_a_score_knows_how_many_there_were():
     score = Score()
     score.verdicts.update({Verdict.RIGHT: 3, Verdict.UNDECIDED: 1, Verdict.CERTIFIED: 2, Verdict.OPEN: 1})
-    assert (score.feasible, score.infeasible) == (4, 3)
+    assert (score.total(FEASIBLE), score.total(INFEASIBLE)) == (4, 3)

@@ -8,7 +8,8 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
-from support.grasp_families import Reference, around, grasp_of, instances
+from support.grasp_families import Reference, around, check_forces, grasp_of, instances
+from support.refusals import check_refusals
 
 LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
 
@@ -17,10 +18,6 @@ LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
 def grasp() -> GraspContacts:
     rng = np.random.default_rng(6)
     return grasp_of(*around(4, rng), 0.8, 0.004, rng, force_max=20.0)
-
-
-def balanced(grasp, result, load):
-    return np.abs(grasp.grasp_map @ result.forces.ravel() + load).max()
 
 
 @pytest.mark.slow
@@ -34,8 +31,7 @@ def test_every_load_is_held_or_proven_impossible():
         if each.factor > 1.0:
             assert result.status is SolveStatus.SOLVED, each
             size = np.linalg.norm(each.load[:3]) + np.linalg.norm(each.load[3:]) / 0.03
-            assert balanced(each.grasp, result, each.load) <= 1e-9 * size
-            assert result.margin.min() >= -1e-9 * size
+            check_forces(each.grasp, each.load, result.forces, 1e-9 * size)
             reference = Reference(each.grasp).least_effort(each.load)
             if np.isfinite(reference):
                 assert result.objective == pytest.approx(reference, rel=1e-8)
@@ -44,15 +40,6 @@ def test_every_load_is_held_or_proven_impossible():
             assert result.load_factor == pytest.approx(each.factor, rel=1e-6)
             assert (result.margin >= -1e-9 * each.grasp.force_max).all()  # limits are kept all the same
             assert result.certificate is not None
-
-
-def test_the_dual_is_what_the_objective_grows_by(grasp):
-    optimizer, step = GraspForceOptimizer(grasp), 1e-6
-    result = optimizer.solve(LOAD)
-    for k in range(6):
-        away = step * np.eye(6)[k]
-        slope = (optimizer.solve(LOAD + away).objective - optimizer.solve(LOAD - away).objective) / (2 * step)
-        assert result.dual[k] == pytest.approx(slope, rel=1e-4, abs=1e-4)
 
 
 @pytest.mark.parametrize("objective", ["min_peak", "max_margin", "load_factor"])
@@ -81,7 +68,7 @@ def test_without_largest_forces_a_closed_grasp_holds_any_load():
     endless = grasp_of(*around(4, rng), 0.8, 0.004, rng)
     result = GraspForceOptimizer(endless, "load_factor").solve(LOAD)
     assert result.load_factor == math.inf
-    assert balanced(endless, result, LOAD) < 1e-9
+    check_forces(endless, LOAD, result.forces)
     with pytest.raises(InvalidValueError, match="max_margin"):
         GraspForceOptimizer(endless, "max_margin")
 
@@ -121,7 +108,7 @@ def test_actuators_are_not_overloaded():
     between = 0.5 * (peak + free.forces[:, 0].max())
     result = GraspForceOptimizer(limited(between)).solve(LOAD)
     assert result.status is SolveStatus.SOLVED
-    assert balanced(grasp, result, LOAD) < 1e-9
+    check_forces(grasp, LOAD, result.forces)
     assert result.forces[:, 0].max() == pytest.approx(between, rel=1e-8)
     bounded = GraspForceOptimizer(replace(grasp, force_max=np.full(5, between))).solve(LOAD)
     np.testing.assert_allclose(result.forces, bounded.forces, atol=1e-6)
@@ -143,16 +130,15 @@ def test_contacts_come_go_and_move(grasp):
         assert result.status is fresh.status
         if result.status is SolveStatus.SOLVED:
             assert result.objective == pytest.approx(fresh.objective, rel=1e-7)
-            assert balanced(some, result, LOAD) < 1e-8
+            check_forces(some, LOAD, result.forces, 1e-8)
 
 
 def test_a_load_that_is_no_number_gets_a_status_and_bad_shapes_and_names_are_refused(grasp):
     optimizer = GraspForceOptimizer(grasp)
     assert optimizer.solve(LOAD * math.nan).status is SolveStatus.INVALID
     assert optimizer.solve(LOAD).status is SolveStatus.SOLVED
-    with pytest.raises(InvalidValueError, match=r"must be \(6,\)"):
-        optimizer.solve(LOAD[:3])
-    with pytest.raises(InvalidValueError, match="'min_effort', 'max_margin', 'min_peak', 'load_factor'"):
-        GraspForceOptimizer(grasp, "least")
-    with pytest.raises(InvalidValueError, match="effort_weight"):
-        GraspForceOptimizer(grasp, Objective.MIN_EFFORT, 0.0)
+    check_refusals(
+        (r"must be \(6,\)", lambda: optimizer.solve(LOAD[:3])),
+        ("'min_effort', 'max_margin', 'min_peak', 'load_factor'", lambda: GraspForceOptimizer(grasp, "least")),
+        ("effort_weight", lambda: GraspForceOptimizer(grasp, Objective.MIN_EFFORT, 0.0)),
+    )

@@ -11,15 +11,9 @@ from palpate.grasp.problem.contacts import GraspContacts
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.dual_newton import evaluate
 from palpate.grasp.solvers.least_effort import LeastEffort, Outcome, least_violation
-from support.grasp_families import FAMILIES, Instance, Reference, around, grasp_of, instances
+from support.grasp_families import FAMILIES, Instance, Reference, around, grasp_of, instances, solved
 
 WEIGHT = 0.01
-
-
-def solved(grasp, load, reserve=None):
-    solver, forces = LeastEffort(ScaledGrasp.of(grasp, reserve), WEIGHT), np.zeros((len(grasp), 4))
-    outcome, used = solver.solve(np.asarray(load, float), forces)
-    return outcome, used, forces, solver
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,9 @@ from palpate.grasp.robust.least_effort import IN_ALL, RobustLeastEffort
 from palpate.grasp.robust.sharing import KAPPA, MIN_LOAD_SHARE, STIFF, spread
 from palpate.grasp.robust.uncertainty import GraspUncertainty
 from palpate.grasp.solvers.dual_newton import MU
-from palpate.grasp.solvers.least_effort import LeastEffort, Outcome
+from palpate.grasp.solvers.least_effort import Outcome
+from support.drawn_grasps import Draws
+from support.grasp_families import around, grasp_of
 
 RADIUS = 0.03
 
@@ -40,27 +42,6 @@ def unsure(grasp, alike=True, share=1.0):
     """mu 15 %, e 25 %."""
     mu, e = share * 0.15 * grasp.friction, share * 0.25 * grasp.spin_length
     return GraspUncertainty(np.outer(mu, mu), np.outer(e, e)) if alike else GraspUncertainty(mu, e)
-
-
-def failing(grasp, load, press, rng, count=400):
-    """The share of draws of mu and e, common to all contacts, in which no friction holds the load."""
-    scaled = ScaledGrasp.of(grasp)
-    solver, forces, failed = LeastEffort(scaled, 0.01), np.zeros((len(grasp), 4)), 0
-    for mu, e in 1.0 + rng.standard_normal((count, 2)) * [0.15, 0.25]:
-        if min(mu, e) <= 0.0:
-            failed += 1
-            continue
-        part = replace(
-            grasp,
-            friction=mu * grasp.friction,
-            spin_length=e * grasp.spin_length,
-            force_min=press,
-            force_max=press,
-        )
-        solver.update(ScaledGrasp.of(part))
-        solver.y[:] = 0.0
-        failed += solver.solve(load, forces)[0] != Outcome.SOLVED
-    return failed / count
 
 
 @pytest.mark.slow
@@ -125,7 +106,8 @@ def test_forces_keep_their_largest_and_say_how_often_they_hold():
         assert chances[1] >= chances[2] - 0.02
         if 0.5 <= found.probability_redistributing < 0.99:
             assert np.abs(grasp.grasp_map @ found.forces.ravel() + load).max() < 1e-7
-            seen.append((found.probability_redistributing, failing(grasp, load, found.forces[:, 0], rng)))
+            failures = Draws(grasp, unsure(grasp), load, rng, 400).failures(found.forces[:, 0])
+            seen.append((found.probability_redistributing, failures / 400))
     assert len(seen) >= 4
     promised, failed = np.array(seen).T
     assert (failed <= 1.0 - promised + 0.05).all()  # 0.05: two deviations of 400 draws where a third fails
@@ -166,7 +148,8 @@ def test_moved_contacts_and_another_uncertainty_are_taken_as_if_new():
 def test_friction_is_shared_as_the_minimum_says(seed, n):
     """The quadratic programme of `sharing`, by its optimality conditions, against the closed form."""
     rng = np.random.default_rng(seed)
-    scaled = ScaledGrasp.of(random_grasp(rng, n))
+    friction, spin_length = rng.uniform(0.4, 1.0, n), rng.uniform(0.003, 0.008, n)
+    scaled = ScaledGrasp.of(grasp_of(*around(n, rng, RADIUS, rough=0.0), friction, spin_length, rng))
     f, u = rng.uniform(0.5, 3.0, n), rng.standard_normal((n, 3))
     lengths, mu = rng.uniform(0.1, 0.3, n), scaled.rows[:, MU]
     places, axes = scaled.rows[:, :3], scaled.rows[:, 3:12].reshape(n, 3, 3)
@@ -201,12 +184,3 @@ def test_friction_is_shared_as_the_minimum_says(seed, n):
     wanted = gain[:, :n] @ own @ gain[:, :n].T + gain[:, n:] @ root @ root.T @ gain[:, n:].T
     assert margins == pytest.approx(wanted, rel=1e-3, abs=1e-3 * np.abs(wanted).max())
     assert of_mu == pytest.approx(np.diag(rule) * f * np.diag(cov_mu), rel=1e-9)
-
-
-def random_grasp(rng, n):
-    out = rng.standard_normal((n, 3))
-    out /= np.linalg.norm(out, axis=1)[:, None]
-    t1 = np.cross(-out, rng.standard_normal((n, 3)))
-    t1 /= np.linalg.norm(t1, axis=1)[:, None]
-    frames = np.stack([-out, t1, np.cross(-out, t1)], axis=2)
-    return GraspContacts(RADIUS * out, frames, rng.uniform(0.4, 1.0, n), rng.uniform(0.003, 0.008, n))

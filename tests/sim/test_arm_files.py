@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from functools import partial
 
 import mpmath
 import mujoco
@@ -21,11 +22,12 @@ from palpate.kinematics import (
 from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ArmCarrier, ArmFile, Fidelity, ServoedArm
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
-from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.arm_file import ARMS
 from palpate.sim.carriers.servoed_arm import FLANGE, PREFIX
 from palpate.sim.carriers.step_test import step_test
+from support.arm_run import ArmRun
 from support.file_arms import GANTRY, MOBILE, OWN, SCARA, own_arm, written
+from support.refusals import check_refusals
 
 PANDA = [
     ("0", "0.333", 0),
@@ -67,17 +69,19 @@ def modified_dh_product(rows, q, last):
     return np.array((T * flange).tolist(), dtype=np.float64)
 
 
+def check_flange(arm, rows, last, count):
+    """Check the pose of an arm's flange at joint positions within its limits against its maker's table."""
+    kinematics, rng = ArmKinematics(arm), np.random.default_rng(3)
+    for _ in range(count):
+        q = [float(rng.uniform(max(each.lower, -6.0), min(each.upper, 6.0))) for each in arm.limits]
+        found, expected = kinematics.pose(q), modified_dh_product(rows, q, last)
+        assert np.column_stack([found.rotation, found.position]) == pytest.approx(expected[:3], abs=1e-14)
+
+
 @pytest.mark.parametrize(("name", "flange"), [("panda.xml", "0.107"), ("xarm6.xml", "0")])
 def test_the_flange_is_where_its_maker_s_table_has_it(name, flange):
-    arm = own_arm(name).arm
-    rng = np.random.default_rng(3)
     with mpmath.workdps(40):
-        rows = PANDA if name == "panda.xml" else xarm6()
-        for _ in range(100):
-            q = [float(rng.uniform(each.lower, each.upper)) for each in arm.limits]
-            found, expected = ArmKinematics(arm).pose(q), modified_dh_product(rows, q, flange)
-            assert found.position == pytest.approx(expected[:3, 3], abs=1e-14)
-            assert np.array(found.rotation) == pytest.approx(expected[:3, :3], abs=1e-14)
+        check_flange(own_arm(name).arm, PANDA if name == "panda.xml" else xarm6(), flange, 100)
 
 
 @pytest.mark.parametrize("name", ["panda", "xarm6"])
@@ -118,13 +122,8 @@ def test_a_ur_is_what_its_maker_s_table_says(name):
     """A standard table, as one that begins with the last column of a modified one."""
     d1, a2, a3, d4, d5, d6 = UR["ur5e" if name == "built in" else name]
     rows = [("0", d1, 0), ("0", "0", 1), (a2, "0", 0), (a3, d4, 0), ("0", d5, 1), ("0", d6, -1)]
-    arm = UR5E if name == "built in" else own_arm(f"{name}.xml").arm
-    kinematics, rng = ArmKinematics(arm), np.random.default_rng(4)
-    for _ in range(100 if name == "built in" else 20):
-        q = rng.uniform(-6.0, 6.0, 6).tolist()
-        found, expected = kinematics.pose(q), modified_dh_product(rows, q, "0")
-        assert found.position == pytest.approx(expected[:3, 3], abs=1e-14)
-        assert np.array(found.rotation) == pytest.approx(expected[:3, :3], abs=1e-14)
+    built_in = name == "built in"
+    check_flange(UR5E if built_in else own_arm(f"{name}.xml").arm, rows, "0", 100 if built_in else 20)
 
 
 def in_scene(model, q):
@@ -160,9 +159,9 @@ def test_in_a_scene_it_is_the_arm_that_it_is_alone(name, tmp_path):
         for m, d, full in ((compiled, data, M), (alone, other, expected)):
             mujoco.mj_forward(m, d)
             mujoco.mj_fullM(m, d, full)
-        pose = arm.kinematics.pose(data.qpos.tolist())
-        assert data.body(FLANGE).xpos == pytest.approx(pose.position, abs=1e-13)
-        assert data.body(FLANGE).xmat.reshape(3, 3) == pytest.approx(np.array(pose.rotation), abs=1e-13)
+        pose, flange = arm.kinematics.pose(data.qpos.tolist()), data.body(FLANGE)
+        placed = np.column_stack([flange.xmat.reshape(3, 3), flange.xpos])
+        assert placed == pytest.approx(np.column_stack([pose.rotation, pose.position]), abs=1e-13)
         assert pytest.approx(expected, abs=1e-12) == M
         assert np.all(np.diag(M) <= np.add(model.armature, model.link_inertia) * (1.0 + 1e-9))
 
@@ -170,25 +169,15 @@ def test_in_a_scene_it_is_the_arm_that_it_is_alone(name, tmp_path):
 @pytest.mark.parametrize("name", [*OWN, "scara"])
 def test_it_does_not_sag_follows_without_lag_and_keeps_to_its_speeds(name, tmp_path):
     model = model_named(name, tmp_path)
-    arm, compiled, data = in_scene(model, model.home)
-    drive = ArmDrive(arm, compiled, data, 1e-3)
-    drive.start()
-    first = np.array(arm.kinematics.pose(data.qpos.tolist()).position)
-    speeds = [each.speed for each in model.arm.limits]
-
-    def go(periods, v):
-        for _ in range(periods):
-            drive.begin(v, (0.0, 0.0, 0.0))
-            for _ in range(drive.steps):
-                drive.advance()
-                mujoco.mj_step(compiled, data)
-                assert np.all(np.abs(data.qvel) <= speeds)
-        return np.array(arm.kinematics.pose(data.qpos.tolist()).position) - first
-
-    assert go(200, (0.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-6)
-    stroke = np.array((0.02, -0.01, 0.005))
-    assert go(1000, tuple(stroke)) == pytest.approx(stroke, abs=0.05e-3)
-    go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
+    arm, compiled, _ = in_scene(model, model.home)
+    run, stroke = ArmRun(compiled, arm), np.array((0.02, -0.01, 0.005))
+    first = np.array(run.tip.position)
+    run.go(200)
+    assert run.tip.position == pytest.approx(first, abs=1e-6)
+    run.go(1000, stroke)
+    assert run.tip.position - first == pytest.approx(stroke, abs=0.05e-3)
+    run.go(300, (3.0, 1.0, 2.0))  # faster than any joint may be
+    run.check_speeds()
 
 
 def test_a_file_with_degrees_frames_defaults_and_a_gripper_is_read(tmp_path):
@@ -276,17 +265,6 @@ BAD = {
 """Files that are refused: text, flange, message."""
 
 
-@pytest.mark.parametrize("what", BAD)
-def test_a_file_that_describes_no_arm_is_refused_in_one_line(what, tmp_path):
-    text, flange, message = BAD[what]
-    with pytest.raises(InvalidValueError, match=message) as refused:
-        written(tmp_path, text, flange=flange).read()
-    line = str(refused.value)
-    assert line.startswith(str(tmp_path / "arm.xml"))
-    assert "\n" not in line
-    assert ";" in line
-
-
 URDF = (ARMS / "xarm6.urdf").read_text()
 
 SECOND = URDF[URDF.index('  <joint name="joint2"') : URDF.index('  <link name="link3"')].replace(
@@ -301,12 +279,19 @@ BAD_URDF = [
     (URDF.replace('effort="50"', ""), "joint joint1 has no largest torque"),
     (URDF.replace("</robot>", "<xacro:arm/></robot>"), "this is a xacro; must be the URDF"),
 ]
+REFUSED = [
+    *(pytest.param("arm.xml", *row, id=name) for name, row in BAD.items()),
+    *(("arm.urdf", text, "flange", message) for text, message in BAD_URDF),
+]
 
 
-@pytest.mark.parametrize(("text", "message"), BAD_URDF)
-def test_a_urdf_that_describes_no_arm_is_refused(text, message, tmp_path):
-    with pytest.raises(InvalidValueError, match=message):
-        written(tmp_path, text, "arm.urdf").read()
+@pytest.mark.parametrize(("name", "text", "flange", "message"), REFUSED)
+def test_a_file_that_describes_no_arm_is_refused_in_one_line(name, text, flange, message, tmp_path):
+    with pytest.raises(InvalidValueError, match=message) as refused:
+        written(tmp_path, text, name, flange).read()
+    assert str(refused.value).startswith(str(tmp_path / name))
+    assert "\n" not in str(refused.value)
+    assert ";" in str(refused.value)
 
 
 def test_an_arm_on_a_mobile_base_with_a_hand_is_read_from_its_root_to_its_flange(tmp_path):
@@ -325,13 +310,12 @@ def test_an_arm_on_a_mobile_base_with_a_hand_is_read_from_its_root_to_its_flange
     assert compiled.joint(0).range == pytest.approx((-2.0 * math.pi, 2.0 * math.pi))
     motors = ArmFile(tmp_path / "arm.xml", "flange", root="stand").read()
     assert [each.torque for each in motors.arm.limits] == [40.0] * 3
-    for root, message in (
-        ("", "is a free joint; must be .* as root"),
-        ("stnd", "did you mean stand"),
-        ("other", r"line \d+: root = 'other' does not carry the flange; must"),
-    ):
-        with pytest.raises(InvalidValueError, match=message):
-            ArmFile(tmp_path / "arm.xml", "flange", root=root).read()
+    rooted = partial(ArmFile, tmp_path / "arm.xml", "flange")
+    check_refusals(
+        ("is a free joint; must be .* as root", lambda: rooted(root="").read()),
+        ("did you mean stand", lambda: rooted(root="stnd").read()),
+        (r"line \d+: root = 'other' does not carry the flange; must", lambda: rooted(root="other").read()),
+    )
 
 
 def test_a_urdf_finds_the_meshes_of_its_package_and_leaves_out_what_cannot_be_read(tmp_path):
@@ -340,11 +324,11 @@ def test_a_urdf_finds_the_meshes_of_its_package_and_leaves_out_what_cannot_be_re
         '<link name="link6">', f'<link name="link6">{shape.format("look/a.obj")}{shape.format("b.dae")}'
     )
     endless = meshes.replace('"revolute"', '"continuous"', 1).replace("<limit", '<limit other:jerk="1"', 1)
-    (tmp_path / "arms" / "urdf").mkdir(parents=True)
+    for folder in ("urdf", "look"):
+        (tmp_path / "arms" / folder).mkdir(parents=True)
     arm = written(tmp_path / "arms" / "urdf", endless, "arm.urdf")
     with pytest.raises(InvalidValueError, match=r"line \d+: a mesh cannot be found \(package://arms/look/a"):
         arm.read()
-    (tmp_path / "arms" / "look").mkdir()
     (tmp_path / "arms" / "look" / "a.obj").write_text(
         "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
     )

@@ -20,7 +20,6 @@ from palpate.sim import (
     Fixed,
     Integrator,
     Lift,
-    MujocoBackend,
     SphereObject,
     Stage,
     Tip,
@@ -34,6 +33,8 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.spatial import IDENTITY, ZERO, cross, rotate, subtract
 from palpate.surfaces import Ellipsoid, Sphere
 from support.held_object import standing
+from support.simulated import angle_between, started
+from support.simulated import move as go
 
 TIP = Tip(Sphere(0.008))
 LONG = Tip(Ellipsoid((0.006, 0.008, 0.012), center=(0.001, -0.002, 0.03)), mass=0.1)
@@ -52,24 +53,12 @@ directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(
 
 def backend_of(carrier=TURNING, start=(0.0, 0.0, 0.2), tip=TIP, target=None, law=None, sensor=None, **more):
     scene = build_scene(tip, target or SphereObject(0.04), law or ContactLaw(), start, carrier, **more)
-    backend = MujocoBackend(scene, sensor=sensor)
-    backend.start()
-    return backend
-
-
-def go(backend, periods, velocity=ZERO, rate=ZERO):
-    for _ in range(periods):
-        sample = backend.step(Command(velocity, angular_velocity_base_tip=rate))
-    return sample
+    return started(scene, sensor=sensor)
 
 
 def turn_between(after, before):
     """Turn from one rotation to another as a vector [rad], base frame."""
     return np.array(rotvec_from_rotation(times(after, transposed(before))))
-
-
-def angle_between(a, b):
-    return float(np.linalg.norm(turn_between(a, b)))
 
 
 def scaled(axis, length):

@@ -12,7 +12,6 @@ from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command
 from palpate.sim import CylinderObject, Lift, SphereObject
-from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand_file import HandFile
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
@@ -22,6 +21,7 @@ from palpate.sim.hand.turning_hand import sideways_name, turning_hand
 from palpate.sim.objects.table import Table
 from palpate.sim.tip import Tip
 from palpate.surfaces import Sphere
+from support.simulated import started
 
 TIP = Tip(Sphere(0.008), mass=0.015)
 
@@ -66,12 +66,6 @@ def made(tmp_path, n=3, joints=3, **options):
     path = tmp_path / "hand.xml"
     path.write_text(hand_text(n, joints))
     return HandFile(path, tuple(f"s{i}" for i in range(n)), BEND[joints] * n, **options).read([TIP] * n)
-
-
-def started(scene):
-    backend = HandBackend(scene)
-    backend.start()
-    return backend
 
 
 def in_air(hand):
@@ -176,9 +170,7 @@ def sideways(*speeds):
 
 
 def slide(backend, periods, *speeds, force=None):
-    for _ in range(periods):
-        sample = backend.step(Command(finger_velocity=sideways(*speeds), grip_force=force))
-    return sample.hand.joint_position[3:]
+    return go(backend, periods, force, sideways(*speeds)).hand.joint_position[3:]
 
 
 @settings(max_examples=30, deadline=None)
@@ -254,9 +246,9 @@ def test_a_push_from_the_side_yields_by_the_servos_stiffness(force):
 def test_a_finger_that_follows_a_surface_sideways_keeps_its_force():
     """Friction in the gear takes nothing from it on the way in, and adds no more than its band on the way out."""
     backend = started(build_grasp_scene(HAND, SPHERE, carrier=Lift(), table=Table(-0.03)))
-    slide(backend, 2500, force=(2.0,) * 3)
+    slide(backend, 2500, force=2.0)
     for speed in (0.006, -0.006, -0.006, 0.006):
         for _ in range(900):
-            slide(backend, 1, *(speed,) * 3, force=(2.0,) * 3)
+            slide(backend, 1, *(speed,) * 3, force=2.0)
             forces = [math.hypot(*finger.force[:2]) for finger in backend.truth().fingers]
             assert 0.97 * 2.0 < min(forces) <= max(forces) < 2.0 + 1.2 * HAND.grip_band(2.0)

@@ -16,6 +16,8 @@ from palpate.sim.objects.mesh import ConvexMesh
 from palpate.sim.objects.mesh_file import Triangles, read_triangles
 from palpate.sim.objects.motion import Ramp, Sine
 from palpate.sim.objects.table import Table
+from support.meshes import joined
+from support.refusals import check_refusals
 
 FLAT, NEEDLE, ROUND = (0.05, 0.04, 0.0005), (0.001, 0.001, 0.1), (0.03, 0.03, 0.03)
 
@@ -92,36 +94,30 @@ def test_points_anywhere_on_axes_and_planes_of_symmetry_too(axes, part, mask):
         assert (found > 0.0) == (level > 1.0)
 
 
-def test_a_box_measures_to_faces_edges_and_corners():
-    box = Box((0.08, 0.06, 0.04))
-    points = [
-        [0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.02],
-        [0.0, 0.0, 0.03],
-        [0.039, 0.0, 0.0],
-        [0.043, 0.034, 0.0],  # 3-4-5 over an edge
-        [0.041, 0.032, 0.022],  # 1-2-2 over a corner
-    ]
-    assert np.allclose(box.signed_distance(np.array(points)), [-0.02, 0.0, 0.01, -0.001, 0.005, 0.003])
+BOX, CYLINDER = Box((0.08, 0.06, 0.04)), CylinderObject(0.03, 0.12)
 
 
-def test_a_cylinder_lies_along_x():
-    cylinder = CylinderObject(0.03, 0.12)
-    points = [
-        [0.0, 0.0, 0.0],
-        [0.05, 0.0, 0.03],
-        [0.0, 0.024, 0.032],
-        [0.0599, 0.0, 0.0],
-        [0.063, 0.0, 0.034],  # 3-4-5 over the rim
-    ]
-    assert np.allclose(cylinder.signed_distance(np.array(points)), [-0.03, 0.0, 0.01, -0.0001, 0.005])
+@pytest.mark.parametrize(
+    ("target", "point", "distance"),
+    [
+        (BOX, [0.0, 0.0, 0.0], -0.02),
+        (BOX, [0.0, 0.0, 0.02], 0.0),
+        (BOX, [0.0, 0.0, 0.03], 0.01),
+        (BOX, [0.039, 0.0, 0.0], -0.001),
+        (BOX, [0.043, 0.034, 0.0], 0.005),  # 3-4-5 over an edge
+        (BOX, [0.041, 0.032, 0.022], 0.003),  # 1-2-2 over a corner
+        (CYLINDER, [0.0, 0.0, 0.0], -0.03),
+        (CYLINDER, [0.05, 0.0, 0.03], 0.0),
+        (CYLINDER, [0.0, 0.024, 0.032], 0.01),
+        (CYLINDER, [0.0599, 0.0, 0.0], -0.0001),
+        (CYLINDER, [0.063, 0.0, 0.034], 0.005),  # 3-4-5 over the rim
+    ],
+)
+def test_a_box_and_a_cylinder_along_x_measure_to_faces_edges_and_corners(target, point, distance):
+    assert target.signed_distance(np.array([point]))[0] == pytest.approx(distance, abs=1e-12)
 
 
 TRIANGLES = {n: trimesh.creation.icosphere(subdivisions=n, radius=0.04) for n in (2, 3, 4)}
-
-
-def ball(n):
-    return Triangles(np.array(TRIANGLES[n].vertices), np.array(TRIANGLES[n].faces))
 
 
 CLOSED_FORMS = {
@@ -147,8 +143,7 @@ def test_inertia_is_the_solid_s(kind):
 
 
 def test_a_box_as_a_mesh_has_the_box_s_inertia_and_distances():
-    box, mesh = Box((0.08, 0.06, 0.04)), trimesh.creation.box((0.08, 0.06, 0.04))
-    same = ConvexMesh(Triangles(np.array(mesh.vertices), np.array(mesh.faces)))
+    box, same = Box((0.08, 0.06, 0.04)), ConvexMesh(joined(trimesh.creation.box((0.08, 0.06, 0.04))))
     assert np.allclose(
         ObjectBody(same).inertia(), ObjectBody(box).inertia(), rtol=0, atol=1e-11
     )  # float32 vertices
@@ -158,7 +153,14 @@ def test_a_box_as_a_mesh_has_the_box_s_inertia_and_distances():
     assert np.allclose(same.height(x, y), box.height(x, y), equal_nan=True)
 
 
-SOLIDS = [SphereObject(), EllipsoidObject(), Box(), CylinderObject(), Table(0.05), ConvexMesh(ball(3))]
+SOLIDS = [
+    SphereObject(),
+    EllipsoidObject(),
+    Box(),
+    CylinderObject(),
+    Table(0.05),
+    ConvexMesh(joined(TRIANGLES[3])),
+]
 
 
 @pytest.mark.parametrize("target", SOLIDS, ids=lambda target: type(target).__name__)
@@ -189,9 +191,8 @@ def test_geom_and_exact_surface_agree(target):
 
 
 def test_an_object_brings_its_friction_and_nothing_else_to_a_law():
-    press = ContactLaw(stiffness=50e3)
-    law = ObjectBody(Box(), friction=0.7, spin_length=0.002).law(press)
-    assert (law.friction, law.spin_length, law.stiffness) == (0.7, 0.002, 50e3)
+    law = ObjectBody(Box(), friction=0.7, spin_length=0.002).law(ContactLaw(stiffness=50e3))
+    assert law == ContactLaw(stiffness=50e3, friction=0.7, spin_length=0.002)
 
 
 @pytest.mark.parametrize("motion", [Ramp(0.03), Sine(0.004, 2.0, 0.3)])
@@ -234,10 +235,11 @@ def test_bad_files_are_refused_by_name(tmp_path):
         trimesh.Trimesh(vertices, faces, process=False).export(path)
         with pytest.raises(InvalidValueError, match=message):
             read_triangles(path)
-    for name, content in (("empty.obj", b""), ("noise.stl", b"\x00\x01\x02"), ("folder/missing.stl", None)):
-        if content is not None:
-            (tmp_path / name).write_bytes(content)
-        with pytest.raises(InvalidValueError, match=name.rpartition("/")[2]):
-            read_triangles(tmp_path / name)
-    with pytest.raises(InvalidValueError, match="mesh: empty"):
-        Triangles(np.empty((0, 3)), np.empty((0, 3), np.int64))
+    (tmp_path / "empty.obj").touch()
+    (tmp_path / "noise.stl").write_bytes(b"\x00\x01\x02")
+    check_refusals(
+        ("empty.obj", lambda: read_triangles(tmp_path / "empty.obj")),
+        ("noise.stl", lambda: read_triangles(tmp_path / "noise.stl")),
+        ("missing.stl", lambda: read_triangles(tmp_path / "folder" / "missing.stl")),
+        ("mesh: empty", lambda: Triangles(np.empty((0, 3)), np.empty((0, 3), np.int64))),
+    )

@@ -43,14 +43,11 @@ def torus_points(n=200):
     return 0.03 * np.stack([np.cos(u), np.sin(u), 0.0 * u], axis=1) + 0.012 * normals, normals
 
 
-def bump_points(n=200):
-    x, y = np.random.default_rng(1).uniform(-0.04, 0.04, (2, n))
-    slope = [
-        -HEIGHT * RATE * np.cos(RATE * x) * np.sin(RATE * y),
-        -HEIGHT * RATE * np.sin(RATE * x) * np.cos(RATE * y),
-    ]
-    normals = np.stack([*slope, np.ones(n)], axis=1)
-    points = np.stack([x, y, HEIGHT * np.sin(RATE * x) * np.sin(RATE * y)], axis=1)
+def bump_points(x, y):
+    """Points of `BUMPS` above places, and their normals."""
+    sx, cx, sy, cy = np.sin(RATE * x), np.cos(RATE * x), np.sin(RATE * y), np.cos(RATE * y)
+    normals = np.stack([-HEIGHT * RATE * cx * sy, -HEIGHT * RATE * sx * cy, np.ones_like(x)], axis=1)
+    points = np.stack([x, y, HEIGHT * sx * sy], axis=1)
     return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
@@ -78,7 +75,10 @@ class Touching:
 
 @pytest.mark.parametrize(
     ("target", "points", "allowed"),
-    [(TORUS, torus_points(), 1e-12), (BUMPS, bump_points(), 1e-7)],
+    [
+        (TORUS, torus_points(), 1e-12),
+        (BUMPS, bump_points(*np.random.default_rng(1).uniform(-0.04, 0.04, (2, 200))), 1e-7),
+    ],
     ids=["torus", "bumps"],
 )
 def test_a_contact_is_one_where_and_how_deep_and_how_inclined_the_exact_surface_has_it(target, points, allowed):
@@ -162,11 +162,9 @@ def test_a_tip_that_slides_over_bumps_keeps_in_one_contact_and_rubs_as_friction_
     ride = Touching(BUMPS, law=law)
     found, slope = [], []
     for i in range(2000):
-        x = speed * i * 5e-4
         # the tip's centre over the profile, pressed 0.1 mm deep; in y = -15 mm it is a plane motion
-        foot = np.array([x, -0.015, -HEIGHT * math.sin(RATE * x)])
-        n = np.array([HEIGHT * RATE * math.cos(RATE * x), 0.0, 1.0])
-        target = foot + (RADIUS - 1e-4) * n / np.linalg.norm(n)
+        (foot,), (normal,) = bump_points(np.array([speed * i * 5e-4]), np.array([-0.015]))
+        target = foot + (RADIUS - 1e-4) * normal
         ride.data.ctrl[:] = target - ride.start
         if i == 0:
             ride.data.qpos[:3] = target - ride.start
@@ -186,16 +184,8 @@ def test_a_tip_that_slides_over_bumps_keeps_in_one_contact_and_rubs_as_friction_
 @given(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(1e-5, 0.015))
 def test_a_height_field_measures_along_its_normals(x, y, distance):
     """A point at a distance along the normal, nearer than the tightest hollow's radius, is that far away."""
-    z = HEIGHT * math.sin(RATE * x) * math.sin(RATE * y)
-    n = np.array(
-        [
-            -HEIGHT * RATE * math.cos(RATE * x) * math.sin(RATE * y),
-            -HEIGHT * RATE * math.sin(RATE * x) * math.cos(RATE * y),
-            1.0,
-        ]
-    )
-    n /= np.linalg.norm(n)
-    points = np.array([[x, y, z] + distance * n, [x, y, z] - distance * n])
+    (point,), (normal,) = bump_points(np.array([x]), np.array([y]))
+    points = np.array([point + distance * normal, point - distance * normal])
     assert np.allclose(BUMPS.signed_distance(points), [distance, -distance], rtol=0, atol=1e-8)
 
 

@@ -7,16 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.sim import Box, ConvexMesh, TracedMesh, Triangles
+from palpate.sim import Box, ConvexMesh, TracedMesh
 from palpate.sim.objects.vertical import windings
+from support.meshes import joined as triangles
 
 SIDES = (0.08, 0.06, 0.04)
-
-
-def triangles(*meshes):
-    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    faces = [mesh.faces + k for mesh, k in zip(meshes, first, strict=False)]
-    return Triangles(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
 def box(middle=(0.0, 0.0, 0.0), sides=SIDES):

@@ -10,7 +10,6 @@ from palpate.sim import (
     ContactLaw,
     EllipsoidObject,
     Mount,
-    MujocoBackend,
     ObjectBody,
     SphereObject,
     Table,
@@ -20,6 +19,7 @@ from palpate.sim import (
     rollout_presses,
 )
 from palpate.surfaces import Ellipsoid, Sphere
+from support.simulated import started
 
 TIP = Tip(Sphere(0.008))
 BALL = SphereObject(0.04)
@@ -40,8 +40,7 @@ def down_and_aside(runs=3):
 
 def stepped(scene, velocity):
     """The same by a back end, a row for each period."""
-    backend = MujocoBackend(scene)
-    backend.start()
+    backend = started(scene)
     for each in velocity.tolist():
         sample = backend.step(Command(tuple(each)))
         arm, (felt,), truth = sample.arm, sample.wrenches, backend.truth()

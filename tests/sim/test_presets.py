@@ -15,7 +15,6 @@ from simulation.choices import ARM_BASE, GRASP_BASE, STAGE_BASE, reaches
 from simulation.exploring import ELLIPSOID, SPHERE, explore
 from simulation.grasping import Hold, has_room, hold
 from simulation.turntable import (
-    FACTS,
     FRICTION,
     LAW,
     OWN_FINDER,
@@ -88,11 +87,11 @@ def test_the_tip_never_lifts_off_anywhere_in_the_range(target, friction, force, 
 
 def test_the_contact_is_sensed_where_it_is():
     """Within a tenth of what the first measurements were off by, once MuJoCo's contact finder is out of it."""
-    ridden, known = ride(), FACTS["20 kN/m"]
+    ridden = ride()
     found = accuracy(ridden, SOFT)
-    assert found.to_contact[1] < 0.1e-3 * known.to_contact
-    assert found.on_surface[1] < 0.1e-3 * known.on_surface[0]
-    assert found.spin_torque[1] < 0.1e-3 * known.spin_torque[0]
+    assert found.to_contact[1] < 0.1 * 0.115e-3
+    assert found.on_surface[1] < 0.1 * 0.050e-3
+    assert found.spin_torque[1] < 0.1 * 0.014e-3
     assert found.of_torque > 4e-3  # there is something to measure
     # half a penetration, tilted by friction: what a tip that is not shrunk is off by
     depth = 5.3 / SOFT

@@ -61,7 +61,6 @@ from palpate.sim.hand.turning_hand import TurningHand, turning_hand
 from palpate.sim.objects.fixed_pieces import FixedPieces
 from palpate.sim.objects.heights import HeightField, bumps
 from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
-from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
 from palpate.sim.render.files import write_gif
 from palpate.sim.render.place import ScenePlacement
@@ -84,6 +83,8 @@ from palpate.sim.sensor.stages import (
 )
 from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift, WarmUp
 from palpate.surfaces import CompliantTip, Composite, Cylinder, Ellipsoid, Paraboloid, Patch, Sphere
+from support.meshes import joined
+from support.simulated import started
 
 NAN, INF = math.nan, math.inf
 NOT_POSITIVE = (0.0, -1.0, NAN, INF)
@@ -99,6 +100,8 @@ PANDA = ArmFile(ARMS / "panda.xml", "flange").read()
 DOWN = np.full((2, 260, 3), (0.0, 0.0, -0.005))
 FAST = np.full((2, 600, 3), (0.0, 0.0, -0.001)) * [[[1.0]], [[20.0]]]
 FREE_BOX = ObjectBody(Box((0.1, 0.1, 0.04)), 2.0, mount=Mount.FREE, position=(0.0, 0.0, 0.02))
+VISCOUS = ContactLaw(stiffness=100.0, smallest_force=20.0, friction=0.05, impedance=0.2)
+"""Its friction is too stiff for time steps of a millisecond."""
 
 
 def stage(target=BALL, carrier=None, start=(0.0, 0.0, 0.06), law=None, tip=TIP, **more):
@@ -111,10 +114,7 @@ def grasp(hand=None, target=None, **more):
 
 def stepped(make, command):
     """Start a back end over a scene and step it once."""
-    scene = make()
-    backend = HandBackend(scene) if hasattr(scene, "hand") else MujocoBackend(scene)
-    backend.start()
-    backend.step(command)
+    started(make()).step(command)
 
 
 def turned(carrier):
@@ -157,8 +157,7 @@ def pulled(body):
 
 
 def torus_mesh(kind):
-    mesh = trimesh.creation.torus(0.03, 0.012)
-    return kind(Triangles(np.array(mesh.vertices), np.array(mesh.faces)))
+    return kind(joined(trimesh.creation.torus(0.03, 0.012)))
 
 
 def of_another_sensor(state_of, sensor):
@@ -214,7 +213,6 @@ CONTACTS = [
         *("stiffness", "friction", "spin_length", "damping_ratio", "smallest_force", "lift_speed", "creep_speed"),
     ),
     *((partial(ContactLaw, impedance=bad), "impedance") for bad in (0.0, 1.0, -0.5, NAN)),
-    (lambda: stage(law=ContactLaw(stiffness=1e6)), "contact stiffness"),
     *quantities(FrictionLaw, (0.0,), "static_friction", "stribeck_speed", "spin_length", "stiffness"),
     *quantities(FrictionLaw, (NAN, 0.4), "kinetic_friction"),
     *quantities(FrictionLaw, (-0.1, 0.5), "load_exponent"),
@@ -285,6 +283,7 @@ CARRIERS = [
     (lambda: ArmFile(ARMS / "panda.xml", "flange", home=(0.0, 9.0, *(0.0,) * 5)).read(), "home, joint 2"),
     (lambda: ArmFile(ARMS / "none.xml", "flange").read(), r"none\.xml: cannot be opened: .*; give"),
     (lambda: stage(carrier=ArmCarrier(), start=(0.0, 0.0, 2.0)), "reach"),
+    (lambda: stage(start=(0.0, 0.0, 0.03)), r"start = .*0.01 m inside the object.*highest point is at z = 0.04 m"),
     (lambda: stage(carrier=Fixed()), r"neither can move.*take a carrier that moves, or an object"),
     (
         lambda: stage(carrier=Fixed(), friction=FrictionLaw()),
@@ -413,6 +412,14 @@ def servo(integrator, bandwidth):
     stage(carrier=Stage(bandwidth=bandwidth), fidelity=Fidelity(0.5e-3, integrator))
 
 
+def rubbing(friction):
+    pair_parameters(replace(VISCOUS, friction=friction), 2.0, 1e-3)
+
+
+def pressing(stiffness):
+    stage(law=ContactLaw(stiffness=stiffness))
+
+
 def sprung(mass):
     stage(SprungTarget(Box((0.2, 0.2, 0.04)), mass=mass))
 
@@ -425,6 +432,8 @@ TOO_FAST = 1.01 * LARGEST_SERVO_STEP / 0.5e-3
 ADVICE = [
     (contact_step, 0.51e-3, r"time step of at most (\S+)", 1.1),
     (creep, 0.5, r"creep_speed.* at most (\S+)", 1.1),
+    (rubbing, 0.05, r"friction damping.*friction of at least ([\d.]+)", 0.9),
+    (pressing, 1e6, r"contact stiffness.*?at most (\S+)", 1.1),
     (partial(servo, Integrator.EULER), TOO_FAST, r"bandwidth dt.*?at most (\S+)", 1.1),
     (partial(servo, Integrator.RK4), TOO_FAST, r"bandwidth dt.*?at most (\S+)", 1.1),
     (sprung, 0.02, r"mount_mass = .* kg: .*take at least ([\d.]+) kg", 0.9),

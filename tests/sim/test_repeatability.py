@@ -210,27 +210,27 @@ def test_a_run_continues_from_a_snapshot_bit_for_bit(kind):
     assert any(any(map(abs, wrench.wrench)) for wrench in after[-1][0].wrenches)
 
 
-def test_a_snapshot_of_another_scene_is_refused():
-    kinds = ("stage", "UR5e, noise", "hand, noise", "hand of three, Nano17")
-    stage, arm, two, three = (BACKENDS[kind](1)[0] for kind in kinds)
-    for backend in (stage, two):
-        backend.start()
-    with pytest.raises(InvalidValueError, match="take one of this scene"):
-        arm.restore(stage.snapshot())
-    with pytest.raises(InvalidValueError, match="same scene"):
-        three.restore(two.snapshot())
+HAS_PLANT = "MuJoCo's own friction, this one has a friction plant"
+HAS_NONE = "a friction plant, this one has none"
 
 
-@pytest.mark.parametrize("kind", ["turning stage", "hand under load"])
-def test_a_snapshot_with_other_friction_is_refused(kind):
-    """The simulations are of one size: bristles would stay as they were, stretched by another run."""
-    plain, rubbing = SCENES[kind][0]()[0], SCENES[f"{kind}, plant"][0]()[0]
-    plain.start()
-    rubbing.start()
-    with pytest.raises(InvalidValueError, match="MuJoCo's own friction, this one has a friction plant"):
-        rubbing.restore(plain.snapshot())
-    with pytest.raises(InvalidValueError, match="a friction plant, this one has none"):
-        plain.restore(rubbing.snapshot())
+@pytest.mark.parametrize(
+    ("kind", "other", "message"),
+    [
+        ("stage", "UR5e, noise", "take one of this scene"),
+        ("hand, noise", "hand of three, Nano17", "same scene"),
+        ("turning stage", "turning stage, plant", HAS_PLANT),
+        ("turning stage, plant", "turning stage", HAS_NONE),
+        ("hand under load", "hand under load, plant", HAS_PLANT),
+        ("hand under load, plant", "hand under load", HAS_NONE),
+    ],
+)
+def test_a_snapshot_of_another_scene_or_with_other_friction_is_refused(kind, other, message):
+    """Simulations with other friction are of one size: bristles would stay as another run stretched them."""
+    backend = SCENES[kind][0]()[0]
+    backend.start()
+    with pytest.raises(InvalidValueError, match=message):
+        SCENES[other][0]()[0].restore(backend.snapshot())
 
 
 @pytest.fixture(scope="module")

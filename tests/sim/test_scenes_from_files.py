@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
-from palpate.runtime.data import Command
 from palpate.sim import (
     ContactLaw,
     ConvexMesh,
     FrozenScene,
-    MujocoBackend,
     SceneFile,
     SceneTarget,
     SphereObject,
@@ -25,13 +23,15 @@ from palpate.sim import (
 )
 from palpate.sim.objects.posed import PosedGeom
 from palpate.surfaces import Sphere
+from support.refusals import check_refusals
+from support.simulated import move, started
 
 SCENES = Path(__file__).parents[2] / "examples" / "scenes"
 KINDS = [
     getattr(mujoco.mjtGeom, f"mjGEOM_{kind}") for kind in ("SPHERE", "ELLIPSOID", "BOX", "CYLINDER", "CAPSULE")
 ]
 TIP = 0.008
-DOWN = Command(velocity_base_tip=(0.0, 0.0, -0.01))
+DOWN = (0.0, 0.0, -0.01)
 
 
 @pytest.fixture
@@ -48,13 +48,11 @@ def scene(tmp_path):
 
 def over(target, x=0.0, stiffness=20e3):
     top = target.shape.top
-    return MujocoBackend(build_scene(Tip(Sphere(TIP)), target, ContactLaw(stiffness), (x, 0.0, top + TIP + 1e-3)))
+    return started(build_scene(Tip(Sphere(TIP)), target, ContactLaw(stiffness), (x, 0.0, top + TIP + 1e-3)))
 
 
 def lowered(backend, periods):
-    backend.start()
-    samples = [backend.step(DOWN) for _ in range(periods)]
-    return samples[-1], backend.truth()
+    return move(backend, periods, DOWN), backend.truth()
 
 
 @settings(max_examples=40, deadline=None)
@@ -107,9 +105,7 @@ def test_the_tip_meets_what_stands_around_and_the_truth_is_of_what_is_touched(sc
 def test_a_lever_turns_under_the_tip():
     backend = over(SceneTarget.of(SceneFile.read(SCENES / "handle.xml"), "lever"), stiffness=4e3)
     _, first = lowered(backend, 300)
-    for _ in range(50):
-        backend.step(DOWN)
-    truth = backend.truth()
+    _, truth = lowered(backend, 50)
     assert first.touching
     assert truth.pose_base_object.rotation[2][0] < first.pose_base_object.rotation[2][0] < -1e-3
     # the contact is where the lever's own frame has its surface, on top of a capsule of 10 mm
@@ -151,12 +147,14 @@ def test_a_scene_that_cannot_be_is_refused_in_one_line(scene, inside, touch, wor
 
 
 def test_files_that_are_not_there_and_starts_that_are_taken_are_refused(scene):
-    with pytest.raises(InvalidValueError, match=r"own.xml, line 1: gone.stl: cannot be read: No such file"):
-        scene("", '<asset><mesh name="m" file="gone.stl"/></asset>')
-    with pytest.raises(InvalidValueError, match="MuJoCo refuses it: XML Error"):
-        scene("<ball/>")
-    with pytest.raises(InvalidValueError, match="not convex"):
-        SceneTarget.of(SceneFile.read(SCENES / "bottle.xml"), "bottle", ConvexMesh)
+    check_refusals(
+        (
+            r"own.xml, line 1: gone.stl: cannot be read: No such file",
+            lambda: scene("", '<asset><mesh name="m" file="gone.stl"/></asset>'),
+        ),
+        ("MuJoCo refuses it: XML Error", lambda: scene("<ball/>")),
+        ("not convex", lambda: SceneTarget.of(SceneFile.read(SCENES / "bottle.xml"), "bottle", ConvexMesh)),
+    )
     below = scene('<geom name="a" size="0.04"/><geom name="lid" type="box" size="0.1 0.1 0.01" pos="0 0 0.05"/>')
     with pytest.raises(InvalidValueError, match=r"tip starts .* inside geom 'lid'"):
         over(SceneTarget.of(below, "a"))

@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from palpate.estimation import Assumption
 from palpate.runtime.data import ArmSample, Sample
 from palpate.runtime.supervision.fresh_samples import FreshSamples
 from palpate.runtime.touch import SensorFinger, Touch
@@ -18,8 +17,6 @@ from palpate.sensing.ft import (
     FTPipeline,
     HealthCheck,
     PayloadEntry,
-    average_bias,
-    estimate_drift,
     read_sensor,
     sensor_text,
 )
@@ -28,19 +25,11 @@ from palpate.sim.sensor.model import SensorModel, noisy_sensor
 from palpate.sim.sensor.presets import PresetSensor, axia80, ft300s, nano17, sensor_preset, ur5e_sensor
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.sim.sensor.stages import Dropouts, FirstOrderLag, SampleClock, alike
-from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift
 from palpate.spatial import IDENTITY, ZERO
 from palpate.surfaces import Sphere
+from support.sensor_readings import DT, NOTHING, REST, readings, sampled
 
-DT = 1e-3
-REST = (0.0, 0.0, 9.81)
-NOTHING = (0.0,) * 6
 REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
-
-
-def readings(model, count, load=NOTHING, seed=1, acceleration=REST):
-    sensor = simulated_sensor(model, DT, seed)
-    return np.array([sensor.step(DT * k, load, acceleration).wrench for k in range(count)])
 
 
 @pytest.mark.parametrize("preset", REAL)
@@ -55,6 +44,11 @@ def test_a_preset_is_one_specimen_with_its_sources_and_limits(preset):
         assert np.all(np.abs(one.thermal_drift.per_kelvin) <= 5e-4 * np.array(one.rated))
 
 
+def ages_of(model):
+    """Ages of the samples that a sensor of a model shows [s]."""
+    return [DT * k - sample.time for k, sample in enumerate(sampled(simulated_sensor(model, DT), 1000))]
+
+
 def test_a_nano17_shows_whole_steps_of_its_resolution_288_microseconds_late():
     model = nano17()
     at_once = simulated_sensor(replace(model, clock=None), DT).step(1.0, NOTHING, REST)
@@ -62,8 +56,7 @@ def test_a_nano17_shows_whole_steps_of_its_resolution_288_microseconds_late():
     shown = readings(model, 2000, (1.0, 2.0, -3.0, 0.01, 0.02, -0.03))
     steps = shown * (alike(320.0, 64e3))
     assert np.allclose(steps, np.round(steps), atol=1e-6)
-    sensor = simulated_sensor(model, DT)
-    ages = [DT * k - sensor.step(DT * k, NOTHING, REST).time for k in range(1000)]
+    ages = ages_of(model)
     assert 288e-6 - 1e-9 <= min(ages) <= max(ages) <= 288e-6 + 1 / 7000 + 1e-9
 
 
@@ -71,10 +64,8 @@ def test_an_ft300s_ends_at_its_16_bits_and_is_old():
     shown = readings(ft300s(), 40, (400.0, -400.0, 0.0, 40.0, 0.0, 0.0))
     assert shown[-1, 0] == pytest.approx(327.67)
     assert shown[-1, 3] == pytest.approx(32.767)
-    sensor = simulated_sensor(ft300s(), DT)
-    ages = [DT * k - sensor.step(DT * k, NOTHING, REST).time for k in range(1000)]
-    assert min(ages) >= 8.333e-3 - 1e-6
-    assert max(ages) <= 18.334e-3
+    ages = ages_of(ft300s())
+    assert 8.333e-3 - 1e-6 <= min(ages) <= max(ages) <= 18.334e-3
 
 
 @pytest.mark.parametrize("specimen", [0, 3])
@@ -153,26 +144,6 @@ def test_the_delay_of_the_file_is_that_of_a_growing_load():
     assert np.mean(late[1000:]) == pytest.approx(sensor_file(model, DT).device_delay, rel=0.01)
 
 
-def test_a_tare_finds_the_bias_and_the_noise():
-    bias = (0.11, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
-    model = replace(nano17(), bias=bias, thermal_drift=None, clock=None)
-    found = average_bias(readings(model, 4000), noise=model.noise_sd)
-    assert np.all(np.abs(np.subtract(found.mean, bias)) < 5 * np.array(found.standard_error))
-    assert np.allclose(np.array(found.sd) / model.noise_sd, 1.0, atol=0.06)
-    assert sensor_file(model, DT).noise == model.noise_sd
-
-
-def test_a_drift_is_found_at_its_rate_and_none_where_there_is_none():
-    profile = TemperatureProfile((0.0, 100.0), (0.0, 10.0))
-    model = replace(nano17(), thermal_drift=ThermalDrift(alike(0.01, 1e-4), profile))
-    limit = alike(5e-4, 5e-6)
-    drifting = estimate_drift(readings(model, 20_000), period=DT, limit=limit)
-    assert drifting.verdict.breaks(Assumption.WHITE_IN_TIME)
-    assert np.all(np.abs(drifting.slope - alike(1e-3, 1e-5)) < 1.5 * drifting.half_width)
-    steady = estimate_drift(readings(replace(model, thermal_drift=None), 20_000), period=DT, limit=limit)
-    assert steady.verdict.ok
-
-
 def observed(model, count, seed=3):
     """Observations through the whole of touch, and the samples."""
     payload = PayloadEntry(mass=0.03)
@@ -199,9 +170,3 @@ def test_the_supervisor_sees_lost_samples_by_their_stamps_and_only_those():
         before = now
     assert 0 < sum(f is not None for f in findings) < 2000
     assert any(f is not None and "force/torque sensor 1" in f.measure for f in findings)
-
-
-def test_a_device_that_sends_nothing_any_more_is_found_frozen():
-    model = replace(noisy_sensor(0.01, 1e-4), rated=alike(10.0, 1.0), dropouts=Dropouts(0.999))
-    verdicts = {now.fingers[0].health.measure for now, _ in observed(model, 500)}
-    assert HealthCheck.FROZEN in verdicts

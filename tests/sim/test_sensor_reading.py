@@ -25,23 +25,15 @@ from palpate.sim.sensor.stages import (
     drawn_cross_talk,
 )
 from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift, WarmUp
+from support.sensor_readings import DT, NOTHING, REST, readings, sampled
 
-REST = (0.0, 0.0, 9.81)
-NOTHING = (0.0,) * 6
-DT = 1e-3
 RARE = 1e-6
 """Chance that a right sensor fails a statistical check; seeds are fixed, so it fails always or never."""
 
 
-def readings(model, count, load=NOTHING, seed=1, period=DT):
-    sensor = simulated_sensor(model, period, seed)
-    return np.array([sensor.step(period * k, load, REST).wrench for k in range(count)])
-
-
 def unlike(model, count):
     """Samples without the repeated ones."""
-    sensor = simulated_sensor(model, DT, 5)
-    samples = [sensor.step(DT * k, NOTHING, REST) for k in range(count)]
+    samples = sampled(simulated_sensor(model, DT, 5), count)
     return [samples[0], *[b for a, b in pairwise(samples) if b is not a]]
 
 
@@ -160,7 +152,7 @@ def test_the_newest_sample_of_the_devices_clock_that_has_arrived_is_shown(rate, 
 
 def test_a_slow_device_repeats_the_same_sample_until_the_next():
     sensor = ImperfectSensor(replace(noisy_sensor(0.1, 1e-3), clock=SampleClock(100.0)), DT)
-    samples = [sensor.step(DT * k, NOTHING, REST) for k in range(200)]
+    samples = sampled(sensor, 200)
     assert [s.time for s in samples] == pytest.approx([0.01 * (k // 10) for k in range(200)])
     assert all(samples[k] is samples[k - k % 10] for k in range(200))
     assert len({s.wrench for s in samples}) == 20
@@ -169,7 +161,7 @@ def test_a_slow_device_repeats_the_same_sample_until_the_next():
 @pytest.mark.parametrize("every", [1, 2, 3, 4, 5, 7, 8, 10])
 def test_a_clock_in_step_with_its_reader_misses_no_beat_by_rounding(every):
     sensor = ImperfectSensor(SensorModel(clock=SampleClock(1000.0 / every)), DT)
-    stamps = np.array([sensor.step(DT * k, NOTHING, REST).time for k in range(5000)])
+    stamps = np.array([sample.time for sample in sampled(sensor, 5000)])
     assert np.allclose(stamps, DT * (np.arange(5000) // every * every), rtol=0.0, atol=1e-9)
 
 
@@ -188,8 +180,7 @@ def test_a_clock_in_step_with_its_reader_misses_no_beat_by_rounding(every):
 def test_samples_are_lost_as_often_as_stated_each_by_itself(probability, clock):
     n = 20_000
     model = SensorModel(dropouts=Dropouts(probability), clock=clock, latency=0.4e-3)
-    sensor = simulated_sensor(model, DT, 7)
-    stamps = np.array([sensor.step(DT * k, NOTHING, REST).time for k in range(n)])
+    stamps = np.array([sample.time for sample in sampled(simulated_sensor(model, DT, 7), n)])
     assert np.all(np.diff(stamps) >= 0.0)
     rate, offset = (clock.rate, clock.offset) if clock else (1000.0, 0.0)
     # how many ticks old the newest sample is: k with the probability (1 - p) p^k
@@ -202,11 +193,10 @@ def test_samples_are_lost_as_often_as_stated_each_by_itself(probability, clock):
 
 
 def test_what_is_noise_at_a_moment_does_not_depend_on_what_is_lost():
-    whole = ImperfectSensor(noisy_sensor(0.1, 1e-3), DT, 3)
-    broken = ImperfectSensor(replace(noisy_sensor(0.1, 1e-3), dropouts=Dropouts(0.4)), DT, 3)
-    for k in range(1000):
-        a, b = (sensor.step(DT * k, NOTHING, REST) for sensor in (whole, broken))
-        assert b.time < a.time or a == b
+    noisy = noisy_sensor(0.1, 1e-3)
+    models = noisy, replace(noisy, dropouts=Dropouts(0.4))
+    whole, broken = (sampled(ImperfectSensor(model, DT, 3), 1000) for model in models)
+    assert all(b.time < a.time or a == b for a, b in zip(whole, broken, strict=True))
 
 
 def test_stages_come_in_the_order_that_is_written_down():

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from palpate.controllers import Raster
 from palpate.controllers.paths import Follow, Waypoints
-from palpate.runtime import Ending
 from palpate.sim import Box, HeightField
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.nearest import each
 from support.explored_stage import RADIUS, explored
+from support.meshes import joined
 
 STIFFNESS = 10e3
 GRID = 1.0 / 1024.0
@@ -23,9 +23,7 @@ GRID = 1.0 / 1024.0
 
 
 def mesh(*bounds):
-    parts = [trimesh.creation.box(bounds=b) for b in bounds]
-    faces = [part.faces + 8 * k for k, part in enumerate(parts)]
-    return TracedMesh(Triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces)))
+    return TracedMesh(joined(*(trimesh.creation.box(bounds=each) for each in bounds)))
 
 
 def rotated(target, turn):
@@ -121,7 +119,7 @@ def test_a_tip_that_sweeps_over_the_rim_of_a_field_feels_nothing_beside_it():
     field = HeightField(1e-3 * np.sin(x / 4e-3) * np.cos(y / 4e-3), 0.016, 0.012)
     path = Waypoints(((0.0, 1e-3), (0.016, 1e-3)))
     e = explored(field, Follow(path), (0.0, 1e-3, field.top + RADIUS + 1e-3), approach_distance=0.015)
-    assert e.result.ending is Ending.DONE
+    e.check_ended()
     assert np.abs(field.signed_distance(e.points)).max() < 20e-6
     assert e.tip[:, 0].max() > 0.008 + 0.9 * RADIUS * math.sin(math.radians(70.0))
     assert e.most_force < 4.0
@@ -132,6 +130,6 @@ def test_rows_that_end_exactly_on_the_edges_of_a_mesh_are_swept_as_gently_as_oth
     raster = Raster(SIDES[0], 6 * GRID, 6 * GRID)
     start = (*raster.corners()[0], BOX.top + RADIUS + 1e-3)
     e = explored(BOX, Follow(raster), start, speed=0.04)
-    assert e.result.ending is Ending.DONE
+    e.check_ended()
     assert e.most_force < 4.0
     assert np.abs(BOX.signed_distance(e.points)).max() < 2e-5

@@ -8,15 +8,15 @@ import pytest
 
 from palpate.kinematics import UR5E, FollowingErrorLimit, Pose, nearest_joint_position
 from palpate.kinematics.reference_kernel import MAX_LEAD
-from palpate.sim import Box, ContactLaw, Tip
-from palpate.sim.carriers.arm_drive import ArmDrive
+from palpate.sim import ArmCarrier, Box, ContactLaw, Fidelity, MujocoBackend, Tip, build_scene
 from palpate.sim.carriers.ur5e import ur5e
-from palpate.sim.contact_law import pair_parameters
 from palpate.surfaces import Sphere
+from support.arm_run import ArmRun
+from support.simulated import angle_between, move
 
 TIP = Tip(Sphere(0.008))
 GRAVITY = 9.80665
-STILL = (0.0, 0.0, 0.0)
+STILL, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -0.01)
 UPRIGHT = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 ARM = ur5e(
     pose_flange_tip=Pose((0.0, 0.0, 0.1), UPRIGHT)
@@ -25,53 +25,16 @@ HOME = tuple(np.radians((-90.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
 ABOVE = nearest_joint_position(ARM.kinematics, Pose((-0.1333, 0.45, 0.3)), HOME)
 
 
-def spec_of(arm, start, tip=TIP, gravity=GRAVITY):
-    """A scene of arm and tip, and its tip's body."""
+def model_of(arm=ARM, start=ABOVE, tip=TIP, gravity=GRAVITY):
+    """A scene of arm and tip."""
     spec = mujoco.MjSpec()
     spec.option.timestep = 0.5e-3
     spec.option.gravity = [0.0, 0.0, -gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     flange = arm.add_to(spec, start)
     if tip is not None:
         tip.add_to(flange).gravcomp = 1.0
-        for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
-            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="sensor")
-    return spec
-
-
-def model_of(arm=ARM, start=ABOVE, tip=TIP, gravity=GRAVITY):
-    return spec_of(arm, start, tip, gravity).compile()
-
-
-class Run:
-    """An arm under control at 1 kHz; `joint_speed` is the fastest that any joint has really been."""
-
-    def __init__(self, model, arm=ARM):
-        self.model, self.data = model, mujoco.MjData(model)
-        self.drive = ArmDrive(arm, model, self.data, 1e-3)
-        self.kinematics = arm.kinematics
-        self.drive.start()
-        self.joint_speed = 0.0
-
-    def period(self, velocity=STILL, angular_velocity=STILL):
-        self.drive.begin(tuple(velocity), tuple(angular_velocity))
-        motion = self.drive.reference.motion
-        for _ in range(self.drive.steps):
-            self.drive.advance()
-            mujoco.mj_step(self.model, self.data)
-            self.joint_speed = max(self.joint_speed, float(np.abs(self.data.qvel).max()))
-        assert max(map(abs, motion.joint_velocity)) <= math.pi
-        return motion
-
-    def go(self, periods, velocity=STILL, angular_velocity=STILL):
-        for _ in range(periods):
-            motion = self.period(velocity, angular_velocity)
-        return motion
-
-    @property
-    def tip(self):
-        return self.kinematics.pose(self.data.qpos.tolist())
+    return spec.compile()
 
 
 def turned(a, b):
@@ -143,7 +106,7 @@ def test_motors_carry_gravity_and_end_at_their_limits():
 
 def test_a_circle_is_followed_with_its_orientation_kept():
     """50 mm/s, radius 50 mm, from rest. Asked for: 0.5 mm; lag counts."""
-    run = Run(model_of())
+    run = ArmRun(model_of(), ARM)
     radius, speed = 0.05, 0.05
     first = run.tip
     center = np.array(first.position) - (radius, 0.0, 0.0)
@@ -183,7 +146,7 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
     arm = ur5e(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
     near = tuple(np.radians((0.0, -80.0, 100.0, -20.0, 8.0, 0.0)).tolist())
     start = nearest_joint_position(arm.kinematics, sideways(math.radians(10.0), tilt), near)
-    run = Run(model_of(arm, start), arm)
+    run = ArmRun(model_of(arm, start), arm)
     first, smallest, way = run.tip, math.inf, np.zeros(3)
     worst = 0.0
     for _ in range(round(0.2 / speed / 1e-3)):
@@ -191,7 +154,7 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
         smallest = min(smallest, motion.smallest_singular_value)
         way += (0.0, -1e-3 * speed, 0.0)
         worst = max(worst, float(np.linalg.norm(np.subtract(run.tip.position, first.position) - way)))
-    assert run.joint_speed <= math.pi
+    run.check_speeds()
     if speed < 0.1:
         assert smallest < 0.3 * run.drive.reference.inverse.threshold
         assert (
@@ -205,7 +168,7 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
 def test_the_edge_of_the_reach_is_met_and_left_with_every_joint_within_its_speed():
     arm = ur5e(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
     start = tuple(np.radians((0.0, -60.0, 25.0, -40.0, -90.0, 0.0)).tolist())
-    run = Run(model_of(arm, start), arm)
+    run = ArmRun(model_of(arm, start), arm)
     out = np.subtract(run.tip.position, (0.0, run.tip.position[1], 0.1625))
     out *= 0.05 / np.linalg.norm(out)
     run.go(2500, out)
@@ -215,69 +178,51 @@ def test_the_edge_of_the_reach_is_met_and_left_with_every_joint_within_its_speed
     assert max(map(abs, still.joint_velocity)) < 0.05
     run.go(1000, -out)
     assert (run.tip.position - before) @ out < -0.8 * 0.05**2
-    assert run.joint_speed <= math.pi
+    run.check_speeds()
 
 
 def test_wild_commands_keep_every_joint_within_its_speed():
-    run, rng = Run(model_of()), np.random.default_rng(0)
+    run, rng = ArmRun(model_of(), ARM), np.random.default_rng(0)
     for _ in range(15):
         v, w = rng.normal(size=3) * 0.7, rng.normal(size=3) * 4.0
         run.go(100, v, w)
-    assert run.joint_speed <= math.pi
+    run.check_speeds()
 
 
-def pushing(following_error_limit=None, friction=0.3, speed=0.01, stiffness=100e3):
-    """The tip 0.3 mm above a box."""
-    arm = ur5e(
-        pose_flange_tip=ARM.pose_flange_tip, following_error_limit=following_error_limit or FollowingErrorLimit()
-    )
-    start = nearest_joint_position(arm.kinematics, Pose((-0.1333, 0.45, 0.0283)), HOME)
-    spec = spec_of(arm, start)
-    Box().add_geom(spec.worldbody.add_body(name="object", pos=[-0.1333, 0.45, 0.0]), "object")
-    inverse_mass = float(spec.copy().compile().body("tip").invweight0[0])
-    pair = pair_parameters(ContactLaw(stiffness=stiffness, friction=friction), inverse_mass, 0.5e-3)
-    spec.option.impratio = pair.impratio
-    spec.add_pair(
-        geomname1="tip",
-        geomname2="object",
-        condim=4,
-        friction=pair.friction,
-        solref=pair.solref,
-        solreffriction=pair.solreffriction,
-        solimp=pair.solimp,
-    )
-    return Run(spec.compile(), arm), arm, start
+def pushed(limit, friction, periods):
+    """A tip that an arm pushes on a box for some periods, with the sample before and after; its arm and start."""
+    arm = ur5e(Pose((0.1333, -0.45, 0.0)), ARM.pose_flange_tip, following_error_limit=limit)
+    carrier, start = ArmCarrier(arm), (0.0, 0.0, 0.0283)
+    law = ContactLaw(stiffness=100e3, friction=friction)
+    backend = MujocoBackend(build_scene(TIP, Box(), law, start, carrier, Fidelity(0.5e-3)), 1e-3)
+    first = backend.start().arm
+    return backend, first, move(backend, periods, DOWN).arm, carrier, carrier.joint_start(start)
 
 
 def test_the_following_error_limit_bounds_the_push_against_an_obstacle():
-    run, arm, start = pushing(FollowingErrorLimit(0.0005, 0.005), friction=0.05)
-    first = run.tip
-    run.go(3000, (0.0, 0.0, -0.01))
-    load = -run.data.sensordata[:3] + (0.0, 0.0, TIP.mass * GRAVITY)
-    assert load[2] == pytest.approx(arm.push(start, (0.0, 0.0, -1.0)), rel=0.05)
-    assert turned(run.tip, first) < 0.01
+    backend, first, last, carrier, joints = pushed(FollowingErrorLimit(0.0005, 0.005), 0.05, 3000)
+    largest = carrier.arm.push(joints, (0.0, 0.0, -1.0))
+    assert backend.truth().force[2] == pytest.approx(largest, rel=0.05)
+    assert angle_between(last.rotation_base_tip, first.rotation_base_tip) < 0.01
     # no wind-up: backing off frees the tip after following-error limit and depth are taken back
-    run.go(300, (0.0, 0.0, 0.01))
-    assert run.data.ncon == 0
-    assert math.dist(run.tip.position[:2], first.position[:2]) < 2e-3
+    freed = move(backend, 300, (0.0, 0.0, 0.01)).arm
+    assert not backend.truth().touching
+    assert math.dist(freed.position_base_tip[:2], first.position_base_tip[:2]) < 2e-3
 
 
 def test_a_tip_that_pushes_for_long_stays_where_it_is():
     """An arm yields askew; the tip settles, and does not skate along the wall."""
-    run, arm, start = pushing()
-    run.go(2000, (0.0, 0.0, -0.01))
-    settled = run.tip.position
-    run.go(1500, (0.0, 0.0, -0.01))
-    assert math.dist(run.tip.position, settled) < 0.2e-3
-    # what the following-error limit leaves at most: in the stiffest direction
-    stiffest = np.linalg.svd(arm.tip_compliance(start)[:3, :3], compute_uv=False)[-1]
-    assert -run.data.sensordata[2] < MAX_LEAD * arm.following_error_limit.distance / stiffest
+    backend, _, settled, carrier, joints = pushed(FollowingErrorLimit(), 0.3, 2000)
+    assert math.dist(move(backend, 1500, DOWN).arm.position_base_tip, settled.position_base_tip) < 0.2e-3
+    # the following-error limit allows at most this push, in the stiffest direction
+    stiffest = np.linalg.svd(carrier.arm.tip_compliance(joints)[:3, :3], compute_uv=False)[-1]
+    assert backend.truth().force[2] < MAX_LEAD * carrier.arm.following_error_limit.distance / stiffest
 
 
 def test_the_tip_yields_by_its_compliance():
     """A wrench on the tip, at rest: MuJoCo against J K^-1 J'."""
     model = model_of()
-    run = Run(model)
+    run = ArmRun(model, ARM)
     wrench = np.array((3.0, -2.0, 5.0, 0.1, 0.2, -0.1))
     run.data.body("tip").xfrc_applied[:3] = wrench[:3]
     # MuJoCo applies forces at the centre of mass, which is the tip frame's origin here

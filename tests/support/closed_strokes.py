@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
+from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 
 RATE = 500.0
 
@@ -98,6 +100,32 @@ def elastic_pair(sensed, stiffness, rest, speed, duration=0.5):
     end = float(there.position[-1] @ sensed.frame[:, 0])
     back = sensed.stroke(lambda s: -stiffness * (end - s - rest), nothing, -speed, duration=duration, begin=end)
     return TwoWay(there, back)
+
+
+def measured(*pairs, errors=None):
+    """Friction of strokes that slip."""
+    found = measure_friction(pairs, errors)
+    assert isinstance(found, FrictionMeasured), found
+    return found
+
+
+def bounded(*pairs):
+    """Bound of friction by strokes that do not slip."""
+    found = measure_friction(pairs)
+    assert isinstance(found, FrictionBound), found
+    return found
+
+
+def rubbed(sensed, mu=0.5, **options):
+    """Friction of a stroke that slips at once."""
+    return measured(sensed.two_way(slips(mu, 1e-4), nothing, 0.02, **options))
+
+
+def spun(*pairs, known, **options):
+    """Spin length of twists that slip."""
+    found = measure_spin(pairs, known, **options)
+    assert isinstance(found, SpinMeasured), found
+    return found
 
 
 def elastic_turns(sensed, stiffness, rest, spin, duration=0.5):

@@ -13,7 +13,7 @@ from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.robots.values import load_named_robot
-from palpate.runtime import Ending
+from palpate.runtime import Command, Ending
 from palpate.runtime.truth import TruthTable
 from support.run_bounds import check_bounds
 
@@ -33,11 +33,15 @@ def carried_out(planned) -> Exploration:
 
 def check_held(found, bounds) -> None:
     """Check that a run finished at rest, never left the surface, landed softly, and kept its bounds."""
-    assert found.run.ending is Ending.DONE
-    assert found.run.at_rest
+    check_bounds(found, bounds, run__ending=Ending.DONE, run__at_rest=True)
     assert found.truth.touching[found.scanning].all()
     assert np.nanmax(found.true_normal_force[~found.scanning]) < found.config.force + 1.5
-    check_bounds(found, bounds)
+
+
+def felt_while_lowered(planned, periods=80):
+    """Return every sample of a back end whose tip goes down."""
+    backend = planned.backend()
+    return [backend.start(), *(backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods))]
 
 
 def section(report, heading) -> Any:

@@ -2,6 +2,7 @@
 
 from palpate.experiments.friction.experiment import FindFriction
 from palpate.experiments.kit.recorded_run import carry_out
+from palpate.friction.friction_file import How
 from palpate.reporting.report import Paragraph
 from palpate.robots.values import load_named_robot
 
@@ -18,6 +19,13 @@ def rubbed(**options):
     """What a run with these options finds."""
     plan = planned(**options)
     return FRICTION.found(plan, carry_out(plan))
+
+
+def check_measured(estimate, true, relative):
+    """Check that an estimate was measured, lies near the truth, and has it within its interval."""
+    assert estimate.how is How.MEASURED
+    assert estimate.lower <= true <= estimate.upper
+    assert abs(estimate.value / true - 1.0) <= relative
 
 
 def texts_of(result, heading):

@@ -9,6 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from palpate.grasp.problem.contacts import GraspContacts
+from palpate.grasp.problem.scaled import ScaledGrasp
+from palpate.grasp.solvers.least_effort import LeastEffort
 
 FAMILIES = ("random", "slippery", "sticky", "antipodal", "parallel", "coincident", "in line", "large e")
 """`antipodal` grasps bear a load about the line of contacts, which only e carries."""
@@ -101,6 +103,35 @@ def instances(seed, per_family, factors=FACTORS):
             found += 1
             for factor in factors:
                 yield Instance(family, factor, grasp, load * (most / factor))
+
+
+def within_limits(rng, **limits):
+    """A grasp of three to five contacts with limit surfaces of any shape, and a load of about a newton."""
+    n = int(rng.integers(3, 6))
+    friction, spin_length = rng.uniform(0.4, 1.0, n), rng.uniform(0.002, 0.006, n)
+    grasp = grasp_of(*around(n, rng), friction, spin_length, rng, force_max=40.0, **limits)
+    return grasp, rng.normal(size=6) * [1.0, 1.0, 1.0, 0.01, 0.01, 0.01]
+
+
+def opposite(friction, spin_length, **more):
+    """Two opposite contacts on the x axis, 60 mm apart."""
+    frames = np.stack([np.eye(3), np.diag([-1.0, -1.0, 1.0])])
+    places = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]])
+    return GraspContacts(places, frames, friction, spin_length, **more)
+
+
+def solved(grasp, load, reserve=None, weight=0.01):
+    """Outcome of least effort, its evaluations, forces (n, 4), and the solver."""
+    solver, forces = LeastEffort(ScaledGrasp.of(grasp, reserve), weight), np.zeros((len(grasp), 4))
+    outcome, used = solver.solve(np.asarray(load, float), forces)
+    return outcome, used, forces, solver
+
+
+def check_forces(grasp, load, forces, most=1e-9):
+    """Check that forces balance a load and keep all limits, both within `most` [N, N m]."""
+    assert np.abs(grasp.grasp_map @ forces.ravel() + load).max() <= most
+    assert grasp.margins(forces).min() >= -most
+    assert (forces[:, 0] <= grasp.force_max + most).all()
 
 
 def paired(seed, force_min, force_max):

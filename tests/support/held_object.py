@@ -5,14 +5,13 @@ import math
 import mujoco
 import numpy as np
 
-from palpate.kinematics.pose import Pose, rotvec_from_rotation, times, transposed
+from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command
 from palpate.sim import Box, Lift
-from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.objects.table import Table
-from palpate.spatial import ZERO
+from support.simulated import angle_between, move, started
 
 BOX = Box((0.06, 0.05, 0.06))
 
@@ -23,9 +22,7 @@ def standing(hand=None, shape=BOX, mass=0.1, carrier=None, sensor=None, load=Non
     scene = build_grasp_scene(
         hand or two_finger_hand(), target, carrier=carrier or Lift(), table=Table(table), **scene
     )
-    backend = HandBackend(scene, sensor=sensor, load=load)
-    backend.start()
-    return backend
+    return started(scene, sensor=sensor, load=load)
 
 
 def press(backend, force, seconds=1.0, start=0.0, rate=10.0):
@@ -35,13 +32,6 @@ def press(backend, force, seconds=1.0, start=0.0, rate=10.0):
         backend.step(Command(grip_force=(start + (i + 1) * way,) * n))
     for _ in range(round(seconds / backend.period)):
         sample = backend.step(Command(grip_force=(force,) * n))
-    return sample
-
-
-def move(backend, periods, velocity=ZERO, rate=ZERO):
-    """Move the hand [m/s, rad/s] for some periods; return the last sample."""
-    for _ in range(periods):
-        sample = backend.step(Command(velocity, angular_velocity_base_tip=rate))
     return sample
 
 
@@ -57,6 +47,13 @@ def held(force, seconds=1.2, **scene):
 def normal_force(finger):
     """Force [N] across the axis of the hand."""
     return math.hypot(finger.force[0], finger.force[1])
+
+
+def wrench_of_fingers(truth):
+    """Return the force and the moment about the object's origin that it exerts on the fingers, base frame."""
+    forces = [finger.force for finger in truth.fingers]
+    moments = [np.cross(np.subtract(f.position, truth.position), f.force) + f.torque for f in truth.fingers]
+    return np.concatenate([np.sum(forces, axis=0), np.sum(moments, axis=0)])
 
 
 def lead_object(backend):
@@ -93,5 +90,4 @@ def object_in_hand(backend, sample):
 
 def slipped(after, before):
     """Return how far the object has moved and turned in the hand [m, rad]."""
-    turn = rotvec_from_rotation(times(after.rotation, transposed(before.rotation)))
-    return math.dist(after.position, before.position), math.hypot(*turn)
+    return math.dist(after.position, before.position), angle_between(after.rotation, before.rotation)

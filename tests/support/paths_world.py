@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
 from palpate.controllers.paths import Circuit, ContactPeriod, Hop, LegEnd, LegResult, SingleTouch, Stroke
 from palpate.spatial import add_scaled, dot, unit
@@ -42,9 +43,9 @@ class HeightWorld:
             return self.ended(LegEnd.REACHED)
         assert isinstance(leg, Stroke)
         for corner in leg.corners:
-            a, b = np.array(self.at), np.array(corner)
-            for t in np.linspace(0.0, 1.0, max(int(np.linalg.norm(b - a) / STEP), 1) + 1)[1:]:
-                self.at = tuple((a + t * (b - a)).tolist())
+            steps = max(int(math.dist(self.at, corner) / STEP), 1) + 1
+            for at in np.linspace(self.at, corner, steps)[1:].tolist():
+                self.at = tuple(at)
                 if self.lost(*self.at):
                     return self.ended(LegEnd.LOST)
                 felt = self.felt(*self.at)
@@ -72,29 +73,17 @@ class LevelSet:
         self.distance, self.radius = distance, radius
 
     def normal(self, p):
-        d = 1e-7
-        gradient = []
-        for k in range(3):
-            e = [0.0, 0.0, 0.0]
-            e[k] = d
-            plus = self.distance(tuple(a + b for a, b in zip(p, e, strict=False)))
-            minus = self.distance(tuple(a - b for a, b in zip(p, e, strict=False)))
-            gradient.append((plus - minus) / (2 * d))
-        return unit(tuple(gradient))
+        steps = 1e-7 * np.eye(3)
+        return unit(tuple(self.distance(tuple(p + s)) - self.distance(tuple(p - s)) for s in steps))
 
     def land(self, point):
         """The tip's origin where it first touches, coming from above."""
-        low, high = -0.1, 0.1
-        for z in np.linspace(high, low, 4001):
-            if self.distance((*point, z)) <= self.radius:
-                high, low = z + 5e-5, z
-                break
-        else:
-            return None
-        for _ in range(50):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.distance((*point, middle)) <= self.radius else (low, middle)
-        return (*point, 0.5 * (low + high))
+
+        def gap(z):
+            return self.distance((*point, z)) - self.radius
+
+        touching = next((z for z in np.linspace(0.1, -0.1, 4001) if gap(z) <= 0.0), None)
+        return None if touching is None else (*point, brentq(gap, touching, touching + 6e-5, xtol=1e-15))
 
     def felt(self, p):
         n = self.normal(p)
@@ -118,19 +107,15 @@ def circle_round(strategy, world):
             how = LegEnd.MISSED if p is None else LegEnd.REACHED
         else:
             assert isinstance(leg, Circuit)
-            how, gone = LegEnd.OVERLONG, 0.0
-            while gone < leg.longest:
+            how, begun = LegEnd.OVERLONG, len(path)
+            while how is LegEnd.OVERLONG and STEP * (len(path) - begun) < leg.longest:
                 felt = world.felt(p)
-                if strategy.feel(felt):
-                    how = LegEnd.REACHED
-                    break
-                direction = leg.steering.direction(felt)
-                if direction is None:
-                    how = LegEnd.BLOCKED
-                    break
-                assert abs(dot(direction, felt.normal)) < 1e-6
-                p = world.slide(p, direction)
-                path.append(p)
-                gone += STEP
+                ended, direction = strategy.feel(felt), leg.steering.direction(felt)
+                if ended or direction is None:
+                    how = LegEnd.REACHED if ended else LegEnd.BLOCKED
+                else:
+                    assert abs(dot(direction, felt.normal)) < 1e-6
+                    p = world.slide(p, direction)
+                    path.append(p)
         leg = strategy.next(LegResult(how, p or (0.0, 0.0, 0.0)))
     return np.array(path)

@@ -79,38 +79,39 @@ class RubbedPlane:
 
 
 class Rows:
-    """What a run did: lists of time, phase, command, normal force and lever."""
+    """A run, period by period: phases, commands, normal forces and levers; velocities of the commands."""
 
     def __init__(self):
-        self.time, self.phase, self.command, self.force, self.lever = [], [], [], [], []
+        self.phase, self.command, self.force, self.lever = [], [], [], []
 
     @property
     def phases(self):
         return [p for i, p in enumerate(self.phase) if i == 0 or p != self.phase[i - 1]]
 
-    def commands(self, *phases):
-        return [c for c, p in zip(self.command, self.phase, strict=True) if p in phases]
+    @property
+    def velocity(self):
+        return np.array([command.velocity_base_tip for command in self.command])
+
+    @property
+    def turn(self):
+        return np.array([command.angular_velocity_base_tip for command in self.command])
 
 
 def rub(plane, controller, seconds=60.0, vanish=None, back=math.inf, observers=()):
     """Run a controller until it is done; the plane vanishes and comes back at given times."""
-    touch = Touch(Finger(Sphere(RADIUS, center=plane.center)))
+    touch, rows = Touch(Finger(Sphere(RADIUS, center=plane.center))), Rows()
     controller.start(touch.sense(plane.sample()))
-    rows = Rows()
-    while plane.time < seconds:
+    while plane.time < seconds and not (rows.phase and rows.phase[-1].is_final):
         plane.there = vanish is None or plane.time < vanish or plane.time > back
         sample = plane.sample()
         now = touch.sense(sample)
         command = controller.step(now)
         for observer in observers:
             observer(sample, now, command)
-        for column, value in zip(
-            (rows.time, rows.phase, rows.command, rows.force, rows.lever),
-            (plane.time, command.phase, command, plane.force, plane.lever),
-            strict=True,
-        ):
-            column.append(value)
-        if command.phase.is_final:
-            break
-        plane.move(command)
+        rows.phase.append(command.phase)
+        rows.command.append(command)
+        rows.force.append(plane.force)
+        rows.lever.append(plane.lever)
+        if not command.phase.is_final:
+            plane.move(command)
     return rows
