@@ -26,6 +26,63 @@ def go(backend, controller=None, duration=0.1, **more):
     return run(backend, touch(), controller or PuppetController(), duration=duration, **more)
 
 
+def spoilt(change, **given):
+    """Return a puppet whose samples are changed from period `AT` on."""
+
+    class Spoilt(PuppetBackend):
+        def _now(self, step):
+            now = super()._now(step)
+            return change(now) if step >= AT else now
+
+    return Spoilt(**given)
+
+
+class Handed(PuppetBackend):
+    """A puppet with a hand, which is lost in period `gone`."""
+
+    gone = math.inf
+
+    def _now(self, step):
+        now = super()._now(step)
+        return replace(now, hand=HandSample(now.time, (0.1,)) if step < self.gone else None)
+
+
+class LosesHand(Handed):
+    """Its grip force is no longer guarded, and the log would drop every period from there."""
+
+    gone = AT
+
+
+def later(now):
+    """Return a sample after ten lost seconds: the arm's watchdog has expired long ago."""
+    fingers = tuple(replace(one, time=one.time + 10.0) for one in now.wrenches)
+    return replace(now, time=now.time + 10.0, arm=replace(now.arm, time=now.arm.time + 10.0), wrenches=fingers)
+
+
+def loaded(*wrench):
+    """Return a puppet with this wrench in period `AT`: 100 N m at no force or no contact, so no spin torque."""
+    return PuppetBackend({AT: {"wrench": wrench}})
+
+
+STOP = Command((0.01, 0.0, 0.0), Phase.STOP)
+"""With a phase that only the supervisor may use."""
+
+TRIPS = {
+    "hand gone": lambda: (LosesHand(),),
+    "hand new": lambda: (spoilt(lambda now: replace(now, hand=HandSample(now.time, (0.1,)))),),
+    "joints new": lambda: (spoilt(lambda now: replace(now, arm=replace(now.arm, joint_position=(1.0, 2.0)))),),
+    "moment without force": lambda: (loaded(0.0, 0.0, 0.0, 0.0, 0.0, 100.0),),
+    "moment without contact": lambda: (loaded(0.0, 0.0, 1.0, 100.0, 0.0, 0.0),),
+    "stop by a controller": lambda: (PuppetBackend(), PuppetController({AT: STOP})),
+    "time lost": lambda: (spoilt(later),),
+}
+
+
+@pytest.mark.parametrize("given", TRIPS.values(), ids=TRIPS)
+def test_a_change_that_makes_the_run_unsafe_is_a_trip(given):
+    assert go(*given()).trip is not None
+
+
 def fastest(backend):
     return max(math.hypot(*command.velocity_base_tip) for command in backend.commands)
 
@@ -148,12 +205,7 @@ def test_the_robot_is_closed_before_the_log_which_may_take_long():
 )
 def test_a_back_end_that_gives_no_sample_is_a_trip_and_the_robot_is_stopped(nonsense):
     """Found: AttributeError out of run(), and no stop command."""
-
-    class Broken(PuppetBackend):
-        def _now(self, step):
-            return nonsense if step >= AT else super()._now(step)
-
-    backend = Broken()
+    backend = spoilt(lambda _: nonsense)
     result = go(backend)
     assert result.ending is Ending.TRIPPED
     assert backend.commands[-1].velocity_base_tip == REST
@@ -196,23 +248,6 @@ def test_a_broken_observer_does_not_cost_the_record_of_coming_to_rest():
     assert len(log.record()) == len(backend.commands) + 1
 
 
-def test_a_hand_that_is_gone_is_a_lost_device():
-    """Its grip force is no longer guarded, and the log drops every period from there."""
-
-    class Handed(PuppetBackend):
-        def _now(self, step):
-            now = super()._now(step)
-            return replace(now, hand=HandSample(now.time, (0.1,)) if step < AT else None)
-
-    assert go(Handed()).trip is not None
-
-
-@pytest.mark.parametrize("wrench", [(0.0,) * 5 + (100.0,), (0.0, 0.0, 1.0, 100.0, 0.0, 0.0)])
-def test_a_moment_that_no_contact_explains_has_a_limit_too(wrench):
-    """100 N m on a fingertip: no force or no contact, so no spin torque, so nothing to object to."""
-    assert go(PuppetBackend({AT: {"wrench": wrench}})).trip is not None
-
-
 def test_an_overloaded_sensor_is_drawn_out_of_it_whatever_it_shows():
     """A saturated sensor shows less than there is, and behind a filter shows it late: relief at half of the
     supervisor's force limit is then there from the start, and the finger stays pressed."""
@@ -227,15 +262,10 @@ def test_an_overloaded_sensor_is_drawn_out_of_it_whatever_it_shows():
 
 
 def test_an_arm_that_says_nothing_new_is_not_taken_to_rest():
-    """Its last word was that it stands still; it has moved on since."""
-
-    class Stale(PuppetBackend):
-        def _now(self, step):
-            now = super()._now(step)
-            return now if step < AT else replace(now, arm=replace(now.arm, time=0.019, velocity_base_tip=REST))
-
-    backend = Stale(slow_down=10**9)
-    assert not go(backend).at_rest
+    """Its last state is that it stands still; it has moved on since."""
+    still = {"time": 0.019, "velocity_base_tip": REST}
+    stale = spoilt(lambda now: replace(now, arm=replace(now.arm, **still)), slow_down=10**9)
+    assert not go(stale).at_rest
 
 
 def test_two_packets_lost_in_a_row_do_not_end_the_braking():
@@ -243,17 +273,6 @@ def test_two_packets_lost_in_a_row_do_not_end_the_braking():
     result = go(backend)
     assert result.at_rest
     assert backend.at_rest
-
-
-def spoilt(change):
-    """A puppet whose samples are changed from some period on."""
-
-    class Spoilt(PuppetBackend):
-        def _now(self, step):
-            now = super()._now(step)
-            return change(now) if step >= AT else now
-
-    return Spoilt()
 
 
 @pytest.mark.parametrize(
@@ -270,27 +289,8 @@ def test_an_arm_that_makes_no_sense_while_it_is_brought_to_rest_is_no_exception_
     assert {command.velocity_base_tip for command in backend.commands[AT:]} == {REST}
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda now: replace(now, arm=replace(now.arm, joint_position=(1.0, 2.0))),
-        lambda now: replace(now, hand=HandSample(now.time, (0.1,))),
-    ],
-    ids=["joints", "hand"],
-)
-def test_what_comes_in_the_middle_of_a_run_is_noticed(change):
-    """Found: nobody says a word, and the log drops every period from there."""
-    assert go(spoilt(change)).trip is not None
-
-
 def test_a_hand_without_a_grip_command_does_not_retract_either():
     """It may hold something from before, with "as before" for a grip."""
-
-    class Handed(PuppetBackend):
-        def _now(self, step):
-            now = super()._now(step)
-            return replace(now, hand=HandSample(now.time, (0.1,)))
-
     backend = Handed(dict.fromkeys(FOR_EVER, HARD))
     go(backend)
     assert {command.velocity_base_tip for command in backend.commands[AT:]} == {REST}
@@ -299,30 +299,9 @@ def test_a_hand_without_a_grip_command_does_not_retract_either():
 def test_the_default_limits_let_a_hand_grip_as_hard_as_the_grip_limit_says():
     """Found: 40 N of grip are allowed, but a contact force of 20 N of the same finger trips."""
     force = 0.9 * Limits().grip_force
-
-    class Gripping(PuppetBackend):
-        def _now(self, step):
-            now = super()._now(step)
-            return replace(now, hand=HandSample(now.time, (0.1,)))
-
     grip = Command(REST, Phase.HOLD, (force,))
-    backend = Gripping(dict.fromkeys(range(2000), {"wrench": (0.0, 0.0, force, 0.0, 0.0, 0.0)}))  # noqa: RUF024
+    backend = Handed(dict.fromkeys(range(2000), {"wrench": (0.0, 0.0, force, 0.0, 0.0, 0.0)}))  # noqa: RUF024
     assert go(backend, PuppetController(dict.fromkeys(range(100), grip))).trip is None
-
-
-def test_stop_is_a_word_of_the_supervisor_and_no_controllers():
-    moving = Command((0.01, 0.0, 0.0), Phase.STOP)
-    assert go(PuppetBackend(), PuppetController({AT: moving})).trip is not None
-
-
-def test_time_that_was_lost_is_noticed():
-    """The process, or the machine, stood still for ten seconds; the robot's watchdog has stopped it long ago."""
-
-    def later(now):
-        fingers = tuple(replace(one, time=one.time + 10.0) for one in now.wrenches)
-        return replace(now, time=now.time + 10.0, arm=replace(now.arm, time=now.arm.time + 10.0), wrenches=fingers)
-
-    assert go(spoilt(later)).trip is not None
 
 
 def test_two_signals_at_once_are_one_request():

@@ -5,6 +5,7 @@ import select
 import sys
 import threading
 import time
+from contextlib import contextmanager
 
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.hand import DynamixelHand
@@ -126,6 +127,17 @@ def settings(n=2, **given):
 def connected(emulated, **given):
     """A hand at an emulated bus."""
     return DynamixelHand(emulated.bus.address, settings(len(emulated.servos), **given))
+
+
+@contextmanager
+def started(emulated, **given):
+    """Run a hand at an emulated bus; it is closed at the end."""
+    hand = connected(emulated, **given)
+    hand.start()
+    try:
+        yield hand
+    finally:
+        hand.close()
 
 
 def new_sample(hand):

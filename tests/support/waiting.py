@@ -15,11 +15,11 @@ WITHIN = 30.0
 T = TypeVar("T")
 
 
-def until(met: Callable[[], T | None], within: float = WITHIN) -> T:
-    """Wait until something is so, and return what it then says; fail if it never is."""
+def until(met: Callable[[], T | None], within: float = WITHIN, what: str = "a condition of this test") -> T:
+    """Poll `met` until its result is true, and return that result; fail after `within` [s], naming `what`."""
     end = time.monotonic() + within
     while not (found := met()):
-        assert time.monotonic() < end, f"it never came to it: {found!r}"
+        assert time.monotonic() < end, f"{what} has not come true within {within:g} s: {found!r}"
         time.sleep(1e-3)
     return found
 

@@ -29,7 +29,16 @@ from palpate.hw.dynamixel.settings import HandSettings
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.server import ServoState
-from support.emulated_bus import EmulatedBus, connected, hosted_servos, new_sample, read_until, settings, still
+from support.emulated_bus import (
+    EmulatedBus,
+    connected,
+    hosted_servos,
+    new_sample,
+    read_until,
+    settings,
+    started,
+    still,
+)
 from support.waiting import first_error, until
 
 NOTICED = 0.05
@@ -48,18 +57,14 @@ def emulated():
 @pytest.fixture
 def hand(emulated):
     # the watchdog has a test of its own; here it would go off while faults last
-    device = connected(emulated, watchdog=0.0)
-    device.start()
-    yield device
-    device.close()
+    with started(emulated, watchdog=0.0) as device:
+        yield device
 
 
 @pytest.fixture
 def prompt_hand(emulated):
-    device = connected(emulated, **AT_ONCE)
-    device.start()
-    yield device
-    device.close()
+    with started(emulated, **AT_ONCE) as device:
+        yield device
 
 
 def recovered(hand):
@@ -107,42 +112,36 @@ def clock(monkeypatch):
 
 def test_silence_is_reported_after_its_time_limit_and_not_before(emulated, clock, monkeypatch):
     defaults = {its.name: its.default for its in fields(HandSettings)}
-    hand = connected(emulated, **{name: defaults[name] for name in ("watchdog", "reply_timeout", "silence")})
-    hand.start()
-    began = clock.now
+    with started(emulated, **{name: defaults[name] for name in ("watchdog", "reply_timeout", "silence")}) as hand:
+        began = clock.now
 
-    def exchange(spans):
-        clock.now += hand.settings.reply_timeout
-        raise MissedError(1, silent=True)
+        def exchange(spans):
+            clock.now += hand.settings.reply_timeout
+            raise MissedError(1, silent=True)
 
-    monkeypatch.setattr(hand._bus, "exchange", exchange)
-    while clock.now + hand.settings.reply_timeout < began + hand.settings.silence:
-        hand.read()
-    with pytest.raises(DeviceError, match="servo 1 does not reply"):
-        hand.read()
-    assert clock.now <= began + NOTICED
-    hand.close()
+        monkeypatch.setattr(hand._bus, "exchange", exchange)
+        while clock.now + hand.settings.reply_timeout < began + hand.settings.silence:
+            hand.read()
+        with pytest.raises(DeviceError, match="servo 1 does not reply"):
+            hand.read()
+        assert clock.now <= began + NOTICED
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("fault", "share"), [("wrong_checksum", 0.1), ("lost_bytes", 0.1), ("noise", 0.3)])
 def test_a_share_of_faults_costs_exchanges_not_the_hand(emulated, fault, share):
-    hand = connected(emulated, watchdog=0.0, silence=20.0)
-    hand.start()
-    emulated.inject(fault, share)
-    fresh = sum(new_sample(hand) is not None for _ in range(100))
-    assert emulated.bus.harmed > 7
-    assert fresh >= (90 if fault == "noise" else 50)
-    emulated.inject(fault, 0.0)
-    hand.close()
+    with started(emulated, watchdog=0.0, silence=20.0) as hand:
+        emulated.inject(fault, share)
+        fresh = sum(new_sample(hand) is not None for _ in range(100))
+        assert emulated.bus.harmed > 7
+        assert fresh >= (90 if fault == "noise" else 50)
+        emulated.inject(fault, 0.0)
 
 
 def test_replies_in_pieces_are_reassembled(emulated):
-    hand = connected(emulated, watchdog=0.0, reply_timeout=0.5, silence=2.0)
-    hand.start()
-    emulated.inject("pieces", 3)
-    assert sum(new_sample(hand) is not None for _ in range(5)) >= 4
-    hand.close()
+    with started(emulated, watchdog=0.0, reply_timeout=0.5, silence=2.0) as hand:
+        emulated.inject("pieces", 3)
+        assert sum(new_sample(hand) is not None for _ in range(5)) >= 4
 
 
 def test_the_servo_that_failed_most_is_named_not_the_one_that_was_late_last(hand, clock, monkeypatch):
@@ -266,9 +265,7 @@ def test_a_reboot_without_effect_is_reported(emulated, hand):
 
 
 def test_an_adapter_plugged_in_again_is_used_again(tmp_path):
-    with EmulatedBus(motors=[still(), still()], link=tmp_path / "hand") as emulated:
-        hand = connected(emulated)
-        hand.start()
+    with EmulatedBus(motors=[still(), still()], link=tmp_path / "hand") as emulated, started(emulated) as hand:
         hand.read()
         emulated.inject("unplugged", 1)
         first_error(hand.read)
@@ -280,7 +277,6 @@ def test_an_adapter_plugged_in_again_is_used_again(tmp_path):
         emulated.inject("unplugged", 0)
         hand.start()
         assert hand.read().time > 0.0
-        hand.close()
 
 
 def test_pressing_on_a_lost_port_is_reported(emulated, hand):
@@ -299,15 +295,13 @@ def test_closing_reports_what_failed(emulated, hand):
 
 
 def test_an_expired_watchdog_is_reported_and_a_new_start_goes_on(emulated):
-    hand = connected(emulated, watchdog=0.4, silence=0.3)
-    hand.start()
-    with contextlib.suppress(DeviceError):  # a busy machine alone may be silent for so long
-        read_until(hand, lambda _: hand.state()[0].watchdog == 20)
-    until(lambda: emulated.servos[0].table.get(reg.BUS_WATCHDOG) == WATCHDOG_EXPIRED)
-    assert "servo 1 has stopped: nobody spoke to it for 0.4 s" in str(first_error(hand.read))
-    hand.start()
-    hand.read()
-    hand.close()
+    with started(emulated, watchdog=0.4, silence=0.3) as hand:
+        with contextlib.suppress(DeviceError):  # a busy machine alone may be silent for so long
+            read_until(hand, lambda _: hand.state()[0].watchdog == 20)
+        until(lambda: emulated.servos[0].table.get(reg.BUS_WATCHDOG) == WATCHDOG_EXPIRED)
+        assert "servo 1 has stopped: nobody spoke to it for 0.4 s" in str(first_error(hand.read))
+        hand.start()
+        hand.read()
 
 
 def test_an_emulator_that_hangs_does_not_hang_the_hand(emulated, prompt_hand):
@@ -329,12 +323,10 @@ def test_setting_up_copes_with_damaged_replies(harm):
     """A write whose reply is damaged may have been done: it is read back, not taken for failed."""
     with EmulatedBus([EmulatedServo(XL330, i) for i in (1, 2)], [still(), still()], seed=3) as emulated:
         emulated.inject(harm, 0.15)
-        hand = connected(emulated)
-        hand.start()
-        assert emulated.bus.harmed > 3
-        emulated.inject(harm, 0.0)
-        read_until(hand, lambda sample: sample.time > 0.0)
-        hand.close()
+        with started(emulated) as hand:
+            assert emulated.bus.harmed > 3
+            emulated.inject(harm, 0.0)
+            read_until(hand, lambda sample: sample.time > 0.0)
 
 
 @pytest.mark.parametrize("rate", [20_000, 2_000_000])
@@ -437,9 +429,7 @@ def test_nothing_stays_open(tmp_path):
 
     before = files()
     for i in range(3):
-        with EmulatedBus(motors=[still(), still()], link=tmp_path / "hand") as emulated:
-            hand = connected(emulated)
-            hand.start()
+        with EmulatedBus(motors=[still(), still()], link=tmp_path / "hand") as emulated, started(emulated) as hand:
             if i == 1:
                 emulated.inject("unplugged", 1)
                 first_error(hand.read)
@@ -447,6 +437,5 @@ def test_nothing_stays_open(tmp_path):
                 emulated.inject("silent", 1)
                 with pytest.raises(DeviceError):
                     hand.start()
-            hand.close()
     assert files() == before
     assert not any("_run" in thread.name for thread in threading.enumerate())

@@ -15,7 +15,7 @@ from palpate.hw.dynamixel.registers import BAUD_RATE, ID, OPERATING_MODE, STATUS
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.protocol import PacketReceiver
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from support.emulated_bus import EmulatedBus, connected, new_sample, still
+from support.emulated_bus import EmulatedBus, new_sample, started, still
 from support.waiting import until
 
 QUICK, ALL = 2500, 100_000
@@ -193,9 +193,7 @@ def test_the_librarys_requests_survive_any_reply(count):
 def test_a_hand_never_says_what_the_servos_are_not():
     """All faults of the line at once, on a real terminal."""
     motors = [still(0.5, 0.0, -1e-3), still(-0.25, 0.0, -1e-3)]
-    with EmulatedBus(motors=motors, seed=5) as emulated:
-        hand = connected(emulated, watchdog=0.0)
-        hand.start()
+    with EmulatedBus(motors=motors, seed=5) as emulated, started(emulated, watchdog=0.0) as hand:
         true = hand.read().joint_position
         for fault in ("wrong_checksum", "lost_bytes", "noise"):
             emulated.inject(fault, 0.15)
@@ -208,4 +206,3 @@ def test_a_hand_never_says_what_the_servos_are_not():
             assert until(believed).joint_position == true
         for fault in ("wrong_checksum", "lost_bytes", "noise"):
             emulated.inject(fault, 0.0)
-        hand.close()

@@ -169,51 +169,51 @@ def test_a_device_is_woken_when_it_wants(monkeypatch: pytest.MonkeyPatch) -> Non
     assert time.mover.ticks == [pytest.approx(wanted, abs=1e-9)]
 
 
-@pytest.mark.parametrize(
-    "request_",
-    [
-        {},
-        {"do": "fault", "device": "nobody", "fault": "x", "value": 1},
-        {"do": "fault", "device": "mover", "fault": "no", "value": 1},
-        {"do": "fault", "device": "mover", "fault": "slow", "value": "1"},
-        {"do": "fault", "device": "mover", "fault": "slow", "value": 10**400},
-        {"do": "log", "device": 3},
-    ],
-)
-def test_senseless_requests_get_an_error(running: Running, request_: dict[str, object]) -> None:
-    with pytest.raises(InvalidValueError):
-        running.control.ask(**request_)
-    assert running.control.state()["steps"]
+REFUSED: list[tuple[dict[str, object], str | None]] = [
+    ({}, None),
+    ({"do": "fault", "device": "nobody", "fault": "slow", "value": 1}, "there are mover"),
+    ({"do": "fault", "device": "mover", "fault": "melt", "value": 1}, "there is slow"),
+    ({"do": "fault", "device": "mover", "fault": "slow", "value": "1"}, None),
+    ({"do": "fault", "device": "mover", "fault": "slow", "value": 10**400}, None),
+    ({"do": "log", "device": 3}, None),
+]
+
+
+def test_senseless_requests_get_an_error(running: Running) -> None:
+    for request, message in REFUSED:
+        with pytest.raises(InvalidValueError, match=message):
+            running.control.ask(**request)
+        assert running.control.state()["steps"]
 
 
 POST = b"POST / HTTP/1.1\r\nHost: evil.example\r\nOrigin: http://evil.example\r\n\r\n"
 FAULT = b'{"do": "fault", "device": "mover", "fault": "slow", "value": 1'
 
 
-@pytest.mark.parametrize(
-    "sent",
-    [
-        b"{}",
-        b"[]",
-        b"nonsense",
-        b"\xff\xfe",
-        b"[" * 50_000,
-        POST + FAULT + b"}",
-        FAULT + b"}",
-        FAULT + b', "token": "wrong"}',
-        FAULT + b', "token": "\\ud800"}',
-        FAULT + b', "token": 1}',
-    ],
-)
-def test_without_the_token_a_connection_ends_and_nothing_is_switched(running: Running, sent: bytes) -> None:
-    with socket.create_connection(("127.0.0.1", running.host.control_port), timeout=WITHIN) as client:
-        client.sendall(sent + b"\n")
-        replies = client.makefile("rb")
-        with contextlib.suppress(ConnectionResetError):  # where more was sent than was read
-            assert b"no token" in replies.readline()
-            assert replies.readline() == b""
-    until(lambda: running.control.state()["refused"] == 1)
-    assert running.mover.faults == 0
+WITHOUT_TOKEN = [
+    b"{}",
+    b"[]",
+    b"nonsense",
+    b"\xff\xfe",
+    b"[" * 50_000,
+    POST + FAULT + b"}",
+    FAULT + b"}",
+    FAULT + b', "token": "wrong"}',
+    FAULT + b', "token": "\\ud800"}',
+    FAULT + b', "token": 1}',
+]
+
+
+def test_without_the_token_a_connection_ends_and_nothing_is_switched(running: Running) -> None:
+    for count, sent in enumerate(WITHOUT_TOKEN, start=1):
+        with socket.create_connection(("127.0.0.1", running.host.control_port), timeout=WITHIN) as client:
+            client.sendall(sent + b"\n")
+            replies = client.makefile("rb")
+            with contextlib.suppress(ConnectionResetError):  # where more was sent than was read
+                assert b"no token" in replies.readline()
+                assert replies.readline() == b""
+        until(lambda number=count: running.control.state()["refused"] == number)
+        assert running.mover.faults == 0
 
 
 @pytest.mark.slow
@@ -233,79 +233,55 @@ def test_connections_without_the_token_make_room_and_one_too_many_is_refused(run
             one.close()
 
 
-def test_faults_are_refused_with_what_there_is(running: Running) -> None:
-    with pytest.raises(InvalidValueError, match="there is slow"):
-        running.control.fault("mover", "melt")
-    with pytest.raises(InvalidValueError, match="there are mover"):
-        running.control.fault("nobody", "slow")
-
-
 def test_two_devices_of_one_name_are_refused() -> None:
     with pytest.raises(InvalidValueError, match="mover, mover"):
         Host(SimplePlant(), [Mover(), Mover()])
 
 
-def test_nothing_is_left_open() -> None:
-    before = psutil.Process().num_fds()
-    for _ in range(3):
-        server = UrServer(ADDRESS)
-        host = Host(SimplePlant(), [server])
-        thread = threading.Thread(target=host.run)
-        thread.start()
-        with socket.create_connection((ADDRESS, 30004), timeout=WITHIN) as client:
-            client.sendall(bytes.fromhex("0005 56 0002"))
-            assert client.recv(4) == bytes.fromhex("0004 56 01")
-            host.stop()
-            thread.join(WITHIN)
-    assert psutil.Process().num_fds() == before
-
-
-def test_many_clients_that_say_nothing_or_rubbish_do_not_hurt() -> None:
-    server = UrServer(ADDRESS)
-    host = Host(SimplePlant(), [server])
+@contextlib.contextmanager
+def controller() -> Iterator[None]:
+    """Serve a UR controller in a thread, which ends with the block."""
+    host = Host(SimplePlant(), [UrServer(ADDRESS)])
     thread = threading.Thread(target=host.run)
     thread.start()
-    clients = []
     try:
-        for i in range(60):
-            client = socket.create_connection((ADDRESS, (30004, 30003, 29999)[i % 3]), timeout=WITHIN)
-            clients.append(client)
-            client.sendall(os.urandom(1 + 37 * i))
-        with socket.create_connection((ADDRESS, 30004), timeout=WITHIN) as client:
-            client.sendall(bytes.fromhex("0005 56 0002"))
-            assert client.recv(4) == bytes.fromhex("0004 56 01")
+        yield
     finally:
-        for client in clients:
-            client.close()
         host.stop()
         thread.join(WITHIN)
-    assert not thread.is_alive()
+        assert not thread.is_alive()
 
 
-@pytest.mark.parametrize("port", [30004, 30003, 29999])
-def test_one_connection_too_many_is_refused_in_a_sentence(port: int) -> None:
-    server = UrServer(ADDRESS)
-    host = Host(SimplePlant(), [server])
-    thread = threading.Thread(target=host.run)
-    thread.start()
-    try:
-        with contextlib.ExitStack() as open_:
-            clients = [
-                open_.enter_context(socket.create_connection((ADDRESS, port), timeout=WITHIN)) for _ in range(101)
-            ]
+def connected(port: int = 30004) -> socket.socket:
+    return socket.create_connection((ADDRESS, port), timeout=WITHIN)
+
+
+def check_reply() -> None:
+    """Ask the controller for its protocol version, and check the reply."""
+    with connected() as client:
+        client.sendall(bytes.fromhex("0005 56 0002"))
+        assert client.recv(4) == bytes.fromhex("0004 56 01")
+
+
+def test_clients_beyond_a_hundred_or_with_rubbish_do_no_harm_and_nothing_stays_open() -> None:
+    before, ports = psutil.Process().num_fds(), (30004, 30003, 29999)
+    with controller(), contextlib.ExitStack() as clients:
+        for i in range(60):
+            clients.enter_context(connected(ports[i % 3])).sendall(os.urandom(1 + 37 * i))
+        check_reply()
+    for port in ports:
+        with controller(), contextlib.ExitStack() as clients:
             # the backlog of the system may bring another one than the last to be the hundred-and-first
-            received = dict.fromkeys(clients, b"")
+            received = {clients.enter_context(connected(port)): b"" for _ in range(101)}
 
-            def refused() -> list[bytes]:
-                for client in select.select(clients, [], [], 0.0)[0]:
+            def refused(received: dict[socket.socket, bytes] = received) -> list[bytes]:
+                for client in select.select(list(received), [], [], 0.0)[0]:
                     received[client] += client.recv(1000)
                 return [text for text in received.values() if b"100 connections to this controller" in text]
 
-            (refusal,) = until(refused)
+            (refusal,) = until(refused, what="a refusal")
             assert b"already: close one" in refusal
-    finally:
-        host.stop()
-        thread.join(WITHIN)
+    assert psutil.Process().num_fds() == before
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import os
 import socket
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 import pytest
@@ -36,29 +36,29 @@ def sensor(box: NetFtServer, **changes: object) -> NetFt:
 
 
 @contextmanager
-def started(box: NetFtServer, **changes: object) -> Iterator[NetFt]:
+def started(
+    box: NetFtServer, *, load: tuple[float, ...] | None = None, **changes: object
+) -> Iterator[tuple[NetFtServer, NetFt]]:
+    if load is not None:
+        box.take(state(load))
     with served(box):
         ft = sensor(box, **changes)
         try:
             ft.start()
-            yield ft
+            yield box, ft
         finally:
             ft.close()
 
 
 @pytest.mark.parametrize("units", [(2, 4), (1, 2)])
 def test_readings_are_si_whatever_the_units_of_the_box(units: tuple[int, int]) -> None:
-    box = emulated(calibration=BoxCalibration(*units, 4_000_000, 5_000_000))
-    box.take(state(LOAD))
-    with started(box) as ft:
+    with started(emulated(calibration=BoxCalibration(*units, 4_000_000, 5_000_000)), load=LOAD) as (_, ft):
         assert ft.read().wrench == pytest.approx(LOAD, abs=1e-3)
         assert ft.read().healthy
 
 
 def test_raw_counts_pass_for_a_sensor_file_that_calibrates() -> None:
-    box = emulated()
-    box.take(state(LOAD))
-    with started(box, scales=Scales(1.0, 1.0)) as ft:
+    with started(emulated(), load=LOAD, scales=Scales(1.0, 1.0)) as (_, ft):
         assert ft.read().wrench == pytest.approx([1e6 * v for v in LOAD[:3]] + [1e9 * v for v in LOAD[3:]])
 
 
@@ -75,17 +75,9 @@ def test_an_onrobot_box_is_set_up_and_scaled() -> None:
         ft.close()
 
 
-@pytest.mark.parametrize(("period", "cutoff"), [(0.0, None), (0.3, None), (0.002, 100.0), (float("nan"), None)])
-def test_an_onrobot_box_is_not_asked_for_what_it_cannot(period: float, cutoff: float | None) -> None:
-    with pytest.raises(InvalidValueError):
-        onrobot_settings(NOISE, period=period, cutoff=cutoff)
-
-
 @pytest.mark.slow
 def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
-    box = emulated()
-    box.take(state(LOAD))
-    with started(box) as ft:
+    with started(emulated(), load=LOAD) as (box, ft):
         ft.tare()
         assert ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6)
         moving = threading.Event()
@@ -110,8 +102,7 @@ def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
 
 @pytest.mark.slow
 def test_no_tare_of_an_unhealthy_or_silent_sensor() -> None:
-    box = emulated()
-    with started(box, stream=StreamSettings(NOISE, silent_after=0.5)) as ft:
+    with started(emulated(), stream=StreamSettings(NOISE, silent_after=0.5)) as (box, ft):
         box.inject("out_of_range", 1)
         until(lambda: not ft.read().healthy)
         with pytest.raises(DeviceError, match="saturated"):
@@ -122,8 +113,7 @@ def test_no_tare_of_an_unhealthy_or_silent_sensor() -> None:
 
 
 def test_silence_is_noticed_and_passes_when_it_streams_again() -> None:
-    box = emulated()
-    with started(box, stream=StreamSettings(NOISE)) as ft:
+    with started(emulated(), stream=StreamSettings(NOISE)) as (box, ft):
         for fault in ("silent", "rebooted"):
             box.inject(fault, 1)
             error = first_error(ft.read)
@@ -136,8 +126,7 @@ def test_silence_is_noticed_and_passes_when_it_streams_again() -> None:
 
 
 def test_no_reading_with_an_overload_is_healthy_and_it_says_what_to_do() -> None:
-    box = emulated(status_words=AXIA)
-    with started(box, status_words=AXIA) as ft:
+    with started(emulated(status_words=AXIA), status_words=AXIA) as (box, ft):
         box.take(state((0.0, 0.0, -40.0, 0.0, 0.0, 0.0)))
 
         def overloaded() -> bool:
@@ -154,8 +143,7 @@ def test_no_reading_with_an_overload_is_healthy_and_it_says_what_to_do() -> None
 
 
 def test_gaps_are_counted_and_nothing_else_happens() -> None:
-    box = emulated()
-    with started(box) as ft:
+    with started(emulated()) as (box, ft):
         lost = 0
         for gap in (1, 7, 100):
             box.inject("gap", gap)
@@ -167,8 +155,7 @@ def test_gaps_are_counted_and_nothing_else_happens() -> None:
 
 @pytest.mark.slow
 def test_a_bad_network_costs_what_it_takes_and_no_more() -> None:
-    box = emulated(rate=2000.0)
-    with started(box) as ft:
+    with started(emulated(rate=2000.0)) as (box, ft):
 
         def spoil(fault: str, k: int, counted: str) -> None:
             records, sent, before = ft.counts.records, box.sent, getattr(ft.counts, counted)
@@ -190,8 +177,7 @@ def test_a_bad_network_costs_what_it_takes_and_no_more() -> None:
 
 
 def test_counters_that_begin_anew_are_followed_without_a_restart_of_the_client() -> None:
-    box = emulated()
-    with started(box) as ft:
+    with started(emulated()) as (box, ft):
         until(lambda: ft.counts.records > 100)  # to begin anew after a few would be no change
         box.inject("restarted", 1)
         until(lambda: ft.counts.restarts)
@@ -202,9 +188,8 @@ def test_counters_that_begin_anew_are_followed_without_a_restart_of_the_client()
 
 
 def test_a_stream_taken_by_another_client_is_noticed_and_taken_back() -> None:
-    box = emulated()
     with (
-        started(box, stream=StreamSettings(NOISE)) as ft,
+        started(emulated(), stream=StreamSettings(NOISE)) as (box, ft),
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief,
     ):
         thief.sendto(bytes.fromhex("1234000200000000"), (box.address, box.rdt_port))
@@ -290,10 +275,21 @@ def test_it_leaves_nothing_behind_and_can_start_again() -> None:
         assert len(os.listdir("/proc/self/fd")) <= files + 1  # the box may still hold the last one who asked it
 
 
-@pytest.mark.parametrize("changes", [{"silent_after": 0.0}, {"ask_again_after": -1.0}, {"noise": (0.0,) * 6}])
-def test_settings_that_cannot_be_are_refused(changes: dict[str, object]) -> None:
+REFUSED = [
+    (StreamSettings, {"silent_after": 0.0}),
+    (StreamSettings, {"ask_again_after": -1.0}),
+    (StreamSettings, {"noise": (0.0,) * 6}),
+    (onrobot_settings, {"period": 0.0}),
+    (onrobot_settings, {"period": 0.3}),
+    (onrobot_settings, {"period": 0.002, "cutoff": 100.0}),
+    (onrobot_settings, {"period": float("nan")}),
+]
+
+
+@pytest.mark.parametrize(("make", "changes"), REFUSED)
+def test_settings_that_cannot_be_are_refused(make: Callable[..., object], changes: dict[str, object]) -> None:
     with pytest.raises(InvalidValueError):
-        StreamSettings(**{"noise": NOISE, **changes})
+        make(**{"noise": NOISE, **changes})
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.005, 0.08, 0.5])

@@ -36,6 +36,13 @@ def client(server: NetFtServer) -> Iterator[socket.socket]:
         yield wire
 
 
+@contextmanager
+def talk(server: NetFtServer) -> Iterator[tuple[NetFtServer, socket.socket]]:
+    """Connect a client to a box, which is closed at the end."""
+    with contextlib.closing(server), client(server) as wire:
+        yield server, wire
+
+
 def ask(server: NetFtServer, wire: socket.socket, request: bytes) -> None:
     wire.send(request)
     serve_once((server,), 0.5)
@@ -109,8 +116,7 @@ def test_an_overload_is_named_for_both_makes() -> None:
 @pytest.mark.parametrize("units", [(2, 4), (1, 1), (5, 5), (6, 6), (3, 2), (4, 3)])
 def test_the_box_shows_the_plants_wrench_in_its_own_units(units: tuple[int, int]) -> None:
     calibration = BoxCalibration(*units, 1_000_000, 2_000_000)
-    server = box(calibration=calibration, rate=7000.0, ranges=(1e9,) * 6)
-    with client(server) as wire:
+    with talk(box(calibration=calibration, rate=7000.0, ranges=(1e9,) * 6)) as (server, wire):
         server.take(state((1.5, -2.0, 0.25, 0.01, -0.02, 0.03)))
         ask(server, wire, STREAM)
         _, _, status, *counts = records_of(server, wire, 1)[0]
@@ -119,12 +125,10 @@ def test_the_box_shows_the_plants_wrench_in_its_own_units(units: tuple[int, int]
         within = max(scales.force, scales.moment)
         assert shown == pytest.approx([1.5, -2.0, 0.25, 0.01, -0.02, 0.03], abs=within)
         assert status == 0
-    server.close()
 
 
 def test_the_stream_counts_from_one_and_samples_seven_times_a_millisecond() -> None:
-    server = box(rate=1000.0)
-    with client(server) as wire:
+    with talk(box(rate=1000.0)) as (server, wire):
         ask(server, wire, STREAM)
         first = records_of(server, wire, 20)
         assert [r[0] for r in first] == list(range(1, len(first) + 1))
@@ -133,12 +137,10 @@ def test_the_stream_counts_from_one_and_samples_seven_times_a_millisecond() -> N
         again = records_of(server, wire, 1 + 20)
         assert 1 in [r[0] for r in again]
         assert min(b[1] - a[1] for a, b in itertools.pairwise(again)) > 0
-    server.close()
 
 
 def test_it_stops_when_asked_and_after_the_wanted_number() -> None:
-    server = box(rate=5000.0)
-    with client(server) as wire:
+    with talk(box(rate=5000.0)) as (server, wire):
         ask(server, wire, STREAM[:4] + struct.pack(">I", 7))
         assert len(records_of(server, wire, 7)) == 7
         assert server.due() == float("inf")
@@ -146,7 +148,6 @@ def test_it_stops_when_asked_and_after_the_wanted_number() -> None:
         assert server.due() < float("inf")
         ask(server, wire, STOP)
         assert server.due() == float("inf")
-    server.close()
 
 
 def test_buffered_records_come_forty_in_a_datagram_and_the_rest_at_the_end() -> None:
@@ -169,31 +170,26 @@ def test_the_last_that_asks_gets_the_stream() -> None:
 
 
 def test_bias_subtracts_the_load_of_its_moment() -> None:
-    server = box(rate=7000.0)
-    with client(server) as wire:
+    with talk(box(rate=7000.0)) as (server, wire):
         server.take(state((1.0, 2.0, 3.0, 0.0, 0.0, 0.01)))
         ask(server, wire, BIAS)
         ask(server, wire, STREAM)
         assert records_of(server, wire, 1)[-1][3:] == (0,) * 6
         server.take(state(ZERO_LOAD))
         assert records_of(server, wire, 5)[-1][3:6] == (-1_000_000, -2_000_000, -3_000_000)
-    server.close()
 
 
 def test_a_load_beyond_the_range_is_clipped_and_reported() -> None:
-    server = box(rate=7000.0, status_words=AXIA)
-    with client(server) as wire:
+    with talk(box(rate=7000.0, status_words=AXIA)) as (server, wire):
         server.take(state((0.0, 0.0, -40.0, 0.0, 0.0, 0.0)))
         ask(server, wire, STREAM)
         _, _, status, *counts = records_of(server, wire, 1)[0]
         assert status == 0xC0000000
         assert counts[2] == -17_000_000
-    server.close()
 
 
 def test_an_onrobot_box_has_other_scales_and_commands() -> None:
-    server = OnRobotServer(onrobot_box(rdt_port=0))
-    with client(server) as wire:
+    with talk(OnRobotServer(onrobot_box(rdt_port=0))) as (server, wire):
         server.take(state((1.0, 0.0, 0.0, 0.0, 0.0, 0.5)))
         for command, value in ((0x82, 2), (0x81, 4), (0x42, 255), (0x02, 0)):
             ask(server, wire, struct.pack(">HHI", 0x1234, command, value))
@@ -207,7 +203,6 @@ def test_an_onrobot_box_has_other_scales_and_commands() -> None:
             ask(server, wire, struct.pack(">HHI", 0x1234, command, value))
         assert server.ignored == 4
         assert server.calibration_port == 0
-    server.close()
 
 
 def test_it_listens_on_loopback_only() -> None:

@@ -73,25 +73,23 @@ def test_a_sensor_inside_the_arm_starts_after_it():
     assert [name for name, what in diary if what == "start"] == ["arm", "sensor"]
 
 
-@pytest.mark.parametrize("unfit", ["sensor", "hand", "arm"])
-def test_when_one_does_not_start_none_is_left_open(unfit):
+@pytest.mark.parametrize(
+    ("unfit", "call"),
+    [("sensor", "start"), ("hand", "start"), ("arm", "start"), ("hand", "read"), ("sensor", "tare")],
+)
+def test_when_one_does_not_start_none_is_left_open(unfit, call):
     world = World()
-    getattr(world, unfit).lose("start")
+    getattr(world, unfit).lose(call)
     with pytest.raises(DeviceError, match=unfit):
-        world.rig.start()
+        (FreshlyTared(world.rig) if call == "tare" else world.rig).start()
     started = {name for name, _ in world.calls("start")}
+    assert started == {"arm", "hand", "sensor"} or call == "start"
     assert started <= {name for name, _ in world.calls("close")}
-    assert not world.calls("move", "press")
+    moves = [entry[2:] for entry in world.diary if entry[1] == "move"]
+    assert moves == ([(ZERO, ZERO)] if call == "tare" else [])
+    assert not world.calls("press")
     with pytest.raises(DeviceError, match="not started"):
         world.rig.step(Command())
-
-
-def test_a_device_that_is_silent_at_the_start_leaves_none_open():
-    world = World()
-    world.hand.lose("read")
-    with pytest.raises(DeviceError):
-        world.rig.start()
-    assert {name for name, _ in world.calls("close")} == {"arm", "hand", "sensor"}
 
 
 def test_time_begins_at_zero_and_each_sample_keeps_its_own():
@@ -152,28 +150,18 @@ def test_whatever_fails_the_arm_stands_still_and_the_hand_goes_on_pressing(losse
     assert set(pressed) == {(2.0, 2.0)}
 
 
-def test_the_arm_stops_when_a_period_was_over_too_soon():
-    class Late(SimulatedTime):
+@pytest.mark.parametrize("error", [OverrunError("late"), KeyboardInterrupt()], ids=["overrun", "Ctrl-C"])
+def test_a_wait_that_is_broken_off_stops_the_arm_and_the_hand_presses_on(error):
+    class BrokenOff(SimulatedTime):
         def wait(self):
-            raise OverrunError("late")
+            raise error
 
-    world = World(pacer=Late())
+    world = World(pacer=BrokenOff())
     world.rig.start()
-    with pytest.raises(OverrunError):
-        world.rig.step(moving())
-    assert world.arm.twist == (ZERO, ZERO)
-
-
-def test_ctrl_c_while_it_waits_stops_the_arm():
-    class Interrupted(SimulatedTime):
-        def wait(self):
-            raise KeyboardInterrupt
-
-    world = World(pacer=Interrupted())
-    world.rig.start()
-    with pytest.raises(KeyboardInterrupt), world.rig as rig:
-        rig.step(moving((1.0, 1.0)))
-    assert world.arm.twist == (ZERO, ZERO)
+    with world.rig as rig:
+        with pytest.raises(type(error)):
+            rig.step(moving((1.0, 1.0)))
+        assert world.arm.twist == (ZERO, ZERO)
     assert [name for name, _ in world.calls("close")] == ["arm", "hand", "sensor"]
     assert {entry[2] for entry in world.diary if entry[1] == "press"} == {(1.0, 1.0)}
 
@@ -272,14 +260,6 @@ def test_after_a_tare_only_the_touch_is_felt_however_it_is_turned(rotvec, later,
     world.sensor.load = load = (0.5, -0.25, 1.0, 0.01, 0.02, -0.03)
     sample = world.rig.step(Command()).wrenches[0]
     assert contact_wrench(sample.wrench, sample.acceleration, payload) == pytest.approx(load, abs=1e-9)
-
-
-def test_a_tare_that_fails_leaves_nothing_open():
-    world = World()
-    world.sensor.lose("tare")
-    with pytest.raises(DeviceError):
-        FreshlyTared(world.rig).start()
-    assert {name for name, _ in world.calls("close")} == {"arm", "hand", "sensor"}
 
 
 def test_raw_channels_are_not_tared():

@@ -1,8 +1,10 @@
-"""A whole rig over real sockets, on loopback only: the real ur_rtde and a Net F/T client, emulated devices."""
+"""A whole rig over real sockets, on loopback only: the real ur_rtde and a Net F/T client, emulated devices.
+
+Rows of `test_wire_faults` stop such a rig by faults of each device.
+"""
 
 import contextlib
 import json
-import os
 from collections.abc import Iterator
 from itertools import count
 
@@ -28,21 +30,17 @@ from palpate.runtime.data import Command
 from support.explore_runs import carried_out, plan_of, planned_again
 from support.regulate_runs import REGULATE, regulated
 from support.rig_cell import HAND, Cell, HandCell, robot_file
-from support.waiting import until
+from support.ur_wire_sessions import own_address
+from support.waiting import first_error, until
 
-_hosts = count(2)
+_hosts = count(50)
 UP = (0.0, 0.0, 0.01)
-
-
-def own_address():
-    """A loopback address that no other emulator has."""
-    return f"127.{101 + os.getpid() % 100}.{os.getpid() // 100 % 250}.{next(_hosts)}"
 
 
 @contextlib.contextmanager
 def emulated(folder) -> Iterator[tuple[EmulatorProcess, str]]:
     """Emulators, and the path of the robot file for them; nothing is left of them at the end."""
-    address, before = own_address(), children()
+    address, before = own_address(next(_hosts)), children()
     with EmulatorProcess(Cell(address)) as emulator:
         assert all(its.startswith("127.") for its in emulator.addresses.values())
         yield emulator, str(robot_file(folder, address))
@@ -85,16 +83,6 @@ def started(path) -> Iterator[tuple[FreshlyTared, float]]:
             yield rig, first.arm.position_base_tip[2]
         finally:
             rig.pacer.stop()
-
-
-def first_error(rig):
-    """Move upwards until something is wrong."""
-    for _ in range(1000):
-        try:
-            rig.step(Command(UP))
-        except DeviceError as error:
-            return error
-    return pytest.fail("nothing was noticed")
 
 
 def until_it_stands(emulator):
@@ -170,32 +158,6 @@ def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_sensor_that_is_lost_in_motion_stops_the_arm_and_is_named(cell):
-    emulator, path = cell
-    with started(path) as (rig, _):
-        for _ in range(20):
-            rig.step(Command(UP))
-        emulator.control.fault(box_of(emulator), "silent")
-        error = first_error(rig)
-        assert error.device.startswith("F/T sensor")
-        assert error.remedy
-        until_it_stands(emulator)  # before anything was closed
-
-
-@pytest.mark.slow
-def test_an_arm_in_protective_stop_is_named(tmp_path):
-    with emulated(tmp_path) as (emulator, path), started(path) as (rig, _):
-        for _ in range(20):
-            rig.step(Command(UP))
-        arm = next(name for name in emulator.addresses if name != box_of(emulator))
-        emulator.control.fault(arm, "protective_stop")
-        error = first_error(rig)
-        assert error.device.startswith("UR arm")
-        assert "protective stop" in error.problem
-        until_it_stands(emulator)
-
-
-@pytest.mark.slow
 def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
     emulator, path = cell
     before = emulator.control.state()["position"]
@@ -231,7 +193,7 @@ def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, 
 @pytest.fixture
 def hand_cell(tmp_path) -> Iterator[tuple[EmulatorProcess, str]]:
     """Servos on a terminal and two F/T boxes, and the path of the robot file for them."""
-    address = own_address()
+    address = own_address(next(_hosts))
     with EmulatorProcess(HandCell(address)) as emulator:
         terminal = next(its for its in emulator.addresses.values() if its.startswith("/dev"))
         yield emulator, str(robot_file(tmp_path, address, HAND.replace("TERMINAL", terminal)))
@@ -253,7 +215,7 @@ def test_no_fault_opens_a_hand(hand_cell):
             now > before for now, before in zip(last.hand.joint_position, first.hand.joint_position, strict=True)
         )
         emulator.control.fault(box, "silent")
-        error = lost(rig)
+        error = first_error(lambda: rig.step(Command()))
         assert error.device.startswith("F/T sensor")
         for _ in range(20):  # as a loop that brakes
             with contextlib.suppress(DeviceError):
@@ -264,16 +226,6 @@ def test_no_fault_opens_a_hand(hand_cell):
     hand = polled.hand
     assert isinstance(hand, DynamixelHand)
     assert "left with its torque on, pressing with 2, 2 N" in hand.closing_note
-
-
-def lost(rig):
-    """Hold until something is wrong."""
-    for _ in range(1000):
-        try:
-            rig.step(Command())
-        except DeviceError as error:
-            return error
-    return pytest.fail("nothing was noticed")
 
 
 @pytest.mark.slow

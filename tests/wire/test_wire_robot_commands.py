@@ -53,6 +53,16 @@ def hand_file(folder, first):
     )
 
 
+def patient(file):
+    """The file of a rig at 500 Hz, with limits of age and silence above the stalls of a busy machine."""
+    replaced = msgspec.structs.replace
+    arm = replaced(file.backend.arm, watchdog=1.0)
+    hand = replaced(file.backend.hand, watchdog=2.0, silent_after=1.0, reply_timeout=0.125)
+    fingers = [replaced(its, sensor_device=replaced(its.sensor_device, silent_after=2.0)) for its in file.fingers]
+    backend, limits = replaced(file.backend, arm=arm, hand=hand), replaced(file.limits, sample_age=1.0)
+    return replaced(file, period=0.002, backend=backend, fingers=tuple(fingers), limits=limits)
+
+
 def finished(experiment, plan, backend=None, sink=None):
     """What came of a run. This machine stands still for longer than it bears, now and then: then once more."""
     for _ in range(4):
@@ -170,9 +180,8 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_an_object(tmp_path):
     for _ in range(4):  # see `finished`; each time with everything where it was
         robot = load_robot(hand_file(tmp_path, 86))
         with robot.file.backend.devices(robot) as rig:
-            limits = msgspec.structs.replace(rig.file.limits, sample_age=1.0)
             path = tmp_path / "cell.yaml"
-            path.write_text(yaml_text(as_written(msgspec.structs.replace(rig.file, period=0.002, limits=limits))))
+            path.write_text(yaml_text(as_written(patient(rig.file))))
             planned = plan_of(robot=str(path), **BELIEVED)
             grasp = run_grasp(planned)
         lifted = float(np.ptp(grasp.truth.height[grasp.aloft])) if grasp.aloft.any() else 0.0

@@ -1,4 +1,4 @@
-"""The plant that stands behind emulated devices: its physics."""
+"""Plants behind emulated devices: their physics, and a load over time."""
 
 import math
 
@@ -12,6 +12,7 @@ from palpate.hw.emulators.simple_plant import (
     GRAVITY,
     ElasticPlane,
     ElasticWall,
+    LoadPlant,
     ServoMotor,
     SimplePlant,
     SimpleServo,
@@ -135,3 +136,18 @@ def test_bad_numbers_are_refused() -> None:
     ):
         with pytest.raises(InvalidValueError):
             make()
+
+
+@given(period=st.floats(1e-4, 0.1), steps=st.integers(0, 50))
+def test_the_load_is_that_of_its_time(period: float, steps: int) -> None:
+    plant = LoadPlant(lambda time: (time, 0.0, -1.0, 0.0, math.sin(time), 0.0), period)
+    for _ in range(2):  # a second start is as the first
+        state = plant.start()
+        for _ in range(steps):
+            state = plant.step(ZERO, ZERO, ())
+        assert state.time == steps * period
+        (sample,) = state.wrenches
+        assert sample.time == state.time
+        assert sample.wrench == (state.time, 0.0, -1.0, 0.0, math.sin(state.time), 0.0)
+    assert state.arm.velocity_base_tip == ZERO
+    plant.close()

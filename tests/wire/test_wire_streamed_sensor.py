@@ -3,7 +3,7 @@
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import pytest
@@ -77,17 +77,28 @@ class MadeUpLink:
         self.closed += 1
 
 
-def test_a_bug_in_the_reading_thread_is_reported_and_a_new_start_helps(clock: Clock) -> None:
-    link = MadeUpLink(clock)
-    ft = StreamedSensor(link, SETTINGS)
-    ft.start()
+@pytest.fixture
+def link(clock: Clock) -> MadeUpLink:
+    return MadeUpLink(clock)
+
+
+@pytest.fixture
+def ft(link: MadeUpLink) -> Iterator[StreamedSensor]:
+    sensor = StreamedSensor(link, SETTINGS)
+    sensor.start()
+    yield sensor
+    sensor.close()
+
+
+def test_a_bug_in_the_reading_thread_is_reported_and_a_new_start_helps(
+    clock: Clock, link: MadeUpLink, ft: StreamedSensor
+) -> None:
     link.failure = ZeroDivisionError("a bug")
     until(lambda: ft._died)
     clock.now += 2.0 * SETTINGS.silent_after
     assert "thread has ended: ZeroDivisionError: a bug" in refused(ft)
     ft.start()
     assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
-    ft.close()
 
 
 @pytest.mark.parametrize(("undated", "words"), [(0, "silent for 41 ms"), (1, "nothing proves yet how old")])
@@ -110,33 +121,23 @@ def test_silence_is_reported_after_its_time_limit_and_not_before(clock: Clock, u
     ft.close()
 
 
-def test_a_new_start_forgets_the_tare(clock: Clock) -> None:
-    ft = StreamedSensor(MadeUpLink(clock), SETTINGS)
-    ft.start()
+def test_a_new_start_forgets_the_tare(ft: StreamedSensor) -> None:
     ft.tare()
     assert ft.read().wrench[:3] == (0.0, 0.0, 0.0)
     ft.start()
     assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
-    ft.close()
 
 
-def test_a_tare_that_goes_silent_keeps_the_old_zero(clock: Clock) -> None:
-    link = MadeUpLink(clock)
-    ft = StreamedSensor(link, SETTINGS)
-    ft.start()
+def test_a_tare_that_goes_silent_keeps_the_old_zero(link: MadeUpLink, ft: StreamedSensor) -> None:
     link.silent = True
     with pytest.raises(DeviceError, match="silent"):
         ft.tare()
     link.silent = False
     until(lambda: not refused(ft))
     assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
-    ft.close()
 
 
-def test_a_broken_wire_is_retried_and_reported_meanwhile(clock: Clock) -> None:
-    link = MadeUpLink(clock)
-    ft = StreamedSensor(link, SETTINGS)
-    ft.start()
+def test_a_broken_wire_is_retried_and_reported_meanwhile(link: MadeUpLink, ft: StreamedSensor) -> None:
     link.failure = OSError("no route")
     until(lambda: "no route" in refused(ft) and len(link.asked) >= 4)
     _, *again = link.asked
@@ -144,11 +145,9 @@ def test_a_broken_wire_is_retried_and_reported_meanwhile(clock: Clock) -> None:
     link.failure = None
     until(lambda: not refused(ft))
     assert ft.read().healthy
-    ft.close()
 
 
-def test_foreign_records_are_distinguished_from_silence(clock: Clock) -> None:
-    link = MadeUpLink(clock)
+def test_foreign_records_are_distinguished_from_silence(link: MadeUpLink) -> None:
     link.silent = True
     link.counts.refused = 7
     with pytest.raises(DeviceError, match="7 pieces of what arrived"):

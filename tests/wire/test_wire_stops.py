@@ -1,19 +1,35 @@
-"""`palpate recover` over real sockets and terminals: what is well stays as it is, what was stopped comes back."""
+"""An arm that is stopped: what a run reports of rest is true, and `palpate recover` brings it back.
+
+Over real sockets and terminals; devices without a fault stay as they are.
+"""
 
 import json
+import math
 
 import pytest
 
 from palpate.cli import main
 from palpate.commands.recover.command import recovered
 from palpate.hw.emulators.process import EmulatorProcess
-from palpate.robots.rig import parts_of
+from palpate.robots.rig import assembled, parts_of
 from palpate.robots.robot import load_robot
+from palpate.runtime import Cause, Command, Ending, Finger, RestState, Supervisor, Touch, run
+from palpate.runtime.data import Phase
+from palpate.runtime.standstill_check import REST_SPEED
+from palpate.sensing.compensation import SensorPayload
+from palpate.surfaces import Sphere
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.ur_library import needs_ur
 from support.ur_wire_sessions import own_address
+from support.waiting import until
 
 pytestmark = needs_ur
+
+BEFORE = 50
+"""Periods before the fault."""
+
+RESTS = 1e-4
+"""[m/s]"""
 
 
 @pytest.fixture(scope="module")
@@ -113,3 +129,62 @@ def test_a_servo_that_has_shut_down_is_restarted_if_that_is_agreed_to(tmp_path, 
         code, found = recover(path, capsys, "--yes")
         assert code == 0, found
         assert "servo 2 no hardware error" in found["devices"][-1]["state"]
+
+
+class Rising:
+    """A controller that moves away from everything."""
+
+    def start(self, first):
+        pass
+
+    def step(self, now):
+        return Command((0.0, 0.0, 0.01), Phase.TRAVEL)
+
+
+def speed(emulator):
+    return math.hypot(*emulator.control.state()["velocity"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("device", "fault", "undo", "state", "cause"),
+    [
+        ("box", "silent", 0.0, RestState.AT_REST, Cause.WIRE),
+        ("ur", "protective_stop", 0.0, RestState.AT_REST, Cause.DEVICE),
+        ("ur", "kill_program", None, RestState.AT_REST, Cause.DEVICE),
+        ("ur", "stall_stream", 0.0, RestState.NOT_KNOWN, Cause.WIRE),
+        ("ur", "drop_rst", None, RestState.NOT_KNOWN, None),
+    ],
+)
+def test_what_is_reported_of_rest_is_what_the_arm_does(cell, device, fault, undo, state, cause):
+    emulator, path = cell
+    name = "ur" if device == "ur" else next(its for its in emulator.addresses if its != "ur")
+    robot = load_robot(path)
+    seen = []
+
+    def break_it(sample, now, command):
+        seen.append(command)
+        if len(seen) == BEFORE:
+            emulator.control.fault(name, fault)
+
+    try:
+        result = run(
+            assembled(robot, robot.file.period),
+            Touch(Finger(Sphere(0.008), SensorPayload(), 0.2, 0.1)),
+            Rising(),
+            Supervisor(robot.file.limits),
+            duration=6.0,
+            observers=(break_it,),
+        )
+        measured = speed(emulator)
+        assert result.ending is Ending.TRIPPED
+        assert result.rest.state is state, str(result)
+        assert cause is None or result.trip.cause is cause
+        if state is RestState.AT_REST:
+            assert measured < REST_SPEED
+        else:
+            assert "is stopped by its controller within" in result.rest.words
+        until(lambda: speed(emulator) < RESTS)
+    finally:
+        if undo is not None:
+            emulator.control.fault(name, fault, undo)
