@@ -1,8 +1,10 @@
 """The solvers compared, what each needs, and how far each is worth waiting for."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
+from typing import Any
 
 from harness.study import Method
 
@@ -34,6 +36,7 @@ class GraspMethod(Method):
         package: Package to install, if palpate's tests do not need it.
     """
 
+    prepare: Callable[[Any], Any]
     most_contacts: int = 1000
     every: int = 1
     package: str | None = None

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from contextlib import contextmanager
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -81,7 +82,7 @@ def not_used(task, assumption):
     """The task ends with exit code 1, names the assumption first, and no file changes."""
     with unchanged(task.sensor.parent):
         result = run_calibrate(task)
-    verdict = result.facts["verdict"]
+    verdict: Any = result.facts["verdict"]
     assert (result.exit_code, verdict["ok"], result.files) == (1, False, ())
     assert verdict["broken"][0]["assumption"] == assumption, result.outcome
     return result.outcome

@@ -127,6 +127,7 @@ def test_an_elastic_twist_is_a_bound_of_the_torque(seed, torque, rest):
     assert 0.4 * torque - 3e-4 <= turned.least_torque_ratio <= 0.5 * torque * 0.97 + 2e-5
     exact = Sensed()
     slid = measure_spin([exact.two_way(nothing, slips(5e-4, 0.1), spin=2.0, aside=0.49)], rubbed(exact))
+    assert isinstance(slid, SpinBound)
     assert slid.doubt is SpinUncertainty.SLID
     assert slid.least_torque_ratio == pytest.approx(5e-4, rel=1e-6)
 

@@ -87,6 +87,7 @@ class Turned:
         """Turn until the controller ends; returns the turn of the object [rad]."""
         self.controller = TurnInHand(self.grip, self.hand, PERIOD, TurnParameters(angles))
         begin = before = self._world()
+        self.true = 0.0
         n, self.moved, self.off = self.hand.fingers, 0.0, 0.0
         ways, slips = np.zeros((n, 4)), np.zeros((n, 2))
 

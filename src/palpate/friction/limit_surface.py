@@ -203,15 +203,18 @@ class LimitSurface:
         """
         force, e, p = load.tangential_length, self.spin_length_at(load.normal_force), self.norm_exponent
         torque = abs(load.spin_torque)
+        x, y, z = load.tangential_force
+        # divided, not scaled by 1 / force: that is infinite for subnormal forces
+        direction = (x / force, y / force, z / force) if force > 0.0 else ZERO
         if torque == 0.0:
-            return Slip(scale(1.0 / force, load.tangential_force), 0.0) if force > 0.0 else Slip(ZERO, 0.0)
+            return Slip(direction, 0.0)
         if e == 0.0:
             return Slip(ZERO, math.copysign(math.inf, load.spin_torque))
         if force == 0.0:
             return Slip(ZERO, math.copysign(1.0 / e, load.spin_torque))
         size = p_norm(force, torque / e, p)
         spin = math.copysign((torque / (e * size)) ** (p - 1.0) / e, load.spin_torque)
-        return Slip(scale((force / size) ** (p - 1.0) / force, load.tangential_force), spin)
+        return Slip(scale((force / size) ** (p - 1.0), direction), spin)
 
     def load_for_slip(self, normal_force: float, slip: Slip) -> ContactLoad:
         """Return what a contact in full slip bears: of all loads on the surface the one that takes most power.
