@@ -14,7 +14,7 @@ from support.cli_samples import SMALL
 from support.going_on import going_on
 from support.ur_library import needs_ur
 
-pytestmark = [pytest.mark.xdist_group("wire"), needs_ur]  # they wait for real time, as the tests of devices do
+pytestmark = [pytest.mark.wire, needs_ur]  # they wait for real time, as the tests of devices do
 
 
 def ended_by_ctrl_c(process):

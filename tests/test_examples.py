@@ -22,9 +22,6 @@ from support.resting_box import BOX, box_at_rest
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
-pytestmark = pytest.mark.xdist_group("wire")  # two of them keep real time, on fixed ports
-
-
 SPAWNS = {"live_netft.py", "own_sensor.py", "sim_to_emulated.py", "sweep.py"}
 """Examples that start processes of their own: these import the script, which a fork has not been started with."""
 
@@ -108,6 +105,7 @@ def test_an_exploration_writes_what_it_says(tmp_path):
     assert float(re.search(r"([\d.]+) um from the true ellipsoid", said)[1]) < 5.0
 
 
+@pytest.mark.wire
 @pytest.mark.slow
 def test_a_live_plot_shows_what_rolls_on_an_emulated_box(tmp_path):
     said = printed_by("live_netft.py", "--seconds", "1", folder=tmp_path)
@@ -116,6 +114,7 @@ def test_a_live_plot_shows_what_rolls_on_an_emulated_box(tmp_path):
     assert (tmp_path / "live_netft.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.wire
 @pytest.mark.slow
 def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
     """What hangs on the sensor from the beginning is no touch."""
@@ -159,6 +158,7 @@ def test_an_experiment_of_ones_own_feels_the_ripples(tmp_path):
     assert said["figures"]["roughness_rms_um"] == pytest.approx(6.6 / 7.1 * 15.0 / math.sqrt(2.0), rel=0.1)
 
 
+@pytest.mark.wire
 @pytest.mark.slow
 def test_the_emulated_robot_finds_what_the_simulated_one_does(tmp_path):
     robots = ("--robots", "ur5e-sim", unhurried_file(tmp_path, "127.0.0.79", scale=0.5))

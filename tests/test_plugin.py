@@ -150,7 +150,7 @@ def palpate_cell(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("wire")
+@pytest.mark.wire
 def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpate_cell):
     assert "bench_arm" in palpate_cell("robot", "check", "bench.yaml")
     for before, after, words in (
@@ -166,7 +166,7 @@ def test_its_kinds_are_words_of_robot_files_and_mistakes_have_their_place(palpat
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("wire")
+@pytest.mark.wire
 def test_its_fingertip_is_swept_in_simulation_and_its_devices_are_refused(palpate_cell):
     (palpate_cell.folder / "bench-sim.yaml").write_text((CELL / "bench-sim.yaml").read_text())
     words = ("sweep", "regulate", "--out", "swept", "--json", "--vary", "force=1,2", "--set", "duration=0.3")
@@ -175,7 +175,7 @@ def test_its_fingertip_is_swept_in_simulation_and_its_devices_are_refused(palpat
     assert "simulated robots only" in palpate_cell(*words, "robot=bench.yaml", fails=True)
 
 
-@pytest.mark.xdist_group("wire")
+@pytest.mark.wire
 @pytest.mark.slow
 def test_its_arm_and_its_sensor_conform(palpate_cell, monkeypatch):
     monkeypatch.syspath_prepend(str(CELL))
@@ -192,7 +192,7 @@ def test_its_arm_and_its_sensor_conform(palpate_cell, monkeypatch):
         emulator.communicate(timeout=20)
 
 
-@pytest.mark.xdist_group("wire")
+@pytest.mark.wire
 @pytest.mark.slow
 def test_its_devices_are_emulated_examined_recovered_and_used(palpate_cell):
     emulator = palpate_cell.begun("emulate", "robot", "bench.yaml")

@@ -25,7 +25,7 @@ from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, RdtCommand
 from support.going_on import going_on
 from support.waiting import until
 
-pytestmark = pytest.mark.xdist_group("wire")  # it waits for real time, as the tests of devices do
+pytestmark = pytest.mark.wire  # it waits for real time, as the tests of devices do
 
 
 @contextmanager

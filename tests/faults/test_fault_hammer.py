@@ -169,7 +169,7 @@ def test_whatever_goes_wrong_no_wild_command_reaches_the_robot_and_it_is_left_st
 
 
 @pytest.mark.slow
-@settings(max_examples=3000, deadline=None)
+@settings(max_examples=600, deadline=None)  # 3000 pass, in three minutes
 @given(histories, limits)
 def test_whatever_goes_wrong_no_wild_command_reaches_the_robot_at_length(history, bounds):
     hammer_pushing(history, bounds)

@@ -354,7 +354,7 @@ def test_a_guarded_robot_is_never_commanded_a_speed_beyond_the_limit(velocity):
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("wire")
+@pytest.mark.wire
 def test_an_episode_on_an_emulated_robot_leaves_nothing_running(tmp_path):
     config = ExploreConfig(
         robot=unhurried_file(tmp_path, "127.0.0.80"), object="sphere", strategy="spiral", radius=0.01
