@@ -65,6 +65,7 @@ def test_every_public_name_is_on_its_page(maker, texts):
                 assert name in dict(sections(dict(sections(texts[f"{other}.md"], 2))[home], 3)), f"{home}.{name}"
 
 
+@pytest.mark.slow
 def test_a_name_is_explained_once(maker):
     homes = Counter(
         maker.origin(module, name)

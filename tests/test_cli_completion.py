@@ -74,6 +74,7 @@ def test_values_are_completed_by_their_kind(script):
     assert completed(script, *COMPLETED) == list(COMPLETED.values())
 
 
+@pytest.mark.slow
 @needs_bash
 def test_a_real_shell_completes_at_a_tab(script):
     """With a terminal, its own line editor, and the key."""

@@ -117,6 +117,7 @@ def still(monkeypatch):
     monkeypatch.setattr(socket, "socket", lambda *_, **__: pytest.fail("something was connected to"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MOVING)
 def test_a_dry_run_plans_and_moves_nothing_and_writes_nothing(name, here, capsys, still):
     before = listing(here)

@@ -109,6 +109,7 @@ def test_a_sweep_and_its_data_set_have_what_the_page_says(tmp_path):
     agree("episodes", columns - figures - set(experiment.Config.__dataclass_fields__))
 
 
+@pytest.mark.slow
 def test_contact_and_compare_write_what_the_page_says(tmp_path):
     (tmp_path / "w.csv").write_text("fx,fy,fz,mx,my,mz\n0.3,0.1,-2.0,0.004,0.008,0.001\n")
     noise = "--force-noise 0.01 --moment-noise 1e-4"

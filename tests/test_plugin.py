@@ -118,6 +118,7 @@ def test_no_module_outside_an_experiment_names_it(point):
             assert repr(point.name) not in constants, path
 
 
+@pytest.mark.slow
 def test_a_public_class_has_a_name_of_its_own():
     names = Counter(
         node.name

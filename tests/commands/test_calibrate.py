@@ -130,6 +130,7 @@ def rest_csv(rng, n=400, mean=BIAS):
 # --- the whole way -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_from_nothing_to_a_pipeline_that_measures_right(tmp_path, capsys):
     """new -> matrix -> payload -> tare; then a known contact is measured to within the noise."""
     rng = np.random.default_rng(1)

@@ -111,6 +111,7 @@ def test_without_the_recorded_changes_it_would_not(nano):
     assert found.commands.first.time == pytest.approx(1.0, abs=0.002)
 
 
+@pytest.mark.slow
 def test_a_run_that_was_stopped_by_the_supervisor_trips_again(tmp_path):
     # friction's, 8 mm below the sensor, is 5 mN m
     text = robot_path("stage").read_text().replace("moment_Nm: 2.0 ", "moment_Nm: 0.003 ")

@@ -72,6 +72,7 @@ def test_a_folder_that_numba_passed_over_is_told(pretend, capsys, monkeypatch):
     assert "NUMBA_CACHE_DIR = /dev/null/kernels cannot be written" in document(capsys)["warnings"][0]
 
 
+@pytest.mark.slow
 def test_every_step_has_a_name_of_its_own():
     names = [name for name, _ in steps()]
     assert len(set(names)) == len(names) > 15

@@ -68,6 +68,7 @@ def test_a_lost_surface_is_sought_slowly_and_not_far_then_given_up():
     assert PERIOD * seek.sum(axis=0) @ -world.out == pytest.approx(WANTED.seek_distance, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_surface_is_sought_once_only():
     """The sweep continues where it is found again; without an object the approach ends after its distance."""
     again = [*LANDED, Phase.SEEK, Phase.SETTLE, Phase.SCAN]

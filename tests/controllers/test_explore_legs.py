@@ -264,6 +264,7 @@ def tour(frame):
     return script, run(script, sphere, start=(0.008, 0.0, 0.0145), frame=rows)
 
 
+@pytest.mark.slow
 @settings(max_examples=2, deadline=None, derandomize=True)
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1))
 def test_world_and_plane_turned_together_nothing_changes(quaternion):

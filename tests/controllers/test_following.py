@@ -105,6 +105,7 @@ def admittance(gain):
     return {"law": Admittance(body, PERIOD)}
 
 
+@pytest.mark.slow
 def test_a_turning_surface_is_followed_and_an_admittance_sweeps_too():
     """Following a still surface costs nothing."""
     assert Swept(TURNTABLE, follow=True).rms() < 0.05

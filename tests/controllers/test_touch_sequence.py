@@ -108,6 +108,7 @@ def test_a_motion_arrives_within_its_limits(position, rotvec):
     assert not motion.late
 
 
+@pytest.mark.slow
 def test_outcomes_say_what_a_touch_met():
     """After nothing the next touch follows; three obstructions end the run; a contact that yields slid."""
     far = replace(step(0.0), standoff=(0.0, 0.0, RADIUS + 0.02), height=RADIUS + 0.02)

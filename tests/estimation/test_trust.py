@@ -3,12 +3,15 @@
 import pytest
 from trust.studies import STUDIES
 
-LONG = "map", "limit surface"
-"""Of which one run takes a second or two."""
+LONG = {"map", "limit surface", "irregular mesh", "superellipsoid"}
+"""Studies and cases of which one run takes more than a second."""
 
 CASES = [
     pytest.param(
-        study, case, id=f"{study.name}, {case.name}", marks=[pytest.mark.slow] if study.name in LONG else []
+        study,
+        case,
+        id=f"{study.name}, {case.name}",
+        marks=[pytest.mark.slow] if {study.name, case.name} & LONG else [],
     )
     for study in STUDIES.values()
     for case in study.cases

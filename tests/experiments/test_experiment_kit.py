@@ -293,6 +293,7 @@ def test_no_zero_of_a_contact_is_written_with_a_sign(tmp_path, form):
 # --- Results show themselves in a notebook, and runs how far they have got ---
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_the_outcome_with_one_picture_and_a_bar_while_it_runs(capsys):
     experiment, seen = experiment_named("regulate"), []
     config = experiment.Config(duration=0.5)

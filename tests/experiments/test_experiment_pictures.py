@@ -230,6 +230,7 @@ def test_forces_in_space_hold_the_object_and_end_at_its_surface(grasp):
     assert np.sort(ends[:, 0]) == pytest.approx([seen.min(), seen.max()], abs=5e-4)
 
 
+@pytest.mark.slow
 def test_what_is_seen_over_time_is_seen_on_one_axis(grasp):
     grip, slip, spin = panels(over_time(grasp))
     assert grip.x == slip.x == spin.x

@@ -93,6 +93,7 @@ def test_heights_below_zero_are_found_as_well(tmp_path):
     assert found[0].force_rms == pytest.approx(found[1].force_rms, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_file_in_millimetres_is_refused_and_with_a_scale_it_is_the_same_object(tmp_path):
     big = BALL.copy()
     big.apply_scale(1000.0)

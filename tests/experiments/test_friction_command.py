@@ -115,6 +115,7 @@ def test_a_log_keeps_its_library_which_may_be_gone_by_then(tmp_path):
     assert FRICTION.plan(plan.config, plan.robot, plan.texts()).library == simulated_materials()
 
 
+@pytest.mark.slow
 def test_the_report_shows_how_often_the_librarys_materials_are_confused_and_which_it_may_be(folder):
     page = (folder / "report.html").read_text(encoding="utf-8")
     part = page.partition("<h2>Which surface it may be")[2].partition("</section>")[0]

@@ -47,6 +47,7 @@ def loads_of(law, forces=(0.7, 5.0), rng=None, know=1.0):
     ]
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.1, 1.2), st.floats(1e-3, 8e-3), st.floats(0.0, 1.0 / 3.0), exponents, st.floats(0.85, 1.15))
 def test_without_scatter_the_surface_comes_back(mu, c, gamma, p, know):
@@ -67,6 +68,7 @@ def test_units_of_force_do_not_matter_but_for_c():
     assert b.spin_length == pytest.approx(a.spin_length * 10**-a.load_exponent, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("p", [1.1, 1.5, 2.0])
 def test_from_18_strokes_at_3_percent_p_within_015_and_gamma_within_005_and_the_scatter(p):
     rng = np.random.default_rng([11, round(100 * p)])

@@ -35,6 +35,7 @@ def test_ipopt_finds_the_same_forces(name):
     assert (TENDONS @ result.forces.ravel() <= np.array(SHARED[2]) + 1e-11).all()
 
 
+@pytest.mark.slow
 def test_a_size_is_two_linear_limits():
     def forces(subject_to):
         return GraspForceOptimizer(ring(), effort, subject_to=subject_to).solve(LOAD).forces
@@ -111,6 +112,7 @@ def test_where_it_begins_changes_nothing(name):
             np.testing.assert_allclose(warm.dual, cold.dual, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_actuators_behind_one_contact_may_be_stated_as_shared():
     maps, limits = np.tile([[[0.012, 0.004, 0.0, 0.0]]], (4, 1, 1)), np.full((4, 1), 0.0115)
     rows = np.zeros((4, 4, 4))

@@ -28,6 +28,7 @@ def ball(subdivisions=2, radius=0.02):
     return surface_of(trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius))
 
 
+@pytest.mark.slow
 @settings(max_examples=80, deadline=None)
 @given(seed=seeds, count=st.integers(1, 60), squeeze=st.floats(-6.0, 0.0), spread=st.floats(-2.0, 1.0))
 def test_the_nearest_of_any_triangles_is_found(seed, count, squeeze, spread):

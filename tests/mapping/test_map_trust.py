@@ -87,6 +87,7 @@ def test_the_gradient_of_the_evidence_is_that_of_differences(seed, bend):
     np.testing.assert_allclose(found, differences, rtol=1e-4, atol=1e-3 * np.abs(found).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_gentle_wave_has_a_length_that_is_no_limit_of_the_search(seed):
     """The evidence once rose without end towards short lengths, since the vague plane shrank with them."""

@@ -116,6 +116,7 @@ def test_what_was_frozen_before_stays_frozen(collections):
     assert gc.get_freeze_count() == pytest.approx(count, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "order", ["ABba", "ABab", "ABxa"], ids=["nested", "overlapping", "the inner one ends with an error"]
 )

@@ -85,6 +85,7 @@ def around_roller(tmp_path, n, joints):
     return started(build_grasp_scene(made(tmp_path, n, joints), ROLLER, SMOOTH, table=Table(-0.0301)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "joints"), [(2, 4), (3, 1), (5, 2), (3, 3)])
 def test_each_finger_presses_with_its_grip_force(tmp_path, n, joints):
     """At rest, in the direction in which it closes, whatever its joints; friction alone would bear more."""

@@ -46,6 +46,7 @@ def check_independent(values):
     assert lagged < stats.norm.isf(RARE / 2) / math.sqrt(n)
 
 
+@pytest.mark.slow
 def test_white_noise_is_gaussian_of_its_deviation_and_independent():
     n, sd = 20_000, (0.01, 0.02, 0.03, 1e-4, 2e-4, 3e-4)
     noise = readings(SensorModel(noise=WhiteNoise(sd)), n) / sd

@@ -150,6 +150,7 @@ def test_half_a_plan_is_no_plan():
     assert reader.news() == plan_of(20, 3)
 
 
+@pytest.mark.slow
 def test_the_plans_of_a_log_are_those_of_the_run(short_run):
     """The controller makes the same legs again: to the corners that it was given."""
     plans = short_run.plans

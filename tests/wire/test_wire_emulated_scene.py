@@ -152,6 +152,7 @@ def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand, 
 # The scene behind the devices
 
 
+@pytest.mark.slow
 def test_a_scene_is_a_plant_that_moves_as_it_does_by_itself():
     directly, behind = scene(), scene()
     plant: Plant = ScenePlant(behind)

@@ -175,6 +175,7 @@ def test_contacts_are_there_while_there_is_one(run):
             assert (end - start) / 0.015 == pytest.approx(np.array(finger.force), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layout", [ONE_FINGER, TWO_FINGERS_AND_A_HAND])
 def test_of_random_numbers_a_log_grows_by_at_most_40_per_cent(layout, tmp_path):
     write(tmp_path / "a.mcap", touching_run(430, layout))
