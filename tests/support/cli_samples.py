@@ -88,7 +88,7 @@ SAMPLES = {
     "log ros2": Sample("nowhere", ("nowhere",), "run --out bag"),
     "log export": Sample("run --to xls", ("xls", "csv", "parquet"), "run --out tables"),
     "replay": Sample("run --set fore=3", ("fore", "force"), "run"),
-    "view": Sample("run --port 70000", ("port = 70000", "from 1 to 65535", "0 for one that is free")),
+    "view": Sample("run --port 70000", ("port = 70000", "from 0 to 65535", "0 for one that is free")),
     "robot list": Sample("--robot stage", ("--robot",), " "),
     "robot show": Sample("stge", ("robot = 'stge'", "did you mean stage?", "stage-nano17"), "stage"),
     "robot check": Sample("bad.yaml", ("bad.yaml: backend.mas_kg", "did you mean mass_kg?"), "stage-nano17"),

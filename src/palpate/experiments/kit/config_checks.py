@@ -33,15 +33,14 @@ def check_within(name: str, value: float, within: tuple[float, float], unit: str
     Raises:
         InvalidValueError: If the number lies outside.
     """
-    least, most = within
-    if least <= value <= most:
+    if within[0] <= value <= within[1]:
         return
-    bounds = f"from {least:g} to {most:g}"
-    if least == -math.inf:
-        bounds = f"at most {most:g}"
-    elif most == math.inf:
-        bounds = f"at least {least:g}"
-    number = f"{value:g}" if isinstance(value, float) else str(value)
+    number, least, most = (f"{each:g}" if isinstance(each, float) else str(each) for each in (value, *within))
+    bounds = f"from {least} to {most}"
+    if within[0] == -math.inf:
+        bounds = f"at most {most}"
+    elif within[1] == math.inf:
+        bounds = f"at least {least}"
     given, allowed = f"{name} = {number} {unit}".rstrip(), f"must be {bounds} {unit}".rstrip()
     raise InvalidValueError(f"{given}: {allowed}{remark}")
 
