@@ -75,7 +75,7 @@ def main() -> None:
 def record_reach(tree: Path, build: Path) -> None:
     """Run the tests that are not slow with coverage, a context for each."""
     build.mkdir(parents=True, exist_ok=True)
-    settings = build / "coverage.ini"
+    settings = build / "settings.ini"  # coverage deletes coverage.*
     settings.write_text(COVERAGE.format(data=build / "coverage"))
     command = [sys.executable, "-m", "pytest", "-m", "not slow", "-n", "auto", "--dist", "loadgroup", "-q",
                "--cov", f"--cov-config={settings}", "--cov-context=test", "--cov-report=",
