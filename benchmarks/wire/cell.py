@@ -279,7 +279,7 @@ class Cell:
         self.up(self._revive, within)
         deadline = monotonic() + 5.0
         while not self.in_contact() and monotonic() < deadline:
-            self.up(lambda: None, within)
+            self.up(self._revive, within)  # a stall of this machine may have pressed the sensor out of its range
 
     def _revive(self) -> None:
         """See which of the devices does not answer, and recover that."""

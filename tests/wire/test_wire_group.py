@@ -3,7 +3,6 @@
 import pytest
 
 
-def test_these_tests_are_one_group(request):
-    if not getattr(request.config.option, "loadgroup", False):
-        pytest.skip("nothing is shared out by groups")
-    assert request.node.nodeid.endswith("@wire")  # by what xdist tells groups
+def test_these_tests_are_one_group(request: pytest.FixtureRequest) -> None:
+    assert request.node.get_closest_marker("wire")
+    assert [mark.args for mark in request.node.iter_markers("xdist_group")] == [("wire",)]
