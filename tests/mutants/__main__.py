@@ -123,13 +123,14 @@ def run(tree: Path, build: Path, count: int) -> None:
     chosen = [Mutant(**json.loads(line)) for line in DRAWN.read_text().splitlines()]
     present = [mutant for mutant in chosen if mutant in there][:count]
     results = build / "results.jsonl"
-    left = [mutant for mutant in present if _name(mutant) not in _known(results)]
-    workers = [
-        get_context("fork").Process(
-            target=judge, args=(tree, reach, results, [(each, there[each]) for each in left[start::JOBS]])
-        )
-        for start in range(JOBS)
+    # looked up here: in a forked process coverage would empty its file
+    left = [
+        (mutant, there[mutant], reach.tests(mutant.path, there[mutant].line))
+        for mutant in present
+        if _name(mutant) not in _known(results)
     ]
+    fork = get_context("fork")
+    workers = [fork.Process(target=judge, args=(tree, results, left[start::JOBS])) for start in range(JOBS)]
     for worker in workers:
         worker.start()
     with Progress(console=Console(stderr=True)) as progress:
@@ -141,15 +142,14 @@ def run(tree: Path, build: Path, count: int) -> None:
     print_table(present, verdicts, len(chosen))
 
 
-def judge(tree: Path, reach: Reach, results: Path, mutants: Sequence[tuple[Mutant, Change]]) -> None:
+def judge(tree: Path, results: Path, mutants: Sequence[tuple[Mutant, Change, list[str]]]) -> None:
     """Make mutants in a copy of the tree and append their verdicts to a file."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "tree"
         shutil.copytree(
             tree, copy, symlinks=True, ignore=shutil.ignore_patterns(".git", "build", "runs", ".venv*")
         )
-        for mutant, change in mutants:
-            tests = reach.tests(mutant.path, change.line)
+        for mutant, change, tests in mutants:
             found = verdict(copy, mutant, change, tests) if tests else "not reached"
             with results.open("a") as file:
                 file.write(json.dumps({"mutant": _name(mutant), "verdict": found, "tests": tests}) + "\n")
