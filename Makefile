@@ -24,10 +24,10 @@ help:  ## Show this list
 demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and write a report to runs/demo
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.025 --force-noise 0.01 --moment-noise 1e-4 --out $(OUT)
 
-test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests: at most 3 minutes on two cores
+test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests that are not slow: 3 to 4 minutes on two cores
 	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
 
-test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too: at most 30 minutes on two cores
+test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too: some 40 minutes on two cores
 	$(BIN)/python -m pytest -m "not wire" -n auto --dist loadgroup
 	$(BIN)/python -m pytest -m wire
 
