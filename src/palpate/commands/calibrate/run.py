@@ -17,12 +17,12 @@ from palpate.commands.calibrate.config import (
     PayloadConfig,
     TareConfig,
 )
-from palpate.commands.calibrate.data import measured_poses, read_csv
+from palpate.commands.calibrate.data import read_csv
 from palpate.commands.calibrate.figures import bias_figures, mounting_figures, payload_figures
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.matrix import calibrate_matrix
 from palpate.commands.calibrate.sensor_presets import preset_sensor
-from palpate.commands.calibrate.static_poses import identified, pose_noise, zero_moved
+from palpate.commands.calibrate.static_poses import identified, read_poses, zero_moved
 from palpate.commands.calibrate.steps import (
     loaded,
     measured,
@@ -59,71 +59,7 @@ from palpate.sensing.ft import (
 )
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.bias import MOVED_FACTOR
-from palpate.sensing.ft.pose_mistakes import likely_mistake
-from palpate.sensing.ft.poses import STANDARD_GRAVITY
 from palpate.spatial import ZERO, Vector, Wrench
-
-
-def calibrate_mounting(config: MountingConfig, console: Console) -> CommandResult:
-    """Find the rotation, print it, and put payload and bias into the sensor file."""
-    sensor = loaded(config.sensor)
-    check_file(target(config))
-    refuse_overwriting(config.out, config.poses)
-    data = read_csv(config.poses)
-    rows, source = measured(data, sensor, config.channels)
-    poses = measured_poses(data, config.rotation, config.up, config.gravity or STANDARD_GRAVITY)
-    if poses.rotation_sensor_base is None:
-        raise data.wrong_header(
-            "gx, gy, gz say where gravity points in the sensor; give the flange's orientation as qw,qx,qy,qz or "
-            "r00,r01,...,r22"
-        )
-    R, noise = poses.rotation_sensor_base, pose_noise(config, sensor)
-
-    def identify(specific_force: FloatArray, wrench: FloatArray) -> IdentifiedMounting:
-        return identify_mounting(specific_force, wrench, **noise)
-
-    def mistake(as_read: IdentifiedPayload | None) -> tuple[BrokenAssumption, ...]:
-        gravity = config.gravity or STANDARD_GRAVITY
-        found = likely_mistake(
-            R, rows, as_read, lambda a, w: _judged(identify(a, w)), gravity=gravity, up_base=config.up
-        )
-        return () if found is None else (found,)
-
-    with named(config.poses):
-        found = identified(identify, poses.specific_force, rows, lambda: mistake(None))
-    if found.verdict.ok and found.payload.payload.mass == 0.0:
-        raise InvalidValueError(f"{config.poses}: the mass is lost in the noise: carry something heavier")
-    console.print(mounting_table(found))
-    console.print(payload_table(found.payload, source))
-    figures = mounting_figures(found)
-    if not found.verdict.ok:
-        verdict = Verdict(mistake(_judged(found))).and_also(found.verdict)
-        return not_used(verdict, figures, console)
-    rotvec = Rotation.from_matrix(found.rotation_flange_sensor).as_rotvec()
-    console.print(
-        Text(
-            "For the robot file, beside the tip's position_m: tcp: {rotvec_rad: ["
-            f"{', '.join(f'{x:.6f}' for x in rotvec)}]}}. "
-            f"Its angle is {np.degrees(np.linalg.norm(rotvec)):.4g} degrees; hold it against the drawing."
-        )
-    )
-    with named(config.poses):
-        updated = with_payload(
-            sensor,
-            found.payload,
-            date=today(),
-            provenance=provenance(
-                sensor, f"mounting, payload: {found.payload.pose_count} poses, {config.poses.name}"
-            ),
-        )
-    files, warnings = write(target(config), updated, console)
-    return used(found.verdict, figures, files, (*warnings, *zero_moved(found.payload, console)))
-
-
-def _judged(found: IdentifiedMounting) -> IdentifiedPayload:
-    """Return the payload with the verdict on all of it."""
-    return replace(found.payload, verdict=found.verdict)
-
 
 SURE_TOUCH = 4.0
 """Standard deviations: what is felt in the air exceeds them once in 16 000 poses."""
@@ -145,7 +81,7 @@ def run_calibrate(config: CalibrateConfig) -> CommandResult:
         case PayloadConfig():
             return _payload(config, console)
         case MountingConfig():
-            return calibrate_mounting(config, console)
+            return _mounting(config, console)
         case TareConfig():
             return _tare(config, console)
 
@@ -169,47 +105,91 @@ def _new(config: NewSensorConfig, console: Console) -> CommandResult:
 
 
 def _payload(config: PayloadConfig, console: Console) -> CommandResult:
-    sensor = loaded(config.sensor)
-    check_file(target(config))
-    refuse_overwriting(config.out, config.poses)
-    data = read_csv(config.poses)
-    rows, source = measured(data, sensor, config.channels)
-    poses = measured_poses(data, config.rotation, config.up, config.gravity or STANDARD_GRAVITY)
-    noise = pose_noise(config, sensor)
+    read = read_poses(config)
 
     def identify(specific_force: FloatArray, wrench: FloatArray) -> IdentifiedPayload:
-        return identify_payload(specific_force, wrench, **noise)
-
-    def mistake(as_read: IdentifiedPayload | None) -> tuple[BrokenAssumption, ...]:
-        if poses.rotation_sensor_base is None:
-            return ()
-        gravity = config.gravity or STANDARD_GRAVITY
-        R = poses.rotation_sensor_base
-        found = likely_mistake(R, rows, as_read, identify, gravity=gravity, up_base=config.up)
-        return () if found is None else (found,)
+        return identify_payload(specific_force, wrench, **read.noise)
 
     with named(config.poses):
-        found = identified(identify, poses.specific_force, rows, lambda: mistake(None))
-    console.print(payload_table(found, source))
+        found = identified(
+            identify, read.poses.specific_force, read.wrenches, lambda: read.mistakes(None, identify)
+        )
+    console.print(payload_table(found, read.source))
     lost = found.payload.mass == 0.0
-    verdict = found.verdict if found.verdict.ok and not lost else Verdict(mistake(found)).and_also(found.verdict)
+    verdict = found.verdict
+    if lost or not verdict.ok:
+        verdict = Verdict(read.mistakes(found, identify)).and_also(verdict)
     if not verdict.ok:
         return not_used(verdict, payload_figures(found), console)
     with named(config.poses):
         updated = with_payload(
-            sensor,
+            read.sensor,
             found,
             date=today(),
-            provenance=provenance(sensor, f"payload: {found.pose_count} poses, {config.poses.name}"),
+            provenance=provenance(read.sensor, f"payload: {found.pose_count} poses, {config.poses.name}"),
         )
     files, warnings = write(target(config), updated, console)
     if lost:
         warnings += noted("the mass is lost in the noise; the file now has no payload.", console)
     if found.zero.bad:
-        left = ", ".join(map(str, sorted(data.lines[i] for i in found.zero.bad)))
+        left = ", ".join(map(str, sorted(read.data.lines[i] for i in found.zero.bad)))
         warnings += noted(f"left out, as far from all others: line {left} of {config.poses.name}.", console)
     warnings = (*warnings, *zero_moved(found, console))
     return used(found.verdict, payload_figures(found), files, warnings)
+
+
+# --- mounting ----------------------------------------------------------------------------------------------------
+
+
+def _mounting(config: MountingConfig, console: Console) -> CommandResult:
+    """Find the rotation, print it, and put payload and bias into the sensor file."""
+    read = read_poses(config)
+    if read.poses.rotation_sensor_base is None:
+        raise read.data.wrong_header(
+            "gx, gy, gz say where gravity points in the sensor; give the flange's orientation as qw,qx,qy,qz or "
+            "r00,r01,...,r22"
+        )
+
+    def identify(specific_force: FloatArray, wrench: FloatArray) -> IdentifiedMounting:
+        return identify_mounting(specific_force, wrench, **read.noise)
+
+    def mistakes(as_read: IdentifiedPayload | None) -> tuple[BrokenAssumption, ...]:
+        return read.mistakes(as_read, lambda a, w: _judged(identify(a, w)))
+
+    with named(config.poses):
+        found = identified(identify, read.poses.specific_force, read.wrenches, lambda: mistakes(None))
+    if found.verdict.ok and found.payload.payload.mass == 0.0:
+        raise InvalidValueError(f"{config.poses}: the mass is lost in the noise: carry something heavier")
+    console.print(mounting_table(found))
+    console.print(payload_table(found.payload, read.source))
+    figures = mounting_figures(found)
+    if not found.verdict.ok:
+        verdict = Verdict(mistakes(_judged(found))).and_also(found.verdict)
+        return not_used(verdict, figures, console)
+    rotvec = Rotation.from_matrix(found.rotation_flange_sensor).as_rotvec()
+    console.print(
+        Text(
+            "For the robot file, beside the tip's position_m: tcp: {rotvec_rad: ["
+            f"{', '.join(f'{x:.6f}' for x in rotvec)}]}}. "
+            f"Its angle is {np.degrees(np.linalg.norm(rotvec)):.4g} degrees; hold it against the drawing."
+        )
+    )
+    with named(config.poses):
+        updated = with_payload(
+            read.sensor,
+            found.payload,
+            date=today(),
+            provenance=provenance(
+                read.sensor, f"mounting, payload: {found.payload.pose_count} poses, {config.poses.name}"
+            ),
+        )
+    files, warnings = write(target(config), updated, console)
+    return used(found.verdict, figures, files, (*warnings, *zero_moved(found.payload, console)))
+
+
+def _judged(found: IdentifiedMounting) -> IdentifiedPayload:
+    """Return the payload with the verdict on all of it."""
+    return replace(found.payload, verdict=found.verdict)
 
 
 # --- tare --------------------------------------------------------------------------------------------------------
