@@ -18,7 +18,12 @@ STEP_TIME_CONSTANTS = 5.0
 
 
 class SetPointFilter:
-    """Smooths steps of the set force.
+    """Smooths the steps of the set force and passes the rest without lag.
+
+    How far the force overshoots after a step depends on how well the contact's stiffness is known: a contact
+    softer than assumed looks, at first, like a surface that recedes. Changes at a rate known beforehand need no
+    smoothing. So only the part of a change that the rates do not explain counts as a step; it is subtracted as a
+    remainder that decays exactly like a critically damped second-order system.
 
     Attributes:
         force: Filtered set force [N].

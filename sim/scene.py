@@ -43,6 +43,9 @@ read once."""
 class SceneContent:
     """Parts of a scene that are equal if they are of the same kinds and hold the same numbers.
 
+    A scene that was compiled before is found again by them. Parts from a robot file or an experiment are made anew
+    for every run, and many hold arrays: their content is compared, not their identity.
+
     Attributes:
         parts: As they were given.
     """

@@ -32,6 +32,13 @@ def innovation_error(
 ) -> FloatArray:
     """Return the error that innovations imply for the strip below each row and column, shape (n, m) [m].
 
+    The innovation of a row is its measured height minus the height that its neighbours predict. Between two rows
+    the map is about the cubic Hermite polynomial through their heights and cross slopes. A row between them tests
+    it: where rows at distances a below and b above predict a height that is off by r, the surface's fourth
+    derivative across is 24 r / (a b)^2; the strips that remain err by a^4 / 384 or b^4 / 384 of it (error of
+    Hermite interpolation, Stoer & Bulirsch, Numerical Analysis, 2.1.5). Unlike errors along rows, the innovation
+    shows a seam that runs beside them.
+
     Args:
         v: Where the rows are, increasing, shape (n,) [m].
         height: On the columns, shape (n, m) [m].

@@ -24,7 +24,7 @@ _SHOWN = 4
 def assumptions(
     model: mujoco.MjModel, joints: Sequence[int], mended: Mapping[str, Sequence[str]]
 ) -> tuple[str, ...]:
-    """Return them.
+    """Return in sentences what of an arm's file is left out, and what is assumed where the file says nothing.
 
     Args:
         model: All that is in the file.

@@ -17,7 +17,7 @@ _KINDS = {"continuous": False, "revolute": True, "prismatic": True}
 
 @dataclass(slots=True)
 class UrdfWords:
-    """Of one file; empty for an MJCF.
+    """Contents of a URDF file that MuJoCo leaves out; empty for an MJCF file.
 
     Attributes:
         speeds: Largest speed of each joint that has one [rad/s or m/s].

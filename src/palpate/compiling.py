@@ -8,6 +8,7 @@ logged to `palpate`, which writes to standard error unless a program says otherw
 import hashlib
 import io
 import logging
+import os
 import pickle
 import re
 import sys
@@ -98,6 +99,13 @@ def keep_closure(kernel: Any, name: str) -> Any:
     """
     _keep(kernel, lambda function: _ClosureCache(function, name))
     return kernel
+
+
+def cache_folder() -> Path:
+    """Return palpate's folder in the user's cache: $XDG_CACHE_HOME/palpate, by default below ~/.cache."""
+    named = os.environ.get("XDG_CACHE_HOME", "")
+    base = Path(named) if os.path.isabs(named) else Path.home() / ".cache"
+    return base / "palpate"
 
 
 def kept_in(kernel: Any) -> str | None:

@@ -22,8 +22,8 @@ from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
+from palpate.compiling import cache_folder
 from palpate.experiments.kit.versions import versions_text
-from palpate.grasp.solvers.compiled import cache_folder
 from palpate.runtime.progress_bar import progress_bar
 
 KERNELS = ("*.nbi", "*.nbc")
@@ -152,7 +152,7 @@ class WarmUpRecord:
                 if name.endswith(".py"):
                     hashed.update((Path(folder) / name).read_bytes())
         name = hashlib.sha256(place.encode()).hexdigest()[:16]
-        return cls(cache_folder().parent / f"warm-up-{name}.json", hashed.hexdigest())
+        return cls(cache_folder() / f"warm-up-{name}.json", hashed.hexdigest())
 
     def read(self) -> dict[str, Any] | None:
         """Return what was reported when everything was compiled; None if it is not, or no longer."""

@@ -75,7 +75,7 @@ MOST_PLACES = 5000
 
 
 def tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: float) -> list[Vector]:
-    """Return points of it, base frame [m].
+    """Return points of the tip frame's path, as far as the object is as described, base frame [m].
 
     Args:
         scan: Of the middle of the tip.

@@ -28,7 +28,7 @@ _SAMPLE = 20_000
 
 
 class RunningStatistics:
-    """Of the columns of rows, in bounded memory."""
+    """Statistics of columns that come in pieces, in bounded memory, as LeRobot normalises by them."""
 
     def __init__(self, width: int) -> None:
         """Take the number of columns."""

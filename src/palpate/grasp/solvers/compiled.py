@@ -22,7 +22,7 @@ from typing import Any
 import casadi
 
 from palpate.atomic_file import replacing
-from palpate.compiling import compiling
+from palpate.compiling import cache_folder, compiling
 from palpate.errors import FloatArray
 
 __all__ = ["BUILDING", "in_place", "machine_code"]
@@ -70,7 +70,7 @@ def _library(function: Any, compiler: str) -> Path:
         (casadi.CasadiMeta.version(), compiler, *FLAGS, platform.system(), platform.machine(), code)
     )
     name = _digest(made_of.encode())
-    folder = cache_folder()
+    folder = cache_folder() / "grasp"
     for library in folder.glob(f"{name}-*.so"):
         if library.name == f"{name}-{_digest(library.read_bytes())}.so":
             return library
@@ -96,13 +96,6 @@ def _library(function: Any, compiler: str) -> Path:
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:32]
-
-
-def cache_folder() -> Path:
-    """Return where compiled code is kept: $XDG_CACHE_HOME/palpate/grasp, by default below ~/.cache."""
-    named = os.environ.get("XDG_CACHE_HOME", "")
-    base = Path(named) if os.path.isabs(named) else Path.home() / ".cache"
-    return base / "palpate" / "grasp"
 
 
 def in_place(function: Any, given: list[FloatArray], wanted: list[FloatArray]) -> Any:

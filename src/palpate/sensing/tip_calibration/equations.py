@@ -23,7 +23,11 @@ from palpate.surfaces.near_sphere import HARMONICS
 
 
 def deviation_basis(u: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return the first `count` fields and the places that go with them.
+    """Return the first `count` fields of small deviations of a tip from its shape, and the places of each.
+
+    The fields are harmonic polynomials of degrees 2 and 3 on the sphere of normals, in the tip's own axes, as of a
+    `NearSphere`, added to the tip's support function. A tip whose support function is off by d(u) lies d(u)
+    further out where its normal is u.
 
     Args:
         u: Unit normals in the tip's axes, shape (n, 3).
