@@ -68,5 +68,5 @@ _UNITS = {
 
 
 def live_rubbing(parameters: RubbingParameters) -> LiveParameters:
-    """Return what may be changed while it rubs: `force_gain`. Loads are the program's, for figures go by them."""
+    """Return what may be changed while it rubs: `force_gain`. Loads are the program's, for metrics go by them."""
     return LiveParameters(parameters.gain.live)

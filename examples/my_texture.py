@@ -14,10 +14,10 @@ from types import SimpleNamespace
 import numpy as np
 
 import palpate as pp
-from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Figure, option
+from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Metric, option
 from palpate.experiments.kit.one_finger import OneFingerPlan
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Line
-from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.sim import HeightField
 
 STIFFNESS, WAVELENGTH = 20e3, 0.004  # [N/m], [m]
@@ -56,7 +56,7 @@ class Stroke:
 
 class Texture(ExperimentDefaults):
     name, summary, Config = "texture", "Stroke ripples: how rough they are.", TextureConfig
-    figures = (Figure("roughness_rms_um", "roughness, RMS", "µm", lambda result: 1e6 * float(np.std(result.z))),)
+    metrics = (Metric("roughness_rms_um", "roughness, RMS", "µm", lambda result: 1e6 * float(np.std(result.z))),)
 
     def plan(self, config, robot, texts):
         heights = config.ripple * np.sin(np.linspace(-0.02, 0.02, 161) / WAVELENGTH * 2.0 * np.pi)
@@ -71,7 +71,7 @@ class Texture(ExperimentDefaults):
 
     def pictures(self, result):
         felt = Panel((Line(1e3 * result.x, 1e6 * result.z),), Axis("place", "mm"), Axis("height", "µm"))
-        yield Picture("Height", "Where the contact was, along the stroke.", (felt,))
+        yield Figure("Height", "Where the contact was, along the stroke.", (felt,))
 
 
 def new_stroke(plan):

@@ -19,9 +19,9 @@ import numpy as np
 import tyro
 
 import palpate as pp
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Line
-from palpate.reporting.paper import write_picture
-from palpate.reporting.picture import Axis, Panel, Picture
+from palpate.reporting.paper import write_figure
 from palpate.runtime.palette import SIDE_BY_SIDE
 
 VARIED = ("surface_speed=0.01,0.02", "assumed_stiffness=10e3,20e3,40e3")  # [m/s], [N/m]
@@ -44,7 +44,7 @@ def main(out: Path = Path("runs/example-sweep"), vary: tuple[str, ...] = VARIED,
         stiffness, medians = np.array(list(at)), np.array([np.median(values) for values in at.values()])
         lines.append(Line(stiffness, medians, f"{1e3 * speed:g} mm/s", colour, points=True))
     axes = Axis("assumed stiffness", "N/m", logarithmic=True), Axis("force error, RMS", "N")
-    write_picture(Picture("Force error", "", (Panel(tuple(lines), *axes, title="surface"),)), out / "own.png")
+    write_figure(Figure("Force error", "", (Panel(tuple(lines), *axes, title="surface"),)), out / "own.png")
 
 
 if __name__ == "__main__":  # needed: other processes import this file

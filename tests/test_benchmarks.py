@@ -1,4 +1,4 @@
-"""The benchmarks measure what they claim: cases with their truth, judges, clocks, tables, and quoted figures."""
+"""The benchmarks measure what they claim: cases with their truth, judges, clocks, tables, and quoted metrics."""
 
 import csv
 import math
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bench
 import contact
+import metrics
 import numpy as np
 import pytest
 import surface_maps
@@ -27,7 +28,7 @@ from contact_methods import (
     solve_each,
 )
 from harness.command import run
-from harness.page import speed_error_report, study_picture
+from harness.page import speed_error_report, study_figure
 from harness.study import Case, Check, Effort, Errors, Input, Ratio, Row, Study
 from harness.tables import quantity
 from harness.timing import Timed, interval, rounds
@@ -35,7 +36,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulation.study import beaten_by
 
-import figures
 from palpate import Ellipsoid, contacts_from_wrenches
 from palpate.reporting.page import report_page
 from palpate.version import __version__
@@ -177,8 +177,8 @@ def test_quantities_are_shown_with_a_prefix(value, unit, shown):
 
 
 def test_a_study_without_a_number_has_no_picture():
-    assert study_picture([made_up(math.nan)]) is None
-    assert study_picture([made_up()]) is not None
+    assert study_figure([made_up(math.nan)]) is None
+    assert study_figure([made_up()]) is not None
 
 
 def test_a_command_writes_table_picture_and_csv_and_fails_on_a_missed_figure(tmp_path, capsys):
@@ -283,7 +283,7 @@ SCRIPTS = (
     ids=lambda each: each[0] if isinstance(each, tuple) else "",
 )
 def test_a_benchmark_says_what_it_measures_and_runs_to_its_end(words, shown):
-    """Figures depend on what else the machine does: they are shown, not judged."""
+    """Metrics depend on what else the machine does: they are shown, not judged."""
     started = [sys.executable, str(BENCHMARKS / words[0]), *words[1:]]
     done = subprocess.run(started, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0 or (shown and done.returncode == 1), done.stderr
@@ -291,39 +291,39 @@ def test_a_benchmark_says_what_it_measures_and_runs_to_its_end(words, shown):
     assert len(done.stdout.splitlines()) > 5
 
 
-# --------------------------------------------------------------------------------------------- quoted figures
+# --------------------------------------------------------------------------------------------- quoted metrics
 
 
-@pytest.mark.parametrize("path", figures.PAGES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", metrics.PAGES, ids=lambda path: path.name)
 def test_a_page_says_what_was_measured(path):
     page = path.read_text(encoding="utf-8")
-    assert figures.BLOCK.search(page), "no table is marked"
-    assert page == figures.made(page, figures.read()), f"{path.name} differs from figures.csv: run `make figures`"
+    assert metrics.BLOCK.search(page), "no table is marked"
+    assert page == metrics.made(page, metrics.read()), f"{path.name} differs from metrics.csv: run `make metrics`"
 
 
 def test_every_figure_is_quoted_and_every_table_stands_on_a_page():
     quoted = {
-        name for table in figures.TABLES.values() for name in figures.read().figures if f"{{{name}}}" in table
+        name for table in metrics.TABLES.values() for name in metrics.read().metrics if f"{{{name}}}" in table
     }
-    assert quoted == set(figures.read().figures)
-    pages = [path.read_text(encoding="utf-8") for path in figures.PAGES]
-    assert {found[2] for page in pages for found in figures.BLOCK.finditer(page)} == set(figures.TABLES)
+    assert quoted == set(metrics.read().metrics)
+    pages = [path.read_text(encoding="utf-8") for path in metrics.PAGES]
+    assert {found[2] for page in pages for found in metrics.BLOCK.finditer(page)} == set(metrics.TABLES)
 
 
 def test_the_history_ends_with_this_version_as_it_was_measured():
-    measured, last = figures.read(), figures.history()[-1]
+    measured, last = metrics.read(), metrics.history()[-1]
     assert last["version"] == measured.version == __version__
-    assert {name: figure.row[1] for name, figure in measured.figures.items()}.items() <= last.items()
+    assert {name: metric.row[1] for name, metric in measured.metrics.items()}.items() <= last.items()
 
 
 def test_a_release_has_one_row_however_often_it_is_measured(tmp_path):
-    def measured(version: str, value: float) -> figures.Measured:
-        named = figures.by_name([figures.Figure("x", value, "us", "", "what")])
-        return figures.Measured("2026-01-02", "a machine", version, named)
+    def measured(version: str, value: float) -> metrics.Measured:
+        named = metrics.by_name([metrics.Metric("x", value, "us", "", "what")])
+        return metrics.Measured("2026-01-02", "a machine", version, named)
 
     path = tmp_path / "history.csv"
     for version, value in (("1.0", 1.0), ("1.1", 2.0), ("1.1", 3.0)):
-        figures.write_history(measured(version, value), path)
-    assert [(row["version"], row["x"]) for row in figures.history(path)] == [("1.0", "1"), ("1.1", "3")]
+        metrics.write_history(measured(version, value), path)
+    assert [(row["version"], row["x"]) for row in metrics.history(path)] == [("1.0", "1"), ("1.1", "3")]
     measured("1.1", 0.12345).write(path)
-    assert figures.read(path) == measured("1.1", 0.123)
+    assert metrics.read(path) == measured("1.1", 0.123)

@@ -61,5 +61,5 @@ def test_ctrl_c_in_a_run_still_gives_a_document_with_what_there_was(tmp_path):
     assert process.returncode == ExitCode.INTERRUPTED
     found = json.loads(told)
     assert (found["status"], found["exit_code"]) == ("interrupted", ExitCode.INTERRUPTED)
-    assert found["figures"]["simulated_s"] > 0.0
+    assert found["metrics"]["simulated_s"] > 0.0
     assert any(file.endswith(".mcap") for file in found["files"])

@@ -127,7 +127,7 @@ def test_a_dry_run_plans_and_moves_nothing_and_writes_nothing(name, here, capsys
     assert main([*typed, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["dry_run"] is True
-    assert told["figures"]["expected_duration_s"] > 0.0
+    assert told["metrics"]["expected_duration_s"] > 0.0
     assert listing(here) == before
 
 
@@ -150,7 +150,7 @@ def test_a_dry_run_refuses_what_the_run_would_refuse(name, here, capsys):
 def check_figures(name, told, done):
     """What a run has said must fit what its dry run had."""
     assert (done["command"], done["status"], done["ending"]) == (name, "done", "done")
-    assert done["figures"]["simulated_s"] == pytest.approx(told["figures"]["expected_duration_s"], rel=0.5)
+    assert done["metrics"]["simulated_s"] == pytest.approx(told["metrics"]["expected_duration_s"], rel=0.5)
     names = [[Path(file).name for file in each["files"] if not file.endswith(".mcap")] for each in (told, done)]
     assert names[0] == names[1]
     assert len(told["files"]) == len(done["files"])
@@ -159,7 +159,7 @@ def check_figures(name, told, done):
 def test_an_exploration_gives_its_figures_and_writes_what_the_dry_run_says(filled, here, capsys):
     assert main(["explore", *SAMPLES["explore"].success.split(), "--dry-run", "--json"]) == 0
     check_figures("explore", json.loads(capsys.readouterr().out), filled[1])
-    assert filled[1]["figures"]["force_rms_n"] < 0.05
+    assert filled[1]["metrics"]["force_rms_n"] < 0.05
 
 
 def test_a_path_that_leaves_the_workspace_is_refused_before_anything_moves(here, capsys, still):

@@ -155,7 +155,7 @@ def test_a_replay_is_the_same_until_something_is_changed(tmp_path):
 @pytest.mark.slow
 def test_an_experiment_of_ones_own_feels_the_ripples(tmp_path):
     said = json.loads(printed_by("my_texture.py:Texture", "--ripple", "15e-6", "--json", folder=tmp_path))
-    assert said["figures"]["roughness_rms_um"] == pytest.approx(6.6 / 7.1 * 15.0 / math.sqrt(2.0), rel=0.1)
+    assert said["metrics"]["roughness_rms_um"] == pytest.approx(6.6 / 7.1 * 15.0 / math.sqrt(2.0), rel=0.1)
 
 
 @pytest.mark.wire

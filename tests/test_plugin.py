@@ -41,9 +41,9 @@ def test_its_name_and_its_options_are_shown(palpate):
 
 @pytest.mark.slow
 def test_it_runs_and_is_replayed_with_another_force(palpate):
-    figures = json.loads(palpate("texture", *SHORT, "--out", "one", "--json"))["figures"]
-    assert figures["strokes"] == 1
-    assert figures["wavelength_m"] == pytest.approx(0.004, rel=0.1)
+    metrics = json.loads(palpate("texture", *SHORT, "--out", "one", "--json"))["metrics"]
+    assert metrics["strokes"] == 1
+    assert metrics["wavelength_m"] == pytest.approx(0.004, rel=0.1)
     assert "identical" in palpate("replay", "one")
     assert "commands identical" in palpate("replay", "one", "--set", "force=2")
     palpate("texture", *SHORT, "--force", "2", "--out", "two")
@@ -70,7 +70,7 @@ def test_it_is_dry_run_on_a_robot_swept_and_seen(palpate):
 @pytest.mark.slow
 def test_a_class_in_a_script_does_all_that_too(palpate):
     named = f"{SCRIPT}:Texture"
-    assert json.loads(palpate(named, "--out", "mine", "--json"))["figures"]["roughness_rms_um"] == pytest.approx(
+    assert json.loads(palpate(named, "--out", "mine", "--json"))["metrics"]["roughness_rms_um"] == pytest.approx(
         6.6, 0.1
     )
     assert "identical" in palpate("replay", "mine")
@@ -212,7 +212,7 @@ def test_its_devices_are_emulated_examined_recovered_and_used(palpate_cell):
         area = ("--width", "0.004", "--depth", "0.002", "--object", "box")
         explored = json.loads(palpate_cell("explore", "--robot", "bench.yaml", *area, "--out", "felt", "--json"))
         assert explored["status"] == "done"
-        assert explored["figures"]["contacts"] > 50
+        assert explored["metrics"]["contacts"] > 50
     finally:
         emulator.send_signal(signal.SIGINT)
         emulator.communicate(timeout=20)

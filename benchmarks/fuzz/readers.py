@@ -129,7 +129,7 @@ def _stream(folder: Path) -> InputReader:
 
 def _records(folder: Path) -> InputReader:
     return InputReader(
-        "text", [b'{"run": 1, "digest": "a", "seed": 0, "status": "done", "figures": {"x": 1.5}}'], read_record
+        "text", [b'{"run": 1, "digest": "a", "seed": 0, "status": "done", "metrics": {"x": 1.5}}'], read_record
     )
 
 

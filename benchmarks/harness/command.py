@@ -92,7 +92,7 @@ def run(
     if given.picture:
         given.picture.parent.mkdir(parents=True, exist_ok=True)
         (picture or partial(save_picture, studies))(given.picture)
-        print(f"Picture: {given.picture}")
+        print(f"Figure: {given.picture}")
     return 0 if all_kept(studies) else 1
 
 

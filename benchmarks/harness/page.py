@@ -1,4 +1,4 @@
-"""Picture of speed against error, and the report page of several studies."""
+"""Figure of speed against error, and the report page of several studies."""
 
 import math
 import os
@@ -12,10 +12,10 @@ from harness.study import Row, Study
 from harness.tables import quantity
 from palpate.commands.scale import scale_of
 from palpate.experiments.kit.versions import versions_text
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, Symbol
 from palpate.reporting.paper import paper_figure, printing
-from palpate.reporting.picture import Axis, Panel, Picture
-from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
 from palpate.runtime.palette import SIDE_BY_SIDE
 from palpate.strict_yaml import read_yaml
 
@@ -26,7 +26,7 @@ FLOOR = 1e-17
 COLUMNS, DOTS_PER_INCH = 3, 180
 
 
-def study_picture(studies: Sequence[Study]) -> Picture | None:
+def study_figure(studies: Sequence[Study]) -> Figure | None:
     """Return a panel per case and quantity, both axes logarithmic; None without any error.
 
     The mark is the typical error, the line above it ends at the largest one.
@@ -53,12 +53,12 @@ def study_picture(studies: Sequence[Study]) -> Picture | None:
         return None
     caption = "Cost against error, both logarithmic: lower left is better. The bar ends at the largest error."
     columns = min(COLUMNS, len(panels))
-    return Picture(f"{studies[0].title}: cost against error", caption, tuple(panels), columns, wide=True)
+    return Figure(f"{studies[0].title}: cost against error", caption, tuple(panels), columns, wide=True)
 
 
 def save_picture(studies: Sequence[Study], path: Path) -> None:
     """Draw all studies, with one legend below all panels."""
-    picture = study_picture(studies)
+    picture = study_figure(studies)
     if picture is None:
         raise SystemExit("no part of this benchmark has a picture")
     with printing():
@@ -96,7 +96,7 @@ def speed_error_report(studies: Sequence[Study], command: str) -> Report:
         title="Speed against error",
         asked="cost of each method on this computer, and its error",
         outcome="Methods took turns: trust the ratios more than the times.",
-        figures=(),
+        metrics=(),
         sections=tuple(map(_section, studies)),
         repeat=(("All of it again:", command),),
         settings=(("computer", f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"), *versions),
@@ -115,7 +115,7 @@ def _section(study: Study) -> Section:
             cells += [quantity(error.typical, unit), quantity(error.largest, unit)]
         rows.append((*cells, row.note))
     columns = ("name", "name", *["value"] * (len(heads) - 2), "note")
-    drawn = Pictures(lambda: [study_picture([study])])
+    drawn = Figures(lambda: [study_figure([study])])
     return Section(study.title, (Paragraph(study.about), drawn, TextTable(rows, columns, (*heads, ""))))
 
 

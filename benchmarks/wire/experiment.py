@@ -107,7 +107,7 @@ def experiment(_: argparse.Namespace) -> Iterator[Listing]:
         with tempfile.TemporaryDirectory() as folder:
             found, ages, bit_for_bit = explorations(seed, Path(folder))
         reports = {
-            key: {figure.name: figure.value for figure in exploration_report(one).figures}
+            key: {metric.name: metric.value for metric in exploration_report(one).metrics}
             for key, one in found.items()
         }
         for key, one in found.items():

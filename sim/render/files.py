@@ -7,7 +7,7 @@ from PIL import Image
 
 from palpate.atomic_file import replacing
 from palpate.errors import InvalidValueError, positive
-from palpate.sim.render.renderer import Picture
+from palpate.sim.render.renderer import Figure
 
 _TICK = 0.01
 """A GIF counts time in hundredths of a second (GIF89a, Graphic Control Extension)."""
@@ -16,7 +16,7 @@ FASTEST_PICTURES = 2.0 * _TICK
 """Shortest time between two pictures [s]: browsers play anything faster at 0.1 s."""
 
 
-def write_png(picture: Picture, path: str | os.PathLike[str]) -> None:
+def write_png(picture: Figure, path: str | os.PathLike[str]) -> None:
     """Write a still, whole or not at all.
 
     Raises:
@@ -26,7 +26,7 @@ def write_png(picture: Picture, path: str | os.PathLike[str]) -> None:
         Image.fromarray(picture).save(file, "PNG")
 
 
-def write_gif(pictures: Iterable[Picture], path: str | os.PathLike[str], interval: float) -> int:
+def write_gif(pictures: Iterable[Figure], path: str | os.PathLike[str], interval: float) -> int:
     """Write a video that repeats, whole or not at all; pictures are taken one by one.
 
     Args:

@@ -22,7 +22,7 @@ from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.shapes import DEFAULT_COLOUR, shapes_of
 from palpate.spatial import Vector, add_scaled, norm
 
-Picture = npt.NDArray[np.uint8]
+Figure = npt.NDArray[np.uint8]
 """Rows from above, shape (height, width, 3), RGB."""
 
 MAX_PIXELS = 4096
@@ -173,7 +173,7 @@ class SceneRenderer(Closing):
         self._depth = np.empty((height, width), np.float32)
         self._closed = False
 
-    def picture(self, posture: Posture, forces: Sequence[ContactForce] = ()) -> Picture:
+    def picture(self, posture: Posture, forces: Sequence[ContactForce] = ()) -> Figure:
         """Draw the scene.
 
         Args:

@@ -61,7 +61,7 @@ class SensorModel:
 
     Attributes:
         name: Maker and model.
-        source: Where its figures come from, and which are assumed.
+        source: Where its metrics come from, and which are assumed.
         rated: Full load per axis [N, N m]; None if it is not limited.
         cross_talk: Error of its calibration.
         bandwidth: Of structure and filters in the device.

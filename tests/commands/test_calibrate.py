@@ -275,8 +275,8 @@ def test_rows_of_one_load_count_once_and_a_temperature_is_kept(tmp_path):
     sensor = sensor_in(tmp_path)
     report = tmp_path / "report.html"
     result = run_calibrate(MatrixConfig(path, sensor, raw_range=(-10.0, 10.0), temperature=26.0, report=report))
-    assert (result.exit_code, result.figures["loads"]) == (0, 40)
-    assert "temperature" in result.figures["model"]
+    assert (result.exit_code, result.metrics["loads"]) == (0, 40)
+    assert "temperature" in result.metrics["model"]
     assert report in result.files
     text = report.read_text()
     for word in ("Contacts on a round tip of 10 mm", "per kelvin", "direct regression", "places at 2 N"):
@@ -382,7 +382,7 @@ def test_the_sensor_on_the_flange_is_found_and_the_file_has_its_payload(tmp_path
     text, turn = mounted_csv(np.random.default_rng(2))
     result = run_calibrate(MountingConfig(written(tmp_path, text), sensor, averaged=500))
     assert result.exit_code == 0
-    off = turn.inv() * Rotation.from_rotvec(result.figures["rotvec_rad"])
+    off = turn.inv() * Rotation.from_rotvec(result.metrics["rotvec_rad"])
     assert np.degrees(off.magnitude()) < 0.1
     assert load_sensor_file(sensor).payload.mass == pytest.approx(0.030, rel=2e-3)
 

@@ -13,49 +13,49 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.commands.command_result import UNITS, CommandResult, ExitCode, figure_name, shown_figures
+from palpate.commands.command_result import UNITS, CommandResult, ExitCode, quantity_key, shown_figures
 from palpate.commands.output_format import JsonOutput, TextOutput, document, plain, unboxed
 from palpate.errors import InvalidValueError, OverrunError
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.spatial import norm
 
 NOT_STRICT = {"parse_constant": lambda word: pytest.fail(f"{word} is no JSON")}
 
-# --- figures ---
+# --- metrics ---
 
 
 @pytest.mark.parametrize(
     ("figure", "name", "value"),
     [
-        (KeyFigure("true normal force, RMS error", 0.5, "N"), "true_normal_force_rms_error_n", 0.5),
-        (KeyFigure("points to true surface, 99 %", 2.0, "mm"), "points_to_true_surface_p99_m", 2e-3),
-        (KeyFigure("stiffness", 14.0, "kN/m"), "stiffness_n_per_m", 14e3),
-        (KeyFigure("force gain", 0.9, "mm/s/N"), "force_gain_m_per_s_per_n", 0.9e-3),
-        (KeyFigure("phase margin", 180.0, "degrees"), "phase_margin_rad", math.pi),
-        (KeyFigure("covered", 50.0, "%"), "covered_share", 0.5),
-        (KeyFigure("commands", "1 234"), "commands", 1234.0),
-        (KeyFigure("slip", "2.8e-05", "mm"), "slip_m", 2.8e-8),
-        (KeyFigure("contact", "never lost"), "contact", "never lost"),
-        (KeyFigure("stable for a stiffness", "0.4 to 2", "times"), "stable_for_a_stiffness", "0.4 to 2 times"),
-        (KeyFigure("speed", 3.0, "furlongs"), "speed", "3 furlongs"),
+        (Quantity("true normal force, RMS error", 0.5, "N"), "true_normal_force_rms_error_n", 0.5),
+        (Quantity("points to true surface, 99 %", 2.0, "mm"), "points_to_true_surface_p99_m", 2e-3),
+        (Quantity("stiffness", 14.0, "kN/m"), "stiffness_n_per_m", 14e3),
+        (Quantity("force gain", 0.9, "mm/s/N"), "force_gain_m_per_s_per_n", 0.9e-3),
+        (Quantity("phase margin", 180.0, "degrees"), "phase_margin_rad", math.pi),
+        (Quantity("covered", 50.0, "%"), "covered_share", 0.5),
+        (Quantity("commands", "1 234"), "commands", 1234.0),
+        (Quantity("slip", "2.8e-05", "mm"), "slip_m", 2.8e-8),
+        (Quantity("contact", "never lost"), "contact", "never lost"),
+        (Quantity("stable for a stiffness", "0.4 to 2", "times"), "stable_for_a_stiffness", "0.4 to 2 times"),
+        (Quantity("speed", 3.0, "furlongs"), "speed", "3 furlongs"),
     ],
 )
-def test_a_figure_gets_a_name_that_ends_in_its_si_unit(figure, name, value):
-    found, _ = shown_figures([figure])
+def test_a_figure_gets_a_name_that_ends_in_its_si_unit(metric, name, value):
+    found, _ = shown_figures([metric])
     assert list(found) == [name]
     assert found[name] == (pytest.approx(value) if isinstance(value, float) else value)
 
 
 @given(st.lists(st.sampled_from(["a", "a!", "A", "b"]), max_size=6))
 def test_no_figure_hides_another(names):
-    found, _ = shown_figures([KeyFigure(name, float(i)) for i, name in enumerate(names)])
+    found, _ = shown_figures([Quantity(name, float(i)) for i, name in enumerate(names)])
     assert sorted(found.values()) == [float(i) for i in range(len(names))]
 
 
 @pytest.mark.parametrize("unit", UNITS)
 def test_units_in_names_are_plain_words(unit):
-    assert figure_name("x", unit).replace("_", "").isalpha()
-    assert figure_name("x", unit).islower()
+    assert quantity_key("x", unit).replace("_", "").isalpha()
+    assert quantity_key("x", unit).islower()
 
 
 # --- JSON ---

@@ -13,19 +13,19 @@ import trimesh
 from mapping.raster import sphere_cap
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
-from palpate.commands.compare.run_pictures import bars_picture, spread_picture
+from palpate.commands.compare.run_figures import bars_figure, spread_figure
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import (
-    ComparedFigure,
+    ComparedMetric,
     MapDifference,
     changed_options,
-    compared_figures,
+    compared_metrics,
     comparison_report,
-    difference_picture,
+    difference_figure,
 )
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.comparable import ErrorSample
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import perform
 from palpate.mapping import MapSettings, SurfaceMap, TouchCloud, surface_mesh, write_cloud_csv, write_cloud_ply
@@ -125,8 +125,8 @@ def regulated(tmp_path_factory):
     return folder
 
 
-def figure(runs, name):
-    (found,) = (each for each in compared_figures(runs) if each.name == name)
+def metric(runs, name):
+    (found,) = (each for each in compared_metrics(runs) if each.name == name)
     return found
 
 
@@ -135,16 +135,16 @@ def test_a_log_gives_what_the_run_gave(explored):
     runs = read_runs(list(explored))
     assert [run.name for run in runs] == ["light", "firm"]
     for run, found in zip(runs, explored.values(), strict=True):
-        assert figures_of(run.experiment, run.result) == figures_of(run.experiment, found)
+        assert metrics_of(run.experiment, run.result) == metrics_of(run.experiment, found)
         (errors,) = run.errors
         assert errors.values == pytest.approx(1e6 * found.point_error)
-    off = figure(runs, "felt normal force off the set one, RMS").values
+    off = metric(runs, "felt normal force off the set one, RMS").values
     for value, each in zip(off, explored.values(), strict=True):
         error = (each.record.normal_force - each.set_force)[each.scanning]
         assert value == pytest.approx(math.sqrt(np.mean(error**2)), rel=1e-3)
-    assert figure(runs, "felt normal force, mean").values == pytest.approx([1.0, 3.0], rel=0.02)
-    assert figure(runs, "how it ended").values == ("done", "done")
-    names = [each.name for each in compared_figures(runs)]
+    assert metric(runs, "felt normal force, mean").values == pytest.approx([1.0, 3.0], rel=0.02)
+    assert metric(runs, "how it ended").values == ("done", "done")
+    names = [each.name for each in compared_metrics(runs)]
     assert len(set(names)) == len(names), "two rows of one name tell two things"
 
 
@@ -159,11 +159,11 @@ def test_only_what_was_asked_differently_is_said_so(explored):
 @pytest.mark.slow
 def test_differences_are_to_the_first_and_turn_with_the_order(explored):
     runs = read_runs(list(explored))
-    there, back = (figure(each, "felt normal force, mean") for each in (runs, runs[::-1]))
+    there, back = (metric(each, "felt normal force, mean") for each in (runs, runs[::-1]))
     assert float(there.differences[0]) == pytest.approx(-float(back.differences[0]))
     assert float(there.differences[0]) == pytest.approx(2.0, rel=0.03)
-    assert ComparedFigure("x", "", (1.0, 1.0, "word", math.nan)).differences == ("0", "", "")
-    small = ComparedFigure("x", "m", (2.5e-6, 3.5e-6))
+    assert ComparedMetric("x", "", (1.0, 1.0, "word", math.nan)).differences == ("0", "", "")
+    small = ComparedMetric("x", "m", (2.5e-6, 3.5e-6))
     assert (small.scale.unit, small.shown, small.differences) == ("µm", ("2.500", "3.500"), ("+1",))
 
 
@@ -188,12 +188,12 @@ def test_as_people_type_it(explored, regulated, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "firm less light" in said
     html = (tmp_path / "new" / "comparison.html").read_text()
-    for told in ("Options that differ", "Figures side by side", "Errors of the surface"):
+    for told in ("Options that differ", "Metrics side by side", "Errors of the surface"):
         assert told in html
     assert main(["compare", first, second, "--out", str(tmp_path / "new"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["figures"]["felt_normal_force_mean_n"] == pytest.approx([1.0, 3.0], rel=0.02)
-    assert told["figures"]["point_rms_m"][0] < 1e-4, "SI units"
+    assert told["metrics"]["felt_normal_force_mean_n"] == pytest.approx([1.0, 3.0], rel=0.02)
+    assert told["metrics"]["point_rms_m"][0] < 1e-4, "SI units"
     assert main(["compare", first, str(regulated)]) == ExitCode.MISTAKE
     assert "only runs of the same experiment" in capsys.readouterr().err
 
@@ -224,31 +224,31 @@ def test_options_that_are_for_maps_are_refused_with_runs(explored, typed, capsys
     assert "leave" in said
 
 
-# --- Pictures of runs side by side: figures in which they differ, and how far their maps are apart ---
+# --- Pictures of runs side by side: metrics in which they differ, and how far their maps are apart ---
 
 
 NAMES = ("a", "b", "c")
 
 
 def test_bars_show_what_differs_in_one_unit():
-    figures = [
-        ComparedFigure("error", "m", (2e-6, 3e-6, math.nan)),
-        ComparedFigure("alike", "N", (1.0, 1.01, 1.0)),
-        ComparedFigure("ending", "", ("done", "lost", "done")),
+    metrics = [
+        ComparedMetric("error", "m", (2e-6, 3e-6, math.nan)),
+        ComparedMetric("alike", "N", (1.0, 1.01, 1.0)),
+        ComparedMetric("ending", "", ("done", "lost", "done")),
     ]
-    (panel,) = panels(bars_picture(figures, NAMES))
+    (panel,) = panels(bars_figure(metrics, NAMES))
     assert panel.x.label == "error [µm]"
     assert [(bars.at[0], bars.length[0]) for bars in panel.marks if isinstance(bars, Bars)] == [
         (2.0, 2.0),
         (1.0, 3.0),
     ]
     assert dict(panel.y.ticks) == {2.0: "a", 1.0: "b", 0.0: "c"}
-    assert bars_picture(figures[1:], NAMES) is None
+    assert bars_figure(metrics[1:], NAMES) is None
 
 
 def test_shares_of_errors_are_of_each_runs_own_points():
     samples = [ErrorSample("t", "c", "error", "µm", np.linspace(-1.0, 1.0, count)) for count in (100, 10_000)]
-    (panel,) = panels(spread_picture([*samples, None], NAMES))
+    (panel,) = panels(spread_figure([*samples, None], NAMES))
     lines = [mark for mark in panel.marks if isinstance(mark, Line)]
     assert [line.name for line in lines] == ["a", "b"]
     assert [line.y[1:-1:2].sum() for line in lines] == pytest.approx([100.0, 100.0])
@@ -268,7 +268,7 @@ def test_a_map_that_lies_further_out_by_so_much_is_shown_so():
     found = MapDifference.of(felt(), felt(up=50e-6))
     assert len(found.common) > 0.9 * len(found.height)
     assert found.common == pytest.approx(50e-6 * felt().mesh.normals[np.isfinite(found.height), 2], abs=1e-6)
-    picture = difference_picture([felt(), None, felt(up=50e-6)], NAMES)
+    picture = difference_figure([felt(), None, felt(up=50e-6)], NAMES)
     assert "c: 49" in picture.caption
     assert "0 % within both bands" in picture.caption
     assert [space.title for space in picture.panels] == ["c less a"]
@@ -276,5 +276,5 @@ def test_a_map_that_lies_further_out_by_so_much_is_shown_so():
 
 
 def test_maps_of_other_places_are_not_compared():
-    assert difference_picture([felt(), felt(aside=0.02)], NAMES[:2]) is None
-    assert difference_picture([None, felt()], NAMES[:2]) is None
+    assert difference_figure([felt(), felt(aside=0.02)], NAMES[:2]) is None
+    assert difference_figure([None, felt()], NAMES[:2]) is None

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.commands.replay.report import key_figures
+from palpate.commands.replay.report import quantities
 from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.experiment import GraspObject
@@ -73,12 +73,12 @@ def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
         for codec, rows in ((found.log.codec, found.log.rows), (found.replay.codec, found.replay.rows))
     ]
     assert (grips[1][-50:] > grips[0][-50:]).all()
-    figures = {figure.name: figure for figure in key_figures(found)}
+    metrics = {metric.name: metric for metric in quantities(found)}
     everywhere = np.abs(
         found.replay.rows[: found.common, found.replay.codec.columns["command.grip_force"]]
         - found.log.rows[: found.common, found.log.codec.columns["command.grip_force"]]
     )
-    assert figures["commanded grip apart, largest"].value == pytest.approx(np.nanmax(everywhere))
+    assert metrics["commanded grip apart, largest"].value == pytest.approx(np.nanmax(everywhere))
 
 
 def test_a_controller_of_ones_own_is_given_the_plan_of_the_hand(grasped):

@@ -21,8 +21,8 @@ from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.record import RunStatus, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import exploration
-from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.registry import experiment_named
 from palpate.reporting import page
@@ -53,7 +53,7 @@ def table(folder):
         return list(csv.DictReader(file))
 
 
-def figures(folder):
+def metrics(folder):
     """The rows, without what depends on who did a run."""
     return [{name: value for name, value in row.items() if name not in NOT_FIGURES} for row in table(folder)]
 
@@ -83,7 +83,7 @@ def test_a_sweep_leaves_a_row_per_run_with_the_figures_of_the_experiment_itself(
     assert {row["status"] for row in rows} == {"done"}
     tap, config = experiment_named(TINY), config_of(planned("force=1,2", "speed=0.01,0.02", seeds=2).runs[5])
     plan = tap.plan(config, load_named_robot(config.robot), {})
-    alone = figures_of(tap, tap.found(plan, carry_out(plan)))
+    alone = metrics_of(tap, tap.found(plan, carry_out(plan)))
     assert {name: rows[5][name] for name in alone} == {
         name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in alone.items()
     }
@@ -115,12 +115,12 @@ def test_an_interrupted_sweep_goes_on_where_it_was_and_repeats_nothing(here, und
     assert "8 of them are there already; --keep-reports is for those still to be done" in capsys.readouterr().out
     assert here.done == list(range(8)), "each once, over both"
     assert {number: kept(parts)[number] for number in before} == before
-    assert figures(parts) == figures(whole)
+    assert metrics(parts) == metrics(whole)
     assert main([*TYPED, "--json", "--out", str(parts)]) == 0
     assert len(here.done) == 8, "nothing is left to do"
     told = json.loads(capsys.readouterr().out)
     by_hand = [float(row["force_mean_n"]) for row in table(parts)[:2]]
-    assert told["figures"]["runs_done"] == 8
+    assert told["metrics"]["runs_done"] == 8
     assert told["combinations"][0]["force_mean_n"]["median"] == pytest.approx(sum(by_hand) / 2.0, rel=1e-12)
 
 
@@ -144,9 +144,9 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     said = capsys.readouterr().out
     for word in ("7 of 8 runs got to their end", "run 5:", "on [purpose]", "--repeat-failed"):
         assert word in said
-    rows = figures(out)
+    rows = metrics(out)
     assert rows.pop(5)["message"] == "ZeroDivisionError: on [purpose]"
-    others = figures(whole)
+    others = metrics(whole)
     others.pop(5)
     assert rows == others
     record = read_record((out / "runs" / "000005.json").read_bytes())
@@ -159,7 +159,7 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     assert here.done == []
     assert main([*TYPED, "--repeat-failed", "--out", str(out)]) == 0
     assert here.done == [5]
-    assert figures(out) == figures(whole)
+    assert metrics(out) == metrics(whole)
 
 
 @pytest.mark.slow
@@ -170,8 +170,8 @@ def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
     assert {"report.html", "forces.txt", "latest.mcap"} <= {path.name for path in kept.iterdir()}
     logged = LoggedRun.of(read_log(log_in(kept)))
     assert (logged.config.force, logged.config.out) == (2.0, kept)
-    figures = figures_of(logged.experiment, logged.found())
-    assert figures["force_mean_n"] == float(table(tmp_path)[1]["force_mean_n"])
+    metrics = metrics_of(logged.experiment, logged.found())
+    assert metrics["force_mean_n"] == float(table(tmp_path)[1]["force_mean_n"])
 
 
 def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
@@ -255,7 +255,7 @@ def test_a_sweep_that_is_killed_in_the_middle_goes_on_and_repeats_nothing(undist
     assert f"{len(before)} of them are there already" in said
     after = kept(tmp_path)
     assert {number: after[number] for number in before} == before, "what was finished was not done again"
-    assert figures(tmp_path) == figures(undisturbed)
+    assert metrics(tmp_path) == metrics(undisturbed)
 
 
 @pytest.mark.slow
@@ -267,7 +267,7 @@ def test_a_worker_that_is_killed_costs_no_run(undisturbed, tmp_path):
     said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     assert sorted(kept(tmp_path)) == list(range(6))
-    assert figures(tmp_path) == figures(undisturbed)
+    assert metrics(tmp_path) == metrics(undisturbed)
 
 
 @pytest.mark.slow
@@ -284,8 +284,8 @@ def test_every_experiment_gives_the_same_in_one_process_and_in_two(typed, tmp_pa
         process = started(["sweep", *typed, "--seeds", "2", "--jobs", jobs], tmp_path / jobs)
         said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
         assert process.returncode == 0, said
-    assert figures(tmp_path / "1") == figures(tmp_path / "2")
-    first, second = ({**row, "run": "", "seed": ""} for row in figures(tmp_path / "1")[:2])
+    assert metrics(tmp_path / "1") == metrics(tmp_path / "2")
+    first, second = ({**row, "run": "", "seed": ""} for row in metrics(tmp_path / "1")[:2])
     assert first != second, "seeds matter"
 
 
@@ -312,7 +312,7 @@ def test_a_script_gets_the_records_and_the_files_are_there(tmp_path, capfd):
     before = [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())]
     told.clear()
     again = sweep(small(tmp_path / "a"), told.append)
-    assert [record.figures for record in again.records] == [record.figures for record in result.records]
+    assert [record.metrics for record in again.records] == [record.metrics for record in result.records]
     assert [path.stat().st_mtime_ns for path in sorted((tmp_path / "a" / "runs").iterdir())] == before
     assert told == []
 
@@ -340,14 +340,14 @@ def test_a_run_after_others_in_one_worker_is_the_run_alone_bit_for_bit(vary, tmp
 
 def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
     def unasked(*given, **options):
-        raise AssertionError("no figure of merit needs it")
+        raise AssertionError("no metric of merit needs it")
 
     for name in ("map_growth", "fit_primitive", "HeightMap"):
         monkeypatch.setattr(exploration, name, unasked)
     (run,) = planned(fixed=SMALL, experiment="explore").runs
     found = attempt(run.case)
     assert (found.status, found.message) == (RunStatus.DONE, "")
-    assert None not in {found.figures[name] for name in ("map_rms_m", "force_rms_n", "contacts")}
+    assert None not in {found.metrics[name] for name in ("map_rms_m", "force_rms_n", "contacts")}
 
 
 def scene(target=None, stiffness=20e3):

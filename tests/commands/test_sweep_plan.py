@@ -215,16 +215,16 @@ figure_values = (
 
 def record_for(plan, number, **more):
     case = plan.runs[number].case
-    fields = {"status": RunStatus.DONE, "figures": {"x": 0.1 + number}, "duration": 1.0}
+    fields = {"status": RunStatus.DONE, "metrics": {"x": 0.1 + number}, "duration": 1.0}
     return RunRecord(run=number, digest=case.digest, seed=case.seed, **(fields | more))
 
 
 @given(st.dictionaries(st.text(), figure_values), st.text(), st.sampled_from(RunStatus))
-def test_a_record_reads_back_to_the_last_bit(figures, message, status):
-    record = RunRecord(run=3, digest="a", seed=2**62, status=status, message=message, figures=figures)
+def test_a_record_reads_back_to_the_last_bit(metrics, message, status):
+    record = RunRecord(run=3, digest="a", seed=2**62, status=status, message=message, metrics=metrics)
     back = read_record(record_text(record))
     assert back == record
-    assert [type(value) for value in back.figures.values()] == [type(value) for value in figures.values()]
+    assert [type(value) for value in back.metrics.values()] == [type(value) for value in metrics.values()]
 
 
 def test_finished_runs_are_there_again_and_what_cannot_be_read_is_run_again(tmp_path):

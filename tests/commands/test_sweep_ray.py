@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from commands.test_sweep_command import LONG, PROCESS_TIMEOUT, TINY, figures, kept, started, undisturbed, wait_for
+from commands.test_sweep_command import LONG, PROCESS_TIMEOUT, TINY, kept, metrics, started, undisturbed, wait_for
 
 __all__ = ["undisturbed"]
 
@@ -75,7 +75,7 @@ def test_a_cluster_of_two_nodes_gives_the_numbers_of_this_computer_also_if_a_wor
     said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
     assert sorted(kept(tmp_path)) == list(range(6))
-    assert figures(tmp_path) == figures(undisturbed)
+    assert metrics(tmp_path) == metrics(undisturbed)
 
 
 def test_a_sweep_on_a_cluster_that_is_killed_goes_on_on_this_computer(cluster, undisturbed, tmp_path):
@@ -92,7 +92,7 @@ def test_a_sweep_on_a_cluster_that_is_killed_goes_on_on_this_computer(cluster, u
     assert process.returncode == 0, said
     after = kept(tmp_path)
     assert {number: after[number] for number in before} == before
-    assert figures(tmp_path) == figures(undisturbed)
+    assert metrics(tmp_path) == metrics(undisturbed)
     wait_for(lambda: not busy(nodes))
 
 
@@ -108,7 +108,7 @@ def test_a_node_that_is_lost_costs_no_run(undisturbed, tmp_path):
         raylets[-1].kill()  # the head's is the first
         said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
         assert process.returncode == 0, said
-        assert figures(tmp_path) == figures(undisturbed)
+        assert metrics(tmp_path) == metrics(undisturbed)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
@@ -134,4 +134,4 @@ def test_a_cluster_of_its_own_is_gone_afterwards(undisturbed, tmp_path):
     process = started([*LONG, "--ray", "local"], tmp_path)
     said, _ = process.communicate(timeout=PROCESS_TIMEOUT)
     assert process.returncode == 0, said
-    assert figures(tmp_path) == figures(undisturbed)
+    assert metrics(tmp_path) == metrics(undisturbed)

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from palpate.commands.scale import scale_of
-from palpate.commands.sweep.picture import pictures, summary_picture, write_summary
+from palpate.commands.sweep.figure import pictures, summary_figure, write_summary
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import (
     advice,
@@ -40,7 +40,7 @@ from support.drawn import panels
 from support.sweep_runs import SHORT, planned
 from support.tiny_experiment import TINY
 
-FIGURES = experiment_named(TINY).figures
+FIGURES = experiment_named(TINY).metrics
 FORCE = FIGURES[0]
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
 
@@ -56,7 +56,7 @@ def made(*vary, value=lambda run: 1e-3 * (1 + run.number), status=lambda number:
             status=status(run.number),
             message="" if status(run.number) is RunStatus.DONE else "<b>it & fell</b>",
             duration=0.5,
-            figures={"force_mean_n": value(run)} if status(run.number) is not RunStatus.FAILED else {},
+            metrics={"force_mean_n": value(run)} if status(run.number) is not RunStatus.FAILED else {},
             versions={"numpy": "2.0"},
         )
         for run in plan.runs
@@ -131,12 +131,12 @@ def test_no_column_has_the_name_of_another(name):
 @pytest.mark.parametrize("name", experiment_names())
 def test_a_figures_column_ends_in_its_unit(name):
     endings = {"m": "_m", "N": "_n", "s": "_s", "Hz": "_hz", "rad": "_rad"}
-    for figure in experiment_named(name).figures:
-        if figure.unit:
-            assert figure.column.endswith(endings[figure.unit])
+    for metric in experiment_named(name).metrics:
+        if metric.unit:
+            assert metric.column.endswith(endings[metric.unit])
         else:
-            assert not figure.column.endswith(tuple(endings.values()))
-        assert len(figure.meaning) <= 36, "it stands beside an axis"
+            assert not metric.column.endswith(tuple(endings.values()))
+        assert len(metric.meaning) <= 36, "it stands beside an axis"
 
 
 @pytest.mark.parametrize("name", experiment_names())
@@ -156,7 +156,7 @@ def test_options_have_the_unit_that_their_help_says(name):
             assert specs_of(kind)[option].unit == (units[0] if units else ""), option
 
 
-# --- which figures
+# --- which metrics
 
 
 def test_figures_to_show_are_known_numbers():
@@ -170,7 +170,7 @@ def test_figures_are_chosen_among_those_that_there_are():
     result = made("force=1,2")
     assert [each.column for each in shown_figures(result.records, FIGURES)] == ["force_mean_n"]
     told = {"force_mean_n": None, "held": True, "true_mean_n": 1.0, "contact": "never lost"}
-    told = [structs.replace(record, figures=told) for record in result.records]
+    told = [structs.replace(record, metrics=told) for record in result.records]
     assert [each.column for each in shown_figures(told, FIGURES)] == ["held", "true_mean_n"]
     failed = made("force=1,2", status=lambda number: RunStatus.FAILED)
     assert shown_figures(failed.records, FIGURES) == ()
@@ -210,7 +210,7 @@ def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
     named = [axis.quantity for panel in panels(picture) for axis in (panel.x, panel.y)]
     shown = " ".join(named + [mark.name for mark in marks(picture, Line | Points)])
     assert all(name.replace("_", " ") in shown for name in names)
-    assert len(plots(picture)) == len(summary_picture(result).panels)
+    assert len(plots(picture)) == len(summary_figure(result).panels)
     if shape in {"two numbers, few", "two numbers, many"}:
         write_summary(result, tmp_path / "summary.png")
         assert (tmp_path / "summary.png").read_bytes().startswith(b"\x89PNG")
@@ -292,7 +292,7 @@ def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path)
         status=lambda number: RunStatus.FAILED if number == 3 else RunStatus.DONE,
     )
     odd = structs.replace(result.records[0], versions={"numpy": "<i>9</i>"})
-    text = html(SweepResult(result.plan, (odd, *result.records[1:]), result.figures))
+    text = html(SweepResult(result.plan, (odd, *result.records[1:]), result.metrics))
     assert "numpy &lt;i&gt;9&lt;/i&gt; and 2.0" in text
     assert "<i>" not in text
     assert '<script>alert("x")' not in text

@@ -217,9 +217,9 @@ def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
 
 @pytest.mark.parametrize("log", ["still", "moving"])
 def test_a_picture_of_it(log, request, tmp_path):
-    still_picture = tmp_path / "a.png"
-    answer = run_view(ViewConfig(str(request.getfixturevalue(log)), picture=still_picture))
+    still_figure = tmp_path / "a.png"
+    answer = run_view(ViewConfig(str(request.getfixturevalue(log)), picture=still_figure))
     if answer.error:
         pytest.skip(answer.error)
-    with Image.open(still_picture) as picture:
+    with Image.open(still_figure) as picture:
         assert len(picture.getcolors(640 * 480)) > 50, "something is in it"

@@ -55,14 +55,14 @@ def test_run_again_it_has_nothing_to_compile_until_something_is_gone(pretend, ca
     kernels = pretend()
     assert main(["warm-up", "--json"]) == 0
     found = document(capsys)
-    assert (found["figures"]["compiled"], found["functions"]) == (2, ["one", "two"])
+    assert (found["metrics"]["compiled"], found["functions"]) == (2, ["one", "two"])
     assert main(["warm-up", "--json"]) == 0
     found = document(capsys)
-    assert found["figures"]["compiled"] == 0
+    assert found["metrics"]["compiled"] == 0
     assert found["outcome"].startswith("Nothing to compile; kept in ")
     (kernels / "made.nbi").unlink()
     assert main(["warm-up", "--json"]) == 0
-    assert document(capsys)["figures"]["compiled"] == 2
+    assert document(capsys)["metrics"]["compiled"] == 2
 
 
 def test_a_folder_that_numba_passed_over_is_told(pretend, capsys, monkeypatch):
@@ -168,7 +168,7 @@ def test_after_it_nothing_is_compiled(tmp_path):
         assert done.returncode == 0, done.stderr
         return done
 
-    assert json.loads(run("-m", "palpate", "warm-up", "--json").stdout)["figures"]["compiled"] > 20
+    assert json.loads(run("-m", "palpate", "warm-up", "--json").stdout)["metrics"]["compiled"] > 20
     assert "palpate: compiling" not in run("-c", HEARD, "warm-up", *AFTERWARDS).stderr
 
 

@@ -47,7 +47,7 @@ class Plain:
 
 
 class Mine(ExperimentDefaults):
-    name, summary, Config, figures = "mine", "Nothing.", Plain, ()
+    name, summary, Config, metrics = "mine", "Nothing.", Plain, ()
 
     def plan(self, config, robot, texts): ...
 
@@ -63,7 +63,7 @@ def test_one_without_fault_passes():
     check_experiment("mine", Mine())
 
 
-Lacking = type("Lacking", (), {"name": "mine", "summary": "", "Config": Plain, "figures": (), "plan": Mine.plan})
+Lacking = type("Lacking", (), {"name": "mine", "summary": "", "Config": Plain, "metrics": (), "plan": Mine.plan})
 Thawed = dataclass(type("Thawed", (), {"__annotations__": Plain.__annotations__, **vars(Mine.Config())}))
 
 
@@ -82,8 +82,8 @@ def bare(missing):
     [
         (wrong(name=3), "Wrong is no experiment.*name = 3.*must be a text"),
         (wrong(plan=None), "Wrong is no experiment.*plan = None.*must be a method"),
-        (wrong(figures=[]), r"Wrong is no experiment.*figures = \[\].*must be a tuple of Figure"),
-        (wrong(figures=(3,)), r"Wrong is no experiment.*figures = \(3,\).*must be a tuple of Figure"),
+        (wrong(metrics=[]), r"Wrong is no experiment.*metrics = \[\].*must be a tuple of Metric"),
+        (wrong(metrics=(3,)), r"Wrong is no experiment.*metrics = \(3,\).*must be a tuple of Metric"),
         (wrong(Config=dict), r"Wrong is no experiment.*Config = .*@dataclass\(frozen=True\)"),
         (wrong(Config=Thawed), r"Wrong is no experiment.*Config = .*@dataclass\(frozen=True\)"),
         (Lacking, "Lacking is no experiment: it lacks found, report, files, cloud: add"),

@@ -19,11 +19,11 @@ from palpate.experiments.explore.surface_colours import (
     layer_colouring,
     map_colourings,
 )
-from palpate.experiments.explore.surface_picture import surface_picture
+from palpate.experiments.explore.surface_figure import surface_figure
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.moments_picture import MOMENTS, held_mesh, moments_picture, worst_moment
-from palpate.experiments.grasp.pictures import over_time
-from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
+from palpate.experiments.grasp.figures import over_time
+from palpate.experiments.grasp.moments_figure import MOMENTS, held_mesh, moments_figure, worst_moment
+from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.data import TimeSeries
@@ -39,7 +39,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def marks(found, *kinds):
-    return marks_of(panels(surface_picture(found))[0], *kinds)
+    return marks_of(panels(surface_figure(found))[0], *kinds)
 
 
 def test_one_surface_has_all_that_is_known_and_the_truth_over_it():
@@ -52,10 +52,10 @@ def test_one_surface_has_all_that_is_known_and_the_truth_over_it():
 
 
 def test_nothing_is_told_of_the_truth_where_nobody_knows_it():
-    (space,) = surface_picture(untrue(small())).panels
+    (space,) = surface_figure(untrue(small())).panels
     assert not any("error" in each for each in quantities(space.marks))
     assert [mark.name for mark in marks(untrue(small()), Surface)] == ["map"]
-    assert "true" not in surface_picture(untrue(small())).caption
+    assert "true" not in surface_figure(untrue(small())).caption
 
 
 def test_without_a_map_there_are_the_points_alone_and_without_points_nothing():
@@ -63,8 +63,8 @@ def test_without_a_map_there_are_the_points_alone_and_without_points_nothing():
     (points,) = marks(found, Spots)
     assert [each.quantity for each in points.colourings] == [HEIGHT, ERROR_OF_POINTS]
     assert not marks(found, Polyline)
-    assert "too few" in surface_picture(found).caption
-    assert surface_picture(unfelt(small())) is None
+    assert "too few" in surface_figure(found).caption
+    assert surface_figure(unfelt(small())) is None
 
 
 @pytest.mark.parametrize("count", [1, 2, 9, MOST_POINTS + 1, 5 * MOST_POINTS + 3])
@@ -152,39 +152,39 @@ def steps(each):
     return StepResponse(TIME, each.mean(axis=0), each, len(each), float(each.max()))
 
 
-def marks_pictures(picture, kind):
+def marks_figures(picture, kind):
     return [mark for panel in picture.panels for mark in panel.marks if isinstance(mark, kind)]
 
 
 def test_the_error_is_shown_while_the_force_is_held_and_no_longer():
-    picture = error_picture(series(PHASES))
-    lines = {line.name: line for line in marks_pictures(picture, Line)}
+    picture = error_figure(series(PHASES))
+    lines = {line.name: line for line in marks_figures(picture, Line)}
     for name, error in (("felt", 10.0), ("true", -10.0)):
         assert np.isfinite(lines[name].y).nonzero()[0].tolist() == list(range(100, 250))
         assert lines[name].y[100:250] == pytest.approx(error)  # [mN]
     assert (panels(picture)[0].x.low, panels(picture)[0].x.high) == pytest.approx((1.0, 2.5))
-    assert error_picture(series(["approach"] * 300)) is None
+    assert error_figure(series(["approach"] * 300)) is None
 
 
 def test_single_steps_lie_in_a_band_about_their_mean_whose_rise_is_marked():
     rising = 1.0 - np.exp(-TIME / LAG)
-    picture = step_picture(steps(np.array([0.9 * rising, 1.1 * rising])), None)
-    (band,), (mean,) = marks_pictures(picture, Band), marks_pictures(picture, Line)
+    picture = step_figure(steps(np.array([0.9 * rising, 1.1 * rising])), None)
+    (band,), (mean,) = marks_figures(picture, Band), marks_figures(picture, Line)
     assert (band.low <= mean.y).all()
     assert (mean.y <= band.high).all()
-    begin, end = (rule.at for rule in marks_pictures(picture, Rule) if rule.upright)
+    begin, end = (rule.at for rule in marks_figures(picture, Rule) if rule.upright)
     assert end - begin == pytest.approx(1e3 * LAG * np.log(9.0), rel=0.15)  # [ms]
-    assert step_picture(None, None) is None
+    assert step_figure(None, None) is None
 
 
 @pytest.mark.parametrize(("corner", "told"), [(4.0, "at 4 Hz"), (1e3, "does not fall below -3 dB")])
 def test_the_bandwidth_is_marked_in_gain_and_phase_if_there_is_one(corner, told):
     frequency = np.geomspace(0.5, 16.0, 31)
-    picture = bode_picture({"true": FrequencyResponse(frequency, 1.0 / (1.0 + 1j * frequency / corner))})
+    picture = bode_figure({"true": FrequencyResponse(frequency, 1.0 / (1.0 + 1j * frequency / corner))})
     assert told in picture.caption
-    marked = [rule.at for rule in marks_pictures(picture, Rule) if rule.upright]
+    marked = [rule.at for rule in marks_figures(picture, Rule) if rule.upright]
     assert marked == ([pytest.approx(corner, rel=1e-3)] * 2 if corner < 16.0 else [])
-    assert marks_pictures(picture, Line)[0].y[0] == pytest.approx(0.0, abs=0.1)
+    assert marks_figures(picture, Line)[0].y[0] == pytest.approx(0.0, abs=0.1)
 
 
 # --- Pictures of a grasp: what is played is what was, forces balance, and what is held has its size ---
@@ -197,7 +197,7 @@ def grasp():
 
 @pytest.mark.slow
 def test_what_is_played_begins_with_the_lift_and_shows_the_worst_moment_first(grasp):
-    picture = moments_picture(grasp)
+    picture = moments_figure(grasp)
     space, *surfaces = picture.panels
     worst, truth = worst_moment(grasp), grasp.truth
     assert MOMENTS <= len(picture.steps) <= MOMENTS + 1
@@ -214,7 +214,7 @@ def test_what_is_played_begins_with_the_lift_and_shows_the_worst_moment_first(gr
 
 @pytest.mark.slow
 def test_forces_in_space_hold_the_object_and_end_at_its_surface(grasp):
-    picture = moments_picture(grasp)
+    picture = moments_figure(grasp)
     space, step = picture.panels[0], picture.step
     arrows = {mark.name: mark for mark in space.marks if isinstance(mark, Arrows)}
     pushes, loads = arrows["contact force"], arrows["weight and pull"]

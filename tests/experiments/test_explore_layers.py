@@ -61,7 +61,7 @@ def test_an_edge_tells_no_stiffness_though_the_force_errs_there():
 def test_where_the_force_does_not_vary_nothing_is_said_of_stiffness(steady):
     assert np.isnan(steady.map.stiffness.mean).all()
     assert not any("stiffness" in row[0] for row in layer_rows(steady.map))
-    assert not any("stiffness" in figure.name for figure in exploration_report(steady).figures)
+    assert not any("stiffness" in metric.name for metric in exploration_report(steady).metrics)
 
 
 @pytest.mark.slow
@@ -129,9 +129,9 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path):
     assert rows["stiffness of the object"][2] == "kN/m"
     assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)
     assert {"friction", "largest curvature", "smallest curvature", "mean curvature of the map"} <= set(rows)
-    figures = {figure.name: figure for figure in report.figures}
-    assert figures["stiffness of the object"].value == pytest.approx(40.0, rel=0.2)
-    assert re.search(r"± [\d.]+, on \d+ %", figures["stiffness of the object"].note)
-    assert figures["mean curvature of the map"].value == pytest.approx(25.0, rel=0.1)
-    assert figures["true normal force, RMS error"].note == "set 2 N ± 0.5 N"
+    metrics = {metric.name: metric for metric in report.metrics}
+    assert metrics["stiffness of the object"].value == pytest.approx(40.0, rel=0.2)
+    assert re.search(r"± [\d.]+, on \d+ %", metrics["stiffness of the object"].note)
+    assert metrics["mean curvature of the map"].value == pytest.approx(25.0, rel=0.1)
+    assert metrics["true normal force, RMS error"].note == "set 2 N ± 0.5 N"
     assert dict(settings(swung))["normal force"] == "2 N, ± 0.5 N as a sine of 1 s"

@@ -15,7 +15,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.surface_picture import surface_picture
+from palpate.experiments.explore.surface_figure import surface_figure
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
@@ -342,7 +342,7 @@ def test_an_object_from_a_file_is_explored_as_a_built_in_one_is(name, robot, siz
     fields = {**described(files, name), "robot": robot, "speed": 0.02, "spacing": 0.01, **size}
     found = carried_out(plan_of(ExploreConfig(**fields)))
     check_held(found, below(force_rms=0.2, point_rms=1e-6 if (name, robot) == ("heights", "stage") else 1e-5))
-    (true,) = (each for each in panels(surface_picture(found))[0].marks if each.name == "true surface")
+    (true,) = (each for each in panels(surface_figure(found))[0].marks if each.name == "true surface")
     assert np.isfinite(true.vertices).all()
     if "center" in size:
         # up to a tip's radius times the steepest slope beside the path of its centre

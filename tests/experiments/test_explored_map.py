@@ -31,7 +31,7 @@ from palpate.experiments.explore.scans import scan_on
 from palpate.experiments.explore.tables import shape_rows
 from palpate.mapping import Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
-from palpate.mapping.mesh_figures import voxel_for
+from palpate.mapping.mesh_metrics import voxel_for
 from palpate.robots.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.sim import SphereObject
 from palpate.surfaces import Sphere

@@ -22,8 +22,8 @@ from palpate.experiments.friction.strokes import FreeAir
 from palpate.experiments.friction.words import rubs_by
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
-from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.metric import metrics_of
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
     How,
@@ -101,10 +101,10 @@ def test_its_log_tells_the_very_same_again(folder, evaluated):
     kept = load_friction_file(folder / "friction.yaml")
     assert msgspec.structs.replace(evaluated.file, provenance="") == msgspec.structs.replace(kept, provenance="")
     assert evaluated.recognised.material in kept.provenance
-    figures = figures_of(FRICTION, evaluated)
-    assert figures["mu_inside"]
-    assert figures["mu_error"] == kept.friction.value - 0.7
-    assert figures["norm_exponent_found"] is None  # assumed
+    metrics = metrics_of(FRICTION, evaluated)
+    assert metrics["mu_inside"]
+    assert metrics["mu_error"] == kept.friction.value - 0.7
+    assert metrics["norm_exponent_found"] is None  # assumed
 
 
 def test_a_log_keeps_its_library_which_may_be_gone_by_then(tmp_path):
@@ -182,7 +182,7 @@ def test_what_never_slipped_gives_bounds_below_the_truth_and_says_so(sticking):
     assert file.spin_length is None or file.spin_length.how is How.BOUND
     report = FRICTION.report(sticking)
     assert "It never slipped along the surface: mu is at least" in report.outcome
-    assert report.figures[0].text.startswith("at least")
+    assert report.metrics[0].text.startswith("at least")
     assert read_friction_file(friction_file_text(file)) == file
     longest = max(pair.rub.travel for pair in sticking.pairs)
     assert longest == pytest.approx(sticking.plan.wanted.most_travel)

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.friction.figures import speed_figure, stroke_figure
 from palpate.experiments.friction.measured import frictions, speeds
-from palpate.experiments.friction.pictures import speed_picture, stroke_picture
 from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.words import no_spin_length, outcome
 from palpate.friction.friction_file import How, friction_file_text, read_friction_file
@@ -100,8 +100,8 @@ def short():
     return rubbed(quick=True, loads=(1.0,), skin_stiffness=40.0)
 
 
-def figures_of(run):
-    return {each.name: each for each in FRICTION.report(run).figures}
+def metrics_of(run):
+    return {each.name: each for each in FRICTION.report(run).metrics}
 
 
 # --- mu that falls with the speed ---
@@ -119,19 +119,19 @@ def test_static_friction_is_at_least_what_was_felt_where_mu_still_rises(falling)
     assert static.how is How.BOUND
     assert 0.65 < static.value == static.lower <= 0.7
     assert math.isinf(static.upper)
-    figure = figures_of(falling)["static friction"]
-    assert figure.text.startswith("at least")
-    assert "still rose at the slowest speed, 2 mm/s" in figure.note
+    metric = metrics_of(falling)["static friction"]
+    assert metric.text.startswith("at least")
+    assert "still rose at the slowest speed, 2 mm/s" in metric.note
     assert read_friction_file(friction_file_text(falling.file)) == falling.file
 
 
 @pytest.mark.slow
 def test_the_picture_of_speeds_says_what_it_shows(falling):
-    caption = speed_picture(speeds(falling), None).caption
+    caption = speed_figure(speeds(falling), None).caption
     assert "mu goes from 0.5 at" in caption
     assert "to 0.67 at 2 mm/s" in caption
     level = tuple(replace(each, value=0.5, lower=0.49, upper=0.51) for each in speeds(falling))
-    assert "the same at all speeds" in speed_picture(level, None).caption
+    assert "the same at all speeds" in speed_figure(level, None).caption
 
 
 # --- a bend is no phenomenon ---
@@ -158,16 +158,16 @@ def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     assert short.file.friction.value <= 0.5
     assert "It began to slip along the surface" in report.outcome
     assert "never slipped along" not in report.outcome
-    assert "not at 1 N" in stroke_picture(stroke_curves(short), frictions(short)).caption
+    assert "not at 1 N" in stroke_figure(stroke_curves(short), frictions(short)).caption
     assert "in one direction only" in texts_of(short, "At each load")
-    figures = figures_of(short)
-    assert "in one direction only" in figures["friction mu"].note
-    assert figures["spin length e"].text == "not found"
-    assert "did not slip about the normal" in figures["spin length e"].note
+    metrics = metrics_of(short)
+    assert "in one direction only" in metrics["friction mu"].note
+    assert metrics["spin length e"].text == "not found"
+    assert "did not slip about the normal" in metrics["spin length e"].note
     least = short.file.loads[0].torque_ratio
     assert least.how is How.BOUND
     assert 0.0 < least.value <= 0.5 * 0.003
-    assert figures["mu e"].text.startswith("at least")
+    assert metrics["mu e"].text.startswith("at least")
 
 
 @pytest.mark.slow

@@ -20,15 +20,15 @@ from palpate.estimation import Assumption, BrokenAssumption
 from palpate.experiments.grasp.belief import COVERED, planned_with
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.experiment import GraspObject
-from palpate.experiments.grasp.key_figures import compared, key_figures
 from palpate.experiments.grasp.least import CLOSE, least_forces, least_grip
+from palpate.experiments.grasp.quantities import compared, quantities
 from palpate.experiments.grasp.report import heaviest_load
 from palpate.experiments.grasp.result import SLIPPED, grasp_of
 from palpate.experiments.grasp.truth import STAGES, clearance
 from palpate.experiments.grasp.words import account, outcome
 from palpate.experiments.kit.config_file import config_text, read_config
-from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer
 from palpate.friction.friction_file import (
@@ -181,7 +181,7 @@ def test_nothing_slips_or_spins_and_the_object_stands_again_where_it_stood(grasp
 
 
 @pytest.mark.slow
-def test_the_page_shows_both_controls_and_their_figures(grasped, tmp_path):
+def test_the_page_shows_both_controls_and_their_metrics(grasped, tmp_path):
     experiment, table = GraspObject(), tmp_path / "grasp.csv"
     page = report_page(experiment.report(grasped))
     experiment.files(grasped)["grasp.csv"](table)
@@ -200,7 +200,7 @@ def test_what_came_of_a_grasp_is_worked_out_again_from_its_log_alone(tmp_path):
     planned = plan_of(known="nudged", plant=True, load="none", rise=0.1, lift_height=0.01)
     done = run_grasp(planned, sinks=(log_writer(experiment, planned, tmp_path),))
     found: Any = LoggedRun.of(read_log(log_in(tmp_path))).found()
-    assert figures_of(experiment, found) == figures_of(experiment, done)
+    assert metrics_of(experiment, found) == metrics_of(experiment, done)
     assert (found.alarms, found.nudged) == (done.alarms, done.nudged)
     for field in fields(done.truth):
         kept = getattr(found.truth, field.name)
@@ -381,8 +381,8 @@ def heavy():
     return run_grasp(mass=1.3, **HELD)
 
 
-def figure(grasp, name):
-    return next(each for each in key_figures(grasp) if each.name == name)
+def metric(grasp, name):
+    return next(each for each in quantities(grasp) if each.name == name)
 
 
 # --- where it is
@@ -413,8 +413,8 @@ def test_what_slides_in_the_lift_is_said_to_slip(slid):
     told = outcome(slid)
     assert "neither" not in told
     assert "slipped" in told or "slid" in told
-    assert figure(slid, "dropped").value != "no"
-    assert figure(slid, "slip in the whole time in the air").value == pytest.approx(
+    assert metric(slid, "dropped").value != "no"
+    assert metric(slid, "slip in the whole time in the air").value == pytest.approx(
         1e3 * slid.slip_aloft, abs=1e-5
     )
     assert slid.onsets
@@ -450,7 +450,7 @@ def test_what_met_the_table_early_is_explained_by_the_truth(slid):
 
 @pytest.mark.slow
 def test_a_control_beside_it_is_compared_by_its_tightest_too(slid, heavy):
-    told = {figure.name: figure for figure in compared(replace(heavy, comparison=slid))}
+    told = {metric.name: metric for metric in compared(replace(heavy, comparison=slid))}
     assert {"tightest, ignoring spin", "slip in the air, ignoring spin", "spin in the air, ignoring spin"} <= set(
         told
     )

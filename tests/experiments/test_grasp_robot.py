@@ -168,10 +168,10 @@ def test_a_report_of_a_robot_says_what_was_felt_and_nothing_of_a_simulation(load
     grasp = Grasp(planned, replace(run), felt_grasp(planned, loads), (), 0)
     report = grasp_report(grasp)
     assert f"The object was {word}, as fingers feel it." in report.outcome
-    names = [figure.name for figure in report.figures]
+    names = [metric.name for metric in report.metrics]
     assert names[:2] == ["dropped", "largest grip"]
     assert not any("slip" in name or "spin" in name or "least" in name for name in names)
-    assert report.figures[1].value == 2.0
+    assert report.metrics[1].value == 2.0
     said = report_page(report)
     for stand_in in ("simulated: none was late", str(STEPPED)):  # of the run that stands in for one
         said = said.replace(stand_in, "")

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.belief import planned_with, slips_of
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.key_figures import key_figures
 from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
 from palpate.experiments.grasp.notes import notes_on
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.plan import nudge_time
 from palpate.experiments.grasp.price import growth_in_hold, held_before, price_of_preload
+from palpate.experiments.grasp.quantities import quantities
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load, weight_of
 from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant
 from palpate.experiments.grasp.words import against_slip, outcome
@@ -222,11 +222,11 @@ def test_the_least_of_three_agrees_with_itself_where_e_grows():
     assert least.mean() < least_grip(constant, load, at.tolist(), (-at / 0.03).tolist())
 
 
-# --- figures
+# --- metrics
 
 
-def figures(grasp):
-    return {figure.name: figure for figure in key_figures(grasp)}
+def metrics(grasp):
+    return {metric.name: metric for metric in quantities(grasp)}
 
 
 @pytest.mark.slow
@@ -235,7 +235,7 @@ def test_what_was_dropped_was_not_set_down():
     grasp = run_grasp(friction=0.05, believed_friction=0.5, rise=0.2, lift_height=0.02)
     assert grasp.truth.height.max() < 1e-3
     assert grasp.dropped
-    assert figures(grasp)["dropped"].value == "yes"
+    assert metrics(grasp)["dropped"].value == "yes"
     for ending in Ending:
         ended = replace(grasp, run=replace(grasp.run, ending=ending))
         assert "The object was left behind" in outcome(ended)
@@ -249,19 +249,19 @@ def test_what_was_never_measured_has_no_figure():
         if now.time > 0.3:
             raise RuntimeError("a made-up fault")
 
-    told = figures(run_grasp(observers=(stop,)))
+    told = metrics(run_grasp(observers=(stop,)))
     assert all(told[name].text == "-" for name in ("slip", "spin", "grip over the least", "largest grip"))
 
 
 @pytest.mark.slow
 def test_what_a_nudge_found_is_told_against_the_truth(nudged):
-    mu, e = figures(nudged)["mu, by the nudge"], figures(nudged)["e, by the nudge"]
+    mu, e = metrics(nudged)["mu, by the nudge"], metrics(nudged)["e, by the nudge"]
     assert mu.value == pytest.approx(0.5, rel=0.02)
     assert e.value == pytest.approx(4.0, abs=0.25)
-    for figure, true in ((mu, 0.5), (e, 4.0)):
-        low, high = (float(word) for word in figure.note.split("err: ")[1].split(";")[0].split(" to "))
+    for metric, true in ((mu, 0.5), (e, 4.0)):
+        low, high = (float(word) for word in metric.note.split("err: ")[1].split(";")[0].split(" to "))
         assert low < true < high
-        assert f"true {true:g}" in figure.note
+        assert f"true {true:g}" in metric.note
 
 
 # --- What keeps a grip from giving way again depends on why it did ---

@@ -1,4 +1,4 @@
-"""Regulation of force from configuration to report: figures, hostile cases, logs, refusals."""
+"""Regulation of force from configuration to report: metrics, hostile cases, logs, refusals."""
 
 import math
 import os
@@ -14,17 +14,17 @@ from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import config_text, read_config
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.options import foreign_options, specs_of
 from palpate.experiments.kit.pressing import identified_text, read_identified
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.regulate.config import LIVE, RegulateConfig
 from palpate.experiments.regulate.identified import Identified
-from palpate.experiments.regulate.key_figures import margins
 from palpate.experiments.regulate.motion import motion_text, read_motion
+from palpate.experiments.regulate.quantities import margins
 from palpate.experiments.regulate.report import regulation_report, series_of
 from palpate.experiments.regulate.words import WORDS, limits, outcome
-from palpate.reporting.force_picture import force_overview
+from palpate.reporting.force_figure import force_overview
 from palpate.reporting.page import report_page
 from palpate.runtime import Command, Ending, Phase
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget
@@ -37,7 +37,7 @@ PLATE = Box((0.2, 0.2, 0.04))
 SURFACES = {name: spec for name, spec in specs_of(RegulateConfig).items() if spec.choice == "surface"}
 
 
-# --- figures ---
+# --- metrics ---
 
 
 def test_what_is_along_the_surface_is_moved_by_the_one_who_moves_it():
@@ -97,19 +97,19 @@ def test_the_margin_is_that_of_the_damped_contact_and_the_limits_are_told():
     contact, gain = plan.contact, plan.parameters.gain
     assert contact.damping_time > 0.1
     assert contact.margins(gain).gain_margin == pytest.approx(math.pi, rel=1e-3)
-    told = {figure.name: figure.value for figure in margins(plan)}
+    told = {metric.name: metric.value for metric in margins(plan)}
     assert told["gain margin"] == pytest.approx(math.pi, rel=1e-3)
     assert "10 Hz" in " ".join(limits(plan))
 
 
 def test_what_the_stiffness_may_be_off_by_is_told_once_and_with_half_the_gain_by_three():
     """The gain margin is of feedback alone, and larger; the help says a factor of 3."""
-    told = {figure.name: figure for figure in margins(planned())}
+    told = {metric.name: metric for metric in margins(planned())}
     softest, stiffest = (float(word) for word in str(told["stable for a stiffness"].value).split(" ")[:3:2])
     assert softest < 0.5
     assert 1.8 < stiffest < float(told["gain margin"].value)
     assert float(str(told["once it swung"].value).split(" ")[2]) > 3.0
-    assert not any("1.57" in figure.note for figure in told.values())
+    assert not any("1.57" in metric.note for metric in told.values())
 
 
 def test_a_change_that_is_never_reached_or_comes_before_the_holding_is_in_the_account():
@@ -124,11 +124,11 @@ def test_a_change_that_is_never_reached_or_comes_before_the_holding_is_in_the_ac
 def test_figures_report_and_files_are_of_the_same_run(tmp_path):
     """Of steps there is no bandwidth; on the page is every section, and it needs nothing from outside."""
     found = regulated(profile="step", hold=0.3, duration=0.9, **NANO17)
-    figures = figures_of(REGULATE, found)
+    metrics = metrics_of(REGULATE, found)
     steps = found.judged_steps
-    assert figures["rise_time_s"] == steps.rise_time > 0.0
-    assert figures["bandwidth_hz"] is None
-    assert figures["contact"] == "never lost"
+    assert metrics["rise_time_s"] == steps.rise_time > 0.0
+    assert metrics["bandwidth_hz"] is None
+    assert metrics["contact"] == "never lost"
     page = report_page(REGULATE.report(found))
     headings = ("Over time", "Step response", "What limits it", "Margins", "gain margin", "Computing")
     assert all(heading in page for heading in headings)
@@ -203,7 +203,7 @@ def test_nothing_there_is_said_so():
     assert "nothing was found" in outcome(found)
     assert force_overview(series_of(found)) is None
     report = regulation_report(found)
-    texts = {figure.name: figure.text for figure in report.figures}
+    texts = {metric.name: metric.text for metric in report.metrics}
     assert texts["true force, RMS error"] == texts["felt force, RMS error"] == "-"
     assert "nan" not in texts.values()
     assert not report.reached

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit import recorded_periods, recorded_run
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.regulate.report import series_of
 from palpate.experiments.regulate.result import write_forces
@@ -114,7 +114,7 @@ def test_landing_on_a_moving_surface_is_bounded_at_every_phase(phase):
     assert found.peak < 8.0
 
 
-# --- A run longer than what is kept in memory: its figures are of all periods, read from its log in pieces ---
+# --- A run longer than what is kept in memory: its metrics are of all periods, read from its log in pieces ---
 
 
 PROFILES = {
@@ -149,13 +149,13 @@ def test_piece_by_piece_it_comes_to_the_same(name, tmp_path, short_of_memory):
         roomy.setattr(recorded_run, "BESIDE_A_LOG", 2**16)
         whole = regulated_with(tmp_path / "b.mcap", **PROFILES[name])
     assert len(list(whole.pieces())) == 1
-    ours, theirs = figures_of(REGULATE, found), figures_of(REGULATE, whole)
+    ours, theirs = metrics_of(REGULATE, found), metrics_of(REGULATE, whole)
     assert ours.keys() == theirs.keys()
-    for figure, value in theirs.items():
+    for metric, value in theirs.items():
         if isinstance(value, float):
-            np.testing.assert_allclose(ours[figure], value, rtol=1e-9, atol=1e-12, err_msg=figure)
+            np.testing.assert_allclose(ours[metric], value, rtol=1e-9, atol=1e-12, err_msg=metric)
         else:
-            assert ours[figure] == value
+            assert ours[metric] == value
     assert outcome(found) == outcome(whole)
     write_forces(found, tmp_path / "a.csv")
     write_forces(whole, tmp_path / "b.csv")

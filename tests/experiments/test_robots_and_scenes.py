@@ -188,10 +188,10 @@ def gantry(tmp_path):
 
 def test_a_dry_run_says_how_near_the_joints_come_to_their_limits(gantry):
     config = ExploreConfig(robot=gantry, width=0.01, depth=0.004)
-    figures = {each.name: each for each in explore_plan(config, load_robot(gantry), {}).dry_run().figures}
-    assert figures["room of joints"].value == pytest.approx(0.025, abs=1e-3)
-    assert "of joint 1, after" in figures["room of joints"].note
-    assert figures["fastest joint"].value == pytest.approx(100.0 * config.speed / 0.5, rel=0.02)
+    metrics = {each.name: each for each in explore_plan(config, load_robot(gantry), {}).dry_run().metrics}
+    assert metrics["room of joints"].value == pytest.approx(0.025, abs=1e-3)
+    assert "of joint 1, after" in metrics["room of joints"].note
+    assert metrics["fastest joint"].value == pytest.approx(100.0 * config.speed / 0.5, rel=0.02)
 
 
 def test_a_path_that_the_joints_cannot_follow_is_refused_before_a_run(gantry):

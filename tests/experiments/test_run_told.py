@@ -15,7 +15,7 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import StopReason
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour_picture import contour_picture
+from palpate.experiments.explore.contour_figure import contour_figure
 from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.report import outcome as exploration_outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
@@ -104,12 +104,12 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
     found = edge()
     assert found.map.is_line
     report = exploration_report(found)
-    figures = {figure.name: figure.text for figure in report.figures}
-    assert figures["map"] == "a line"
-    assert figures["shape"] == "unclear"
+    metrics = {metric.name: metric.text for metric in report.metrics}
+    assert metrics["map"] == "a line"
+    assert metrics["shape"] == "unclear"
     told = " ".join(" ".join(row) for row in (*map_rows(found.map), *layer_rows(found.map)))
     for claim in ("observed", "curvature", "band", "standard deviation", "inside"):
-        assert not any(claim in name for name in figures)
+        assert not any(claim in name for name in metrics)
         assert claim not in told
     assert "extrapolated, not claimed" in told
     assert "friction" in told  # of which the line itself tells
@@ -118,14 +118,14 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
 @pytest.mark.slow
 def test_an_outline_shows_what_was_felt_the_truth_and_the_error_along_the_arc():
     found = edge()
-    outline, along = panels(contour_picture(found))
+    outline, along = panels(contour_figure(found))
     felt, true = (next(mark for mark in outline.marks if mark.name == name) for name in ("felt", "true"))
     np.testing.assert_allclose([felt.x, felt.y], [true.x, true.y], atol=1e3 * np.abs(found.point_error).max())
     error = next(mark for mark in along.marks if isinstance(mark, Line))
     assert np.nanmax(np.abs(error.y)) == pytest.approx(1e6 * np.abs(found.point_error).max())
     assert (np.diff(error.x[np.isfinite(error.x)]) >= 0.0).all()
     assert np.nanmax(error.x) == pytest.approx(1e3 * found.plan.scan.length, rel=0.3)
-    (alone,) = panels(contour_picture(untrue(found)))
+    (alone,) = panels(contour_figure(untrue(found)))
     assert "true" not in {mark.name for mark in alone.marks}
 
 
@@ -137,15 +137,15 @@ def raster():
 @pytest.mark.slow
 def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
     assert not raster.map.is_line
-    figures = {figure.name for figure in exploration_report(raster).figures}
-    assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= figures
+    metrics = {metric.name for metric in exploration_report(raster).metrics}
+    assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= metrics
     shown = pictures(exploration_report(raster), "The surface")["Touched surface"]
     assert "% of its true errors are inside it" in shown.caption
     names = [row[0] for row in (*map_rows(raster.map), *layer_rows(raster.map))]
     assert len(set(names)) == len(names), "two rows of one name tell two things"
 
 
-# --- figures as they are known ---
+# --- metrics as they are known ---
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-9, 1e3))
@@ -173,7 +173,7 @@ def test_where_little_was_felt_no_shape_is_ruled_out(raster):
         felt = np.arange(len(raster.map.found)) < share * len(raster.map.found)
         cut = dataclasses.replace(raster, map=dataclasses.replace(raster.map, shape=shape, found=felt))
         report = exploration_report(cut)
-        assert {figure.name: figure.value for figure in report.figures}["shape"] == name
+        assert {metric.name: metric.value for metric in report.metrics}["shape"] == name
         sentence = section(report, "Which shape it is").parts[0].text
         assert sentence.startswith("Too little") is (name == "unclear")
 
@@ -246,8 +246,8 @@ def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, e
     assert outcome(found).startswith("Finished: ")
     assert f"; {enough.value}; the robot is at rest." in outcome(found)
     if found.map.claimed.any():
-        figures = {figure.name: figure.value for figure in exploration_report(found).figures}
-        assert figures["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
+        metrics = {metric.name: metric.value for metric in exploration_report(found).metrics}
+        assert metrics["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
 
 
 # --- What became of a retreat is told wherever a trip is ---

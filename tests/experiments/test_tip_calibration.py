@@ -194,7 +194,7 @@ def test_mistakes_in_a_file_are_named(old, new, message):
 def test_touches_of_a_file_become_a_tip_a_robot_file_and_the_next_touches(tmp_path, capsys):
     assert main([CALIBRATE, "--touches", str(touches_file(tmp_path)), "--out", str(tmp_path / "c"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["figures"]["usable"] is True
+    assert told["metrics"]["usable"] is True
     found = load_robot(str(tmp_path / "c" / "robot.yaml"))
     entry, typed = found.file.fingers[0], NANO17.file.fingers[0].surface
     grown = entry.surface.half_extents[0] - typed.half_extents[0]

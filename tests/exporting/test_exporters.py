@@ -35,7 +35,7 @@ def sweep_in(folder, layouts=(TWO_FINGERS_AND_A_HAND,) * 3, lengths=(300, 7, 250
         (folder / f"reports/{run:06d}").mkdir(parents=True)
         text = config_text("regulate", RegulateConfig(force=force, seed=run))
         write(folder / f"reports/{run:06d}/a.mcap", a_run(length, layout, seed=run), {"experiment.yaml": text})
-        record = RunRecord(run=run, digest="", seed=run, status=RunStatus.DONE, figures={"force_rms_n": 0.1 * run})
+        record = RunRecord(run=run, digest="", seed=run, status=RunStatus.DONE, metrics={"force_rms_n": 0.1 * run})
         (folder / f"runs/{run:06d}.json").write_bytes(record_text(record))
     return folder
 

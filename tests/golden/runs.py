@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import perform
 
@@ -139,7 +139,7 @@ def carried_out(run: GoldenRun) -> tuple[dict[str, Any], CommandRecorder]:
         "ending": str(result.run.ending.value),
         "periods": len(recorder.rows),
         "digest": recorder.digest(),
-        "metrics": {key: _rounded(value, 10) for key, value in figures_of(experiment, result).items()},
+        "metrics": {key: _rounded(value, 10) for key, value in metrics_of(experiment, result).items()},
         "commands": [[_rounded(value, 12) for value in row] for row in recorder.thinned()],
     }, recorder
 

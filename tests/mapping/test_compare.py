@@ -93,8 +93,8 @@ def test_samples_are_even_on_the_surface():
 def test_figures_of_a_ball_known_to_be_too_large():
     reference, larger = ball(5), TouchedMap.of_mesh(ball(5, 0.0202))
     found = compare(larger, reference, within=0.0003)
-    figures = (found.bias, found.map_to_reference.mean, found.map_to_reference.rms, found.hausdorff)
-    np.testing.assert_allclose(figures, 0.0002, atol=5e-6)
+    metrics = (found.bias, found.map_to_reference.mean, found.map_to_reference.rms, found.hausdorff)
+    np.testing.assert_allclose(metrics, 0.0002, atol=5e-6)
     assert (found.coverage, compare(larger, reference, within=0.0001).coverage) == (1.0, 0.0)
     assert np.degrees(found.normal_error).max() < 2.5
 

@@ -21,9 +21,9 @@ from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import perform
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.reporting.page import report_page
-from palpate.reporting.report import FigureTable, Paragraph, Section, TextTable
+from palpate.reporting.report import Paragraph, QuantityTable, Section, TextTable
 from support.made_up_touches import touches_file
 from support.sweep_runs import planned
 from support.tiny_experiment import TINY
@@ -44,14 +44,14 @@ def html_of(kind, typed, folder):
     """Return a report of a kind, `typed` wherever a text can come from people; `folder` is for files."""
     of = {"replay": _replay, "runs": _runs, "mesh": _mesh, "sweep": _sweep}
     report = experiment_report(kind) if kind in SMALL else of[kind](typed, folder)
-    figures = (KeyFigure(typed, typed, typed, typed), KeyFigure("force", 2.0, "N", typed), KeyFigure("n", 3))
+    metrics = (Quantity(typed, typed, typed, typed), Quantity("force", 2.0, "N", typed), Quantity("n", 3))
     heads = (typed, "", "value", "")
     rows = TextTable(((typed, typed, "0.6", typed),), ("name", "note", "value", "unit"), heads)
-    said = Section(typed, (Paragraph(typed), FigureTable(figures), rows))
+    said = Section(typed, (Paragraph(typed), QuantityTable(metrics), rows))
     told = dict.fromkeys(("title", "outcome", "asked", "footer"), typed)
     more = {"advice": (typed,), "repeat": ((typed, typed),), "settings": (*report.settings, (typed, typed))}
     sections = (said, *report.sections)
-    return report_page(replace(report, **told, **more, figures=(*report.figures, *figures), sections=sections))
+    return report_page(replace(report, **told, **more, metrics=(*report.metrics, *metrics), sections=sections))
 
 
 @cache
@@ -105,13 +105,13 @@ def _sweep(typed, folder):
         combinations=combinations,
         runs=tuple(replace(run, combination=combinations[run.number // 2]) for run in plan.runs),
     )
-    figures = plan.experiment.figures[:2]
+    metrics = plan.experiment.metrics[:2]
     records = tuple(
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            figures={each.column: 1e-3 * (1 + run.number) for each in figures},
+            metrics={each.column: 1e-3 * (1 + run.number) for each in metrics},
         )
         for run in plan.runs
     )  # fmt: skip
-    return sweep_report(SweepResult(plan, records, figures))
+    return sweep_report(SweepResult(plan, records, metrics))

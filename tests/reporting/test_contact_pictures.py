@@ -7,12 +7,12 @@ import pytest
 
 from palpate import LimitSurface
 from palpate.errors import InvalidValueError
+from palpate.experiments.friction.figures import length_figure, speed_figure, stroke_figure, surface_figure
 from palpate.experiments.friction.measured import Interval
-from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.grasp.problem.contacts import GraspContacts
-from palpate.reporting.grasp_force_picture import grasp_force_picture, limit_shares
+from palpate.reporting.grasp_force_figure import grasp_force_figure, limit_shares
 from palpate.reporting.limit_surface_panel import RIM, limit_surface_panel, load_ratios, load_sizes
 from palpate.reporting.marks import Bars, Density, Moving, Points, Polygon, Rule, Span
 from palpate.reporting.solids import Arrows, Surface
@@ -38,7 +38,7 @@ def first_marks(picture, kind):
 
 
 def test_an_assumed_exponent_draws_the_region_from_the_diamond_to_the_ellipse_and_a_measured_one_no_region():
-    picture = surface_picture(ASSUMED)
+    picture = surface_figure(ASSUMED)
     (between,) = first_marks(picture, Polygon)
     total, squares = between.x + between.y, between.x**2 + between.y**2
     assert np.all(np.isclose(total, 1.0) | np.isclose(squares, 1.0))  # its two edges alone
@@ -48,21 +48,21 @@ def test_an_assumed_exponent_draws_the_region_from_the_diamond_to_the_ellipse_an
     assert list(dots) == ["at 1 N", "at 4 N"]
     assert (dots["at 4 N"].x, dots["at 4 N"].y) == (0.0, 1.0)
     assert dots["at 4 N"].y_error == pytest.approx(0.02)
-    measured = surface_picture(replace(ASSUMED, exponent_measured=True))
+    measured = surface_figure(replace(ASSUMED, exponent_measured=True))
     assert first_marks(measured, Polygon) == []
     assert "assumed" not in measured.caption
 
 
 def test_a_lower_bound_has_no_interval():
     bound = replace(LEVEL[1], upper=np.inf, bound=True)
-    measured, least = first_marks(length_picture((LEVEL[0], bound), None), Points)
+    measured, least = first_marks(length_figure((LEVEL[0], bound), None), Points)
     assert measured.y_error.ravel() == pytest.approx([20.0, 10.0])  # mm
     assert (least.name, least.y_error) == ("at least", None)
 
 
 @pytest.mark.parametrize(("gamma", "law"), [(0.0, "at all loads."), (1.5e-4, "at all loads."), (0.2, "^0.20.")])
 def test_a_length_that_does_not_grow_with_load_has_no_power_law(gamma, law):
-    caption = length_picture(LEVEL, (0.003, gamma)).caption
+    caption = length_figure(LEVEL, (0.003, gamma)).caption
     assert caption.endswith(law)
     assert ("^" in caption) == (gamma > 0.1)
 
@@ -70,14 +70,14 @@ def test_a_length_that_does_not_grow_with_load_has_no_power_law(gamma, law):
 def test_captions_mention_creep_and_turning_normals_only_where_they_occur():
     speeds = tuple(replace(each, at=1e-2 * each.at) for each in LEVEL)
     for creeping in (False, True):
-        assert ("grease" in speed_picture(speeds, None, creeping=creeping).caption) is creeping
+        assert ("grease" in speed_figure(speeds, None, creeping=creeping).caption) is creeping
     for bent in (False, True):
-        assert ("normal turns along the stroke" in stroke_picture([STROKE], LEVEL, bent=bent).caption) is bent
+        assert ("normal turns along the stroke" in stroke_figure([STROKE], LEVEL, bent=bent).caption) is bent
 
 
 def test_the_band_of_mu_holds_the_interval_of_each_load_and_names_it():
     for levels, name in ((LEVEL, "95 %, load by load: 0.480 to 0.530"), (LEVEL[:1], "95 %: 0.480 to 0.510")):
-        picture = stroke_picture([STROKE], levels)
+        picture = stroke_figure([STROKE], levels)
         (band,) = first_marks(picture, Span)
         assert (band.low, band.high, band.name) == (0.48, levels[-1].upper, name)
         assert ("at each load; that of all loads together" in picture.caption) is (levels is LEVEL)
@@ -137,7 +137,7 @@ def test_shares_are_relative_to_the_friction_limit():
 
 
 def test_arrows_end_at_contacts_cones_open_by_friction_and_bars_stand_beside_the_limit():
-    space, bars = panels(grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0])))
+    space, bars = panels(grasp_force_figure(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0])))
     arrows = {mark.name: mark for mark in marks(space, Arrows)}
     assert set(arrows) == {"contact force", "load", "worst moment"}
     pushes, load = arrows["contact force"], arrows["load"]
@@ -151,15 +151,15 @@ def test_arrows_end_at_contacts_cones_open_by_friction_and_bars_stand_beside_the
     assert marks(bars, Bars)[0].length == pytest.approx([1.0, 0.0])
     assert [mark.at for mark in marks(bars, Rule)] == [1.0]
     assert [name for _, name in bars.y.ticks] == ["1: 10.00 N", "2: 10.00 N"]
-    alone, _ = panels(grasp_force_picture(PAIR.chosen([0]), np.zeros((1, 4)), np.zeros(6)))
+    alone, _ = panels(grasp_force_figure(PAIR.chosen([0]), np.zeros((1, 4)), np.zeros(6)))
     assert all(np.isfinite(mark.along).all() for mark in marks(alone, Arrows)), "one contact without load"
 
 
 @pytest.mark.parametrize(
     ("picture", "inputs", "message"),
     [
-        (grasp_force_picture, (PAIR, np.zeros((3, 4)), LOAD), r"forces has shape \(3, 4\): must be \(2, 4\)"),
-        (grasp_force_picture, (PAIR, FORCES, LOAD, np.zeros(3)), r"disturbance has shape \(3,\)"),
+        (grasp_force_figure, (PAIR, np.zeros((3, 4)), LOAD), r"forces has shape \(3, 4\): must be \(2, 4\)"),
+        (grasp_force_figure, (PAIR, FORCES, LOAD, np.zeros(3)), r"disturbance has shape \(3,\)"),
         (limit_surface_panel, (SURFACE, LOADS[:, :2], LOADS, 0), r"loads has shape \(50, 2\)"),
     ],
 )

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import palpate.reporting.page as page_module
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
+from palpate.reporting.figure import Panel
 from palpate.reporting.page import report_page, table, text
 from palpate.reporting.paper import paper_figure
-from palpate.reporting.picture import Panel
 from palpate.reporting.report import Report, Section, TextTable
 from reporting.every_report import KINDS, html_of
 from reporting.test_report import parsed
@@ -115,9 +115,9 @@ def test_whatever_was_typed_is_text(typed):
     """It opens no tag and closes none, and it reads as it was typed, but for what nobody sees."""
     parts = (TextTable(((typed,) * 5,), ("name", "value", "unit", "value", "note"), (typed,) * 5),)
     pairs = ((typed, typed),)
-    figures = (KeyFigure(typed, typed, typed, typed),)
+    metrics = (Quantity(typed, typed, typed, typed),)
     html = report_page(
-        Report(typed, typed, figures, (Section(typed, parts),), typed, (typed,), pairs, pairs, typed)
+        Report(typed, typed, metrics, (Section(typed, parts),), typed, (typed,), pairs, pairs, typed)
     )
     html.encode("utf-8")
     checker = parsed(html)

@@ -1,4 +1,4 @@
-"""The report on an exploration: its figures, the growth of its map, and reports of runs that lack something."""
+"""The report on an exploration: its metrics, the growth of its map, and reports of runs that lack something."""
 
 import functools
 import io
@@ -13,16 +13,16 @@ from mapping.raster import RADIUS, sphere_cap
 from palpate.controllers.paths import Mark, PathEvent
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.growth_picture import growth_picture
+from palpate.experiments.explore.growth_figure import growth_figure
 from palpate.experiments.explore.map_growth import SHARES, MapGrowth, map_growth
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.snapshots_picture import snapshots_picture
+from palpate.experiments.explore.snapshots_figure import snapshots_figure
 from palpate.mapping import SurfaceMap
-from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
+from palpate.mapping.mesh_metrics import MeshMetrics, triangle_areas, voxel_for
 from palpate.mapping.surface_map.mesh import surface_mesh
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
-from palpate.reporting.terminal import key_figures
+from palpate.reporting.terminal import quantities
 from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
 from reporting.test_report import parsed
 from support.drawn import panels as drawn_panels
@@ -37,8 +37,8 @@ def exploration(name):
     return explore(ExploreConfig(object=name, speed=0.05, width=0.03, depth=0.03, spacing=0.006))
 
 
-def figures(report):
-    return {figure.name: figure for figure in report.figures}
+def metrics(report):
+    return {metric.name: metric for metric in report.metrics}
 
 
 @pytest.mark.parametrize(
@@ -57,12 +57,12 @@ def test_each_object_is_named_with_sizes_inside_their_bands_in_a_table_of_80_col
     report = exploration_report(found)
     assert title in report.title
     console = Console(width=80, record=True, file=io.StringIO())
-    console.print(key_figures(report.title, report.outcome, report.figures))
+    console.print(quantities(report.title, report.outcome, report.metrics))
     rows = [line for line in console.export_text().splitlines() if line.startswith("\u2502")]
-    assert len(rows) == len(report.figures), "a row is wrapped"
-    figure = figures(report)["shape"]
-    assert figure.value == shape
-    assert re.fullmatch(note, figure.note)
+    assert len(rows) == len(report.metrics), "a row is wrapped"
+    metric = metrics(report)["shape"]
+    assert metric.value == shape
+    assert re.fullmatch(note, metric.note)
     if sizes:
         assert (np.abs(found.map.shape.fit.shape.sizes - sizes) <= found.map.shape.sizes_band).all()
     if shape == "sphere":
@@ -71,7 +71,7 @@ def test_each_object_is_named_with_sizes_inside_their_bands_in_a_table_of_80_col
 
 def test_without_a_map_its_figures_and_sections_are_left_out():
     report = exploration_report(replace(exploration("sphere"), map=None))
-    assert not {"shape", "map to true surface, RMS"} & set(figures(report))
+    assert not {"shape", "map to true surface, RMS"} & set(metrics(report))
     assert not {"The map", GREW, "Which shape it is"} & {each.heading for each in report.sections}
 
 
@@ -123,7 +123,7 @@ def test_more_and_more_is_known(growth, noisy):
     curve = growth.curve
     assert (np.diff([curve.time, curve.contacts, curve.path_length]) >= 0.0).all()
     assert (np.diff(curve.area) >= -0.02 * curve.area[-1]).all(), "but for ragged edges"
-    whole = MeshFigures.of(noisy.map.mesh)
+    whole = MeshMetrics.of(noisy.map.mesh)
     assert curve.area[-1] == pytest.approx(whole.area, rel=0.05)
     assert curve.middle[-1] == pytest.approx(whole.middle, rel=0.1)
     known = np.isfinite(curve.middle)
@@ -159,7 +159,7 @@ def test_marks_come_when_they_were_made(noisy):
 def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
     marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(PathEvent))
     last = replace(growth.snapshots[-1], marks=marks)
-    picture = snapshots_picture(replace(growth, snapshots=(*growth.snapshots[:-1], last)))
+    picture = snapshots_figure(replace(growth, snapshots=(*growth.snapshots[:-1], last)))
     (space,) = drawn_panels(picture)
     (steps,) = space.marks
     assert len(steps.marks) == len(picture.steps) == len(SHARES)
@@ -175,7 +175,7 @@ def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
 
 def test_the_section_of_growth_has_curves_over_path_length_time_and_contacts(growth, noisy):
     assert set(pictures(exploration_report(noisy), GREW)) == {"Growth of the map", "The map while it grew"}
-    panels = drawn_panels(growth_picture(growth))
+    panels = drawn_panels(growth_figure(growth))
     assert [panel.x.label for panel in panels[:3]] == ["path length [mm]", "time [s]", "contacts"]
     assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.curve.area) for panel in panels[:3])
     assert len({(mark.colour, mark.dash) for mark in panels[3].marks}) == len(panels[3].marks), "a line each"
@@ -198,16 +198,16 @@ def test_figures_of_a_mesh_are_those_of_its_area():
     """A cap of a sphere: area by its height, and half of it below the median."""
     cloud = sphere_cap(half=0.008, row=0.002)
     mesh = surface_mesh(SurfaceMap.learned(cloud))
-    figures = MeshFigures.of(mesh)
+    metrics = MeshMetrics.of(mesh)
     x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
     # the plan of the mesh, stretched by 1 / n_z
     plan = np.ptp(x) * np.ptp(y)
-    assert plan * 0.9 < figures.area < plan * (1.0 + 0.5 * (0.0114 / RADIUS) ** 2) * 1.02
+    assert plan * 0.9 < metrics.area < plan * (1.0 + 0.5 * (0.0114 / RADIUS) ** 2) * 1.02
     area, sd = triangle_areas(mesh.vertices, mesh.triangles), mesh.sd[mesh.triangles].mean(axis=1)
-    assert area[sd <= figures.middle].sum() == pytest.approx(0.5 * figures.area, rel=0.02)
-    assert area[sd <= figures.tail].sum() == pytest.approx(0.95 * figures.area, rel=0.02)
+    assert area[sd <= metrics.middle].sum() == pytest.approx(0.5 * metrics.area, rel=0.02)
+    assert area[sd <= metrics.tail].sum() == pytest.approx(0.95 * metrics.area, rel=0.02)
     bigger = replace(mesh, vertices=3.0 * mesh.vertices)
-    assert MeshFigures.of(bigger).area == pytest.approx(9.0 * figures.area)
+    assert MeshMetrics.of(bigger).area == pytest.approx(9.0 * metrics.area)
 
 
 @pytest.mark.parametrize("size", [0.005, 0.05, 0.5])

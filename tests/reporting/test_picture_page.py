@@ -5,17 +5,17 @@ import base64
 import numpy as np
 import pytest
 
+from palpate.reporting.figure import TIME, Axis, Figure, Panel, Space
 from palpate.reporting.marks import Colouring, Dash, Line, Moving, Rule
 from palpate.reporting.page import write_report
-from palpate.reporting.paper import write_pictures
-from palpate.reporting.picture import TIME, Axis, Panel, Picture, Space
+from palpate.reporting.paper import write_figures_of
 from palpate.reporting.plots import plots
-from palpate.reporting.report import Pictures, Report, Section
+from palpate.reporting.report import Figures, Report, Section
 from palpate.reporting.solids import Arrows, Surface
 from viewing.browser import needs_browser, page
 
 T = np.linspace(0.0, 8.0, 801)
-FORCE = Picture(
+FORCE = Figure(
     "Force",
     "It swings about the set force.",
     tuple(Panel((Line(T, np.sin(T), "felt"), Rule(0.5, upright=False, dash=Dash.DASHED)), TIME, y)
@@ -25,7 +25,7 @@ FORCE = Picture(
 VERTICES = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.002], [0.01, 0.01, 0.0]])
 HEIGHT = Colouring("height", 1e3 * VERTICES[:, 2], "mm")
 FRICTION = Colouring("friction", np.array([0.3, 0.4, np.nan, 0.5]))
-SURFACE = Picture(
+SURFACE = Figure(
     "Surface",
     "What was felt, and how the force turned.",
     (
@@ -37,12 +37,12 @@ SURFACE = Picture(
     step=1,
 )
 FREQUENCY = Axis("frequency", "Hz", logarithmic=True)
-BODE = Picture(
+BODE = Figure(
     "Bode",
     "Level gain is good.",
     tuple(Panel((Line(T + 1.0, -T),), FREQUENCY, y) for y in (Axis("gain", "dB"), Axis("phase", "degrees"))),
 )
-REPORT = Report("A title", "Done.", (), (Section("Seen", (Pictures(lambda: (FORCE, SURFACE, BODE)),)),))
+REPORT = Report("A title", "Done.", (), (Section("Seen", (Figures(lambda: (FORCE, SURFACE, BODE)),)),))
 
 
 def dragged(browser, selector, across):
@@ -100,7 +100,7 @@ def test_what_is_drawn_has_the_numbers_in_millimetres_and_the_colours_of_roles()
 
 @pytest.mark.slow
 def test_a_paper_has_one_file_for_each_picture_and_colouring(tmp_path):
-    written = write_pictures(REPORT, tmp_path, "pdf")
+    written = write_figures_of(REPORT, tmp_path, "pdf")
     assert [each.name for each in written] == [
         "force.pdf",
         "surface-height.pdf",
@@ -109,4 +109,4 @@ def test_a_paper_has_one_file_for_each_picture_and_colouring(tmp_path):
     ]
     assert all(each.read_bytes().startswith(b"%PDF") for each in written)
     again = [each.read_bytes() for each in written]
-    assert again == [each.read_bytes() for each in write_pictures(REPORT, tmp_path, "pdf")]
+    assert again == [each.read_bytes() for each in write_figures_of(REPORT, tmp_path, "pdf")]

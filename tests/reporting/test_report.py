@@ -11,12 +11,12 @@ from rich.console import Console
 import palpate.reporting.page as page_module
 from palpate.errors import InvalidValueError
 from palpate.reporting.computing import computing
-from palpate.reporting.data import KeyFigure, TimeSeries
-from palpate.reporting.force_picture import force_overview
+from palpate.reporting.data import Quantity, TimeSeries
+from palpate.reporting.force_figure import force_overview
 from palpate.reporting.notebook import report_fragment
 from palpate.reporting.page import report_page, write_report
-from palpate.reporting.report import NOTHING, FigureTable, Paragraph, Pictures, Report, Section, TextTable
-from palpate.reporting.terminal import key_figures
+from palpate.reporting.report import NOTHING, Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.terminal import quantities
 from palpate.runtime import RunTiming
 from palpate.runtime.data import Phase
 from palpate.runtime.times import Times
@@ -70,14 +70,14 @@ def timing_of(compute, period=2e-3):
 PLAIN = Report(
     "A sphere",
     "Done.",
-    (KeyFigure("Force error", 0.0123456, "N", "of 2 N"),),
-    (Section("Over time", (Pictures(lambda: [force_overview(SERIES), None]),)),),
+    (Quantity("Force error", 0.0123456, "N", "of 2 N"),),
+    (Section("Over time", (Figures(lambda: [force_overview(SERIES), None]),)),),
     settings=(("Scan speed", "20 mm/s"),),
 )
 
 
 def test_what_is_not_there_is_left_out_and_without_advice_nothing_has_to_be_done():
-    empty = (Paragraph(""), FigureTable(()), TextTable(()), Pictures(lambda: [None]))
+    empty = (Paragraph(""), QuantityTable(()), TextTable(()), Figures(lambda: [None]))
     checker = parsed(report_page(Report("A title", "Done.", (), (Section("Empty", empty),))))
     assert {"A title", "Done.", NOTHING} <= set(checker.text)
     assert not {"Empty", "How to repeat it"} & set(checker.text)
@@ -85,9 +85,9 @@ def test_what_is_not_there_is_left_out_and_without_advice_nothing_has_to_be_done
 
 
 def test_the_figures_of_sections_count_as_the_reports():
-    more = (KeyFigure("gain margin", 3.0), KeyFigure("phase margin", 50.0))
-    report = replace(PLAIN, sections=(*PLAIN.sections, Section("Margins", (Paragraph("x"), FigureTable(more)))))
-    assert report.all_figures == (*PLAIN.figures, *more)
+    more = (Quantity("gain margin", 3.0), Quantity("phase margin", 50.0))
+    report = replace(PLAIN, sections=(*PLAIN.sections, Section("Margins", (Paragraph("x"), QuantityTable(more)))))
+    assert report.all_metrics == (*PLAIN.metrics, *more)
 
 
 def test_the_file_is_the_report_and_a_failed_write_leaves_the_former(tmp_path, monkeypatch):
@@ -111,12 +111,12 @@ def test_the_file_is_the_report_and_a_failed_write_leaves_the_former(tmp_path, m
      (40.037, {"digits": 5}, "40.037"), (12345.6, {"digits": 5}, "12346")],
 )  # fmt: skip
 def test_key_figures_show_four_digits_or_as_many_as_asked_for(value, digits, text):
-    assert KeyFigure("x", value, **digits).text == text
+    assert Quantity("x", value, **digits).text == text
 
 
 def test_terminal_table_shows_text_as_it_is():
     console = Console(width=100, record=True, file=io.StringIO())
-    console.print(key_figures("[b]t", "Done.", [KeyFigure("[bold]RMS[/bold]", 0.5, "N", "[red]x")]))
+    console.print(quantities("[b]t", "Done.", [Quantity("[bold]RMS[/bold]", 0.5, "N", "[red]x")]))
     text = console.export_text()
     for said in ("[bold]RMS[/bold]", "0.5", "[red]x", "[b]t", "Done."):
         assert said in text
@@ -145,8 +145,8 @@ def test_series_have_one_length_and_phases_of_any_strings():
         assert replace(SERIES, phase=phases).phase == ("scan",) * 600
 
 
-UNSEEN = Section("Nothing seen", (Pictures(lambda: [None]),))
-SEEN = Section("Errors", (Paragraph("x"), Pictures(lambda: [None, *[force_overview(SERIES)] * 2])))
+UNSEEN = Section("Nothing seen", (Figures(lambda: [None]),))
+SEEN = Section("Errors", (Paragraph("x"), Figures(lambda: [None, *[force_overview(SERIES)] * 2])))
 
 
 @pytest.mark.parametrize(("sections", "pictures"), [((), 0), ((UNSEEN,), 0), ((UNSEEN, SEEN, SEEN), 1)])
@@ -158,6 +158,6 @@ def test_a_notebook_shows_the_figures_and_the_first_picture(sections, pictures):
 
 def test_text_in_a_notebook_is_text():
     evil = "<script>x</script>"
-    whole = parsed(report_fragment(Report(evil, evil, (KeyFigure(evil, evil, evil, evil),))))
+    whole = parsed(report_fragment(Report(evil, evil, (Quantity(evil, evil, evil, evil),))))
     assert "script" not in whole.tags
     assert whole.text.count(evil) == 6

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.raster import sphere_cap
-from palpate.commands.replay.report import difference_picture, felt_picture, velocity_picture
-from palpate.experiments.explore.report import LEAST_SPIN, spin_picture
-from palpate.experiments.friction.recognised import LONGEST_NAME, MOST_FIGURES, confusion_picture
+from palpate.commands.replay.report import difference_figure, felt_figure, velocity_figure
+from palpate.experiments.explore.report import LEAST_SPIN, spin_figure
+from palpate.experiments.friction.recognised import LONGEST_NAME, MOST_FIGURES, confusion_figure
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
-from palpate.reporting.force_picture import force_overview, force_zoom
+from palpate.reporting.force_figure import force_overview, force_zoom
 from palpate.reporting.marks import Dash, Line, Points, Span
 from palpate.reporting.phases import GROUNDS
 from palpate.reporting.plots import plots
@@ -42,7 +42,7 @@ SERIES = TimeSeries(
     [
         (force_overview(SERIES), {"approach", "scan", "lift"}),
         (force_zoom(SERIES), {"scan"}),
-        (spin_picture(SERIES, CAP), None),
+        (spin_figure(SERIES, CAP), None),
     ],
 )
 def test_the_true_line_is_over_the_measured_line_and_legends_name_the_phases_with_a_width(picture, phases):
@@ -59,7 +59,7 @@ def test_the_true_line_is_over_the_measured_line_and_legends_name_the_phases_wit
 def test_the_scale_of_spin_torque_holds_its_values_and_a_minimum_range(exponent):
     peak = 10.0**exponent  # N m
     series = dataclasses.replace(SERIES, spin_torque=peak * np.sin(60.0 * TIME), true_spin_torque=None)
-    low, high = plots(spin_picture(series, CAP))[0]["layout"]["yaxis"].get("range", (-np.inf, np.inf))
+    low, high = plots(spin_figure(series, CAP))[0]["layout"]["yaxis"].get("range", (-np.inf, np.inf))
     assert high - low >= 2.0 * LEAST_SPIN
     assert low <= -0.99e3 * peak < 0.99e3 * peak <= high
 
@@ -90,14 +90,14 @@ def run_record(scale=1.0, force=2.0, touched=True):
 
 
 def test_without_a_difference_or_contact_there_is_no_picture_of_a_replay():
-    assert difference_picture(run_record(), run_record()) is None
-    assert felt_picture(run_record(touched=False), run_record(touched=False)) is None
-    assert felt_picture(run_record(touched=False), run_record()) is not None
+    assert difference_figure(run_record(), run_record()) is None
+    assert felt_figure(run_record(touched=False), run_record(touched=False)) is None
+    assert felt_figure(run_record(touched=False), run_record()) is not None
 
 
 def test_each_axis_has_the_recorded_line_and_a_thin_replayed_line_over_it():
     runs = run_record(), run_record(1.1, 2.01)
-    for i, panel in enumerate(panels(velocity_picture(*runs))):
+    for i, panel in enumerate(panels(velocity_figure(*runs))):
         lines = marks(panel, Line)
         assert (panel.x.run_time, panel.y.label) == (True, f"{'xyz'[i]} [mm/s]")
         assert lines[0].width > 2.0 * lines[1].width
@@ -106,7 +106,7 @@ def test_each_axis_has_the_recorded_line_and_a_thin_replayed_line_over_it():
 
 
 def test_a_difference_is_drawn_on_a_logarithmic_scale_from_its_first_row_or_as_a_point():
-    picture = difference_picture(run_record(), run_record(1.1, 2.01))
+    picture = difference_figure(run_record(), run_record(1.1, 2.01))
     (panel,) = panels(picture)
     (line,) = marks(panel, Line)
     assert panel.y.logarithmic
@@ -115,7 +115,7 @@ def test_a_difference_is_drawn_on_a_logarithmic_scale_from_its_first_row_or_as_a
     assert re.search(r"largest is [\d.]+ mm/s", picture.caption)
     replayed = run_record()
     replayed.command[2000, 0] += 1e-9
-    (points,) = marks(panels(difference_picture(run_record(), replayed))[0], Points)
+    (points,) = marks(panels(difference_figure(run_record(), replayed))[0], Points)
     assert points.x == replayed.time[2000], "a line through one point would not show"
 
 
@@ -154,7 +154,7 @@ def test_short_series_are_drawn_whole():
 
 
 def cells(confusion):
-    (panel,) = panels(confusion_picture(confusion))
+    (panel,) = panels(confusion_figure(confusion))
     return panel.marks[0]
 
 

@@ -24,7 +24,7 @@ TABLE = {  # (h, delta): c as printed, c in full precision, c_w as printed
 
 
 def table_wrench(h, delta):
-    """The wrench of four forces on the top of the sphere of figure 5."""
+    """The wrench of four forces on the top of the sphere of metric 5."""
     flat = delta * np.array([(0, 8), (1, 0), (0, -8), (-1, 0)])
     points = np.column_stack([flat, np.sqrt(TABLE_RADIUS**2 - (flat**2).sum(axis=1))])
     forces = np.array([(x, h, -1.0) for x in (-h, -h, h, h)])

@@ -1,4 +1,4 @@
-"""A servo by itself: its maker's figures, its limits, its friction."""
+"""A servo by itself: its maker's metrics, its limits, its friction."""
 
 import itertools
 import math

@@ -10,14 +10,14 @@ from palpate.runtime.log import log_in, read_log
 
 
 def logged(case: RunCase) -> tuple[str, dict[str, object]]:
-    """Do a run into its folder; return a digest of samples, commands and truth, and its figures."""
+    """Do a run into its folder; return a digest of samples, commands and truth, and its metrics."""
     assert case.folder is not None
     record = attempt(case)
     log, whole = read_log(log_in(case.folder)), hashlib.sha256()
     for part in (log.samples(), log.commands(), log.truth.rows.tolist()):
         for each in part:
             whole.update(repr(each).encode())
-    return whole.hexdigest(), dict(record.figures)
+    return whole.hexdigest(), dict(record.metrics)
 
 
 def into(case: RunCase, folder: Path) -> RunCase:

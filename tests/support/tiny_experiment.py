@@ -13,11 +13,11 @@ from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
-from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.metric import Metric
 from palpate.experiments.kit.options import NOISY, TOUCHED, WRITTEN, check_options, option
 from palpate.experiments.kit.run_checks import check_force
 from palpate.experiments.kit.scene_view import scene_view
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.reporting.report import Report, Section, TextTable
 from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.fingertip import fingertip, start_above
@@ -66,7 +66,7 @@ class TapPlan(SimpleNamespace, PlanDefaults):
         return RegulateController(self.parameters, ConstantForce(self.config.force), self.task.period)
 
     def dry_run(self):
-        return DryRun("Tapping a sphere", (KeyFigure("force", self.config.force, "N"),), ("forces.txt",))
+        return DryRun("Tapping a sphere", (Quantity("force", self.config.force, "N"),), ("forces.txt",))
 
     def view(self):
         return scene_view("Tapping a sphere", known_scene(self.backend()).model)
@@ -74,11 +74,11 @@ class TapPlan(SimpleNamespace, PlanDefaults):
 
 class Tap(ExperimentDefaults):
     name, summary, Config = "tap", "Tap a sphere.", TapConfig
-    figures = (
-        Figure("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),
-        Figure("held", "share of runs that held", "", lambda tapped: tapped.contact is Loss.NEVER),
-        Figure("true_mean_n", "true mean force", "N", lambda tapped: tapped.true_force),
-        Figure("contact", "contact", "", lambda tapped: tapped.contact.value),
+    metrics = (
+        Metric("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),
+        Metric("held", "share of runs that held", "", lambda tapped: tapped.contact is Loss.NEVER),
+        Metric("true_mean_n", "true mean force", "N", lambda tapped: tapped.true_force),
+        Metric("contact", "contact", "", lambda tapped: tapped.contact.value),
     )
 
     def plan(self, config, robot, texts):
@@ -110,7 +110,7 @@ class Tap(ExperimentDefaults):
 
     def report(self, result):
         section = Section("Contact", (TextTable([("contact", result.contact.value, "", "")]),))
-        return Report("A tap", str(result.run), (KeyFigure("mean force", result.force, "N"),), (section,))
+        return Report("A tap", str(result.run), (Quantity("mean force", result.force, "N"),), (section,))
 
     def files(self, result):
         return {"forces.txt": lambda path: path.write_text(f"{result.force!r}\n", encoding="utf-8")}

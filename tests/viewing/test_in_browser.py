@@ -47,7 +47,7 @@ def playing(scene, short_run, speed, **more):
         stop()
 
 
-def picture_of(browser, mode):
+def figure_of(browser, mode):
     return np.asarray(Image.open(io.BytesIO(browser.screenshot())).convert(mode)).astype(int)
 
 
@@ -66,14 +66,14 @@ def test_a_browser_shows_a_run_as_text_in_dark_on_a_phone_until_its_connection_i
         assert browser.evaluate("document.querySelectorAll('img[src=x]').length") == 0
 
         time.sleep(3.0)  # the scene fades in
-        red, _, blue = np.moveaxis(picture_of(browser, "RGB")[:, :900], 2, 0)
+        red, _, blue = np.moveaxis(figure_of(browser, "RGB")[:, :900], 2, 0)
         assert ((blue > red + 20) & (blue > 120)).sum() > 20_000, "the object"
         assert ((red > blue + 60) & (red > 150)).sum() > 1000, "the fingertip"
 
-        light = picture_of(browser, "L")
+        light = figure_of(browser, "L")
         feature = {"name": "prefers-color-scheme", "value": "dark"}
         browser.call("Emulation.setEmulatedMedia", features=[feature])
-        assert np.median(picture_of(browser, "L")) < 60 < 200 < np.median(light)
+        assert np.median(figure_of(browser, "L")) < 60 < 200 < np.median(light)
 
         browser.call(
             "Emulation.setDeviceMetricsOverride", width=400, height=800, deviceScaleFactor=1, mobile=False

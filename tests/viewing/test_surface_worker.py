@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 
 from palpate.errors import InvalidValueError
 from palpate.mapping import Knowledge
-from palpate.mapping.mesh_figures import MeshFigures
+from palpate.mapping.mesh_metrics import MeshMetrics
 from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, frames_of_log
 from palpate.viewing import surface_worker as module
 from palpate.viewing.surface_drawing import LATE, late
@@ -76,7 +76,7 @@ def test_the_surface_is_the_object_where_it_was_felt_and_ends_there(felt, whole,
     far = np.max(KDTree(contacts[:, POSITION]).query(seen)[0])
     assert far <= 0.75 * view.rows + 1e-4, "nothing is claimed where nothing was felt"
     raster = 0.010 * 0.004  # of the raster; on a convex object contacts lie inside of it
-    assert 0.3 * raster < grown.figures.area < raster
+    assert 0.3 * raster < grown.metrics.area < raster
     friction = grown.friction[np.isfinite(grown.friction)]
     assert np.median(friction) == pytest.approx(0.3, abs=0.01)
     assert friction == pytest.approx(0.3, abs=0.05), "at the ends of rows the tip slows down"
@@ -87,13 +87,13 @@ def test_the_surface_is_the_object_where_it_was_felt_and_ends_there(felt, whole,
     assert (np.bincount(grown.edge.ravel())[np.unique(grown.edge)] % 2 == 0).all()
     everything = grown_of(replace(view, worst=Knowledge.EXTRAPOLATED), contacts)
     assert not len(everything.rim)
-    assert everything.figures.area > grown.figures.area
+    assert everything.metrics.area > grown.metrics.area
 
 
 def test_contacts_may_come_in_parts_or_at_once(felt, whole):
     view, contacts = felt
     first = contacts[: len(contacts) // 2]
-    assert grown_of(view, first).figures.area < whole.figures.area
+    assert grown_of(view, first).metrics.area < whole.metrics.area
     once, twice = grown_of(view, first[:400], 1), grown_of(view, first[:400], 4)
     assert twice.vertices == pytest.approx(once.vertices, abs=1e-9)
     assert twice.sd == pytest.approx(once.sd, rel=1e-5)
@@ -213,7 +213,7 @@ def test_a_surface_needs_a_map_and_possible_lengths(name, value):
 
 NOTHING_GROWN = GrownSurface(
     *[np.zeros((0, 3))] * 2, *[np.zeros((0, 3), np.int64)] * 2, np.zeros((0, 2), np.int64), *[np.zeros(0)] * 2,
-    MeshFigures(0.0, math.nan, math.nan), 1,
+    MeshMetrics(0.0, math.nan, math.nan), 1,
 )  # fmt: skip
 
 

@@ -39,10 +39,10 @@ SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
 
 HAND_SCALE = 0.125
-"""Time scale of the hand: a grip that follows a ramp falls short of the least grip after 25 ms without commands."""
+"""Time scale of the hand: a grip that follows a ramp falls short of the least grip after 25 ms of no command."""
 
 STALL, RECOVERY = 0.005, 0.1
-"""Gap between samples that counts as a stall of this computer, and the time the grip takes to recover from it, both
+"""Gap between samples that counts as a stall of this computer, and the time in which the grip recovers, both
 in the hand's time [s]."""
 
 EXPLORE = Explore()
@@ -86,7 +86,7 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
     one, other = found["wire"], found["direct"]
     assert one.force_rms <= 2.0 * other.force_rms
     assert one.point_rms <= 2.0 * other.point_rms
-    names = [[figure.name for figure in EXPLORE.report(its).figures] for its in (one, other)]
+    names = [[metric.name for metric in EXPLORE.report(its).metrics] for its in (one, other)]
     assert names[0] == names[1]
     assert len(one.cloud) == pytest.approx(len(other.cloud), rel=0.1)
     assert replay_log(tmp_path).identical

@@ -136,8 +136,8 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     assert float(heights.std()) < 1e-4
     assert not found.truth.known
     report = Explore().report(found)
-    figures = {figure.name: figure.text for figure in report.all_figures}
-    assert figures["true normal force"] == figures["points to true surface"] == NOT_KNOWN
+    metrics = {metric.name: metric.text for metric in report.all_metrics}
+    assert metrics["true normal force"] == metrics["points to true surface"] == NOT_KNOWN
     assert write_result(Explore(), found, report, tmp_path / "out")[0].stat().st_size > 10_000
     assert planned_again(planned).parameters == planned.parameters
 
@@ -152,9 +152,9 @@ def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
     assert held.run.ending is Ending.DONE, str(held.run)
     assert np.isnan(held.true_force).all()
     assert held.sensed_rms < 0.1
-    figures = {figure.name: figure.text for figure in REGULATE.report(held).all_figures}
-    assert figures["true force"] == NOT_KNOWN
-    assert float(figures["largest force of the run"]) >= 1.9
+    metrics = {metric.name: metric.text for metric in REGULATE.report(held).all_metrics}
+    assert metrics["true force"] == NOT_KNOWN
+    assert float(metrics["largest force of the run"]) >= 1.9
 
 
 @pytest.mark.slow

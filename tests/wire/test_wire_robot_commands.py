@@ -133,10 +133,10 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     assert along == pytest.approx([0.5 * wired.config.mass * 9.81] * 2, abs=0.05)
     assert np.isnan(grasp.least).all()
     report = GRASP.report(grasp)
-    figures = {figure.name: figure.value for figure in report.all_figures}
-    assert figures["dropped"] == "no"
-    assert math.isfinite(figures["largest grip"])
-    assert not {"slip", "spin", "grip over the least", "tightest"} & set(figures)
+    metrics = {metric.name: metric.value for metric in report.all_metrics}
+    assert metrics["dropped"] == "no"
+    assert math.isfinite(metrics["largest grip"])
+    assert not {"slip", "spin", "grip over the least", "tightest"} & set(metrics)
     account = [getattr(part, "text") for part in report.sections[0].parts]  # noqa: B009
     message = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
     assert "simulat" not in message

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Figure, check_options, option
+from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Metric, check_options, option
 
 STIFFNESS = 20e3  # of the simulated contact [N/m]
 ALONG = 1e-4  # between two heights of a profile [m]
@@ -97,10 +97,10 @@ class Texture(ExperimentDefaults):
     name = "texture"
     summary = "Stroke a surface at several forces: its roughness spectrum."
     Config = TextureConfig
-    figures = (
-        Figure("roughness_rms_m", "roughness, RMS", "m", lambda found: found.mean("roughness")),
-        Figure("wavelength_m", "wavelength of the largest peak", "m", lambda found: found.mean("wavelength")),
-        Figure("strokes", "strokes finished", "", lambda found: len(found.profiles)),
+    metrics = (
+        Metric("roughness_rms_m", "roughness, RMS", "m", lambda found: found.mean("roughness")),
+        Metric("wavelength_m", "wavelength of the largest peak", "m", lambda found: found.mean("wavelength")),
+        Metric("strokes", "strokes finished", "", lambda found: len(found.profiles)),
     )
 
     def plan(self, config: TextureConfig, robot, texts: Mapping[str, str]):
@@ -135,11 +135,11 @@ class Texture(ExperimentDefaults):
     def report(self, result: TextureResult):
         """See `Experiment`."""
         from palpate.reporting.computing import computing
-        from palpate.reporting.data import KeyFigure
-        from palpate.reporting.report import Pictures, Report, Section
+        from palpate.reporting.data import Quantity
+        from palpate.reporting.report import Figures, Report, Section
 
         rows = [
-            KeyFigure(
+            Quantity(
                 f"roughness at {each.force:g} N", 1e6 * each.roughness, "µm", f"peak at {each.wavelength:.3g} m"
             )
             for each in result.profiles
@@ -147,9 +147,9 @@ class Texture(ExperimentDefaults):
         return Report(
             title="Roughness by touch",
             outcome=f"{len(rows)} of {result.config.strokes} strokes; {result.run}.",
-            figures=tuple(rows),
+            metrics=tuple(rows),
             sections=(
-                Section("Spectrum", (Pictures(lambda: _pictures(result.profiles)),)),
+                Section("Spectrum", (Figures(lambda: _pictures(result.profiles)),)),
                 computing(result.run.timing),
             ),
         )
@@ -177,8 +177,8 @@ def _profile(record, force: float, begin: float, end: float) -> Profile | None:
 
 def _pictures(profiles):
     """The amplitude of the height over its spatial frequency, one line for each stroke."""
+    from palpate.reporting.figure import Axis, Figure, Panel
     from palpate.reporting.marks import Line
-    from palpate.reporting.picture import Axis, Panel, Picture
     from palpate.runtime.palette import SIDE_BY_SIDE
 
     if not profiles:
@@ -190,4 +190,4 @@ def _pictures(profiles):
         lines.append(Line(1e-3 * frequency[1:], 1e6 * amplitude[1:], f"{profile.force:g} N", colour))
     x, y = Axis("spatial frequency", "1/mm"), Axis("amplitude", "µm", logarithmic=True)
     caption = "Amplitude of the height along each stroke. A peak is a ripple; without one the surface is smooth."
-    yield Picture("Roughness spectrum", caption, (Panel(tuple(lines), x, y),))
+    yield Figure("Roughness spectrum", caption, (Panel(tuple(lines), x, y),))

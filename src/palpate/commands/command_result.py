@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from palpate.reporting.data import KeyFigure
+    from palpate.reporting.data import Quantity
 
 
 class ExitCode(IntEnum):
@@ -31,8 +31,8 @@ class CommandResult:
     Attributes:
         exit_code: How it ended.
         outcome: The same in a sentence, or "".
-        figures: Numbers by name, whose suffix is the SI unit; text, or None, where there is no number.
-        notes: Remarks on figures of the report, by the figure's name.
+        metrics: Numbers by name, whose suffix is the SI unit; text, or None, where there is no number.
+        notes: Remarks on metrics of the report, by the metric's name.
         facts: Other values that JSON can represent, by name.
         files: Files that were written; with `--dry-run`, that would be written.
         warnings: One sentence each.
@@ -41,7 +41,7 @@ class CommandResult:
 
     exit_code: int = ExitCode.DONE
     outcome: str = ""
-    figures: Mapping[str, object] = field(default_factory=dict)
+    metrics: Mapping[str, object] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
     facts: Mapping[str, object] = field(default_factory=dict)
     files: tuple[Path, ...] = ()
@@ -82,34 +82,34 @@ UNITS: Mapping[str, tuple[str, float]] = {
 _PERCENTILE = re.compile(r"\b(\d+) %")
 
 
-def figure_name(words: str, unit: str = "") -> str:
-    """Return the name of a figure in JSON: its words joined by underscores, then its SI unit."""
+def quantity_key(words: str, unit: str = "") -> str:
+    """Return the name of a metric in JSON: its words joined by underscores, then its SI unit."""
     plain = _PERCENTILE.sub(r"p\1", words.lower())
     parts = [re.sub(r"[^a-z0-9]+", "_", plain).strip("_"), UNITS[unit][0] if unit in UNITS else ""]
     return "_".join(part for part in parts if part)
 
 
-def shown_figures(figures: Iterable["KeyFigure"]) -> tuple[dict[str, object], dict[str, str]]:
-    """Return the figures of a report and their notes, by name and in SI units.
+def shown_figures(metrics: Iterable["Quantity"]) -> tuple[dict[str, object], dict[str, str]]:
+    """Return the metrics of a report and their notes, by name and in SI units.
 
-    A text that is a number becomes a number; other text keeps its unit, and its name has no suffix. A figure
+    A text that is a number becomes a number; other text keeps its unit, and its name has no suffix. A metric
     without a value has only a note.
     """
     values: dict[str, object] = {}
     notes: dict[str, str] = {}
-    for figure in figures:
-        number = _number(figure.value)
-        scaled = number is not None and figure.unit in UNITS
-        name = _free(figure_name(figure.name, figure.unit if scaled else ""), values)
+    for metric in metrics:
+        number = _number(metric.value)
+        scaled = number is not None and metric.unit in UNITS
+        name = _free(quantity_key(metric.name, metric.unit if scaled else ""), values)
         if number is None:
-            if figure.value:  # a figure without value has only its note
-                values[name] = f"{figure.value} {figure.unit}".strip()
+            if metric.value:  # a metric without value has only its note
+                values[name] = f"{metric.value} {metric.unit}".strip()
         elif scaled:
-            values[name] = number * UNITS[figure.unit][1]
+            values[name] = number * UNITS[metric.unit][1]
         else:  # a unit without a suffix: as in the report
-            values[name] = f"{figure.text} {figure.unit}"
-        if figure.note:
-            notes[name] = figure.note
+            values[name] = f"{metric.text} {metric.unit}"
+        if metric.note:
+            notes[name] = metric.note
     return values, notes
 
 
@@ -117,7 +117,7 @@ def reported_result(
     exit_code: int,
     outcome: str,
     measured: Mapping[str, object],
-    shown: Iterable["KeyFigure"],
+    shown: Iterable["Quantity"],
     files: tuple[Path, ...],
     **facts: object,
 ) -> CommandResult:
@@ -126,8 +126,8 @@ def reported_result(
     Args:
         exit_code: How it ended.
         outcome: The same in a sentence.
-        measured: Its figures by name, as `palpate sweep` has them in its tables.
-        shown: The figures of its report.
+        measured: Its metrics by name, as `palpate sweep` has them in its tables.
+        shown: The metrics of its report.
         files: That were written.
         facts: Everything else.
     """
@@ -145,7 +145,7 @@ def _number(value: float | str) -> float | None:
 
 
 def _free(name: str, taken: Mapping[str, object]) -> str:
-    """Return the name, numbered if another figure has it already."""
+    """Return the name, numbered if another metric has it already."""
     number = 2
     found = name
     while found in taken:

@@ -13,8 +13,8 @@ from palpate.experiments.kit.recording import REPORT
 from palpate.experiments.kit.script import plan_for
 from palpate.extras import MissingLibraryError
 from palpate.open_kinds import name_of_kind
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.terminal import key_figures
+from palpate.reporting.data import Quantity
+from palpate.reporting.terminal import quantities
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
 
@@ -40,12 +40,12 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     if plan.preparation:
         warnings = (f"Before that: {plan.preparation}.", *warnings)
     console = Console()
-    figures = (KeyFigure("robot", "", "", robot), *would.figures)
-    console.print(key_figures(f"{would.task} (dry run)", outcome, figures))
+    metrics = (Quantity("robot", "", "", robot), *would.metrics)
+    console.print(quantities(f"{would.task} (dry run)", outcome, metrics))
     for warning in warnings:
         say(console, f"Note: {warning}")
     say(console, f"Would be written: {', '.join(map(str, files))}")
-    values, notes = shown_figures(would.figures)
+    values, notes = shown_figures(would.metrics)
     facts = {"dry_run": True, "task": would.task, "robot": robot}
     return CommandResult(ExitCode.DONE, outcome, values, notes, facts, files, warnings)
 

@@ -24,7 +24,7 @@ from palpate.plain_text import inert
 from palpate.version import __version__
 
 SCHEMA = 1
-"""Version of the document's own fields; figures may change with reports."""
+"""Version of the document's own fields; metrics may change with reports."""
 
 STATUS: Mapping[int, str] = {
     ExitCode.DONE: "done",
@@ -51,7 +51,7 @@ def document(command: str, result: CommandResult) -> str:
         content["error"] = result.error
     content |= {
         "outcome": result.outcome,
-        "figures": result.figures,
+        "metrics": result.metrics,
         "notes": result.notes,
         **result.facts,
         "files": result.files,
@@ -89,7 +89,7 @@ def plain(value: object) -> Any:
 
 
 Run = Callable[[], CommandResult | int]
-"""Carries out a command; a bare exit code stands for a result without figures."""
+"""Carries out a command; a bare exit code stands for a result without metrics."""
 
 PACKAGE = Path(palpate.__file__).parent
 """What is ours: a bug of it shows its traceback."""

@@ -12,15 +12,15 @@ from palpate.commands.run_shown import kept_if_interrupted, print_outcome, run_s
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result, written
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
-from palpate.reporting.picture_kind import PictureKind
-from palpate.reporting.terminal import key_figures
+from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.terminal import quantities
 from palpate.runtime import RunResult, result_until
 
 SECOND_STOPPED = (
@@ -33,7 +33,7 @@ UNUSABLE = (InvalidValueError, MemoryError, ImportError)
 even to load what draws. Its log is there."""
 
 
-def run_experiment(experiment: Experiment, config: Any, figures: PictureKind | None = None) -> CommandResult:
+def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | None = None) -> CommandResult:
     """Prepare, run, record, write the files and print the summary, also after a Ctrl-C.
 
     Args:
@@ -80,14 +80,14 @@ def run_experiment(experiment: Experiment, config: Any, figures: PictureKind | N
         except UNUSABLE as error:
             tell(console, plan, result)
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-    console.print(key_figures(report.title, report.outcome, report.all_figures))
+    console.print(quantities(report.title, report.outcome, report.all_metrics))
     print_outcome(console, result, files)
     code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
     summary = reported_result(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
         report.outcome,
-        figures_of(experiment, found),
-        report.all_figures,
+        metrics_of(experiment, found),
+        report.all_metrics,
         written(result, files),
         ending=result.ending.value,
         rest=result.rest,

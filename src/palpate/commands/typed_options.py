@@ -14,7 +14,7 @@ import tyro
 from tyro._docstrings import get_field_docstring
 
 from palpate.commands.colours import parser_colours
-from palpate.reporting.picture_kind import PictureKind
+from palpate.reporting.figure_kind import FigureKind
 
 Options = TypeVar("Options", bound=Any)
 """A frozen dataclass."""
@@ -54,7 +54,7 @@ DRY_RUN = SharedOption(
 FIGURES = SharedOption(
     "figures",
     "Write each figure of the report as a file, too, in the style of a paper, into the folder figures.",
-    PictureKind | None,
+    FigureKind | None,
     None,
 )
 

@@ -49,7 +49,7 @@ class ServoModel:
         viscous: Friction torque per speed [N m s/rad].
         inertia: Of rotor and gear [kg m^2].
         mass: [kg].
-        source: Where these figures come from, and which are assumed.
+        source: Where these metrics come from, and which are assumed.
     """
 
     name: str

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Bars, Dash, Rule
-from palpate.reporting.picture import Axis, Panel, Picture
-from palpate.reporting.report import Pictures, Section, TextTable
+from palpate.reporting.report import Figures, Section, TextTable
 from palpate.runtime import Distribution, RunTiming
 from palpate.runtime.palette import BOUND, INK_COLOUR
 
@@ -15,7 +15,7 @@ BINS_PER_DECADE = 25
 MICRO = 1e6
 
 
-def timing_picture(timing: RunTiming) -> Picture | None:
+def timing_figure(timing: RunTiming) -> Figure | None:
     """Return the histogram of compute times, or None if no time was taken."""
     taken, counts = timing.compute.values, timing.compute.counts
     taken, counts = MICRO * taken[taken > 0.0], counts[taken > 0.0]
@@ -33,7 +33,7 @@ def timing_picture(timing: RunTiming) -> Picture | None:
     )
     rules = (Rule(at, f"{name}: {at:.3g} µs", colour, dash=dash) for name, at, colour, dash in marks)
     bars = Bars(np.sqrt(edges[1:] * edges[:-1]), number.astype(np.float64), np.diff(edges))
-    return Picture(
+    return Figure(
         title="Time to compute a period",
         caption=(
             f"Compute times of {len(timing.compute)} periods, {timing.slow_periods} of them longer than the "
@@ -55,10 +55,10 @@ _MICRO = 1e6
 def computing(timing: RunTiming) -> Section:
     """Return the section on how long periods took to compute, how old samples were, how deadlines were kept."""
 
-    def draw() -> Iterator[Picture | None]:
-        yield timing_picture(timing)
+    def draw() -> Iterator[Figure | None]:
+        yield timing_figure(timing)
 
-    return Section("Computing", (TextTable(_timing_rows(timing)), Pictures(draw)))
+    return Section("Computing", (TextTable(_timing_rows(timing)), Figures(draw)))
 
 
 def _timing_rows(timing: RunTiming) -> tuple[tuple[str, str, str, str], ...]:

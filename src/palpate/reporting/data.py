@@ -1,4 +1,4 @@
-"""Figures and time series of reports: numbers and arrays, no drawing."""
+"""Metrics and time series of reports: numbers and arrays, no drawing."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from palpate.errors import FloatArray, InvalidValueError
 
 
 @dataclass(frozen=True, slots=True)
-class KeyFigure:
+class Quantity:
     """One line of a report's summary.
 
     Attributes:

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.errors import FloatArray
 
 DRAWN_BINS = 900
-"""Bins of a drawn line: about one per pixel of a report's width, so the picture is the same as with every
+"""Bins of a drawn line: about one per pixel of a report's width, so the figure is the same as with every
 point."""
 
 

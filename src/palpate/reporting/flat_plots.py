@@ -4,6 +4,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.reporting.envelope import thinned
+from palpate.reporting.figure import Axis, Panel
 from palpate.reporting.marks import (
     FAINTEST,
     Band,
@@ -21,7 +22,6 @@ from palpate.reporting.marks import (
     Text,
     finite_limits,
 )
-from palpate.reporting.picture import Axis, Panel
 from palpate.reporting.traces import Json, Plot, named, packed, role, scale_of, typed
 
 MOST_POINTS = 12_000
@@ -32,7 +32,7 @@ FEW_DECADES = 1e3
 
 
 def flat_plot(panel: Panel, zoomed_with: str) -> Json:
-    """Return a flat panel; `zoomed_with` says what its x axis is zoomed with: "run", "picture" or ""."""
+    """Return a flat panel; `zoomed_with` says what its x axis is zoomed with: "run", "figure" or ""."""
     plot = Plot([], [], {"shapes": [], "annotations": []})
     for mark in panel.marks:
         _add(plot, panel, mark)

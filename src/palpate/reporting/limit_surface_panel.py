@@ -4,8 +4,8 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction import LimitSurface
+from palpate.reporting.figure import Axis, Panel
 from palpate.reporting.marks import Density, Line, Moving, Points, Symbol
-from palpate.reporting.picture import Axis, Panel
 from palpate.runtime.palette import BOUND, FELT, INK_COLOUR, Colour
 
 RIM = 1.25
@@ -29,7 +29,7 @@ def limit_surface_panel(
         surface: As measured, or as assumed.
         loads: Normal force [N], tangential force (its length) [N], spin torque [N m], evenly in time,
             shape (n, 3). Instants that do not push are left out.
-        moments: Of each step of the picture, likewise, shape (steps, 3).
+        moments: Of each step of the figure, likewise, shape (steps, 3).
         worst: Step of the worst of them.
         title: Of the panel.
         colour: Of the density: whether loads were felt or are true.

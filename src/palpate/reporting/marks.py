@@ -132,7 +132,7 @@ class Points:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moving:
-    """A ring that is at (x[k], y[k]) in step k of the picture.
+    """A ring that is at (x[k], y[k]) in step k of the figure.
 
     Attributes:
         x: Shape (steps,), in the unit of the axis; NaN where it is nowhere.

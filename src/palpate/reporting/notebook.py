@@ -3,18 +3,18 @@
 import base64
 from html import escape
 
-from palpate.reporting.report import Pictures, Report
+from palpate.reporting.report import Figures, Report
 from palpate.runtime import palette
 
 
 def report_fragment(report: Report) -> str:
-    """Return title, outcome, figures and the first picture of a report, as HTML without style of its own."""
+    """Return title, outcome, metrics and the first picture of a report, as HTML without style of its own."""
     rows = "".join(
         f"<tr><th>{escape(k.name)}</th><td>{escape(k.text)}</td><td>{escape(k.unit)}</td><td>{escape(k.note)}</td></tr>"
-        for k in report.figures
+        for k in report.metrics
     )
     head = f"<h4>{escape(report.title)}</h4><p>{escape(report.outcome)}</p><table>{rows}</table>"
-    parts = (part for section in report.sections for part in section.parts if isinstance(part, Pictures))
+    parts = (part for section in report.sections for part in section.parts if isinstance(part, Figures))
     first = next((each for part in parts for each in part.draw() if each is not None), None)
     if first is None:
         return head

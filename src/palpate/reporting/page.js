@@ -1,21 +1,21 @@
-// Draws the pictures of a report: in the reader's theme, those on the screen first.
+// Draws the figures of a report: in the reader's theme, those on the screen first.
 "use strict";
 (async () => {
   const decoded = (text) => Uint8Array.fromBase64?.(text) ?? Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const bytes = (id) => decoded(document.getElementById(id).textContent);
   const unpacked = (id) =>
     new Response(new Blob([bytes(id)]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
-  const [library, stated] = await Promise.all([unpacked("library"), unpacked("pictures")]);
+  const [library, stated] = await Promise.all([unpacked("library"), unpacked("figures")]);
   const script = document.createElement("script");
   script.textContent = library;
   document.head.append(script);
 
-  const pictures = JSON.parse(stated);
+  const figures = JSON.parse(stated);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const phone = matchMedia("(max-width: 680px)");
   const pointer = matchMedia("(hover: hover)"); // without one, buttons would always cover something
   const drawn = []; // of each plot: what it shows, and where
-  const ranges = {}; // to which plots are zoomed together: those of a run's time, those of a picture
+  const ranges = {}; // to which plots are zoomed together: those of a run's time, those of a figure
   let linking = false;
 
   const isObject = (value) => value !== null && typeof value === "object" && !ArrayBuffer.isView(value);
@@ -242,11 +242,11 @@
   const draw = async (figure) => {
     if (figure.dataset.drawn) return;
     figure.dataset.drawn = "begun";
-    const stated = pictures[Number(figure.dataset.picture)];
+    const stated = figures[Number(figure.dataset.figure)];
     const state = { step: stated.step, colouring: null };
     const divs = [...figure.querySelectorAll(".plot")];
     const plots = stated.plots.map((plot, n) => ({ plot: numbers(plot), div: divs[n], state }));
-    for (const { plot } of plots) if (plot.zoomedWith === "picture") plot.zoomedWith += figure.dataset.picture;
+    for (const { plot } of plots) if (plot.zoomedWith === "figure") plot.zoomedWith += figure.dataset.figure;
     for (const each of plots) {
       await show(each);
       drawn.push(each);
@@ -260,7 +260,7 @@
   const again = () => drawn.forEach(show);
   dark.addEventListener("change", again);
   phone.addEventListener("change", again);
-  const all = [...document.querySelectorAll("[data-picture]")];
+  const all = [...document.querySelectorAll("[data-figure]")];
   const onScreen = (figure) => figure.getBoundingClientRect().top < innerHeight;
   for (const figure of all.filter(onScreen)) await draw(figure);
   document.body.dataset.shown = "first";

@@ -1,6 +1,6 @@
 """The frame of a report: one HTML file without anything from outside, its parts always in the same order.
 
-Pictures are data in it, compressed, and so is what draws them; the browser runs nothing but these two scripts.
+Figures are data in it, compressed, and so is what draws them; the browser runs nothing but these two scripts.
 """
 
 import base64
@@ -16,15 +16,15 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from palpate.atomic_file import replacing
-from palpate.reporting.picture import Picture
+from palpate.reporting.figure import Figure
 from palpate.reporting.plots import plots
 from palpate.reporting.report import (
     COLUMNS,
     NOTHING,
-    FigureTable,
+    Figures,
     Paragraph,
     Part,
-    Pictures,
+    QuantityTable,
     Report,
     TextTable,
 )
@@ -43,16 +43,16 @@ LIBRARY = "package_data/plotly.min.js"
 
 
 def report_page(report: Report) -> str:
-    """Return a report as a whole HTML document: what was asked, how it ended, figures, sections, what to do."""
+    """Return a report as a whole HTML document: what was asked, how it ended, metrics, sections, what to do."""
     repeat = [f"<p>{text(before)} {_command(command)}</p>" for before, command in report.repeat]
-    shown: list[Picture] = []
+    shown: list[Figure] = []
     return page(
         report.title,
         [
             f"<h1>{text(report.title)}</h1>",
             f'<p class="asked">Asked: {text(report.asked)}</p>' if report.asked else "",
             f'<p class="outcome">{text(report.outcome)}</p>',
-            _part(FigureTable(report.figures), shown),
+            _part(QuantityTable(report.metrics), shown),
             *(section(each.heading, [_part(part, shown) for part in each.parts]) for each in report.sections),
             section("What to do", [f"<p>{text(each)}</p>" for each in report.advice or (NOTHING,)]),
             section("How to repeat it", [*repeat, table(report.settings, ("name", "value"))]),
@@ -74,30 +74,30 @@ def write_report(report: Report, path: str | os.PathLike[str]) -> None:
         file.write(report_page(report).encode("utf-8"))
 
 
-def _part(part: Part, shown: list[Picture]) -> str:
-    """Return a part as HTML; its pictures are added to those that the page shows."""
+def _part(part: Part, shown: list[Figure]) -> str:
+    """Return a part as HTML; its figures are added to those that the page shows."""
     match part:
         case Paragraph():
             return f"<p>{text(part.text)}</p>" if part.text else ""
-        case FigureTable():
-            return table([(k.name, k.text, k.unit, k.note) for k in part.figures], COLUMNS)
+        case QuantityTable():
+            return table([(k.name, k.text, k.unit, k.note) for k in part.metrics], COLUMNS)
         case TextTable():
             return table(part.rows, part.columns, part.heads)
-        case Pictures():
+        case Figures():
             return _cards([each for each in part.draw() if each is not None], shown)
 
 
-def page(title: str, body: Iterable[str], pictures: Sequence[Picture] = ()) -> str:
-    """Return a whole HTML document; `title` is text, `body` is HTML with the cards of `pictures`."""
+def page(title: str, body: Iterable[str], figures: Sequence[Figure] = ()) -> str:
+    """Return a whole HTML document; `title` is text, `body` is HTML with the cards of `figures`."""
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta HTTP-EQUIV="Content-Security-Policy" content="{_policy(drawing=bool(pictures))}">',
+            f'<meta HTTP-EQUIV="Content-Security-Policy" content="{_policy(drawing=bool(figures))}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{text(title)}</title>\n<style>{css_variables()}{STYLE}</style>\n</head>\n<body>\n<main>",
             *(part for part in body if part),
             "</main>",
-            *(_scripts(pictures) if pictures else ()),
+            *(_scripts(figures) if figures else ()),
             "</body>\n</html>\n",
         ]
     )
@@ -109,16 +109,16 @@ def _policy(*, drawing: bool) -> str:
     return f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {scripts}"
 
 
-def _scripts(pictures: Sequence[Picture]) -> tuple[str, ...]:
+def _scripts(figures: Sequence[Figure]) -> tuple[str, ...]:
     """What draws, and what is drawn."""
     stated = json.dumps(
-        [{"plots": plots(each), "steps": each.steps, "step": each.step} for each in pictures],
+        [{"plots": plots(each), "steps": each.steps, "step": each.step} for each in figures],
         separators=(",", ":"),
         allow_nan=False,
     )
     return (
         f'<script type="application/gzip" id="library">{_packed_library()}</script>',
-        f'<script type="application/gzip" id="pictures">{_packed(stated, PACKED)}</script>',
+        f'<script type="application/gzip" id="figures">{_packed(stated, PACKED)}</script>',
         f"<script>{SCRIPT}</script>",
     )
 
@@ -176,13 +176,13 @@ def table(rows: Iterable[tuple[str, ...]], columns: Sequence[str], heads: Sequen
     return f'<div class="card"><table{kind}>\n' + "\n".join(lines) + "\n</table></div>"
 
 
-def _cards(pictures: Sequence[Picture], shown: list[Picture]) -> str:
-    """Return the cards of pictures side by side where there is room."""
+def _cards(figures: Sequence[Figure], shown: list[Figure]) -> str:
+    """Return the cards of figures side by side where there is room."""
     cards = []
-    for picture in pictures:
-        cards.append(_card(picture, len(shown)))
-        shown.append(picture)
-    return '<div class="pictures">\n' + "\n".join(cards) + "\n</div>" if cards else ""
+    for figure in figures:
+        cards.append(_card(figure, len(shown)))
+        shown.append(figure)
+    return '<div class="figures">\n' + "\n".join(cards) + "\n</div>" if cards else ""
 
 
 def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
@@ -210,13 +210,13 @@ def _shown(letter: str) -> str:
     return "\N{REPLACEMENT CHARACTER}" if 0x202A <= code <= 0x202E or 0x2066 <= code <= 0x2069 else letter
 
 
-def _card(picture: Picture, number: int) -> str:
-    kind = "card wide" if picture.wide else "card"
-    panels = "".join(f'<div class="plot" style="height: {each.height}px"></div>' for each in picture.panels)
+def _card(figure: Figure, number: int) -> str:
+    kind = "card wide" if figure.wide else "card"
+    panels = "".join(f'<div class="plot" style="height: {each.height}px"></div>' for each in figure.panels)
     return (
-        f'<figure class="{kind}" data-picture="{number}" aria-label="{text(picture.title)}">\n'
-        f"<h3>{text(picture.title)}</h3>\n"
-        f'<div class="plots" style="--columns: {picture.columns}">{panels}</div>\n<div class="controls"></div>\n'
-        f"<noscript>Pictures need JavaScript, which comes with this file.</noscript>\n"
-        f"<figcaption>{text(picture.caption)}</figcaption>\n</figure>"
+        f'<figure class="{kind}" data-figure="{number}" aria-label="{text(figure.title)}">\n'
+        f"<h3>{text(figure.title)}</h3>\n"
+        f'<div class="plots" style="--columns: {figure.columns}">{panels}</div>\n<div class="controls"></div>\n'
+        f"<noscript>Figures need JavaScript, which comes with this file.</noscript>\n"
+        f"<figcaption>{text(figure.caption)}</figcaption>\n</figure>"
     )

@@ -1,4 +1,4 @@
-"""Pictures as a paper prints them: vectors in the width of a column or of the page, without title and caption.
+"""Figures as a paper prints them: vectors in the width of a column or of the page, without title and caption.
 
 Fonts are embedded as publishers accept them (TrueType, `pdf.fonttype` 42); what has many thousand elements
 is kept as pixels. Widths are those of IEEE's journals (IEEE author guidelines: 3.5 and 7.16 inch).
@@ -13,16 +13,16 @@ from itertools import chain
 from pathlib import Path
 
 import matplotlib as mpl
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as PaperFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from palpate.atomic_file import replacing
 from palpate.errors import InvalidValueError
+from palpate.reporting.figure import Figure, Space
 from palpate.reporting.paper_flat import draw_panel
 from palpate.reporting.paper_space import draw_space
-from palpate.reporting.picture import Picture, Space
-from palpate.reporting.report import Pictures, Report
+from palpate.reporting.report import Figures, Report
 from palpate.reporting.solids import coloured_by, quantities
 from palpate.runtime.palette import INK_COLOUR
 
@@ -52,11 +52,11 @@ KINDS = ("pdf", "svg", "png")
 """Of files."""
 
 
-def write_pictures(report: Report, folder: Path, kind: str) -> tuple[Path, ...]:
-    """Write each picture of a report into a folder, one file for each of its colourings.
+def write_figures_of(report: Report, folder: Path, kind: str) -> tuple[Path, ...]:
+    """Write each figure of a report into a folder, one file for each of its colourings.
 
     Args:
-        report: Whose pictures.
+        report: Whose figures.
         folder: Which is there.
         kind: "pdf", "svg" or "png".
 
@@ -67,21 +67,21 @@ def write_pictures(report: Report, folder: Path, kind: str) -> tuple[Path, ...]:
         InvalidValueError: Another kind.
         OSError: A file cannot be written.
     """
-    parts = (part for section in report.sections for part in section.parts if isinstance(part, Pictures))
+    parts = (part for section in report.sections for part in section.parts if isinstance(part, Figures))
     names: set[str] = set()
     written = []
-    for picture in (each for part in parts for each in part.draw() if each is not None):
-        for name, single in _by_colouring(picture):
+    for figure in (each for part in parts for each in part.draw() if each is not None):
+        for name, single in _by_colouring(figure):
             numbered = next(n for n in _numbered(_file_name(name)) if n not in names)
             names.add(numbered)
             path = folder / f"{numbered}.{kind}"
-            write_picture(single, path)
+            write_figure(single, path)
             written.append(path)
     return tuple(written)
 
 
-def write_picture(picture: Picture, path: str | os.PathLike[str]) -> None:
-    """Write a picture as the suffix says: .pdf, .svg or .png; the same picture gives the same file.
+def write_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as the suffix says: .pdf, .svg or .png; the same figure gives the same file.
 
     Raises:
         InvalidValueError: Another suffix.
@@ -92,14 +92,14 @@ def write_picture(picture: Picture, path: str | os.PathLike[str]) -> None:
         raise InvalidValueError(f"{path}: its suffix must be one of {', '.join('.' + each for each in KINDS)}")
     dated = {} if kind == "png" else {"CreationDate" if kind == "pdf" else "Date": None}
     with printing(), replacing(path) as file:
-        paper_figure(picture).savefig(file, format=kind, metadata=dated)
+        paper_figure(figure).savefig(file, format=kind, metadata=dated)
 
 
-def svg_text(picture: Picture) -> str:
-    """Return a picture as an SVG document."""
+def svg_text(figure: Figure) -> str:
+    """Return a figure as an SVG document."""
     text = io.StringIO()
     with printing():
-        paper_figure(picture).savefig(text, format="svg", metadata={"Date": None})
+        paper_figure(figure).savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()
 
 
@@ -110,35 +110,35 @@ def printing() -> Iterator[None]:
         yield
 
 
-def paper_figure(picture: Picture) -> Figure:
-    """Return a picture as matplotlib's figure; of what moves, the step that is shown first."""
-    rows = -(-len(picture.panels) // picture.columns)
+def paper_figure(figure: Figure) -> PaperFigure:
+    """Return a figure as matplotlib draws it; a figure that moves shows its first step."""
+    rows = -(-len(figure.panels) // figure.columns)
     heights = [
-        max(each.height for each in picture.panels[i * picture.columns : (i + 1) * picture.columns])
+        max(each.height for each in figure.panels[i * figure.columns : (i + 1) * figure.columns])
         for i in range(rows)
     ]
-    size = (PAGE if picture.wide else COLUMN, PER_PIXEL * sum(heights))
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02))
-    grid = figure.add_gridspec(rows, picture.columns, height_ratios=heights)
-    for i, panel in enumerate(picture.panels):
-        place = grid[divmod(i, picture.columns)]
+    size = (PAGE if figure.wide else COLUMN, PER_PIXEL * sum(heights))
+    drawn = PaperFigure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02))
+    grid = drawn.add_gridspec(rows, figure.columns, height_ratios=heights)
+    for i, panel in enumerate(figure.panels):
+        place = grid[divmod(i, figure.columns)]
         if isinstance(panel, Space):
-            axes: Axes3D = figure.add_subplot(place, projection="3d", computed_zorder=False)
-            draw_space(axes, panel, picture.step)
+            axes: Axes3D = drawn.add_subplot(place, projection="3d", computed_zorder=False)
+            draw_space(axes, panel, figure.step)
         else:
-            draw_panel(figure.add_subplot(place), panel, picture.step)
-    return figure
+            draw_panel(drawn.add_subplot(place), panel, figure.step)
+    return drawn
 
 
-def _by_colouring(picture: Picture) -> Iterator[tuple[str, Picture]]:
-    """Each colouring of a picture with a name, as a picture of its own."""
-    spaces = (each for each in picture.panels if isinstance(each, Space))
+def _by_colouring(figure: Figure) -> Iterator[tuple[str, Figure]]:
+    """Each colouring of a figure with a name, as a figure of its own."""
+    spaces = (each for each in figure.panels if isinstance(each, Space))
     choices = [found for found in (quantities(each.marks) for each in spaces) if len(found) > 1]
     for quantity in dict.fromkeys(chain(*choices)):
-        panels = tuple(_coloured(each, quantity) if isinstance(each, Space) else each for each in picture.panels)
-        yield f"{picture.title} {quantity}", replace(picture, panels=panels)
+        panels = tuple(_coloured(each, quantity) if isinstance(each, Space) else each for each in figure.panels)
+        yield f"{figure.title} {quantity}", replace(figure, panels=panels)
     if not choices:
-        yield picture.title, picture
+        yield figure.title, figure
 
 
 def _coloured(space: Space, quantity: str) -> Space:
@@ -150,7 +150,7 @@ def _coloured(space: Space, quantity: str) -> Space:
 
 def _file_name(title: str) -> str:
     words = "".join(each if each.isalnum() else " " for each in title.lower()).split()
-    return "-".join(words) or "picture"
+    return "-".join(words) or "figure"
 
 
 def _numbered(name: str) -> Iterator[str]:

@@ -10,6 +10,7 @@ from matplotlib.ticker import NullFormatter
 
 from palpate.errors import FloatArray
 from palpate.reporting.envelope import thinned
+from palpate.reporting.figure import Panel
 from palpate.reporting.marks import (
     FAINTEST,
     Band,
@@ -28,7 +29,6 @@ from palpate.reporting.marks import (
     Text,
 )
 from palpate.reporting.paper_colours import colour_bar, colour_map, norm_of
-from palpate.reporting.picture import Panel
 from palpate.runtime.palette import CARD, GRID_COLOUR, INK_COLOUR
 
 MOST_POINTS = 3000

@@ -10,9 +10,9 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # typ
 
 from palpate.errors import FloatArray
 from palpate.reporting.arrow_shapes import arrow_triangles
+from palpate.reporting.figure import Space
 from palpate.reporting.marks import Symbol
 from palpate.reporting.paper_colours import colour_bar, colour_map, norm_of
-from palpate.reporting.picture import Space
 from palpate.reporting.solids import (
     Arrows,
     Labels,

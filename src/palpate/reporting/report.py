@@ -1,16 +1,16 @@
-"""A report as data: what was asked, how it ended, figures, sections, advice; drawn when it is written."""
+"""A report as data: what was asked, how it ended, metrics, sections, advice; drawn when it is written."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.picture import Picture
+from palpate.reporting.data import Quantity
+from palpate.reporting.figure import Figure
 
 NOTHING = "Nothing has to be done."
 """Shown where there is no advice."""
 
 COLUMNS = ("name", "value", "unit", "note")
-"""Of a table of figures."""
+"""Of a table of metrics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,10 @@ class Paragraph:
 
 
 @dataclass(frozen=True, slots=True)
-class FigureTable:
-    """Key figures within a section; the terminal shows them, too."""
+class QuantityTable:
+    """Key metrics within a section; the terminal shows them, too."""
 
-    figures: tuple[KeyFigure, ...]
+    metrics: tuple[Quantity, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +43,17 @@ class TextTable:
 
 
 @dataclass(frozen=True, slots=True)
-class Pictures:
-    """Pictures side by side where there is room.
+class Figures:
+    """Figures side by side where there is room.
 
     Attributes:
         draw: States them when the report is written; those that are None are left out.
     """
 
-    draw: Callable[[], Iterable[Picture | None]]
+    draw: Callable[[], Iterable[Figure | None]]
 
 
-Part = Paragraph | FigureTable | TextTable | Pictures
+Part = Paragraph | QuantityTable | TextTable | Figures
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class Report:
     Attributes:
         title: Heading.
         outcome: How it ended, a sentence or more.
-        figures: Most important first.
+        metrics: Most important first.
         sections: In order.
         asked: What was asked for, a sentence without its full stop; "" for none.
         advice: What to do now, a sentence or two each; none where nothing has to be done.
@@ -88,7 +88,7 @@ class Report:
 
     title: str
     outcome: str
-    figures: tuple[KeyFigure, ...]
+    metrics: tuple[Quantity, ...]
     sections: tuple[Section, ...] = ()
     asked: str = ""
     advice: tuple[str, ...] = ()
@@ -98,7 +98,7 @@ class Report:
     reached: bool = True
 
     @property
-    def all_figures(self) -> tuple[KeyFigure, ...]:
+    def all_metrics(self) -> tuple[Quantity, ...]:
         """Those of the summary, then those of the sections."""
-        parts = (part for section in self.sections for part in section.parts if isinstance(part, FigureTable))
-        return (*self.figures, *(figure for part in parts for figure in part.figures))
+        parts = (part for section in self.sections for part in section.parts if isinstance(part, QuantityTable))
+        return (*self.metrics, *(metric for part in parts for metric in part.metrics))

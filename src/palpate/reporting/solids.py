@@ -86,7 +86,7 @@ class Arrows:
     """Arrows of forces or moments.
 
     Attributes:
-        starts: Shape (n, 3) [m]; or in each step of the picture others, shape (steps, n, 3).
+        starts: Shape (n, 3) [m]; or in each step of the figure others, shape (steps, n, 3).
         along: To the tips, of the same shape [m].
         name: In the legend; "" for none.
         colour: Role.
@@ -115,7 +115,7 @@ class Labels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stepped:
-    """Marks of which those of one step of the picture are shown.
+    """Marks of which those of one step of the figure are shown.
 
     Attributes:
         marks: Of each step.
@@ -130,7 +130,7 @@ class Placed:
 
     Attributes:
         surface: In a frame of its own.
-        positions: Of that frame in each step of the picture, shape (steps, 3) [m].
+        positions: Of that frame in each step of the figure, shape (steps, 3) [m].
         rotations: Its axes as columns, shape (steps, 3, 3).
     """
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.reporting.picture import Space
+from palpate.reporting.figure import Space
 from palpate.reporting.solids import places
 
 ROOM, FLATTEST = 0.04, 0.12

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray
 from palpate.reporting.arrow_shapes import arrow_triangles
+from palpate.reporting.figure import Space
 from palpate.reporting.marks import Colouring
-from palpate.reporting.picture import Space
 from palpate.reporting.solids import Arrows, Labels, Placed, Polyline, Solid, Spots, Stepped, Surface
 from palpate.reporting.space_box import space_box
 from palpate.reporting.traces import Json, Plot, colouring_of, named, packed, role, typed

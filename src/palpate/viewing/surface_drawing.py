@@ -202,10 +202,10 @@ def legend(kind: SurfaceQuantity, span: tuple[float, float]) -> str:
 
 def summary_of(surface: GrownSurface) -> str:
     """Return a surface in a line of numbers, as HTML; nothing in it was typed by anybody."""
-    figures = surface.figures
-    parts = [f"{surface.contacts} contacts", f"{1e4 * figures.area:.3g} cm² observed"]
-    if math.isfinite(figures.middle):
-        parts.append(f"sd {1e3 * figures.middle:.2g} mm (median), {1e3 * figures.tail:.2g} mm (95 %)")
+    metrics = surface.metrics
+    parts = [f"{surface.contacts} contacts", f"{1e4 * metrics.area:.3g} cm² observed"]
+    if math.isfinite(metrics.middle):
+        parts.append(f"sd {1e3 * metrics.middle:.2g} mm (median), {1e3 * metrics.tail:.2g} mm (95 %)")
     return " &middot; ".join(parts)
 
 

@@ -7,7 +7,7 @@ from palpate.errors import FloatArray
 from palpate.mapping import Knowledge, MapSettings, SurfaceMap, TouchCloud, surface_mesh
 from palpate.mapping.arc_bins import stretch_means, stretch_starts
 from palpate.mapping.layers import vertex_layer
-from palpate.mapping.mesh_figures import MeshFigures, known_triangles, voxel_for
+from palpate.mapping.mesh_metrics import MeshMetrics, known_triangles, voxel_for
 from palpate.viewing.frames import Frames
 from palpate.viewing.surface_view import GrownSurface, SurfaceView
 
@@ -78,7 +78,7 @@ class SurfaceGrower:
             edge=rim_edges(mesh.triangles[observed]),
             sd=mesh.sd,
             friction=friction.mean,
-            figures=MeshFigures.of(mesh, self._view.worst),
+            metrics=MeshMetrics.of(mesh, self._view.worst),
             contacts=self._contacts,
         )
 

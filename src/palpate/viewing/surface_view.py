@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, check_not_negative, check_positive
 from palpate.mapping import Knowledge
-from palpate.mapping.mesh_figures import MeshFigures
+from palpate.mapping.mesh_metrics import MeshMetrics
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class GrownSurface:
         edge: Where the one ends: both vertices of each side, shape (k, 2).
         sd: Standard deviation of each vertex along its normal, shape (n,) [m].
         friction: Tangential over normal force at each vertex, shape (n,); NaN where none slid near by.
-        figures: Of the observed part.
+        metrics: Of the observed part.
         contacts: That it was made from.
     """
 
@@ -59,5 +59,5 @@ class GrownSurface:
     edge: npt.NDArray[np.int64]
     sd: FloatArray
     friction: FloatArray
-    figures: MeshFigures
+    metrics: MeshMetrics
     contacts: int

@@ -5,9 +5,9 @@ from rich.console import Console
 
 from palpate.commands.calibrate.config import MatrixConfig
 from palpate.commands.calibrate.data import CsvData, raw_readings, read_csv
-from palpate.commands.calibrate.figures import choice_figures
 from palpate.commands.calibrate.loads import KnownLoads, known_loads
 from palpate.commands.calibrate.matrix_report import MatrixFound, matrix_report
+from palpate.commands.calibrate.metrics import choice_metrics
 from palpate.commands.calibrate.steps import (
     loaded,
     named,
@@ -66,9 +66,9 @@ def calibrate_matrix(config: MatrixConfig, console: Console) -> CommandResult:
     report = () if config.report is None else (config.report,)
     for path in report:
         write_report(matrix_report(found, config), path)
-    figures = choice_figures(choice)
+    metrics = choice_metrics(choice)
     if not verdict.ok:
-        return not_used(verdict, figures, console, report)
+        return not_used(verdict, metrics, console, report)
     with named(config.loads):
         updated = with_calibration(
             sensor,
@@ -82,7 +82,7 @@ def calibrate_matrix(config: MatrixConfig, console: Console) -> CommandResult:
             ),
         )
     files, warnings = write(target(config), updated, console)
-    return used(verdict, figures, (*files, *report), warnings)
+    return used(verdict, metrics, (*files, *report), warnings)
 
 
 def _raw_unit(config: MatrixConfig, sensor: SensorFile, in_header: str) -> str:

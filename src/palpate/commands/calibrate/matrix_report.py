@@ -10,10 +10,10 @@ from palpate.commands.calibrate.config import MatrixConfig
 from palpate.commands.calibrate.felt_places import FeltAt, felt_places
 from palpate.errors import FloatArray
 from palpate.estimation import Verdict
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Points, Rule
-from palpate.reporting.picture import Axis, Panel, Picture
-from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
 from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR
 from palpate.sensing.ft import CalibrationChoice, CalibrationFit, SensorFile
 from palpate.sensing.ft.arrays import AXES
@@ -63,10 +63,10 @@ def matrix_report(found: MatrixFound, config: MatrixConfig) -> Report:
     return Report(
         f"Calibration of {found.sensor.model} {found.sensor.serial_number}",
         f"{fit.model} is {'proposed' if found.verdict.ok else 'the best, but not to be used'}: {choice.reason}.",
-        tuple(_key_figures(found, felt)),
+        tuple(_quantities(found, felt)),
         (
             Section("Models, by loads that they never saw", (_models(choice, ranges),)),
-            Section("Errors against the load", (Pictures(lambda: [_by_load(fit, ranges)]),)),
+            Section("Errors against the load", (Figures(lambda: [_by_load(fit, ranges)]),)),
             Section("Errors by direction", (_by_direction(fit, ranges),)),
             Section(
                 f"Contacts on a round tip of {1e3 * tip.radius:.3g} mm",
@@ -89,21 +89,17 @@ def matrix_report(found: MatrixFound, config: MatrixConfig) -> Report:
     )
 
 
-def _key_figures(found: MatrixFound, felt: tuple[FeltAt, ...]) -> Iterator[KeyFigure]:
+def _quantities(found: MatrixFound, felt: tuple[FeltAt, ...]) -> Iterator[Quantity]:
     fit, ranges = found.choice.proposed, np.array(found.sensor.axis_limits)
-    yield KeyFigure(
-        "error of loads left out", 100.0 * left_out_error(fit, ranges), "% of the range", "all axes", 3
-    )
+    yield Quantity("error of loads left out", 100.0 * left_out_error(fit, ranges), "% of the range", "all axes", 3)
     if felt:
         at = min(felt, key=lambda each: abs(each.force - SHOWN_FORCE))
-        yield KeyFigure(
-            f"places at {at.force:g} N", _plus_minus(1e3 * at.place), "mm", "95 %, the worst direction"
-        )
-        yield KeyFigure(
+        yield Quantity(f"places at {at.force:g} N", _plus_minus(1e3 * at.place), "mm", "95 %, the worst direction")
+        yield Quantity(
             f"normal force at {at.force:g} N", _plus_minus(at.normal_force), "N", "95 %, the worst direction"
         )
-    yield KeyFigure("condition number of the sensor", fit.condition, "", "1 is ideal", 3)
-    yield KeyFigure("uncertain at full range", 100.0 * float(fit.doubt.max()), "%", "standard deviation", 2)
+    yield Quantity("condition number of the sensor", fit.condition, "", "1 is ideal", 3)
+    yield Quantity("uncertain at full range", 100.0 * float(fit.doubt.max()), "%", "standard deviation", 2)
 
 
 def _models(choice: CalibrationChoice, ranges: FloatArray) -> TextTable:
@@ -119,7 +115,7 @@ def _models(choice: CalibrationChoice, ranges: FloatArray) -> TextTable:
     return TextTable(rows, heads=("model", "missed by", "", "by axis; what the loads say of it"))
 
 
-def _by_load(fit: CalibrationFit, ranges: FloatArray) -> Picture:
+def _by_load(fit: CalibrationFit, ranges: FloatArray) -> Figure:
     load, missed = 100.0 * fit.loads / ranges, 100.0 * fit.left_out / ranges
     texts = tuple(f"load {i}" for i in range(len(load)))
     panels = [
@@ -136,7 +132,7 @@ def _by_load(fit: CalibrationFit, ranges: FloatArray) -> Picture:
         )
         for i, axis in enumerate(AXES)
     ]
-    return Picture(
+    return Figure(
         "Errors against the load",
         "In percent of each axis' range. Good is a cloud about zero without a bend, a slope or a fan; the dark "
         f"red lines are the limit of {LARGEST_ERROR:.0%}, root mean square.",

@@ -18,9 +18,9 @@ from palpate.commands.calibrate.config import (
     TareConfig,
 )
 from palpate.commands.calibrate.data import read_csv
-from palpate.commands.calibrate.figures import bias_figures, mounting_figures, payload_figures
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.matrix import calibrate_matrix
+from palpate.commands.calibrate.metrics import bias_metrics, mounting_metrics, payload_metrics
 from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.calibrate.static_poses import identified, read_poses, zero_moved
 from palpate.commands.calibrate.steps import (
@@ -120,7 +120,7 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
     if lost or not verdict.ok:
         verdict = Verdict(read.mistakes(found, identify)).and_also(verdict)
     if not verdict.ok:
-        return not_used(verdict, payload_figures(found), console)
+        return not_used(verdict, payload_metrics(found), console)
     with named(config.poses):
         updated = with_payload(
             read.sensor,
@@ -135,7 +135,7 @@ def _payload(config: PayloadConfig, console: Console) -> CommandResult:
         left = ", ".join(map(str, sorted(read.data.lines[i] for i in found.zero.bad)))
         warnings += noted(f"left out, as far from all others: line {left} of {config.poses.name}.", console)
     warnings = (*warnings, *zero_moved(found, console))
-    return used(found.verdict, payload_figures(found), files, warnings)
+    return used(found.verdict, payload_metrics(found), files, warnings)
 
 
 # --- mounting ----------------------------------------------------------------------------------------------------
@@ -162,10 +162,10 @@ def _mounting(config: MountingConfig, console: Console) -> CommandResult:
         raise InvalidValueError(f"{config.poses}: the mass is lost in the noise: carry something heavier")
     console.print(mounting_table(found))
     console.print(payload_table(found.payload, read.source))
-    figures = mounting_figures(found)
+    metrics = mounting_metrics(found)
     if not found.verdict.ok:
         verdict = Verdict(mistakes(_judged(found))).and_also(found.verdict)
-        return not_used(verdict, figures, console)
+        return not_used(verdict, metrics, console)
     rotvec = Rotation.from_matrix(found.rotation_flange_sensor).as_rotvec()
     console.print(
         Text(
@@ -184,7 +184,7 @@ def _mounting(config: MountingConfig, console: Console) -> CommandResult:
             ),
         )
     files, warnings = write(target(config), updated, console)
-    return used(found.verdict, figures, files, (*warnings, *zero_moved(found.payload, console)))
+    return used(found.verdict, metrics, files, (*warnings, *zero_moved(found.payload, console)))
 
 
 def _judged(found: IdentifiedMounting) -> IdentifiedPayload:
@@ -230,9 +230,9 @@ def _tare(config: TareConfig, console: Console) -> CommandResult:
             provenance=provenance(sensor, f"bias: {found.reading_count} readings, {Path(place).name}"),
         )
     console.print(bias_table(found, drift, sd, sensor, updated, f"{place}, {source}"))
-    figures = bias_figures(found, drift, sd, updated)
+    metrics = bias_metrics(found, drift, sd, updated)
     if not verdict.ok:
-        return not_used(verdict, figures, console)
+        return not_used(verdict, metrics, console)
     files, warnings = write(target(config), updated, console)
     if not any(found.sd):
         warnings += noted("the readings do not change at all; is the sensor alive?", console)
@@ -243,7 +243,7 @@ def _tare(config: TareConfig, console: Console) -> CommandResult:
             f"than touch_force_N = {sensor.contact.touch_force:g}; raise it, or take more poses of the payload.",
             console,
         )
-    return used(verdict, figures, files, warnings)
+    return used(verdict, metrics, files, warnings)
 
 
 def _specific_force(config: TareConfig, sensor: SensorFile) -> Vector:

@@ -12,7 +12,7 @@ from rich.text import Text
 from palpate.atomic_file import replacing
 from palpate.commands.calibrate.config import MatrixConfig, MountingConfig, PayloadConfig, TareConfig
 from palpate.commands.calibrate.data import CsvData, has_raw, has_wrenches, raw_readings, wrenches
-from palpate.commands.calibrate.figures import verdict_facts
+from palpate.commands.calibrate.metrics import verdict_facts
 from palpate.commands.calibrate.tables import UNITS
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.errors import FloatArray, InvalidValueError
@@ -25,16 +25,16 @@ LONGEST_PROVENANCE = 1000
 
 
 def used(
-    verdict: Verdict, figures: dict[str, object], files: tuple[Path, ...], warnings: tuple[str, ...]
+    verdict: Verdict, metrics: dict[str, object], files: tuple[Path, ...], warnings: tuple[str, ...]
 ) -> CommandResult:
     """Return the result of an estimate that is used."""
     return CommandResult(
-        outcome=str(verdict), figures=figures, facts=verdict_facts(verdict), files=files, warnings=warnings
+        outcome=str(verdict), metrics=metrics, facts=verdict_facts(verdict), files=files, warnings=warnings
     )
 
 
 def not_used(
-    verdict: Verdict, figures: dict[str, object], console: Console, report: tuple[Path, ...] = ()
+    verdict: Verdict, metrics: dict[str, object], console: Console, report: tuple[Path, ...] = ()
 ) -> CommandResult:
     """Print why an estimate is not to be used; no sensor file is written."""
     for line in verdict.lines():
@@ -42,7 +42,7 @@ def not_used(
     console.print(
         Text("Not to be used: no sensor file was written." if report else "Not to be used: no file was written.")
     )
-    return CommandResult(ExitCode.UNFINISHED, str(verdict), figures, facts=verdict_facts(verdict), files=report)
+    return CommandResult(ExitCode.UNFINISHED, str(verdict), metrics, facts=verdict_facts(verdict), files=report)
 
 
 def measured(data: CsvData, sensor: SensorFile, channels: tuple[str, ...]) -> tuple[FloatArray, str]:

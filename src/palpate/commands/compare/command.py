@@ -33,10 +33,10 @@ ELSEWHERE = (
 
 
 def run_compare(config: CompareConfig) -> CommandResult:
-    """Compare, print the figures, and write report and result.
+    """Compare, print the metrics, and write report and result.
 
     Returns:
-        The figures.
+        The metrics.
 
     Raises:
         InvalidValueError: A file is missing, cannot be read, or does not fit the other.
@@ -56,8 +56,8 @@ def run_compare(config: CompareConfig) -> CommandResult:
     _need_file("reference", config.reference)
     folder = config.map.resolve().parent if config.out is None else config.out
     check_folder(folder)
-    # compiled kernels, meshes and pictures take seconds to import: a wrong name is reported before
-    from palpate.commands.compare.report import key_figures, map_comparison_report
+    # compiled kernels, meshes and figures take seconds to import: a wrong name is reported before
+    from palpate.commands.compare.report import map_comparison_report, quantities
     from palpate.commands.progress import doing
     from palpate.experiments.kit.recording import write_figures
     from palpate.mapping.compare import compare
@@ -78,8 +78,8 @@ def run_compare(config: CompareConfig) -> CommandResult:
     table.add_column("value", justify="right", style="bold")
     table.add_column("unit")
     table.add_column("note", style="dim")
-    for figure in key_figures(found):
-        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    for metric in quantities(found):
+        table.add_row(Text(metric.name), Text(metric.text), Text(metric.unit), Text(metric.note))
     console.print(table)
     warnings = (ELSEWHERE,) if found.coverage == 0.0 and not config.align else ()
     for warning in warnings:
@@ -89,11 +89,11 @@ def run_compare(config: CompareConfig) -> CommandResult:
         write_report(report, folder / "compare.html")
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(result(found, reference, config), indent=2, allow_nan=False).encode("ascii"))
-        pictures = write_figures(report, folder, config.figures)
-    files = (folder / "compare.html", folder / "compare.json", *pictures)
+        figures = write_figures(report, folder, config.figures)
+    files = (folder / "compare.html", folder / "compare.json", *figures)
     for path in files:
         say(console, f"Written: {path}")
-    return CommandResult(figures=result(found, reference, config), files=files, warnings=warnings)
+    return CommandResult(metrics=result(found, reference, config), files=files, warnings=warnings)
 
 
 def _refuse_options_of_maps(config: CompareConfig) -> None:
@@ -111,7 +111,7 @@ def _need_file(name: str, path: Path) -> None:
 
 
 def result(found: "Comparison", reference: "TriangleSurface", config: CompareConfig) -> dict[str, Any]:
-    """Return the figures as they go into compare.json: SI units, null where there is none."""
+    """Return the metrics as they go into compare.json: SI units, null where there is none."""
     import numpy as np  # as above
 
     normal = found.normal_error

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.experiments.kit.options import check_options, option
-from palpate.reporting.picture_kind import PictureKind
+from palpate.reporting.figure_kind import FigureKind
 
 Unit = Literal["m", "mm"]
 
@@ -26,7 +26,7 @@ class CompareConfig:
     Writes compare.html and compare.json (SI units) into the folder.
 
     Given runs instead, two or more of the same experiment (folders, or their .mcap logs): the
-    options that differ, figures side by side, force and grip over time and errors of the surface over one another.
+    options that differ, metrics side by side, force and grip over time and errors of the surface over one another.
     Writes comparison.html. Of the options, runs take --out and --figures alone.
 
     Example: palpate compare runs/explore/contacts.ply part.stl --reference-unit mm --within 0.002
@@ -56,7 +56,7 @@ class CompareConfig:
     """Points spread over the reference, and over a map that is a mesh."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the report, made if need be. Left out: that of the map, or of the first run."""
-    figures: PictureKind | None = None
+    figures: FigureKind | None = None
     """Write each figure of the report as a file, too, in the style of a paper, into the folder figures."""
 
     def __post_init__(self) -> None:

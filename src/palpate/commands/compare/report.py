@@ -10,10 +10,10 @@ from palpate.commands.compare.config import CompareConfig
 from palpate.errors import FloatArray
 from palpate.mapping.compare import Comparison
 from palpate.mapping.compare_surface import TriangleSurface
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
+from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Bars, Colouring, ColourScale, Rule
-from palpate.reporting.picture import Axis, Panel, Picture, Space
-from palpate.reporting.report import Pictures, Report, Section
+from palpate.reporting.report import Figures, Report, Section
 from palpate.reporting.solids import Spots
 
 MILLI, MICRO = 1e3, 1e6
@@ -25,13 +25,13 @@ SHOWN_PERCENT = 99.0
 """Colours span this share of the errors, so that a few outliers do not hide the rest."""
 
 
-def error_on_map(found: Comparison, signed: bool) -> Picture:
+def error_on_map(found: Comparison, signed: bool) -> Figure:
     """Return the map's points in space, coloured by their distance from the reference."""
     limit = max(float(np.percentile(np.abs(found.distance), SHOWN_PERCENT)) * MICRO, 1e-3)
     quantity = "distance" + (", + is outside the reference" if signed else "")
     low, scale = (-limit, ColourScale.ERROR) if signed else (0.0, ColourScale.HEIGHT)
     largest = MICRO * found.map_to_reference.largest
-    return Picture(
+    return Figure(
         title="Where the errors are",
         caption=(
             f"The map's points, coloured by their distance from the reference; the colours span "
@@ -42,10 +42,10 @@ def error_on_map(found: Comparison, signed: bool) -> Picture:
     )
 
 
-def gaps_on_reference(found: Comparison) -> Picture:
+def gaps_on_reference(found: Comparison) -> Figure:
     """Return samples of the reference in space, coloured by their distance from the map."""
     distance, most = MILLI * found.reference_distance, 2.0 * MILLI * found.within
-    return Picture(
+    return Figure(
         title="What was felt of the reference",
         caption=(
             f"The reference, coloured by its distance from the map: {100.0 * found.coverage:.1f} % is within "
@@ -56,11 +56,11 @@ def gaps_on_reference(found: Comparison) -> Picture:
     )
 
 
-def error_histogram(found: Comparison) -> Picture:
+def error_histogram(found: Comparison) -> Figure:
     """Return the histogram of distances."""
     error = MICRO * found.distance
     spread = found.map_to_reference
-    return Picture(
+    return Figure(
         title="How large the errors are",
         caption=(
             f"Distances of {len(error)} points: root mean square {MICRO * spread.rms:.3g} µm, mean of their size "
@@ -89,33 +89,33 @@ WELL_COVERED = 0.95
 """Share of the reference from which on a map counts as whole."""
 
 
-def key_figures(found: Comparison) -> tuple[KeyFigure, ...]:
-    """Return the figures that matter, most important first."""
+def quantities(found: Comparison) -> tuple[Quantity, ...]:
+    """Return the metrics that matter, most important first."""
     out, back = found.map_to_reference, found.reference_to_map
     spacing = f"samples {_MILLI * found.sample_spacing:.2g} mm apart"
-    figures = [
-        KeyFigure("map to reference, RMS", _MILLI * out.rms, "mm", f"{len(found.points)} points"),
-        KeyFigure("map to reference, mean", _MILLI * out.mean, "mm", "of absolute distances"),
-        KeyFigure("map to reference, 95 %", _MILLI * out.p95, "mm"),
-        KeyFigure("map to reference, largest", _MILLI * out.largest, "mm", "Hausdorff, one-sided"),
+    metrics = [
+        Quantity("map to reference, RMS", _MILLI * out.rms, "mm", f"{len(found.points)} points"),
+        Quantity("map to reference, mean", _MILLI * out.mean, "mm", "of absolute distances"),
+        Quantity("map to reference, 95 %", _MILLI * out.p95, "mm"),
+        Quantity("map to reference, largest", _MILLI * out.largest, "mm", "Hausdorff, one-sided"),
     ]
     if math.isfinite(found.bias):
-        figures.append(KeyFigure("map outside reference, mean", _MILLI * found.bias, "mm", "negative: inside"))
-    figures += [
-        KeyFigure("reference covered", 100.0 * found.coverage, "%", f"within {_MILLI * found.within:g} mm"),
-        KeyFigure("reference to map, largest", _MILLI * back.largest, "mm", f"Hausdorff, one-sided; {spacing}"),
-        KeyFigure("Hausdorff distance", _MILLI * found.hausdorff, "mm", "the larger of both"),
+        metrics.append(Quantity("map outside reference, mean", _MILLI * found.bias, "mm", "negative: inside"))
+    metrics += [
+        Quantity("reference covered", 100.0 * found.coverage, "%", f"within {_MILLI * found.within:g} mm"),
+        Quantity("reference to map, largest", _MILLI * back.largest, "mm", f"Hausdorff, one-sided; {spacing}"),
+        Quantity("Hausdorff distance", _MILLI * found.hausdorff, "mm", "the larger of both"),
     ]
     if found.normal_error is not None:
         degrees = np.degrees(found.normal_error)
-        figures.append(KeyFigure("normals, RMS error", float(np.sqrt((degrees**2).mean())), "degrees"))
-        figures.append(KeyFigure("normals, 95 %", float(np.percentile(degrees, 95.0)), "degrees"))
+        metrics.append(Quantity("normals, RMS error", float(np.sqrt((degrees**2).mean())), "degrees"))
+        metrics.append(Quantity("normals, 95 %", float(np.percentile(degrees, 95.0)), "degrees"))
     if found.alignment is not None:
         moved = found.alignment
         note = "" if moved.converged else "did not settle"
-        figures.append(KeyFigure("map was moved by", _MILLI * moved.distance, "mm", note))
-        figures.append(KeyFigure("and turned by", math.degrees(moved.angle), "degrees"))
-    return tuple(figures)
+        metrics.append(Quantity("map was moved by", _MILLI * moved.distance, "mm", note))
+        metrics.append(Quantity("and turned by", math.degrees(moved.angle), "degrees"))
+    return tuple(metrics)
 
 
 def outcome(found: Comparison) -> str:
@@ -134,7 +134,7 @@ def outcome(found: Comparison) -> str:
 def map_comparison_report(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> Report:
     """Return the report."""
 
-    def draw() -> list[Picture | None]:
+    def draw() -> list[Figure | None]:
         return [error_on_map(found, reference.is_watertight), error_histogram(found), gaps_on_reference(found)]
 
     title = f"{config.map.name} against {config.reference.name}"
@@ -151,8 +151,8 @@ def map_comparison_report(found: Comparison, reference: TriangleSurface, config:
         title=title,
         asked=f"how far {config.map.name} is from {config.reference.name}, which is taken for the truth",
         outcome=outcome(found),
-        figures=key_figures(found),
-        sections=(Section("Errors", (Pictures(draw),)),),
+        metrics=quantities(found),
+        sections=(Section("Errors", (Figures(draw),)),),
         advice=_advice(found, config),
         settings=settings,
         repeat=(("The same again:", _command(config)),),

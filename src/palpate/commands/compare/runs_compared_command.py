@@ -7,37 +7,37 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.command_result import CommandResult, figure_name
-from palpate.commands.compare.compared_figure import ComparedFigure
+from palpate.commands.command_result import CommandResult, quantity_key
+from palpate.commands.compare.compared_metric import ComparedMetric
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
     changed_options,
-    compared_figures,
     compared_heads,
+    compared_metrics,
     comparison_report,
 )
 from palpate.commands.progress import doing
 from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recording import write_figures
+from palpate.reporting.figure_kind import FigureKind
 from palpate.reporting.page import write_report
-from palpate.reporting.picture_kind import PictureKind
 from palpate.reporting.report import Report
 
 FILE_NAME = "comparison.html"
 """Of the report, in the output folder."""
 
 
-def compare_runs(places: Sequence[Path], out: Path | None, pictures: PictureKind | None = None) -> CommandResult:
-    """Compare runs, print the figures, and write the report.
+def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind | None = None) -> CommandResult:
+    """Compare runs, print the metrics, and write the report.
 
     Args:
         places: Folders or logs of two runs or more.
         out: Folder for the report; that of the first run, if not given.
-        pictures: As which files its pictures are written, too; None: as none.
+        figures: As which files its figures are written, too; None: as none.
 
     Returns:
-        The figures, in a list of one per run.
+        The metrics, in a list of one per run.
 
     Raises:
         InvalidValueError: One is no run, or they cannot be compared.
@@ -50,17 +50,17 @@ def compare_runs(places: Sequence[Path], out: Path | None, pictures: PictureKind
     make_folder(folder)
     with doing(console, "comparing"):
         report = comparison_report(runs, folder)
-        figures, differences = compared_figures(runs), changed_options(runs)
-    console.print(_table(report, [run.name for run in runs], figures, differences))
+        metrics, differences = compared_metrics(runs), changed_options(runs)
+    console.print(_table(report, [run.name for run in runs], metrics, differences))
     path = folder / FILE_NAME
     with doing(console, "drawing the report"):
         write_report(report, path)
-        files = (path, *write_figures(report, folder, pictures))
+        files = (path, *write_figures(report, folder, figures))
     for each in files:
         say(console, f"Written: {each}")
     return CommandResult(
         outcome=report.outcome,
-        figures={f.column or figure_name(f.name, f.unit): list(f.values) for f in figures},
+        metrics={f.column or quantity_key(f.name, f.unit): list(f.values) for f in metrics},
         facts={
             "runs": [str(run.log.path) for run in runs],
             "changed_options": {row[0]: list(row[2:]) for row in differences},
@@ -70,17 +70,17 @@ def compare_runs(places: Sequence[Path], out: Path | None, pictures: PictureKind
 
 
 def _table(
-    report: Report, names: Sequence[str], figures: Sequence[ComparedFigure], differences: Sequence[tuple[str, ...]]
+    report: Report, names: Sequence[str], metrics: Sequence[ComparedMetric], differences: Sequence[tuple[str, ...]]
 ) -> Table:
-    """Return the table of differing options and of figures side by side."""
+    """Return the table of differing options and of metrics side by side."""
     table = Table(title=Text(report.title), caption=Text(report.outcome))
     for i, head in enumerate(compared_heads(names)[:-1]):
         table.add_column(Text(head), justify="left" if i < 2 else "right")
     blank = ("",) * (len(names) - 1)
     for name, unit, *values in differences:
         table.add_row(*(Text(each) for each in (f"option: {name}", unit, *values, *blank)))
-    for figure in figures:
+    for metric in metrics:
         table.add_row(
-            *(Text(each) for each in (figure.name, figure.scale.unit, *figure.shown, *figure.differences))
+            *(Text(each) for each in (metric.name, metric.scale.unit, *metric.shown, *metric.differences))
         )
     return table

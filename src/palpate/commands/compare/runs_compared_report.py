@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.compare.compared_figure import ComparedFigure
-from palpate.commands.compare.run_pictures import Curve, bars_picture, overlay_picture, spread_picture
+from palpate.commands.compare.compared_metric import ComparedMetric
+from palpate.commands.compare.run_figures import Curve, bars_figure, overlay_figure, spread_figure
 from palpate.commands.compare.runs_compared import ComparedRun, changed_fields, common_fields
 from palpate.errors import FloatArray
 from palpate.experiments.kit.comparable import FeltMap
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.option_words import has_unit, option_words
 from palpate.experiments.kit.options import specs_of
 from palpate.mapping import Knowledge
-from palpate.mapping.mesh_figures import MeshFigures
+from palpate.mapping.mesh_metrics import MeshMetrics
+from palpate.reporting.figure import Axis, Figure, Space
 from palpate.reporting.marks import Colouring, ColourScale
-from palpate.reporting.picture import Axis, Picture, Space
-from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
 from palpate.reporting.solids import Surface
 from palpate.runtime import Phase
 
@@ -69,7 +69,7 @@ class MapDifference:
         return f"{rms:.3g} µm RMS, {within:.0f} % within both bands"
 
 
-def difference_picture(maps: Sequence[FeltMap | None], names: Sequence[str]) -> Picture | None:
+def difference_figure(maps: Sequence[FeltMap | None], names: Sequence[str]) -> Figure | None:
     """Return every later map less the first run's; None where no two are of the same region."""
     first = maps[0]
     if first is None:
@@ -80,7 +80,7 @@ def difference_picture(maps: Sequence[FeltMap | None], names: Sequence[str]) -> 
     if not found:
         return None
     told = "; ".join(f"{name}: {one.words}" for name, one in found)
-    return Picture(
+    return Figure(
         title="Difference of the maps",
         caption=f"The map of {names[0]}, coloured by how much further out the other one lies; grey where not both "
         f"know the surface. {told}. Where it is more than both 95 % bands together, one of the maps is wrong.",
@@ -121,26 +121,26 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
         out: Folder that the report goes to.
     """
     names = tuple(run.name for run in runs)
-    figures, differences, count = compared_figures(runs), changed_options(runs), len(runs)
+    metrics, differences, count = compared_metrics(runs), changed_options(runs), len(runs)
     options = TextTable(differences, ("name", "unit", *("value",) * count), ("option", "unit", *names))
     side_by_side = TextTable(
-        [(f.name, f.scale.unit, *f.shown, *f.differences, f.note) for f in figures],
+        [(f.name, f.scale.unit, *f.shown, *f.differences, f.note) for f in metrics],
         ("name", "unit", *("value",) * (2 * count - 1), "note"),
         compared_heads(names),
     )
     return Report(
         title=f"{', '.join(names[:-1])} and {names[-1]}, side by side",
         asked=f"to compare {count} runs of `palpate {runs[0].experiment.name}` with the first of them, {names[0]}",
-        outcome=outcome(runs, figures),
-        figures=(),
+        outcome=outcome(runs, metrics),
+        metrics=(),
         sections=(
             Section("Options that differ", (options if differences else Paragraph(ALIKE),)),
             Section(
-                "Figures side by side",
-                (side_by_side, Pictures(lambda: (bars_picture([f for f in figures if f.column], names),))),
+                "Metrics side by side",
+                (side_by_side, Figures(lambda: (bars_figure([f for f in metrics if f.column], names),))),
             ),
-            Section("What was found", (Pictures(lambda: _surfaces(runs, names)),)),
-            Section("Over time", (Pictures(lambda: _over_time(runs, names)),)),
+            Section("What was found", (Figures(lambda: _surfaces(runs, names)),)),
+            Section("Over time", (Figures(lambda: _over_time(runs, names)),)),
         ),
         advice=_advice(len(differences)),
         repeat=(
@@ -154,14 +154,14 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
             for name, value in common_fields(runs)
         )
         + tuple((f"log of {run.name}", str(run.log.path)) for run in runs),
-        footer="Figures and pictures are computed anew from the runs' logs, the same way for each.",
+        footer="Metrics and figures are computed anew from the runs' logs, the same way for each.",
     )
 
 
 def compared_heads(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the heads of a table of figures side by side."""
+    """Return the heads of a table of metrics side by side."""
     less = (f"{name} less {names[0]}" for name in names[1:])
-    return ("figure", "unit", *names, *less, "what is good")
+    return ("metric", "unit", *names, *less, "what is good")
 
 
 def changed_options(runs: Sequence[ComparedRun]) -> tuple[tuple[str, ...], ...]:
@@ -172,11 +172,11 @@ def changed_options(runs: Sequence[ComparedRun]) -> tuple[tuple[str, ...], ...]:
     )
 
 
-def outcome(runs: Sequence[ComparedRun], figures: Sequence[ComparedFigure]) -> str:
+def outcome(runs: Sequence[ComparedRun], metrics: Sequence[ComparedMetric]) -> str:
     """Return the outcome in a sentence or two."""
     changed = len(changed_fields(runs))
     sentences = [f"{changed} option{' differs' if changed == 1 else 's differ'}."]
-    first = next((f for f in figures if all(isinstance(v, float) and math.isfinite(v) for v in f.values)), None)
+    first = next((f for f in metrics if all(isinstance(v, float) and math.isfinite(v) for v in f.values)), None)
     if first is not None:
         each = ", ".join(f"{shown} in {run.name}" for shown, run in zip(first.shown, runs, strict=True))
         unit = f" [{first.scale.unit}]" if first.unit else ""
@@ -184,15 +184,15 @@ def outcome(runs: Sequence[ComparedRun], figures: Sequence[ComparedFigure]) -> s
     return " ".join(sentences)
 
 
-def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
-    """Return the figures of each run, most important first; those that no run has are left out."""
+def compared_metrics(runs: Sequence[ComparedRun]) -> tuple[ComparedMetric, ...]:
+    """Return the metrics of each run, most important first; those that no run has are left out."""
     experiment, while_ = runs[0].experiment, "in the main phase"
-    each = [figures_of(experiment, run.result) for run in runs]
+    each = [metrics_of(experiment, run.result) for run in runs]
     own = [
-        ComparedFigure(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each), "", its.column)
-        for its in experiment.figures
+        ComparedMetric(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each), "", its.column)
+        for its in experiment.metrics
     ]
-    own.append(ComparedFigure("area observed", "m^2", tuple(map(_area, runs)), "more is better", "map_area_m2"))
+    own.append(ComparedMetric("area observed", "m^2", tuple(map(_area, runs)), "more is better", "map_area_m2"))
     felt = [
         _figure(
             runs,
@@ -231,29 +231,29 @@ def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
     named = {f.name for f in own}
     shown = (*own, *(f for f in felt if f.name not in named))
     known = [f for f in shown if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
-    return (*known, ComparedFigure("how it ended", "", tuple(run.ending for run in runs)))
+    return (*known, ComparedMetric("how it ended", "", tuple(run.ending for run in runs)))
 
 
 def _figure(
     runs: Sequence[ComparedRun], name: str, unit: str, value: Callable[[ComparedRun], float], note: str
-) -> ComparedFigure:
-    return ComparedFigure(name, unit, tuple(value(run) for run in runs), note)
+) -> ComparedMetric:
+    return ComparedMetric(name, unit, tuple(value(run) for run in runs), note)
 
 
-def _over_time(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Picture | None]:
+def _over_time(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Figure | None]:
     felt = [Curve(i, run.time, np.where(run.felt > 0.0, run.felt, np.nan)) for i, run in enumerate(runs)]
     set_forces = [Curve(i, run.time, run.set_force, is_set_force=True) for i, run in enumerate(runs)]
     set_forces = [curve for curve in set_forces if np.isfinite(curve.y).any()]
     grips = [Curve(i, run.time, run.commanded_grip) for i, run in enumerate(runs)]
     mean = ", the mean over the fingers" if len(runs[0].records) > 1 else ""
-    yield overlay_picture(
+    yield overlay_figure(
         "Normal force over time",
         f"Normal force that was felt{mean}, from the beginning of each run on.{DASHES if set_forces else ''}",
         Axis("normal force", "N"),
         (*felt, *set_forces),
         names,
     )
-    yield overlay_picture(
+    yield overlay_figure(
         "Grip over time",
         "Grip that was commanded, the mean over the fingers. The lower the gentler, as long as the object "
         "neither slips nor spins; how it ended stands above.",
@@ -263,11 +263,11 @@ def _over_time(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Pi
     )
 
 
-def _surfaces(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Picture | None]:
+def _surfaces(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Figure | None]:
     samples = [run.errors for run in runs]
     for i in range(max(map(len, samples))):
-        yield spread_picture([each[i] if i < len(each) else None for each in samples], names)
-    yield difference_picture([run.map for run in runs], names)
+        yield spread_figure([each[i] if i < len(each) else None for each in samples], names)
+    yield difference_figure([run.map for run in runs], names)
 
 
 def _advice(changed: int) -> tuple[str, ...]:
@@ -282,7 +282,7 @@ def _advice(changed: int) -> tuple[str, ...]:
 
 def _area(run: ComparedRun) -> float:
     """Of the map, as far as it is claimed; NaN without one."""
-    return math.nan if run.map is None else MeshFigures.of(run.map.mesh, Knowledge.OBSERVED).area
+    return math.nan if run.map is None else MeshMetrics.of(run.map.mesh, Knowledge.OBSERVED).area
 
 
 def _in_work(run: ComparedRun) -> BoolArray:

@@ -147,12 +147,12 @@ def contact_result(config: ContactConfig) -> CommandResult:
                 _carry_out(config, ContactTable if config.format == "csv" else JsonLines, sink, counts)
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
-    figures = {"wrenches": counts.total(), **{f"status_{name.lower()}": n for name, n in counts.items()}}
+    metrics = {"wrenches": counts.total(), **{f"status_{name.lower()}": n for name, n in counts.items()}}
     if config.out != STANDARD_STREAM:
         files = (config.out,) if code is ExitCode.DONE or config.source == STANDARD_STREAM else ()
-        return CommandResult(code, figures=figures, files=files, warnings=unexplained(counts))
+        return CommandResult(code, metrics=metrics, files=files, warnings=unexplained(counts))
     found = [json.loads(line) for line in rows.getvalue().splitlines()]
-    return CommandResult(code, figures=figures, facts={"contacts": found}, warnings=unexplained(counts))
+    return CommandResult(code, metrics=metrics, facts={"contacts": found}, warnings=unexplained(counts))
 
 
 def unexplained(counts: Mapping[str, int]) -> tuple[str, ...]:

@@ -38,19 +38,19 @@ def log_result(log: LogReader, times: LogTimes, size: int, versions: str) -> Com
         versions: Name of the attachment with the versions that wrote it.
     """
     heading, lost = log.codec.heading, lost_records(log)
-    figures: dict[str, object] = {
+    metrics: dict[str, object] = {
         "periods": log.periods,
         "period_s": heading.period,
         "missing_periods": log.missing,
         "size_bytes": size,
     }
     if log.periods > 1:
-        figures["duration_s"] = times.duration
+        metrics["duration_s"] = times.duration
         for name, spread in times.spreads.items():
-            figures |= _spread(name.replace(" ", "_"), spread)
+            metrics |= _spread(name.replace(" ", "_"), spread)
     return CommandResult(
         outcome="; ".join([f"records were lost: {lost}"] * bool(lost) + [_state(log)]),
-        figures=figures,
+        metrics=metrics,
         facts={
             "log": log.path,
             "recorded": datetime.fromtimestamp(heading.wall_start / 1e9).astimezone().isoformat(),
@@ -135,7 +135,7 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
     for warning in damage:
         say(console, warning)
     return CommandResult(
-        figures={"episodes": len(read), "periods": periods},
+        metrics={"episodes": len(read), "periods": periods},
         facts={"logs": [log.path for log in read]},
         files=files,
         warnings=damage,

@@ -92,7 +92,7 @@ def _results(log: Path) -> dict[str, Fact]:
         record = read_record(read_bytes(folder.parents[1] / "runs" / f"{folder.name}.json", BOUNDS))
     except (OSError, IndexError):
         return {}
-    return {} if record is None else {"run": record.run, "status": record.status.value, **record.figures}
+    return {} if record is None else {"run": record.run, "status": record.status.value, **record.metrics}
 
 
 def _plain(value: object) -> Fact:

@@ -15,7 +15,7 @@ from palpate.commands.replay.report import (
     ending_recorded,
     ending_replayed,
     first_differences,
-    key_figures,
+    quantities,
     remarks,
     replay_report,
     verdict,
@@ -29,7 +29,7 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.page import write_report
-from palpate.reporting.terminal import figure_table
+from palpate.reporting.terminal import quantity_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.progress_bar import PERCENT, progress_bar
@@ -76,7 +76,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
             return _result(found, ExitCode.DONE)
         _explain(console, found)
     else:
-        console.print(figure_table(key_figures(found)))
+        console.print(quantity_table(quantities(found)))
     make_folder(folder)
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
@@ -90,14 +90,14 @@ def run_replay(config: ReplayConfig) -> CommandResult:
 
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
-    """All that was found out, in figures and facts."""
-    figures, notes = shown_figures(key_figures(found))
+    """All that was found out, in metrics and facts."""
+    metrics, notes = shown_figures(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
     return CommandResult(
         code,
         verdict(found),
         {
-            **figures,
+            **metrics,
             "commands": found.commands.count,
             "commands_identical": found.commands.identical,
             "periods_sensed": found.sensing.count,

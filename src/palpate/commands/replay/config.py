@@ -6,7 +6,7 @@ from typing import Annotated
 
 import tyro
 
-from palpate.reporting.picture_kind import PictureKind
+from palpate.reporting.figure_kind import FigureKind
 
 LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
 
@@ -16,7 +16,7 @@ class ReplayConfig:
     """Feed the log of a run through sensing, control and supervision again, and compare the commands.
 
     With nothing else given, every command must come out as recorded, bit for bit; if not, exit code 1 and the
-    first difference. With --set or --controller commands may differ: a table and a report with pictures show how.
+    first difference. With --set or --controller commands may differ: a table and a report with figures show how.
 
     The samples stay as they were recorded, and no robot moves: a replay shows what would have been commanded at
     every instant of that run, not what would have happened then.
@@ -41,5 +41,5 @@ class ReplayConfig:
     for in the present folder first."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the report, made if need be. Left out: beside the log. It is named after the log."""
-    figures: PictureKind | None = None
+    figures: FigureKind | None = None
     """Write each figure of the report as a file, too, in the style of a paper, into the folder figures."""

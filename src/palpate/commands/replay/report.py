@@ -1,4 +1,4 @@
-"""The findings of a replay, a sentence each, and its report with pictures."""
+"""The findings of a replay, a sentence each, and its report with figures."""
 
 import shlex
 from collections.abc import Sequence
@@ -13,11 +13,11 @@ from palpate.experiments.kit.option_words import has_unit, option_words
 from palpate.experiments.kit.options import TOUCHED, specs_of
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.plain_text import inert
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
+from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, unnamed
 from palpate.reporting.phases import phase_spans
-from palpate.reporting.picture import TIME, Axis, Panel, Picture
-from palpate.reporting.report import NOTHING, Paragraph, Pictures, Report, Section
+from palpate.reporting.report import NOTHING, Figures, Paragraph, Report, Section
 from palpate.runtime import Record
 from palpate.runtime.palette import COMMAND, FELT
 from palpate.runtime.replay_difference import Difference
@@ -29,13 +29,13 @@ SMALLEST_DRAWN = 1e-15
 """[mm/s]. Smaller differences, the last bits of velocities far below 1 mm/s, are drawn as this one."""
 
 
-def velocity_picture(recorded: Record, replayed: Record) -> Picture:
-    """Return the picture of the commanded velocity, axis by axis."""
+def velocity_figure(recorded: Record, replayed: Record) -> Figure:
+    """Return the figure of the commanded velocity, axis by axis."""
     rows: list[tuple[Mark, ...]] = [
         (*phase_spans(recorded), *_both(recorded, MILLI * before, MILLI * after))
         for before, after in zip(recorded.command.T[:3], replayed.command.T[:3], strict=True)
     ]
-    return Picture(
+    return Figure(
         title="Commanded velocity",
         caption=(
             "What was commanded when the run was recorded, and what comes out of the same samples now, for each "
@@ -51,15 +51,15 @@ def velocity_picture(recorded: Record, replayed: Record) -> Picture:
     )
 
 
-def difference_picture(recorded: Record, replayed: Record) -> Picture | None:
-    """Return the picture of how far the commands are apart, or None if they are not."""
+def difference_figure(recorded: Record, replayed: Record) -> Figure | None:
+    """Return the figure of how far the commands are apart, or None if they are not."""
     apart = MILLI * np.linalg.norm(replayed.command - recorded.command, axis=1)
     if not np.nansum(apart) > 0.0:
         return None
     shown = np.where(apart > 0.0, np.maximum(apart, SMALLEST_DRAWN), np.nan)
     known = np.isfinite(shown)
     alone = known & ~np.append(known[1:], False) & ~np.append(False, known[:-1])  # no line goes through it
-    return Picture(
+    return Figure(
         title="How far the commands are apart",
         caption=(
             "Length of the difference between replayed and recorded velocity in every period, on a logarithmic "
@@ -81,12 +81,12 @@ def difference_picture(recorded: Record, replayed: Record) -> Picture | None:
     )
 
 
-def felt_picture(recorded: Record, replayed: Record) -> Picture | None:
-    """Return the picture of the felt normal force, or None if nothing was touched."""
+def felt_figure(recorded: Record, replayed: Record) -> Figure | None:
+    """Return the figure of the felt normal force, or None if nothing was touched."""
     if not any(side.touching.any() for side in (recorded, replayed)):
         return None
     forces = (np.where(side.touching, side.normal_force, np.nan) for side in (recorded, replayed))
-    return Picture(
+    return Figure(
         title="Felt normal force",
         caption=(
             "The normal force that touch found in the same samples, then and now. It differs only if what sensing "
@@ -184,23 +184,21 @@ def replay_report(done: ReplayedLog, controller: str | None = None) -> Report:
     any_periods, differs = len(recorded) > 0, bool(np.nansum(np.abs(replayed.command - recorded.command)) > 0.0)
     touched = bool(recorded.touching.any() or replayed.touching.any())
 
-    def commands() -> tuple[Picture | None, ...]:
-        return (
-            (velocity_picture(recorded, replayed), difference_picture(recorded, replayed)) if any_periods else ()
-        )
+    def commands() -> tuple[Figure | None, ...]:
+        return (velocity_figure(recorded, replayed), difference_figure(recorded, replayed)) if any_periods else ()
 
-    def felt() -> tuple[Picture | None, ...]:
-        return (felt_picture(recorded, replayed),) if any_periods else ()
+    def felt() -> tuple[Figure | None, ...]:
+        return (felt_figure(recorded, replayed),) if any_periods else ()
 
     same = "" if differs or not any_periods else "No commanded velocity differs."
     nothing = "" if touched or not any_periods else "Nothing was touched."
     return Report(
         title=f"Replay of {done.log.path.resolve().name}",
         outcome=_outcome(done),
-        figures=key_figures(done),
+        metrics=quantities(done),
         sections=(
-            Section("Commands", (Pictures(commands), Paragraph(same))),
-            Section("Sensing", (Pictures(felt), Paragraph(nothing))),
+            Section("Commands", (Figures(commands), Paragraph(same))),
+            Section("Sensing", (Figures(felt), Paragraph(nothing))),
         ),
         asked=_request(done, controller),
         advice=_advice(done),
@@ -242,35 +240,35 @@ def _set_value(value: object) -> str:
     return ",".join(str(one) for one in each)
 
 
-def key_figures(done: ReplayedLog) -> tuple[KeyFigure, ...]:
-    """Return the figures that matter, most important first."""
+def quantities(done: ReplayedLog) -> tuple[Quantity, ...]:
+    """Return the metrics that matter, most important first."""
     recorded, replayed = done.records()
     apart = np.linalg.norm(replayed.command - recorded.command, axis=1)
     count = grouped(done.commands.count)
-    figures = [KeyFigure("commands identical", grouped(done.commands.identical), "", f"of {count}, bit for bit")]
+    metrics = [Quantity("commands identical", grouped(done.commands.identical), "", f"of {count}, bit for bit")]
     if len(apart):
         largest = int(np.nanargmax(apart)) if np.isfinite(apart).any() else 0
         where = f"at t = {recorded.time[largest]:.3f} s, {recorded.phase[largest]}" if apart[largest] else ""
-        figures += [
-            KeyFigure("commanded velocity apart, RMS", _MILLI * _rms(apart), "mm/s"),
-            KeyFigure("commanded velocity apart, largest", _MILLI * float(apart[largest]), "mm/s", where),
+        metrics += [
+            Quantity("commanded velocity apart, RMS", _MILLI * _rms(apart), "mm/s"),
+            Quantity("commanded velocity apart, largest", _MILLI * float(apart[largest]), "mm/s", where),
         ]
-    figures += _grip_figures(done, recorded)
-    figures.append(_first("first difference of a command", done.commands))
+    metrics += _grip_metrics(done, recorded)
+    metrics.append(_first("first difference of a command", done.commands))
     others = np.flatnonzero(recorded.phase != replayed.phase)
     note = "" if not len(others) else f"first {replayed.phase[others[0]]} for {recorded.phase[others[0]]}"
     if len(others):
         note += f" at t = {recorded.time[others[0]]:.3f} s"
-    figures.append(KeyFigure("periods in another phase", grouped(len(others)), "", note))
-    figures += _sensing_figures(done, recorded, replayed)
-    figures += [
-        KeyFigure("end of the recorded run", "", "", ending_recorded(done)),
-        KeyFigure("end of the replay", "", "", ending_replayed(done)),
+    metrics.append(Quantity("periods in another phase", grouped(len(others)), "", note))
+    metrics += _sensing_metrics(done, recorded, replayed)
+    metrics += [
+        Quantity("end of the recorded run", "", "", ending_recorded(done)),
+        Quantity("end of the replay", "", "", ending_replayed(done)),
     ]
-    return tuple(figures)
+    return tuple(metrics)
 
 
-def _grip_figures(done: ReplayedLog, recorded: Record) -> list[KeyFigure]:
+def _grip_metrics(done: ReplayedLog, recorded: Record) -> list[Quantity]:
     """How far the commanded grip is off, where a finger of a hand was commanded in both."""
     sides = ((done.log.codec, done.log.rows), (done.replay.codec, done.replay.rows))
     before, after = (rows[: done.common, codec.columns["command.grip_force"]] for codec, rows in sides)
@@ -281,29 +279,29 @@ def _grip_figures(done: ReplayedLog, recorded: Record) -> list[KeyFigure]:
     largest = int(apart.max(axis=1).argmax())
     where = f"at t = {recorded.time[largest]:.3f} s, {recorded.phase[largest]}" if apart.any() else ""
     return [
-        KeyFigure("commanded grip apart, RMS", _rms(apart[both]), "N", "of every finger"),
-        KeyFigure("commanded grip apart, largest", float(apart.max()), "N", where),
+        Quantity("commanded grip apart, RMS", _rms(apart[both]), "N", "of every finger"),
+        Quantity("commanded grip apart, largest", float(apart.max()), "N", where),
     ]
 
 
-def _sensing_figures(done: ReplayedLog, recorded: Record, replayed: Record) -> list[KeyFigure]:
+def _sensing_metrics(done: ReplayedLog, recorded: Record, replayed: Record) -> list[Quantity]:
     sensing, count = done.sensing, grouped(done.sensing.count)
-    figures = [KeyFigure("periods felt alike", grouped(sensing.identical), "", f"of {count}, bit for bit")]
+    metrics = [Quantity("periods felt alike", grouped(sensing.identical), "", f"of {count}, bit for bit")]
     if sensing.first is None:
-        return figures
+        return metrics
     both = recorded.touching & replayed.touching
     apart = np.abs(replayed.normal_force - recorded.normal_force)[both]
     if len(apart):
         largest = f"largest {apart.max():.3g}"
-        figures.append(KeyFigure("felt normal force apart, RMS", _rms(apart), "N", largest))
-    return [*figures, _first("first difference of sensing", sensing)]
+        metrics.append(Quantity("felt normal force apart, RMS", _rms(apart), "N", largest))
+    return [*metrics, _first("first difference of sensing", sensing)]
 
 
-def _first(name: str, difference: Difference) -> KeyFigure:
+def _first(name: str, difference: Difference) -> Quantity:
     first = difference.first
     if first is None:
-        return KeyFigure(name, "none")
-    return KeyFigure(name, f"{first.time:.3f}", "s", first.name.removeprefix("command.") or "the replay had ended")
+        return Quantity(name, "none")
+    return Quantity(name, f"{first.time:.3f}", "s", first.name.removeprefix("command.") or "the replay had ended")
 
 
 def _rms(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:

@@ -1,7 +1,7 @@
 """The same experiment many times: every combination of some options, with several seeds, on one computer or many.
 
 What is typed becomes a plan (`plan`). A runner (`runner`, `ray_runner`) carries out its runs, calling the same
-function for each (`attempt`). They are kept one by one as they finish (`store`), and end as tables, a picture and
+function for each (`attempt`). They are kept one by one as they finish (`store`), and end as tables, a figure and
 a report. A script calls `sweep`.
 """
 
@@ -16,7 +16,7 @@ __all__ = ["SweepConfig", "sweep"]
 
 
 def sweep(config: "SweepConfig", progress: "ShowProgress | None" = None) -> "SweepResult":
-    """Do the runs that are not done yet, and write tables, picture and report of all of them.
+    """Do the runs that are not done yet, and write tables, figure and report of all of them.
 
     Args:
         config: What to do.

@@ -11,7 +11,7 @@ from dataclasses import replace
 from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, one_line
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
-from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, tell_log, write_result
 from palpate.experiments.kit.registry import experiment_named
@@ -21,15 +21,15 @@ from palpate.experiments.kit.versions import versions
 
 
 def attempt(case: RunCase) -> RunRecord:
-    """Do a run. An exception is kept in its record; figures depend on the configuration alone."""
+    """Do a run. An exception is kept in its record; metrics depend on the configuration alone."""
     began = time.perf_counter()
     try:
         experiment = experiment_named(case.experiment)
         result = _carried_out(case, experiment)
         status = RunStatus.DONE if result.run.done else RunStatus.UNFINISHED
-        message, trace, figures = str(result.run), "", figures_of(experiment, result)
+        message, trace, metrics = str(result.run), "", metrics_of(experiment, result)
     except Exception as error:
-        status, figures = RunStatus.FAILED, {}
+        status, metrics = RunStatus.FAILED, {}
         message, trace = "".join(traceback.format_exception_only(error)), traceback.format_exc()
     return RunRecord(
         run=case.run,
@@ -40,7 +40,7 @@ def attempt(case: RunCase) -> RunRecord:
         traceback=trace,
         duration=time.perf_counter() - began,
         host=platform.node(),
-        figures=figures,
+        metrics=metrics,
         versions=versions(),
     )
 

@@ -21,7 +21,7 @@ from palpate.commands.sweep.run import SweepAtWork, check, finished
 from palpate.commands.sweep.store import SweepFolder
 from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import plain
-from palpate.experiments.kit.figure import Figure, number
+from palpate.experiments.kit.metric import Metric, number
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, batch_bar
 
 START_UP = 3.0
@@ -50,8 +50,8 @@ def run_sweep(config: SweepConfig) -> CommandResult:
     if config.dry_run:
         _list(console, plan)
         say(console, _expected_duration(config, checked.expected, len(plan.runs)))
-        figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
-        return CommandResult(outcome=plan.size, figures=figures, facts={"dry_run": True})
+        metrics = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
+        return CommandResult(outcome=plan.size, metrics=metrics, facts={"dry_run": True})
     folder = SweepFolder(plan.folder)
     with folder.alone():
         work = SweepAtWork(checked, folder, finished(checked, folder))
@@ -61,7 +61,7 @@ def run_sweep(config: SweepConfig) -> CommandResult:
             raise KeyboardInterrupt(_kept(work, interrupted_by())) from None
         except BatchError as error:
             return CommandResult(ExitCode.UNFINISHED, error=_kept(work, str(error)))
-        with doing(console, "writing tables, picture and report"):
+        with doing(console, "writing tables, figure and report"):
             files = work.write()
     _print_result(console, work.result)
     say(console, "Written: " + ", ".join(map(str, files)))
@@ -87,13 +87,13 @@ def _kept(work: SweepAtWork, why: str) -> str:
 
 
 def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
-    """Return the result: counts, and the figures shown for each combination."""
+    """Return the result: counts, and the metrics shown for each combination."""
     plan = result.plan
     combinations = [
         {
             **{each.name: plain(value) for each, value in zip(plan.varied, combination.values, strict=True)},
             "runs": result.done_of(combination),
-            **{figure.column: _spread_facts(result, figure, combination) for figure in result.figures},
+            **{metric.column: _spread_facts(result, metric, combination) for metric in result.metrics},
         }
         for combination in plan.combinations
     ]
@@ -114,8 +114,8 @@ def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
     )
 
 
-def _spread_facts(result: SweepResult, figure: Figure, combination: Combination) -> dict[str, float | None]:
-    spread = spread_of(result.values(figure, [combination]))
+def _spread_facts(result: SweepResult, metric: Metric, combination: Combination) -> dict[str, float | None]:
+    spread = spread_of(result.values(metric, [combination]))
     low, high = (spread.low, spread.high) if spread.count >= FEWEST_SEEDS else (None, None)
     return {"median": number(spread.middle), "p10": number(low), "p90": number(high)}
 
@@ -124,12 +124,12 @@ def _print_result(console: Console, result: SweepResult) -> None:
     """Print the results: a table by combination, and one of failures."""
     from palpate.commands.sweep.report import combination_rows, run_name
 
-    columns = [combination_rows(result, i) for i in range(len(result.figures))]
+    columns = [combination_rows(result, i) for i in range(len(result.metrics))]
     if columns:
         table = Table(title=Text(result.plan.title), caption=Text(result.outcome))
         table.add_column("combination" if result.plan.varied else "", overflow="fold")
-        for figure in result.figures:
-            table.add_column(Text(figure.meaning), justify="right")
+        for metric in result.metrics:
+            table.add_column(Text(metric.meaning), justify="right")
         for row in list(zip(*columns, strict=True))[:MOST_LISTED]:
             cells = [f"{value} {unit}".rstrip() + (f" ({note})" if note else "") for _, value, unit, note in row]
             table.add_row(Text(row[0][0]), *map(Text, cells))

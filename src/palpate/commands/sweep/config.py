@@ -7,7 +7,7 @@ from typing import Annotated
 import tyro
 
 from palpate.errors import InvalidValueError
-from palpate.reporting.picture_kind import PictureKind
+from palpate.reporting.figure_kind import FigureKind
 
 MOST_SEEDS, MOST_JOBS = 100_000, 10_000
 """More is a slip of the keyboard."""
@@ -15,10 +15,10 @@ MOST_SEEDS, MOST_JOBS = 100_000, 10_000
 
 @dataclass(frozen=True, slots=True)
 class SweepConfig:
-    """Do an experiment for every combination of some options, each with several seeds; tables, picture and report.
+    """Do an experiment for every combination of some options, each with several seeds; tables, figure and report.
 
     Each run is simulated by itself, several at a time, on this computer or on a ray cluster. It is one row of
-    runs.csv: what was varied, the seed, how it went, its figures with their units in the column names. A run that
+    runs.csv: what was varied, the seed, how it went, its metrics with their units in the column names. A run that
     fails is a row with the reason, and disturbs no other. Whatever ends a sweep, what is finished is kept: the
     same command goes on from there.
 
@@ -60,7 +60,7 @@ class SweepConfig:
     """Run on a ray cluster: the one that this computer belongs to (auto), one of its own on this computer (local),
     or that at an address, as 10.0.0.1:6379 or ray://10.0.0.1:10001."""
     show: Annotated[tuple[str, ...], tyro.conf.arg(metavar="COLUMN ...")] = ()
-    """Which figures picture and report show, by their columns in runs.csv. Left out: the two that matter most."""
+    """Which metrics figure and report show, by their columns in runs.csv. Left out: the two that matter most."""
     keep_reports: bool = False
     """Write report and log of each run, too, into reports/NUMBER in the folder."""
     repeat_failed: bool = False
@@ -69,7 +69,7 @@ class SweepConfig:
     """Check everything, list the runs, and say about how long they take: run nothing, write nothing."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for what comes out, made if need be. Left out: runs/sweep-EXPERIMENT."""
-    figures: PictureKind | None = None
+    figures: FigureKind | None = None
     """Write each figure of the report as a file, too, in the style of a paper, into the folder figures."""
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""A varied option as pictures show it: where its values stand along an axis, and what they are called."""
+"""A varied option as figures show it: where its values stand along an axis, and what they are called."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,8 +9,8 @@ from palpate.commands.scale import Scale, scale_of
 from palpate.commands.sweep.plan import DIGITS
 from palpate.commands.typed_values import Varied, shown_value
 from palpate.errors import FloatArray
+from palpate.reporting.figure import Axis
 from palpate.reporting.marks import shortened
-from palpate.reporting.picture import Axis
 
 LOGARITHMIC = 20.0
 """Ratio of the largest to the least value from which the axis is logarithmic."""

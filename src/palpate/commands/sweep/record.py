@@ -6,16 +6,16 @@ from pathlib import Path
 
 import msgspec
 
-from palpate.experiments.kit.figure import FigureValue
+from palpate.experiments.kit.metric import MetricValue
 
 
 class RunStatus(StrEnum):
     """How a run went."""
 
     DONE = "done"
-    """To its end: its figures count."""
+    """To its end: its metrics count."""
     UNFINISHED = "unfinished"
-    """The supervisor stopped it, contact was lost, or its time was up: it has figures, which do not count."""
+    """The supervisor stopped it, contact was lost, or its time was up: it has metrics, which do not count."""
     FAILED = "failed"
     """It raised an exception."""
     DIED = "died"
@@ -55,8 +55,8 @@ class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         traceback: Where that was raised; else empty.
         duration: Wall time in its process [s].
         host: Computer that did it.
-        figures: What came out, by column; the only part that is the same whoever does it.
-        versions: Of Python and of the packages whose arithmetic the figures depend on.
+        metrics: What came out, by column; the only part that is the same whoever does it.
+        versions: Of Python and of the packages whose arithmetic the metrics depend on.
     """
 
     run: int
@@ -67,12 +67,12 @@ class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     traceback: str = ""
     duration: float | None = msgspec.field(name="duration_s", default=None)
     host: str = ""
-    figures: dict[str, FigureValue] = {}
+    metrics: dict[str, MetricValue] = {}
     versions: dict[str, str] = {}
 
     @property
     def done(self) -> bool:
-        """Whether its figures count."""
+        """Whether its metrics count."""
         return self.status is RunStatus.DONE
 
 

@@ -8,16 +8,16 @@ import numpy as np
 
 from palpate.commands.scale import scale_of
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.picture import pictures
+from palpate.commands.sweep.figure import figures
 from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.result import FEWEST_SEEDS, HIGH, LOW, SweepResult, numbers_of, spread_of
 from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import shown_value
-from palpate.experiments.kit.figure import is_share
+from palpate.experiments.kit.metric import is_share
 from palpate.experiments.kit.repeat_words import command_line
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.report import Pictures, Report, Section, TextTable
+from palpate.reporting.data import Quantity
+from palpate.reporting.report import Figures, Report, Section, TextTable
 
 MOST_ROWS = 60
 """Of a table in the report: the rest is in runs.csv."""
@@ -30,10 +30,10 @@ def sweep_report(result: SweepResult) -> Report:
     return Report(
         plan.title,
         result.outcome,
-        key_figures(result),
+        quantities(result),
         (
-            Section("What came out", (Pictures(lambda: pictures(result)),)),
-            *(_in_figures(result, i) for i in range(len(result.figures))),
+            Section("What came out", (Figures(lambda: figures(result)),)),
+            *(_in_metrics(result, i) for i in range(len(result.metrics))),
             Section("Runs that did not get to their end", (failures,)),
         ),
         asked=f"palpate {plan.config.experiment}, {plan.size}",
@@ -49,28 +49,28 @@ SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
 """What the interval beside a median is, of `FEWEST_SEEDS` and more."""
 
 
-def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:
+def quantities(result: SweepResult) -> tuple[Quantity, ...]:
     """Return how many runs there are, how they went and what they cost."""
-    figures = [_runs("requested", len(result.records), result.plan.size.partition(": ")[2])]
-    figures += [
+    metrics = [_runs("requested", len(result.records), result.plan.size.partition(": ")[2])]
+    metrics += [
         _runs(_STATUS_WORDS[status], result.counted(status))
         for status in RunStatus
         if status is RunStatus.DONE or result.counted(status)
     ]
     durations = numbers_of([record.duration for record in result.records])
     if durations.size:
-        figures.append(_time("computing time of a run", float(np.median(durations)), "median"))
-        figures.append(_time("of all runs together", float(durations.sum()), _hosts(result)))
-    return tuple(figures)
+        metrics.append(_time("computing time of a run", float(np.median(durations)), "median"))
+        metrics.append(_time("of all runs together", float(durations.sum()), _hosts(result)))
+    return tuple(metrics)
 
 
 def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, str, str]]:
-    """Return what a figure is for each combination: name, value, unit, note."""
-    figure, plan = result.figures[index], result.plan
-    values = numbers_of(result.values(figure, plan.combinations))
-    scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
+    """Return what a metric is for each combination: name, value, unit, note."""
+    metric, plan = result.metrics[index], result.plan
+    values = numbers_of(result.values(metric, plan.combinations))
+    scale = scale_of(metric.unit, float(np.abs(values).max()) if values.size else 0.0)
     rows = []
-    for combination, found in zip(plan.combinations, result.by_combination(figure), strict=True):
+    for combination, found in zip(plan.combinations, result.by_combination(metric), strict=True):
         spread = spread_of(found).scaled(scale.factor)
         name = plan.name_of(combination) or "all runs"
         value = f"{spread.middle:.4g}" if spread.count else "-"
@@ -82,14 +82,14 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
     return rows
 
 
-def _in_figures(result: SweepResult, index: int) -> Section:
-    """The table of a figure that is shown."""
-    figure, plan = result.figures[index], result.plan
-    share = is_share(result.values(figure, plan.combinations))
+def _in_metrics(result: SweepResult, index: int) -> Section:
+    """The table of a metric that is shown."""
+    metric, plan = result.metrics[index], result.plan
+    share = is_share(result.values(metric, plan.combinations))
     beside = SPREAD if len(plan.seeds) >= FEWEST_SEEDS else "each run"
     heads = ("combination", "share", "", "") if share else ("combination", "median", "", beside)
     rows = _shortened(combination_rows(result, index), ("", "", "in runs.csv"))
-    heading = figure.meaning[:1].upper() + figure.meaning[1:] + (", by combination" if plan.varied else "")
+    heading = metric.meaning[:1].upper() + metric.meaning[1:] + (", by combination" if plan.varied else "")
     return Section(heading, (TextTable(rows, heads=heads),))
 
 
@@ -190,13 +190,13 @@ def _shortened(rows: Sequence[tuple[str, ...]], rest: tuple[str, ...]) -> Sequen
     return rows if more <= 0 else [*rows[:MOST_ROWS], (f"and {more} more", *rest)]
 
 
-def _runs(name: str, count: int, note: str = "") -> KeyFigure:
-    return KeyFigure(name, count, "run" if count == 1 else "runs", note)
+def _runs(name: str, count: int, note: str = "") -> Quantity:
+    return Quantity(name, count, "run" if count == 1 else "runs", note)
 
 
-def _time(name: str, seconds: float, note: str) -> KeyFigure:
+def _time(name: str, seconds: float, note: str) -> Quantity:
     value, unit = time_text(seconds).rsplit(" ", 1)
-    return KeyFigure(name, value, unit, note)
+    return Quantity(name, value, unit, note)
 
 
 def _with_count(result: SweepResult, combination: Combination, note: str) -> str:

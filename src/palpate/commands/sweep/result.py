@@ -11,7 +11,7 @@ import numpy as np
 from palpate.commands.sweep.plan import Combination, SweepPlan
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.kit.figure import Figure, FigureValue
+from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.nearest_name import nearest
 
 LOW, HIGH = 10.0, 90.0
@@ -22,12 +22,12 @@ FEWEST_SEEDS = 5
 chance with a probability of 2 / C(10, 5) = 0.8 %; with four runs each it would be 2.9 %."""
 
 SHOWN = 2
-"""Number of figures that are shown by default."""
+"""Number of metrics that are shown by default."""
 
 
 @dataclass(frozen=True, slots=True)
-class FigureSpread:
-    """What a figure is over several runs.
+class MetricSpread:
+    """What a metric is over several runs.
 
     Attributes:
         count: Of runs that have it.
@@ -41,21 +41,21 @@ class FigureSpread:
     low: float
     high: float
 
-    def scaled(self, factor: float) -> "FigureSpread":
+    def scaled(self, factor: float) -> "MetricSpread":
         """Return it in another unit."""
-        return FigureSpread(self.count, factor * self.middle, factor * self.low, factor * self.high)
+        return MetricSpread(self.count, factor * self.middle, factor * self.low, factor * self.high)
 
 
-def spread_of(values: Sequence[FigureValue]) -> FigureSpread:
+def spread_of(values: Sequence[MetricValue]) -> MetricSpread:
     """Return the spread of those values that are numbers, or true or false."""
     known = [value for value in values if isinstance(value, bool | int | float)]
     if not known:
-        return FigureSpread(0, math.nan, math.nan, math.nan)
+        return MetricSpread(0, math.nan, math.nan, math.nan)
     if all(isinstance(value, bool) for value in known):
         share = sum(known) / len(known)
-        return FigureSpread(len(known), share, share, share)
+        return MetricSpread(len(known), share, share, share)
     low, middle, high = np.percentile(np.array(known, dtype=float), (LOW, 50.0, HIGH)).tolist()
-    return FigureSpread(len(known), middle, low, high)
+    return MetricSpread(len(known), middle, low, high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +65,12 @@ class SweepResult:
     Attributes:
         plan: The sweep.
         records: By number, one per run.
-        figures: That picture and report show.
+        metrics: That figure and report show.
     """
 
     plan: SweepPlan
     records: tuple[RunRecord, ...]
-    figures: tuple[Figure, ...]
+    metrics: tuple[Metric, ...]
 
     def _repr_html_(self) -> str:
         from palpate.commands.sweep.report import sweep_report  # which imports this module
@@ -87,21 +87,21 @@ class SweepResult:
         """Return how many runs went so."""
         return sum(record.status is status for record in self.records)
 
-    def values(self, figure: Figure, combinations: Iterable[Combination]) -> list[FigureValue]:
-        """Return a figure of all runs of some combinations that got to their end; None where it has none."""
+    def values(self, metric: Metric, combinations: Iterable[Combination]) -> list[MetricValue]:
+        """Return a metric of all runs of some combinations that got to their end; None where it has none."""
         wanted = {id(combination) for combination in combinations}
         pairs = zip(self.plan.runs, self.records, strict=True)
         return [
-            record.figures.get(figure.column)
+            record.metrics.get(metric.column)
             for run, record in pairs
             if record.done and id(run.combination) in wanted
         ]
 
-    def by_combination(self, figure: Figure) -> list[list[FigureValue]]:
-        """Return a figure of the runs that got to their end, combination by combination."""
+    def by_combination(self, metric: Metric) -> list[list[MetricValue]]:
+        """Return a metric of the runs that got to their end, combination by combination."""
         count = len(self.plan.seeds)
         each = (self.records[first : first + count] for first in range(0, len(self.records), count))
-        return [[record.figures.get(figure.column) for record in records if record.done] for records in each]
+        return [[record.metrics.get(metric.column) for record in records if record.done] for records in each]
 
     def done_of(self, combination: Combination) -> int:
         """Return how many runs of a combination got to their end."""
@@ -114,8 +114,8 @@ class SweepResult:
         """Whether several seeds changed nothing, in no combination: then nothing in these runs is random."""
         count, compared = len(self.plan.seeds), False
         for first in range(0, len(self.records), count):
-            done = [record.figures for record in self.records[first : first + count] if record.done]
-            if any(figures != done[0] for figures in done[1:]):
+            done = [record.metrics for record in self.records[first : first + count] if record.done]
+            if any(metrics != done[0] for metrics in done[1:]):
                 return False
             compared |= len(done) > 1
         return compared
@@ -144,15 +144,15 @@ class SweepResult:
             sentences.append(
                 "All seeds gave the same numbers: nothing in these runs is random (see the options for noise)."
             )
-        words = [figure.column for figure in self.figures if self._is_words(figure)]
+        words = [metric.column for metric in self.metrics if self._is_words(metric)]
         if words:
             sentences.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")
         if self.versions:
             sentences.append(f"Not all runs had the same versions: {'; '.join(self.versions)}.")
         return tuple(sentences)
 
-    def _is_words(self, figure: Figure) -> bool:
-        return any(isinstance(value, str) for value in self.values(figure, self.plan.combinations))
+    def _is_words(self, metric: Metric) -> bool:
+        return any(isinstance(value, str) for value in self.values(metric, self.plan.combinations))
 
     @property
     def outcome(self) -> str:
@@ -162,17 +162,17 @@ class SweepResult:
         return " ".join((f"{ended} got to {'its' if count == 1 else 'their'} end.", *self.notes))
 
 
-def checked_columns(columns: Sequence[str], figures: Sequence[Figure]) -> tuple[Figure, ...]:
-    """Return the figures of columns that are typed.
+def checked_columns(columns: Sequence[str], metrics: Sequence[Metric]) -> tuple[Metric, ...]:
+    """Return the metrics of columns that are typed.
 
     Args:
         columns: As typed.
-        figures: That there are.
+        metrics: That there are.
 
     Raises:
         InvalidValueError: There is no such column.
     """
-    known = {figure.column: figure for figure in figures}
+    known = {metric.column: metric for metric in metrics}
     for column in columns:
         if column not in known:
             near = nearest(column, list(known))
@@ -181,13 +181,13 @@ def checked_columns(columns: Sequence[str], figures: Sequence[Figure]) -> tuple[
     return tuple(known[column] for column in dict.fromkeys(columns))
 
 
-def shown_figures(records: Iterable[RunRecord], figures: Sequence[Figure]) -> tuple[Figure, ...]:
-    """Return the figures to show by default: the first ones that are numbers in any run."""
-    done = [record.figures for record in records if record.done]
-    known = (f for f in figures if any(isinstance(each.get(f.column), bool | int | float) for each in done))
+def shown_figures(records: Iterable[RunRecord], metrics: Sequence[Metric]) -> tuple[Metric, ...]:
+    """Return the metrics to show by default: the first ones that are numbers in any run."""
+    done = [record.metrics for record in records if record.done]
+    known = (f for f in metrics if any(isinstance(each.get(f.column), bool | int | float) for each in done))
     return tuple(islice(known, SHOWN))
 
 
-def numbers_of(values: Sequence[FigureValue]) -> FloatArray:
+def numbers_of(values: Sequence[MetricValue]) -> FloatArray:
     """Return those values that are numbers, shape (n,)."""
     return np.array([float(value) for value in values if isinstance(value, bool | int | float)])

@@ -11,7 +11,7 @@ from palpate.commands.sweep.record import RunCase, RunRecord
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures
 from palpate.commands.sweep.runner import LocalRunner, record_of
 from palpate.commands.sweep.store import SweepFolder
-from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.metric import Metric
 from palpate.runtime.batch import BatchProgress, ShowProgress
 
 WALL_PER_SIMULATED = 0.1
@@ -30,13 +30,13 @@ class CheckedSweep:
 
     Attributes:
         plan: Its runs.
-        shown: Figures for picture and report; empty for those that matter most.
+        shown: Metrics for figure and report; empty for those that matter most.
         expected: Wall time of all its runs on one core, about [s].
         longest: That any of them may take [s].
     """
 
     plan: SweepPlan
-    shown: tuple[Figure, ...]
+    shown: tuple[Metric, ...]
     expected: float
     longest: float
 
@@ -45,13 +45,13 @@ def check(plan: SweepPlan) -> CheckedSweep:
     """Plan every combination; the simulator is imported for it.
 
     Raises:
-        InvalidValueError: One cannot be realised, or a figure to show is none, or a cluster is not there.
+        InvalidValueError: One cannot be realised, or a metric to show is none, or a cluster is not there.
         MissingLibraryError: ray was requested and is not installed.
     """
     config = plan.config
     if config.ray is not None:
         check_ray(config.ray)
-    shown = checked_columns(config.show, plan.experiment.figures)
+    shown = checked_columns(config.show, plan.experiment.metrics)
     durations = expected_durations(plan)
     expected = WALL_PER_SIMULATED * len(plan.seeds) * sum(durations)
     return CheckedSweep(plan, shown, expected, COMPILING + LATE * WALL_PER_SIMULATED * max(durations))
@@ -124,16 +124,16 @@ class SweepAtWork:
     def result(self) -> SweepResult:
         """What it came to, once everything is done."""
         plan = self.checked.plan
-        shown = self.checked.shown or shown_figures(self.records.values(), plan.experiment.figures)
+        shown = self.checked.shown or shown_figures(self.records.values(), plan.experiment.metrics)
         return SweepResult(plan, tuple(self.records[run.number] for run in plan.runs), shown)
 
     def write(self) -> tuple[Path, ...]:
-        """Write tables, picture and report; return the files.
+        """Write tables, figure and report; return the files.
 
         Raises:
             OSError: A file cannot be written.
         """
-        from palpate.commands.sweep.picture import write_summary
+        from palpate.commands.sweep.figure import write_summary
         from palpate.commands.sweep.report import sweep_report
         from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
         from palpate.experiments.kit.recording import write_figures
@@ -146,5 +146,5 @@ class SweepAtWork:
         report = sweep_report(result)
         write_report(report, path / "report.html")
         write_summary(result, path / "summary.png")
-        pictures = write_figures(report, path, self.checked.plan.config.figures)
-        return (*(path / name for name in ("report.html", "summary.png", "runs.csv", *parquet)), *pictures)
+        figures = write_figures(report, path, self.checked.plan.config.figures)
+        return (*(path / name for name in ("report.html", "summary.png", "runs.csv", *parquet)), *figures)

@@ -25,7 +25,7 @@ SWEEP_FILE = "sweep.json"
 """The request."""
 
 BOUNDS = Bounds(size=1 << 22)
-"""Of what was asked, and of what a run has found: some thousand figures take a tenth of it."""
+"""Of what was asked, and of what a run has found: some thousand metrics take a tenth of it."""
 
 VERSION = 1
 """Of the folder's layout."""

@@ -10,14 +10,14 @@ from palpate.atomic_file import replacing
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord
 from palpate.commands.typed_values import plain, shown_value
-from palpate.experiments.kit.figure import FigureValue
+from palpate.experiments.kit.metric import MetricValue
 from palpate.plain_text import inert_cell
 
 FRONT = ("run",)
 """Columns before the options that were varied,"""
 
 MIDDLE = ("seed", "status", "message", "duration_s", "host")
-"""and behind them, before the figures."""
+"""and behind them, before the metrics."""
 
 VERSIONS = ("palpate", "python", "numpy", "scipy", "numba", "mujoco")
 """Whose versions stand in the last columns."""
@@ -27,15 +27,15 @@ def columns_of(plan: SweepPlan) -> tuple[str, ...]:
     """Return the names of all columns."""
     varied = (each.name for each in plan.varied)
     versions = (f"{name}_version" for name in VERSIONS)
-    return (*FRONT, *varied, *MIDDLE, *(figure.column for figure in plan.experiment.figures), *versions)
+    return (*FRONT, *varied, *MIDDLE, *(metric.column for metric in plan.experiment.metrics), *versions)
 
 
-def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, FigureValue]]:
+def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, MetricValue]]:
     """Return one row per record, by column."""
     rows = []
     for record in records:
         values = plan.runs[record.run].combination.values
-        row: dict[str, FigureValue] = {"run": record.run}
+        row: dict[str, MetricValue] = {"run": record.run}
         row |= {each.name: plain(value) for each, value in zip(plan.varied, values, strict=True)}
         row |= {
             "seed": record.seed,
@@ -44,13 +44,13 @@ def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, Fig
             "duration_s": record.duration,
             "host": record.host,
         }
-        row |= {figure.column: record.figures.get(figure.column) for figure in plan.experiment.figures}
+        row |= {metric.column: record.metrics.get(metric.column) for metric in plan.experiment.metrics}
         row |= {f"{name}_version": record.versions.get(name) for name in VERSIONS}
         rows.append(row)
     return rows
 
 
-def write_csv(rows: Sequence[Mapping[str, FigureValue]], columns: Sequence[str], path: Path) -> None:
+def write_csv(rows: Sequence[Mapping[str, MetricValue]], columns: Sequence[str], path: Path) -> None:
     """Write rows as CSV with a heading; what is not known is empty, floats read back to the same bits.
 
     Raises:
@@ -64,7 +64,7 @@ def write_csv(rows: Sequence[Mapping[str, FigureValue]], columns: Sequence[str],
         file.write(text.getvalue().encode("utf-8"))
 
 
-def write_parquet(rows: Sequence[Mapping[str, FigureValue]], columns: Sequence[str], path: Path) -> bool:
+def write_parquet(rows: Sequence[Mapping[str, MetricValue]], columns: Sequence[str], path: Path) -> bool:
     """Write rows as Parquet, if pyarrow is installed; return whether it is.
 
     Raises:
@@ -80,7 +80,7 @@ def write_parquet(rows: Sequence[Mapping[str, FigureValue]], columns: Sequence[s
     return True
 
 
-def _cell(value: FigureValue) -> str:
+def _cell(value: MetricValue) -> str:
     if value is None:
         return ""
     return (
@@ -92,7 +92,7 @@ def _cell(value: FigureValue) -> str:
     )
 
 
-def _alike(values: list[FigureValue]) -> list[FigureValue]:
+def _alike(values: list[MetricValue]) -> list[MetricValue]:
     """Values of one type, as a column needs them: whole numbers among others are such, words make all words."""
     kinds = {type(value) for value in values if value is not None}
     if kinds <= {int, float} and float in kinds:

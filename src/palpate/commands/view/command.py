@@ -22,8 +22,8 @@ from palpate.commands.view.topics import HERE, play_log, port_of, print_address,
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.experiment import Experiment, Plan
-from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, robot_notes, written
@@ -122,7 +122,7 @@ def _watch(config: ViewConfig, tool: TopicViewer | None, console: Console) -> Co
         command_result = CommandResult(
             ExitCode.DONE if done else ExitCode.UNFINISHED,
             report.outcome,
-            figures_of(experiment, found),
+            metrics_of(experiment, found),
             facts={"ending": result.ending.value, "rest": result.rest},
             files=written(result, ()),
         )

@@ -10,7 +10,7 @@ from palpate.kinematics.posture import Posture
 from palpate.sim.render.files import write_gif, write_png
 from palpate.sim.render.held import HeldPlacement
 from palpate.sim.render.place import ScenePlacement
-from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer, camera_on
+from palpate.sim.render.renderer import ContactForce, Figure, SceneRenderer, camera_on
 from palpate.sim.render.tool import ToolPlacement
 from palpate.spatial import add, as_vector, rotate
 from palpate.viewing import Frames, ViewScene
@@ -71,7 +71,7 @@ def write_video(scene: ViewScene, frames: Frames, path: Path, time_scale: float)
         )
     chosen = np.searchsorted(frames.time, times) if len(times) else np.array([0])
 
-    def pictures(renderer: SceneRenderer) -> Iterator[Picture]:
+    def pictures(renderer: SceneRenderer) -> Iterator[Figure]:
         for index in chosen.tolist():
             yield _picture(renderer, scene, frames, index)
 
@@ -108,7 +108,7 @@ def _renderer(scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
     return SceneRenderer(model, camera=camera_on(model, inside, postures), placement=inside)
 
 
-def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: int) -> Picture:
+def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: int) -> Figure:
     placement = scene.placement
     assert isinstance(placement, ScenePlacement | HeldPlacement | ToolPlacement)  # there is a renderer
     posture = placement.in_scene(frames.posture(index))

@@ -70,7 +70,7 @@ class ExploreConfig:
     object, presses with a steady force and goes where a strategy leads it (--strategy): rows, a spiral, once round
     the object, single taps, or where the map is still uncertain. Every millisecond the contact is computed
     from the wrench. The points become a map with its uncertainty, their shape, PLY, STL and CSV files, and one
-    HTML report with pictures. What could not be felt is marked with the reason.
+    HTML report with figures. What could not be felt is marked with the reason.
 
     All values are in SI units: metres, newtons, seconds.
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.figures import FIGURES
+from palpate.experiments.explore.metrics import METRICS
 
 if TYPE_CHECKING:
     from palpate.experiments.explore.exploration import Exploration
@@ -22,7 +22,7 @@ class Explore:
     name = "explore"
     summary = "Explore the surface of a simulated object by touch, and draw it."
     Config = ExploreConfig
-    figures = FIGURES
+    metrics = METRICS
 
     def plan(self, config: ExploreConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "ExplorationPlan":
         """See `Experiment`."""

@@ -111,14 +111,14 @@ ERRORS = (
     "error of the points",
     "µm",
 )
-"""Title, caption, quantity and unit of their picture."""
+"""Title, caption, quantity and unit of their figure."""
 
 
 @dataclass(frozen=True, eq=False)
 class Exploration(ShownResult):
     """What an exploration found, and how it went.
 
-    What no figure of merit needs is computed when it is first asked for: a sweep never does.
+    What no metric of merit needs is computed when it is first asked for: a sweep never does.
 
     Attributes:
         plan: That was carried out.

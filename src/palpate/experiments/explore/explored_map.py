@@ -28,11 +28,11 @@ from palpate.mapping import (
 )
 from palpate.mapping.curvature_layers import curvature_layers
 from palpate.mapping.layers import VertexDirection, VertexLayer
-from palpate.mapping.mesh_figures import voxel_for
+from palpate.mapping.mesh_metrics import voxel_for
 from palpate.sim import SceneObject
 
 MOST_VERTICES = 60_000
-"""About so many vertices at most: some seconds, and more than a picture shows."""
+"""About so many vertices at most: some seconds, and more than a figure shows."""
 
 WIDEST_ROWS = 2.0
 """Rows count as neighbours up to so many times the distance at which they were to be: a wider gap is a hole."""

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from palpate.errors import FloatArray
 from palpate.experiments.explore.explored_map import ribbon_mesh
 from palpate.mapping import Knowledge, SurfaceMap, SurfaceMesh, TouchCloud, surface_mesh
-from palpate.mapping.mesh_figures import MeshFigures, voxel_for
+from palpate.mapping.mesh_metrics import MeshMetrics, voxel_for
 from palpate.runtime.log import Record
 from palpate.runtime.plan_track import PlanTrack
 from palpate.runtime.shown_plan import PlanChange, ShownMark
@@ -18,7 +18,7 @@ SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """Shares of the path length at which the map is made."""
 
 MOST_VERTICES = 3_000
-"""Of a mesh: some eight are in one picture."""
+"""Of a mesh: some eight are in one figure."""
 
 MOST_CONTACTS = 20_000
 """Contacts are decimated to at most so many: the map averages over a millimetre, fifty times their distance."""
@@ -125,14 +125,14 @@ def map_growth(
             meshes.append(_mesh(surface, voxel, worst))
         else:
             meshes.append(meshes[-1] if meshes else _mesh(surface, voxel, worst))
-    figures = [MeshFigures.of(mesh) for mesh in meshes]
+    metrics = [MeshMetrics.of(mesh) for mesh in meshes]
     curve = GrowthCurve(
         time=until - record.time[0],
         contacts=np.searchsorted(cloud.time, until, side="right").astype(np.float64),
         path_length=np.interp(until, record.time, path),
-        area=np.array([each.area for each in figures]),
-        middle=np.array([each.middle for each in figures]),
-        tail=np.array([each.tail for each in figures]),
+        area=np.array([each.area for each in metrics]),
+        middle=np.array([each.middle for each in metrics]),
+        tail=np.array([each.tail for each in metrics]),
     )
     return MapGrowth(curve, _snapshots(record, until, meshes, plans))
 

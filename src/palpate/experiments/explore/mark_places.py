@@ -1,4 +1,4 @@
-"""Marks of an exploration in pictures: each event with a colour and a symbol of its own."""
+"""Marks of an exploration in figures: each event with a colour and a symbol of its own."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -45,7 +45,7 @@ def places_by_event(marks: Sequence[Marked]) -> Mapping[str, FloatArray]:
 
 
 def look_of(event: str) -> tuple[Colour, Symbol]:
-    """Return the colour and the symbol of an event, alike in all pictures."""
+    """Return the colour and the symbol of an event, alike in all figures."""
     number = list(PathEvent).index(PathEvent(event))
     return COLOURS[number % len(COLOURS)], SYMBOLS[number % len(SYMBOLS)]
 

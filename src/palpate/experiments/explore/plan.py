@@ -37,14 +37,14 @@ from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE, MOST_FORCE, check_compression
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.joint_figures import joint_figures, joint_notes
-from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.joint_quantities import joint_notes, joint_quantities
+from palpate.experiments.kit.limit_quantities import limit_quantities
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.kinematics import FollowedPath, follow_path
 from palpate.mapping import Knowledge
 from palpate.mapping.primitives.fit import TIP_SIZE_SD
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.fingertip import fingertip, only_finger
 from palpate.robots.in_scene import build
@@ -295,18 +295,18 @@ class ExplorationPlan(PlanDefaults):
         return DryRun(
             f"Exploration of {config.thing} by touch",
             (
-                KeyFigure("path", scan.line),
-                KeyFigure("expected duration", self.expected_duration, "s", "without pressing first"),
-                KeyFigure("longest duration", self.longest_duration, "s", "then it is stopped"),
-                KeyFigure("path length", MILLI * scan.length, "mm", unknown),
-                KeyFigure("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
-                KeyFigure("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
-                KeyFigure("force", config.force, "N", "to hold"),
-                KeyFigure("greatest force asked for", config.greatest_force, "N"),
-                KeyFigure("speed", MILLI * config.speed, "mm/s", "along the surface"),
-                KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
-                *joint_figures(self.followed),
-                *limit_figures(self.limits, self.landing),
+                Quantity("path", scan.line),
+                Quantity("expected duration", self.expected_duration, "s", "without pressing first"),
+                Quantity("longest duration", self.longest_duration, "s", "then it is stopped"),
+                Quantity("path length", MILLI * scan.length, "mm", unknown),
+                Quantity("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
+                Quantity("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
+                Quantity("force", config.force, "N", "to hold"),
+                Quantity("greatest force asked for", config.greatest_force, "N"),
+                Quantity("speed", MILLI * config.speed, "mm/s", "along the surface"),
+                Quantity("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
+                *joint_quantities(self.followed),
+                *limit_quantities(self.limits, self.landing),
             ),
             FILE_NAMES,
             (*joint_notes(self.followed), *walls),

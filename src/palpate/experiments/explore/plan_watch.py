@@ -7,7 +7,7 @@ from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point,
 from palpate.runtime.shown_plan import ShownMark, ShownPlan
 
 LOOK_EVERY = 10
-"""Periods between two looks at the marks: ten milliseconds, three times as often as pictures are drawn."""
+"""Periods between two looks at the marks: ten milliseconds, three times as often as figures are drawn."""
 
 
 class PlanWatch:

@@ -10,16 +10,16 @@ from palpate.controllers.paths import GoalError, PathEvent, StopReason
 from palpate.errors import FloatArray
 from palpate.experiments.explore.assumption_check import assumption_sentences
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour_picture import contour_picture
+from palpate.experiments.explore.contour_figure import contour_figure
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import NOT_FELT, marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
-from palpate.experiments.explore.growth_picture import growth_picture
+from palpate.experiments.explore.growth_figure import growth_figure
 from palpate.experiments.explore.map_growth import MapGrowth
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan
-from palpate.experiments.explore.snapshots_picture import snapshots_picture
-from palpate.experiments.explore.surface_picture import surface_picture
+from palpate.experiments.explore.snapshots_figure import snapshots_figure
+from palpate.experiments.explore.surface_figure import surface_figure
 from palpate.experiments.explore.tables import (
     TOO_LITTLE,
     as_known,
@@ -37,13 +37,13 @@ from palpate.experiments.kit.repeat_words import log_row
 from palpate.mapping import TouchCloud
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.computing import computing
-from palpate.reporting.data import KeyFigure, TimeSeries
-from palpate.reporting.force_picture import force_overview, force_zoom
+from palpate.reporting.data import Quantity, TimeSeries
+from palpate.reporting.figure import TIME, Axis, Figure, Panel
+from palpate.reporting.force_figure import force_overview, force_zoom
 from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
 from palpate.reporting.phases import phase_spans
-from palpate.reporting.picture import TIME, Axis, Panel, Picture
-from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
 from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.runtime import Ending
 from palpate.sim.scene_cost import SceneCost, scene_cost
@@ -62,13 +62,13 @@ LEAST_SPIN = 0.01
 SI-12-0.12: 1/64 mN m)."""
 
 
-def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
-    """Return the picture of spin torque and force ratio over the whole run."""
+def spin_figure(series: TimeSeries, cloud: TouchCloud) -> Figure:
+    """Return the figure of spin torque and force ratio over the whole run."""
     true = None if series.true_spin_torque is None else MILLI * series.true_spin_torque
     spin = true_and_felt(series.time, true, MILLI * series.spin_torque)
     ratio = Line(*_force_ratio(cloud), width=1.2)
     spans = phase_spans(series)
-    return Picture(
+    return Figure(
         title="Spin torque and friction",
         caption=(
             "Torque about the contact normal, and tangential over normal force, which while sliding is the "
@@ -101,14 +101,14 @@ def _force_ratio(cloud: TouchCloud) -> tuple[FloatArray, FloatArray]:
 MICRO = 1e6
 
 
-def error_histogram(point_error: FloatArray, note: str = "") -> Picture:
+def error_histogram(point_error: FloatArray, note: str = "") -> Figure:
     """Return the histogram of signed errors; `point_error` (n,) [m], n at least 1.
 
     `note` goes to the end of the caption.
     """
     error = MICRO * point_error
     mean, rms = float(error.mean()), float(np.sqrt((error**2).mean()))
-    return Picture(
+    return Figure(
         title="How large the errors are",
         caption=(
             f"Signed distances of {len(error)} points from the true surface: root mean square {rms:.3g} µm, "
@@ -158,14 +158,14 @@ def exploration_report(exploration: Exploration) -> Report:
     return Report(
         title=f"Exploration of {config.thing} by touch",
         outcome=outcome(exploration),
-        figures=key_figures(exploration),
+        metrics=quantities(exploration),
         sections=(
             _surface(exploration),
             *_map(exploration.map),
             *_growth(exploration.growth),
             *_shape(exploration.map),
-            Section("Errors of single points", (Pictures(lambda: _error_pictures(exploration)),)),
-            Section("Over time", (Pictures(lambda: _time_pictures(exploration)),)),
+            Section("Errors of single points", (Figures(lambda: _error_figures(exploration)),)),
+            Section("Over time", (Figures(lambda: _time_figures(exploration)),)),
             computing(exploration.run.timing),
         ),
         asked=_asked(config),
@@ -186,11 +186,11 @@ def _felt_enough(exploration: Exploration) -> bool:
 def _surface(exploration: Exploration) -> Section:
     nothing = "" if len(exploration.cloud) else "The finger felt nothing, so there is no surface to show."
 
-    def draw() -> Iterator[Picture | None]:
+    def draw() -> Iterator[Figure | None]:
         line = isinstance(exploration.plan.scan, ContourScan)
-        yield contour_picture(exploration) if line else surface_picture(exploration)
+        yield contour_figure(exploration) if line else surface_figure(exploration)
 
-    return Section("The surface", (Paragraph(nothing), Pictures(draw)))
+    return Section("The surface", (Paragraph(nothing), Figures(draw)))
 
 
 def _map(found: ExploredMap | None) -> tuple[Section, ...]:
@@ -207,12 +207,12 @@ def _growth(growth: MapGrowth | None) -> tuple[Section, ...]:
     if growth is None:
         return ()
 
-    def draw() -> Iterator[Picture]:
+    def draw() -> Iterator[Figure]:
         if growth.curve.area.any():
-            yield growth_picture(growth)
-        yield snapshots_picture(growth)
+            yield growth_figure(growth)
+        yield snapshots_figure(growth)
 
-    return (Section("How the map grew", (Pictures(draw),)),)
+    return (Section("How the map grew", (Figures(draw),)),)
 
 
 def _shape(found: ExploredMap | None) -> tuple[Section, ...]:
@@ -224,18 +224,18 @@ def _shape(found: ExploredMap | None) -> tuple[Section, ...]:
     return (Section("Which shape it is", (sentence, TextTable(shape_rows(shape)), candidates)),)
 
 
-def _error_pictures(exploration: Exploration) -> Iterator[Picture]:
+def _error_figures(exploration: Exploration) -> Iterator[Figure]:
     error = exploration.point_error
     if exploration.truth.known and len(error):
         yield error_histogram(error, CONTACT_NOTE if error.max() > OUTSIDE else "")
 
 
-def _time_pictures(exploration: Exploration) -> Iterator[Picture | None]:
+def _time_figures(exploration: Exploration) -> Iterator[Figure | None]:
     series = time_series(exploration)
     if series.phase:
         yield force_overview(series)
         yield force_zoom(series)
-        yield spin_picture(series, exploration.cloud)
+        yield spin_figure(series, exploration.cloud)
 
 
 def time_series(exploration: Exploration) -> TimeSeries:
@@ -341,86 +341,86 @@ def _places(count: int) -> str:
     return "one place could" if count == 1 else f"{count} places could"
 
 
-def _held(exploration: Exploration) -> tuple[KeyFigure, ...]:
+def _held(exploration: Exploration) -> tuple[Quantity, ...]:
     moved = exploration.held_motion
     note = "object, or end of the tool, by elastic contacts and slip, seen from the fingers that hold it"
-    return () if moved is None else (KeyFigure("moved in the fingers, at most", 1e3 * moved, "mm", note),)
+    return () if moved is None else (Quantity("moved in the fingers, at most", 1e3 * moved, "mm", note),)
 
 
-def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
-    """Return the figures that matter, most important first."""
+def quantities(exploration: Exploration) -> tuple[Quantity, ...]:
+    """Return the metrics that matter, most important first."""
     result = exploration.run
     limit = f"limit {exploration.plan.limits.force:g} N"
     return (
-        KeyFigure("contacts", len(exploration.cloud)),
-        *_true_figures(exploration),
-        KeyFigure("largest force felt", exploration.assumptions.most_force, "N", limit),
-        *_map_figures(exploration),
-        KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)),
-        KeyFigure(time_name(_cost(exploration)), result.duration, "s"),
-        KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
-        KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
+        Quantity("contacts", len(exploration.cloud)),
+        *_true_metrics(exploration),
+        Quantity("largest force felt", exploration.assumptions.most_force, "N", limit),
+        *_map_metrics(exploration),
+        Quantity("marks", len(exploration.marks), "", marks_text(exploration.marks)),
+        Quantity(time_name(_cost(exploration)), result.duration, "s"),
+        Quantity("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
+        Quantity("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
     )
 
 
-def _true_figures(exploration: Exploration) -> list[KeyFigure]:
+def _true_metrics(exploration: Exploration) -> list[Quantity]:
     """How far points and forces are off."""
     if not exploration.truth.known:
-        return [KeyFigure("points to true surface", NOT_KNOWN), KeyFigure("true normal force", NOT_KNOWN)]
+        return [Quantity("points to true surface", NOT_KNOWN), Quantity("true normal force", NOT_KNOWN)]
     return [
-        KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
-        KeyFigure("points to true surface, 99 %", 1e3 * exploration.point_p99, "mm"),
+        Quantity("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
+        Quantity("points to true surface, 99 %", 1e3 * exploration.point_p99, "mm"),
         *_held(exploration),
-        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
+        Quantity("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
     ]
 
 
-def _map_figures(exploration: Exploration) -> list[KeyFigure]:
-    """The map in a few figures, and which shape it is."""
+def _map_metrics(exploration: Exploration) -> list[Quantity]:
+    """The map in a few metrics, and which shape it is."""
     found = exploration.map
     if found is None:
         return []
-    figures: list[KeyFigure] = []
+    metrics: list[Quantity] = []
     if found.claimed.any():
         band = 1e3 * found.band
         if found.truth_known:
-            figures += [
+            metrics += [
                 *_accuracy(exploration.plan.scan, found),
-                KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
-                KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
+                Quantity("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
+                Quantity("true errors inside that band", 100.0 * found.covered, "%"),
             ]
         else:
-            figures.append(KeyFigure("map, 95 % band", band, "mm", f"its true error is {NOT_KNOWN}"))
+            metrics.append(Quantity("map, 95 % band", band, "mm", f"its true error is {NOT_KNOWN}"))
     if found.is_line:
-        figures.append(KeyFigure("map", "a line", "", "claims no surface"))
+        metrics.append(Quantity("map", "a line", "", "claims no surface"))
     elif found.truth_known:
-        figures.append(KeyFigure("observed of the reachable", 100.0 * found.observed_share, "%"))
-    figures += _layer_figures(found)
+        metrics.append(Quantity("observed of the reachable", 100.0 * found.observed_share, "%"))
+    metrics += _layer_metrics(found)
     shape = found.shape
     if shape is not None:
         note = TOO_LITTLE if shape.kind is None and found.felt_little else ""
         if shape.fit is not None and len(shape.fit.shape.SIZES) == 1:
             size, band = 1e3 * float(shape.fit.shape.sizes[0]), 1e3 * float(shape.sizes_band[0])
             note = f"{shape.fit.shape.SIZES[0]} {size:.5g} ± {band:.2g} mm"
-        figures.append(KeyFigure("shape", shape_name(shape, found.felt_little), "", note))
-    return figures
+        metrics.append(Quantity("shape", shape_name(shape, found.felt_little), "", note))
+    return metrics
 
 
-def _accuracy(scan: Scan, found: ExploredMap) -> list[KeyFigure]:
+def _accuracy(scan: Scan, found: ExploredMap) -> list[Quantity]:
     """The accuracy that an active exploration was asked for, against the true error of its map."""
     if not isinstance(scan, ActiveScan):
         return []
     asked = 1e3 * scan.goal.error
     if scan.goal.measure is GoalError.RMS:
-        return [KeyFigure("accuracy asked for, RMS", asked, "mm", "reached: the next line")]
+        return [Quantity("accuracy asked for, RMS", asked, "mm", "reached: the next line")]
     largest = 1e3 * float(np.abs(found.error[found.claimed]).max())
     return [
-        KeyFigure("accuracy asked for, largest", asked, "mm", "reached: the next line"),
-        KeyFigure("map to true surface, largest", largest, "mm"),
+        Quantity("accuracy asked for, largest", asked, "mm", "reached: the next line"),
+        Quantity("map to true surface, largest", largest, "mm"),
     ]
 
 
-def _layer_figures(found: ExploredMap) -> list[KeyFigure]:
+def _layer_metrics(found: ExploredMap) -> list[Quantity]:
     """Stiffness and curvature, where they are known."""
     layers = [("stiffness of the object", found.stiffness, 1e-3, "kN/m")]
     layers += [
@@ -428,14 +428,14 @@ def _layer_figures(found: ExploredMap) -> list[KeyFigure]:
         for layer in found.curvature
         if layer.name == "curvature_mean" and isinstance(layer, VertexLayer)
     ]
-    figures = []
+    metrics = []
     for name, layer, scale, unit in layers:
         known = np.isfinite(layer.mean)
         if known.any():
             sd, share = median_sd(layer, scale), 100.0 * float(known.mean())
             value = as_known(float(np.median(scale * layer.mean[known])), sd)
-            figures.append(KeyFigure(name, value, unit, f"± {sd:.2g}, on {share:.0f} %"))
-    return figures
+            metrics.append(Quantity(name, value, unit, f"± {sd:.2g}, on {share:.0f} %"))
+    return metrics
 
 
 def _set_force(exploration: Exploration) -> str:

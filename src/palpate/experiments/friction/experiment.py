@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.figures import FIGURES
+from palpate.experiments.friction.metrics import METRICS
 from palpate.experiments.kit import ExperimentDefaults, Writer
 
 if TYPE_CHECKING:  # commands import this module for --help, which must be quick
@@ -21,7 +21,7 @@ class FindFriction(ExperimentDefaults):
     name = "friction"
     summary = "Rub a surface: its friction, how it bears torque, with intervals."
     Config = FrictionConfig
-    figures = FIGURES
+    metrics = METRICS
 
     def plan(self, config: FrictionConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "FrictionPlan":
         """Check and build everything; see `Experiment`."""

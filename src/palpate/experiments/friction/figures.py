@@ -1,76 +1,250 @@
-"""Figures of a friction measurement: for tables, sweeps and comparisons."""
+"""Figures of a friction measurement: mu along strokes, the limit surface, e over load, mu over speed."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Sequence
+from dataclasses import replace
 
-from palpate.experiments.kit import Figure, FigureValue
+import numpy as np
 
-if TYPE_CHECKING:  # commands import this module for --help, which must be quick
-    from palpate.experiments.friction.result import FrictionResult
-    from palpate.friction.friction_file import FrictionEstimate
+from palpate.errors import FloatArray
+from palpate.experiments.friction.measured import Interval
+from palpate.experiments.friction.slip_points import SurfacePoints
+from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.reporting.figure import Axis, Figure, Panel
+from palpate.reporting.interval_words import interval_words
+from palpate.reporting.marks import Dash, Line, Mark, Points, Polygon, Rule, Span, Symbol
+from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
 
-Value = Callable[["FrictionResult"], FigureValue]
+MILLI = 1e3
 
+LOAD_COLOURS = tuple(SIDE_BY_SIDE[i] for i in (0, 3, 4, 5))
+"""Of loads beside each other; what is true, and what was found of them all, have colours of their own."""
 
-def _found(key: str, value: "Callable[[FrictionEstimate], FigureValue]") -> Value:
-    """Of what friction.yaml has under a key; None if it has nothing."""
-
-    def evaluated(result: "FrictionResult") -> FigureValue:
-        found: FrictionEstimate | None = None if result.file is None else getattr(result.file, key)
-        return None if found is None else value(found)
-
-    return evaluated
-
-
-def _number(key: str, end: str = "value") -> Value:
-    return _found(key, lambda found: getattr(found, end))
-
-
-def _measured(key: str) -> Value:
-    return _found(key, lambda found: found.value if found.measured else None)
-
-
-def _against(key: str, true: "Callable[[FrictionResult], float | None]", bounds: bool) -> Value:
-    """Of what was measured, not bounded or assumed: its error, or whether its interval holds the truth."""
-
-    def evaluated(result: "FrictionResult") -> FigureValue:
-        found: FrictionEstimate | None = None if result.file is None else getattr(result.file, key)
-        truth = true(result)
-        if found is None or truth is None or not found.measured:
-            return None
-        return found.lower <= truth <= found.upper if bounds else found.value - truth
-
-    return evaluated
-
-
-def _true_mu(result: "FrictionResult") -> float | None:
-    return None if result.file is None else result.plan.true_friction(result.file.speed)
-
-
-def _true_e(result: "FrictionResult") -> float | None:
-    return result.plan.true_spin_length(1.0)
-
-
-MU, E = "friction", "spin_length"
-
-FIGURES = (
-    Figure("mu_error", "mu found less true mu", "", _against(MU, _true_mu, bounds=False)),
-    Figure("spin_length_error_m", "e found less true e", "m", _against(E, _true_e, bounds=False)),
-    Figure("mu_found", "friction mu that was found", "", _number(MU)),
-    Figure("mu_lower", "lower end of its 95 % interval", "", _number(MU, "lower")),
-    Figure("mu_upper", "upper end of its 95 % interval", "", _number(MU, "upper")),
-    Figure("mu_how", "how mu was found", "", _found(MU, lambda found: found.how.value)),
-    Figure("mu_true", "true mu", "", _true_mu),
-    Figure("mu_inside", "share of intervals that hold true mu", "", _against(MU, _true_mu, bounds=True)),
-    Figure("spin_length_found_m", "spin length e at 1 N that was found", "m", _number(E)),
-    Figure("spin_length_lower_m", "lower end of its 95 % interval", "m", _number(E, "lower")),
-    Figure("spin_length_upper_m", "upper end of its 95 % interval", "m", _number(E, "upper")),
-    Figure("spin_length_how", "how e was found", "", _found(E, lambda found: found.how.value)),
-    Figure("spin_length_true_m", "true e at 1 N", "m", _true_e),
-    Figure("spin_length_inside", "share of intervals that hold true e", "", _against(E, _true_e, bounds=True)),
-    Figure("load_exponent_found", "growth of e with load, gamma", "", _measured("load_exponent")),
-    Figure("norm_exponent_found", "norm exponent p", "", _measured("norm_exponent")),
-    Figure("verdict_ok", "share of runs whose assumptions held", "", lambda result: result.found.verdict.ok),
-    Figure("lost", "times contact was lost", "", lambda result: result.lost),
-    Figure("simulated_s", "simulated time", "s", lambda result: result.run.duration),
+ASSUMED = (
+    " p was assumed: these loads do not determine it, and the line may be any in the band; see --fit-exponents."
 )
+"""Of a limit surface whose p was not measured."""
+
+CREEPING = " What creeps, as grease does, is proportional to the speed, and is left out of mu."
+"""Of speeds at which it did."""
+
+BENT = (
+    " Here the normal turns along the stroke: by the normal in its middle, as it is drawn, the ratio changes all "
+    "along. mu, from the angle between the forces there and back, allows for that."
+)
+"""Of strokes on what is not flat."""
+
+AXIS_LIMIT = 1.25
+"""Side of the figure of a limit surface, over its half axes."""
+
+
+def stroke_figure(
+    strokes: Sequence[StrokeCurve], friction: Sequence[Interval], *, bent: bool = False
+) -> Figure | None:
+    """Return the figure of mu along strokes, or None without strokes.
+
+    Args:
+        strokes: There and back.
+        friction: mu at each load.
+        bent: Whether the normal turns along the stroke.
+    """
+    if not strokes:
+        return None
+    colours = _colours(sorted({stroke.load for stroke in strokes}))
+    marks: list[Mark] = []
+    for stroke in strokes:
+        name, dash = ("", Dash.DASHED) if stroke.back else (f"{stroke.load:g} N", Dash.SOLID)
+        marks.append(Line(MILLI * stroke.travel, stroke.ratio, name, colours[stroke.load], 1.2, dash))
+    slipped = [each for each in friction if not each.bound]
+    if slipped:
+        low, high = min(each.lower for each in slipped), max(each.upper for each in slipped)
+        which = "95 %" if len(slipped) == 1 else "95 %, load by load"
+        words = interval_words(0.5 * (low + high), low, high).partition(": ")[2]
+        marks.insert(0, Span(low, high, f"{which}: {words}", SET, upright=False, opacity=0.3))
+        # narrower than a line, often: with edges
+        marks += [Rule(end, "", SET, upright=False) for end in (low, high)]
+    true = friction[0].true if friction else None
+    if true is not None:
+        marks.append(Rule(true, "true", TRUTH, 1.5, Dash.DASHED, upright=False))
+    least = min(float(np.nanmin(stroke.ratio)) for stroke in strokes)
+    return Figure(
+        title="Friction along the strokes",
+        caption=(
+            "There (solid) and back (dashed) at each load. Elastic deflection rises all along; slip stays level, "
+            "and only that part counts" + _counted(friction) + (BENT if bent else "") + _band(slipped)
+        ),
+        panels=(
+            Panel(
+                tuple(marks),
+                Axis("travel", "mm"),
+                Axis("tangential / normal force", low=0.0 if least >= 0.0 else None),
+                height=380,
+            ),
+        ),
+    )
+
+
+def _band(slipped: Sequence[Interval]) -> str:
+    if len(slipped) < 2:
+        return ""
+    return " The band takes in the 95 % intervals of mu at each load; that of all loads together stands above."
+
+
+def _counted(friction: Sequence[Interval]) -> str:
+    bounds = [f"{each.at:.3g}" for each in friction if each.bound]
+    if not bounds:
+        return "."
+    loads = ", ".join(bounds)
+    return (
+        f", if it does so in both directions and for long enough: not at {loads} N. There mu is a lower bound, "
+        "and the normal, which the ratio is computed with, is known to a few degrees only."
+    )
+
+
+def surface_figure(found: SurfacePoints) -> Figure:
+    """Return the figure of the limit surface with the loads that were measured on it."""
+    p = found.surface.norm_exponent
+    exponent = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
+    marks: list[Mark] = [] if found.exponent_measured else [_between(*found.exponents)]
+    marks.append(Line(*_curve(p), exponent, INK_COLOUR))
+    if found.true is not None:
+        q = found.true.norm_exponent
+        marks.append(Line(*_curve(q), f"true, p = {q:.3g}", TRUTH, dash=Dash.DASHED))
+    rounded = np.round(found.loads, 1)
+    for load, colour in _colours(sorted(set(rounded.tolist()))).items():
+        at = rounded == load
+        (x, y), (aside, upwards) = found.points[at].T, found.errors[at].T
+        dots = Points(x, y, f"at {load:g} N", colour, 6.0)
+        marks.append(replace(dots, x_error=np.tile(aside, (2, 1)), y_error=np.tile(upwards, (2, 1))))
+    return Figure(
+        title="Limit surface",
+        caption=(
+            "Loads in full slip over what the contact bears of tangential force and of torque alone, with 95 % "
+            "intervals, where these are wider than the dot. Loads inside the line are borne; dots on it are good."
+            + ("" if found.exponent_measured else ASSUMED)
+        ),
+        panels=(
+            Panel(
+                tuple(marks),
+                Axis("tangential force / (mu f_n)", low=-0.05, high=AXIS_LIMIT),
+                Axis("spin torque / (mu e f_n)", low=-0.05, high=AXIS_LIMIT),
+                equal=True,
+                height=400,
+            ),
+        ),
+    )
+
+
+def length_figure(lengths: Sequence[Interval], growth: tuple[float, float] | None) -> Figure | None:
+    """Return the figure of e over the load, or None if it was measured nowhere."""
+    if not lengths:
+        return None
+    loads = np.array([each.at for each in lengths])
+    span = np.geomspace(0.8 * loads.min(), 1.25 * loads.max(), 60)
+    caption = "e at each load with its 95 % interval; short ones that hold the true value are good."
+    marks: list[Mark] = []
+    if growth is not None:
+        c, gamma = growth
+        marks.append(Line(span, MILLI * c * span**gamma, "fitted, c f_n^gamma", FELT))
+        power = f"{gamma:.2f}"
+        law = "at all loads" if float(power) == 0.0 else f"(f_n / 1 N)^{power}"
+        caption = (
+            "Short intervals that the line goes through are good. Here are e at each load with its 95 % interval, "
+            f"and e = {MILLI * c:.3g} mm {law}."
+        )
+    marks += _with_intervals(lengths, MILLI)
+    top = MILLI * max(each.upper if math.isfinite(each.upper) else each.value for each in lengths)
+    return Figure(
+        title="Spin length over load",
+        caption=caption,
+        panels=(
+            Panel(
+                tuple(marks),
+                Axis("normal force", "N", logarithmic=True, ticks=_plain_ticks(loads)),
+                Axis("spin length e", "mm", 0.0, 1.25 * top),
+            ),
+        ),
+    )
+
+
+def speed_figure(speeds: Sequence[Interval], curve: FloatArray | None, *, creeping: bool = False) -> Figure | None:
+    """Return the figure of mu over the slip speed, or None for a single speed.
+
+    Args:
+        speeds: mu at each.
+        curve: Through them.
+        creeping: Whether some of them only crept.
+    """
+    if len(speeds) < 2:
+        return None
+    marks = [] if curve is None else [Line(MILLI * curve[0], curve[1], "fitted", FELT)]
+    values = [each.value for each in speeds] + [each.true for each in speeds if each.true is not None]
+    at = MILLI * np.array([each.at for each in speeds])
+    return Figure(
+        title="Friction over speed",
+        caption=f"{_over_speed(speeds)} Short intervals on the true value are good.{CREEPING if creeping else ''}",
+        panels=(
+            Panel(
+                (*marks, *_with_intervals(speeds, 1.0, MILLI)),
+                Axis("slip speed", "mm/s", logarithmic=True, ticks=_plain_ticks(at)),
+                Axis("friction mu", low=0.0, high=1.3 * max(values)),
+            ),
+        ),
+    )
+
+
+def _over_speed(speeds: Sequence[Interval]) -> str:
+    slipped = [each for each in speeds if not each.bound]
+    if len(slipped) < 2:
+        return "mu at each speed, as far as it slipped."
+    low, high = min(slipped, key=lambda each: each.value), max(slipped, key=lambda each: each.value)
+    if high.lower <= low.upper:
+        return "mu is the same at all speeds, within its intervals."
+    return (
+        f"mu goes from {low.value:.3g} at {MILLI * low.at:.3g} mm/s to {high.value:.3g} at "
+        f"{MILLI * high.at:.3g} mm/s."
+    )
+
+
+def _with_intervals(intervals: Sequence[Interval], unit: float, across: float = 1.0) -> list[Mark]:
+    known = [each for each in intervals if each.true is not None]
+    slipped = [each for each in intervals if not each.bound]
+    bounds = [each for each in intervals if each.bound]
+    ends = unit * np.array([[each.value - each.lower, each.upper - each.value] for each in slipped]).T
+
+    def places(chosen: Sequence[Interval]) -> FloatArray:
+        return across * np.array([each.at for each in chosen])
+
+    def values(chosen: Sequence[Interval]) -> FloatArray:
+        return unit * np.array([each.value for each in chosen])
+
+    true = unit * np.array([each.true for each in known], dtype=np.float64)
+    marks = (
+        Points(places(known), true, "true", TRUTH, 18.0, Symbol.STROKE),
+        Points(places(slipped), values(slipped), "measured", INK_COLOUR, 6.0, y_error=ends),
+        Points(places(bounds), values(bounds), "at least", QUIET_COLOUR, 9.0, Symbol.TRIANGLE),
+    )
+    return [mark for mark in marks if len(mark.x)]
+
+
+def _colours(loads: Sequence[float]) -> dict[float, Colour]:
+    return {load: LOAD_COLOURS[i % len(LOAD_COLOURS)] for i, load in enumerate(loads)}
+
+
+def _curve(p: float) -> tuple[FloatArray, FloatArray]:
+    """A quarter of |x|^p + |y|^p = 1."""
+    angle = np.linspace(0.0, 0.5 * np.pi, 181)
+    x: FloatArray = np.cos(angle) ** (2.0 / p)
+    y: FloatArray = np.abs(np.sin(angle)) ** (2.0 / p)
+    return x, y
+
+
+def _between(low: float, high: float) -> Polygon:
+    """All limit surfaces whose p lies between two."""
+    (x, y), (u, v) = _curve(low), _curve(high)
+    name = f"p from {low:g} to {high:g}"
+    return Polygon(np.concatenate([x, u[::-1]]), np.concatenate([y, v[::-1]]), name, QUIET_COLOUR, 0.25)
+
+
+def _plain_ticks(values: FloatArray) -> tuple[tuple[float, str], ...]:
+    return tuple((each, f"{each:.3g}") for each in np.unique(np.round(values, 6)).tolist())

@@ -1,4 +1,4 @@
-"""mu and e at each load and speed with their intervals, as tables and pictures show them."""
+"""mu and e at each load and speed with their intervals, as tables and figures show them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

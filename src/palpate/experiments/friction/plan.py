@@ -15,13 +15,13 @@ from palpate.experiments.friction.strokes import RubRecorder
 from palpate.experiments.kit import DryRun
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
-from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.limit_quantities import limit_quantities
 from palpate.experiments.kit.one_finger import ReadyPlan
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.materials.library import MaterialLibrary, read_materials
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.robot import Robot
 from palpate.robots.task import RobotInScene
@@ -129,16 +129,16 @@ class FrictionPlan(ReadyPlan):
         return DryRun(
             f"Friction of a {self.config.object} by touch",
             (
-                KeyFigure("expected duration", self.expected_duration, "s"),
-                KeyFigure("loads", len(wanted.loads), "", ", ".join(f"{load:g} N" for load in wanted.loads)),
-                KeyFigure("greatest force asked for", max(wanted.loads), "N"),
-                KeyFigure("speed", MILLI * wanted.speed, "mm/s", "of strokes at every load"),
-                KeyFigure("fastest stroke", MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
-                KeyFigure("longest stroke", MILLI * wanted.most_travel, "mm"),
-                KeyFigure(
+                Quantity("expected duration", self.expected_duration, "s"),
+                Quantity("loads", len(wanted.loads), "", ", ".join(f"{load:g} N" for load in wanted.loads)),
+                Quantity("greatest force asked for", max(wanted.loads), "N"),
+                Quantity("speed", MILLI * wanted.speed, "mm/s", "of strokes at every load"),
+                Quantity("fastest stroke", MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
+                Quantity("longest stroke", MILLI * wanted.most_travel, "mm"),
+                Quantity(
                     "twist, largest", wanted.most_angle if wanted.most_spin else 0.0, "rad", "in one direction"
                 ),
-                *limit_figures(self.limits, self.ready.landing_model(self.config.stiffness)),
+                *limit_quantities(self.limits, self.ready.landing_model(self.config.stiffness)),
             ),
             (FILE_NAME,),
             tuple(notes),

@@ -13,9 +13,9 @@ from palpate.friction.friction_file import FrictionEstimate, FrictionFile
 from palpate.friction.materials.material import Material
 from palpate.friction.materials.recognition import RecognitionOutcome
 from palpate.friction.materials.trials import Confusion
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Cells, Colouring, ColourScale, shortened
-from palpate.reporting.picture import Axis, Panel, Picture
-from palpate.reporting.report import COLUMNS, Paragraph, Pictures, Section, TextTable
+from palpate.reporting.report import COLUMNS, Figures, Paragraph, Section, TextTable
 
 LONGEST_NAME = 18
 """Letters of a name beside the matrix; the rest is left out."""
@@ -24,11 +24,11 @@ MOST_FIGURES = 20
 """Rows or columns above which the shares are no longer written into the cells."""
 
 FRAME, ROW = 190, 26
-"""Height of the picture without its rows, and of a row [px]."""
+"""Height of the figure without its rows, and of a row [px]."""
 
 
-def confusion_picture(confusion: Confusion) -> Picture:
-    """Return the picture of a confusion matrix: rows are what was touched, columns what it was taken for."""
+def confusion_figure(confusion: Confusion) -> Figure:
+    """Return the figure of a confusion matrix: rows are what was touched, columns what it was taken for."""
     shares = confusion.shares
     # nothing where the share is 0, so that wrong results stand out
     seen = np.where(shares > 0.0, 100.0 * shares, np.nan).ravel()
@@ -39,7 +39,7 @@ def confusion_picture(confusion: Confusion) -> Picture:
         _names(confusion.truths),
         texts,
     )
-    return Picture(
+    return Figure(
         title="Materials recognised by touch",
         caption=(
             "Share of touched objects of each material (row) that were taken for another (column), in per cent; "
@@ -79,8 +79,8 @@ MOST_MATCHES = 20
 def recognition_section(result: FrictionResult, known: Recognised) -> Section:
     """Return the section on which surface of the library it may be, the likeliest first."""
 
-    def draw() -> Iterator[Picture | None]:
-        yield None if known.confusion is None else confusion_picture(known.confusion)
+    def draw() -> Iterator[Figure | None]:
+        yield None if known.confusion is None else confusion_figure(known.confusion)
 
     fits = known.recognition.outcome is not RecognitionOutcome.UNKNOWN
     likely = f"probability, {'if it is' if fits else 'were it'} one of these"
@@ -96,7 +96,7 @@ def recognition_section(result: FrictionResult, known: Recognised) -> Section:
                 heads,
             ),
             Paragraph(_setting(known)),
-            Pictures(draw),
+            Figures(draw),
         ),
     )
 
@@ -125,7 +125,7 @@ def _percent(share: float) -> str:
 
 
 def _setting(known: Recognised) -> str:
-    """Which touches the picture is of, and how many of each material."""
+    """Which touches the figure is of, and how many of each material."""
     if known.confusion is None:
         return ""
     count, shown = len(known.recognition.library.materials), len(known.confusion.truths)

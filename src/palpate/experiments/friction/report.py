@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.friction.key_figures import key_figures
-from palpate.experiments.friction.measured import frictions, lengths, speeds, table_rows
-from palpate.experiments.friction.pictures import (
-    length_picture,
-    speed_picture,
-    stroke_picture,
-    surface_picture,
+from palpate.experiments.friction.figures import (
+    length_figure,
+    speed_figure,
+    stroke_figure,
+    surface_figure,
 )
+from palpate.experiments.friction.measured import frictions, lengths, speeds, table_rows
 from palpate.experiments.friction.plan import FILE_NAME
+from palpate.experiments.friction.quantities import quantities
 from palpate.experiments.friction.recognised import recognition_section
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.slip_points import slip_points
@@ -24,9 +24,9 @@ from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
 from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.reporting.computing import computing
-from palpate.reporting.force_picture import force_overview
-from palpate.reporting.picture import Picture
-from palpate.reporting.report import Pictures, Report, Section, TextTable
+from palpate.reporting.figure import Figure
+from palpate.reporting.force_figure import force_overview
+from palpate.reporting.report import Figures, Report, Section, TextTable
 from palpate.runtime import Ending
 
 CURVE_POINTS = 80
@@ -50,10 +50,10 @@ def friction_report(result: FrictionResult) -> Report:
     return Report(
         title=f"Friction of a {config.object} by touch",
         outcome=outcome(result),
-        figures=key_figures(result),
+        metrics=quantities(result),
         sections=(
             *(() if known is None else (recognition_section(result, known),)),
-            Section("What was felt", (Pictures(lambda: _felt(result)),)),
+            Section("What was felt", (Figures(lambda: _felt(result)),)),
             Section(
                 "At each load",
                 (
@@ -70,7 +70,7 @@ def friction_report(result: FrictionResult) -> Report:
                 "At each speed",
                 (TextTable(table_rows(over_speed, "mu", "mm/s", 1e3) if len(over_speed) > 1 else []),),
             ),
-            Section("Over time", (Pictures(lambda: _over_time(result)),)),
+            Section("Over time", (Figures(lambda: _over_time(result)),)),
             computing(result.run.timing),
         ),
         asked=f"to rub a {config.object} with {loads} N at {1e3 * wanted.speed:g} mm/s, carried by {config.robot}",
@@ -98,14 +98,14 @@ def _advice(result: FrictionResult) -> Iterator[str]:
     yield f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}."
 
 
-def _felt(result: FrictionResult) -> Iterator[Picture | None]:
+def _felt(result: FrictionResult) -> Iterator[Figure | None]:
     points, file = slip_points(result), result.file
     creeping = file is not None and any(each.creeping for each in file.speeds)
     bent = result.plan.config.object == "sphere"
-    yield stroke_picture(stroke_curves(result), frictions(result), bent=bent)
-    yield None if points is None else surface_picture(points)
-    yield length_picture(lengths(result), _growth(result))
-    yield speed_picture(speeds(result), _curve(result), creeping=creeping)
+    yield stroke_figure(stroke_curves(result), frictions(result), bent=bent)
+    yield None if points is None else surface_figure(points)
+    yield length_figure(lengths(result), _growth(result))
+    yield speed_figure(speeds(result), _curve(result), creeping=creeping)
 
 
 def _growth(result: FrictionResult) -> tuple[float, float] | None:
@@ -125,7 +125,7 @@ def _curve(result: FrictionResult) -> FloatArray | None:
     return np.stack([v, [curve.friction_at(speed) for speed in v.tolist()]])
 
 
-def _over_time(result: FrictionResult) -> Iterator[Picture | None]:
+def _over_time(result: FrictionResult) -> Iterator[Figure | None]:
     record = result.record
     if not len(record):
         return

@@ -112,7 +112,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def provenance(plan: FrictionPlan, result: RunResult) -> str:
-    """Return where the figures come from, in words."""
+    """Return where the metrics come from, in words."""
     config = plan.config
     by = "the friction plant" if config.on_plant else "MuJoCo's friction"
     what = f"simulated {config.object} ({by})" if plan.truth_known else config.object

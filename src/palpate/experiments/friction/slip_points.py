@@ -1,4 +1,4 @@
-"""Loads in full slip over the limit surface that was found, for their picture."""
+"""Loads in full slip over the limit surface that was found, for their figure."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""mu along strokes, for their picture."""
+"""mu along strokes, for their figure."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from palpate.experiments.friction.result import FrictionResult
 from palpate.friction.rubbing.stroke import RubbingStroke
 
 SMOOTHED = 0.01
-"""Over how long mu along a stroke is averaged for its picture [s]: with 10 mN of noise at 1 N it is a cloud else.
+"""Over how long mu along a stroke is averaged for its figure [s]: with 10 mN of noise at 1 N it is a cloud else.
 """
 
 

@@ -12,7 +12,7 @@ from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
 LEAST_MOVED = 0.01
-"""[mN] Of a sensor's zero that is worth a figure: a thousandth of its noise."""
+"""[mN] Of a sensor's zero that is worth a metric: a thousandth of its noise."""
 
 
 def outcome(result: FrictionResult) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.figures import FIGURES
+from palpate.experiments.grasp.metrics import METRICS
 from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class GraspObject(ExperimentDefaults):
     name = "grasp"
     summary = "Hold an object that is pulled at so that it neither slips nor spins, and show what grip it took."
     Config = GraspConfig
-    figures = FIGURES
+    metrics = METRICS
 
     def plan(self, config: GraspConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "GraspPlan":
         """See `palpate.experiments.grasp.plan.plan`."""

@@ -50,7 +50,7 @@ from palpate.friction.friction_file import (
 )
 from palpate.friction.limit_surface import LimitSurface
 from palpate.kinematics.hand import HandKinematics
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.hand_description import HandDescription, hand_backend
 from palpate.robots.hand_task import HandTask
 from palpate.robots.robot import Robot
@@ -251,27 +251,27 @@ class GraspPlan(PlanDefaults):
             self.backend()  # what cannot be simulated is refused when it is built
         config = self.config
         twice = "and as long again beside it, without spin" if config.against_ignoring_spin else ""
-        figures = (
-            KeyFigure("expected duration", self.expected_duration, "s", twice),
-            KeyFigure("lift height", MILLI * config.lift_height, "mm"),
-            KeyFigure("lift speed", MILLI * config.lift_speed, "mm/s"),
-            KeyFigure("greatest grip asked for", LARGEST_GRIP, "N", "of each finger"),
+        metrics = (
+            Quantity("expected duration", self.expected_duration, "s", twice),
+            Quantity("lift height", MILLI * config.lift_height, "mm"),
+            Quantity("lift speed", MILLI * config.lift_speed, "mm/s"),
+            Quantity("greatest grip asked for", LARGEST_GRIP, "N", "of each finger"),
             *self._preload_figure(),
-            KeyFigure("friction mu, believed", self.believed.friction),
-            KeyFigure("spin length e, believed", MILLI * self.believed.spin_length, "mm"),
-            KeyFigure(
+            Quantity("friction mu, believed", self.believed.friction),
+            Quantity("spin length e, believed", MILLI * self.believed.spin_length, "mm"),
+            Quantity(
                 "grip limit", self.limits.grip_force, "N", "of the supervisor, which then stops it, grip kept"
             ),
-            KeyFigure("force limit", self.limits.force, "N", "likewise"),
+            Quantity("force limit", self.limits.force, "N", "likewise"),
         )
         task = f"Grasp of a {config.object} with {config.fingers} fingers"
-        return DryRun(task, figures, FILES, notes_on(self))
+        return DryRun(task, metrics, FILES, notes_on(self))
 
-    def _preload_figure(self) -> tuple[KeyFigure, ...]:
+    def _preload_figure(self) -> tuple[Quantity, ...]:
         if not self.config.preload:
             return ()
         note = f"of every finger, for steps up to {self.config.preload:g} N that nobody announces"
-        return (KeyFigure("preload", price_of_preload(self), "N", note, 2),)
+        return (Quantity("preload", price_of_preload(self), "N", note, 2),)
 
     def view(self) -> ViewScene:
         """Return hand, object and table."""

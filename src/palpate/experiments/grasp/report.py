@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.grasp.key_figures import compared, key_figures
-from palpate.experiments.grasp.moments_picture import moments_picture
-from palpate.experiments.grasp.pictures import over_time
+from palpate.experiments.grasp.figures import over_time
+from palpate.experiments.grasp.moments_figure import moments_figure
+from palpate.experiments.grasp.quantities import compared, quantities
 from palpate.experiments.grasp.result import Grasp
 from palpate.experiments.grasp.words import account, advice, asked, outcome, settings, title
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
 from palpate.reporting.computing import computing
-from palpate.reporting.grasp_force_picture import grasp_force_picture
-from palpate.reporting.picture import Picture
-from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section
+from palpate.reporting.figure import Figure
+from palpate.reporting.grasp_force_figure import grasp_force_figure
+from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section
 from palpate.runtime import Ending
 from palpate.sim.fidelity import GRAVITY
 
@@ -78,7 +78,7 @@ def heaviest_load(grasp: Grasp) -> HeaviestLoad | None:
 
 
 IGNORING = ", ignoring spin"
-"""At the end of the titles of pictures of such a control."""
+"""At the end of the titles of figures of such a control."""
 
 
 def grasp_report(grasp: Grasp) -> Report:
@@ -86,10 +86,10 @@ def grasp_report(grasp: Grasp) -> Report:
     return Report(
         title=title(grasp),
         outcome=outcome(grasp),
-        figures=key_figures(grasp),
+        metrics=quantities(grasp),
         sections=(
             Section("What was seen", tuple(Paragraph(each) for each in account(grasp))),
-            Section("From the first touch to the last", (Pictures(lambda: _over_time(grasp)),)),
+            Section("From the first touch to the last", (Figures(lambda: _over_time(grasp)),)),
             *_least_forces(grasp),
             *_ignoring_spin(grasp),
             computing(grasp.run.timing),
@@ -102,9 +102,9 @@ def grasp_report(grasp: Grasp) -> Report:
     )
 
 
-def _over_time(grasp: Grasp, note: str = "") -> Iterator[Picture | None]:
+def _over_time(grasp: Grasp, note: str = "") -> Iterator[Figure | None]:
     yield over_time(grasp, note)
-    yield moments_picture(grasp, note)
+    yield moments_figure(grasp, note)
 
 
 def _least_forces(grasp: Grasp) -> Iterator[Section]:
@@ -112,12 +112,12 @@ def _least_forces(grasp: Grasp) -> Iterator[Section]:
     if at is None:
         return
 
-    def draw() -> Iterator[Picture | None]:
-        yield grasp_force_picture(at.grasp, at.forces, at.load, at.disturbance)
+    def draw() -> Iterator[Figure | None]:
+        yield grasp_force_figure(at.grasp, at.forces, at.load, at.disturbance)
 
     yield Section(
         "The least forces where the load is heaviest",
-        (Paragraph(f"At {at.time:.3g} s, by what the contacts really bear."), Pictures(draw)),
+        (Paragraph(f"At {at.time:.3g} s, by what the contacts really bear."), Figures(draw)),
     )
 
 
@@ -126,5 +126,5 @@ def _ignoring_spin(grasp: Grasp) -> Iterator[Section]:
     if other is None:
         return
 
-    pictures = Pictures(lambda: _over_time(other, IGNORING))
-    yield Section("A control that ignores spin", (FigureTable(compared(grasp)), pictures))
+    figures = Figures(lambda: _over_time(other, IGNORING))
+    yield Section("A control that ignores spin", (QuantityTable(compared(grasp)), figures))

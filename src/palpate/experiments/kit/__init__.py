@@ -5,7 +5,7 @@ The light half is here, for modules that `--help` imports; what runs, records an
 
 from palpate.experiments.kit.experiment import DryRun, Experiment, Plan, PlanDefaults, Result, Writer
 from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
-from palpate.experiments.kit.figure import Figure, FigureValue, figures_of
+from palpate.experiments.kit.metric import Metric, MetricValue, metrics_of
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
 __all__ = [
@@ -17,13 +17,13 @@ __all__ = [
     "DryRun",
     "Experiment",
     "ExperimentDefaults",
-    "Figure",
-    "FigureValue",
+    "Metric",
+    "MetricValue",
     "Plan",
     "PlanDefaults",
     "Result",
     "Writer",
     "check_options",
-    "figures_of",
+    "metrics_of",
     "option",
 ]

@@ -1,4 +1,4 @@
-"""What results of runs may offer besides figures, so that runs can be overlaid."""
+"""What results of runs may offer besides metrics, so that runs can be overlaid."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -9,7 +9,7 @@ from palpate.mapping import SurfaceMap, SurfaceMesh
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorSample:
-    """Errors of a run whose spread is worth a picture.
+    """Errors of a run whose spread is worth a figure.
 
     Attributes:
         title: What they are.

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.metric import Metric
 
 if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.kinematics.hand import HandKinematics
-    from palpate.reporting.data import KeyFigure
+    from palpate.reporting.data import Quantity
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
@@ -32,13 +32,13 @@ class DryRun:
 
     Attributes:
         task: What it is, for a title.
-        figures: What is known beforehand: durations, forces, speeds.
+        metrics: What is known beforehand: durations, forces, speeds.
         files: Names of the files that it would write besides report and log.
         notes: What people should know before, a sentence each.
     """
 
     task: str
-    figures: "tuple[KeyFigure, ...]"
+    metrics: "tuple[Quantity, ...]"
     files: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -239,8 +239,8 @@ class Experiment(Protocol):
         ...
 
     @property
-    def figures(self) -> tuple[Figure, ...]:
-        """Figures of merit of a run, those that matter most first: for --json, sweeps and comparisons."""
+    def metrics(self) -> tuple[Metric, ...]:
+        """Metrics of merit of a run, those that matter most first: for --json, sweeps and comparisons."""
         ...
 
     def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
@@ -265,7 +265,7 @@ class Experiment(Protocol):
         ...
 
     def report(self, result: Any) -> "Report":
-        """Return the report; pictures are drawn only when it is written."""
+        """Return the report; figures are drawn only when it is written."""
         ...
 
     def files(self, result: Any) -> Mapping[str, Writer]:

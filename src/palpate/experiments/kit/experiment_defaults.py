@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.experiment import Writer
-from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.metric import Metric
 
 if TYPE_CHECKING:  # which only those who write a report wait for
-    from palpate.reporting.picture import Picture
+    from palpate.reporting.figure import Figure
     from palpate.reporting.report import Report
     from palpate.runtime.log.standard.cloud import Cloud
 
@@ -18,26 +18,26 @@ class ExperimentDefaults:
     name: str
     summary: str
     Config: type[Any]
-    figures: tuple[Figure, ...]
+    metrics: tuple[Metric, ...]
 
-    def pictures(self, result: Any) -> "Iterator[Picture]":
+    def figures(self, result: Any) -> "Iterator[Figure]":
         """Return what is drawn into the report; nothing, unless a subclass does."""
         yield from ()
 
     def report(self, result: Any) -> "Report":
-        """Return the figures, the pictures, and how the computer kept up."""
+        """Return the metrics, the figures, and how the computer kept up."""
         from palpate.reporting.computing import computing
-        from palpate.reporting.data import KeyFigure
-        from palpate.reporting.report import Pictures, Report, Section
+        from palpate.reporting.data import Quantity
+        from palpate.reporting.report import Figures, Report, Section
 
-        values = ((each, each.value(result)) for each in self.figures)
-        rows = (KeyFigure(each.meaning, "none" if value is None else value, each.unit) for each, value in values)
+        values = ((each, each.value(result)) for each in self.metrics)
+        rows = (Quantity(each.meaning, "none" if value is None else value, each.unit) for each, value in values)
         return Report(
             title=self.summary.rstrip("."),
             outcome=f"{result.run}.",
-            figures=tuple(rows),
+            metrics=tuple(rows),
             sections=(
-                Section("Pictures", (Pictures(lambda: self.pictures(result)),)),
+                Section("Figures", (Figures(lambda: self.figures(result)),)),
                 computing(result.run.timing),
             ),
         )

@@ -8,9 +8,9 @@ from palpate.controllers import ForceGain, LandingModel, force_gain
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.limit_quantities import limit_quantities
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.fingertip import fingertip, only_finger, start_above
 from palpate.robots.in_scene import build
@@ -70,7 +70,7 @@ class OneFingerPlan(ReadyPlan):
         limits: Of the robot, with room for the speed that is asked for.
         title: What is done, for people.
         expected_duration: About how long it takes [s].
-        figures: Of a dry run, besides durations and limits.
+        metrics: Of a dry run, besides durations and limits.
         files: Names of the files that it writes.
     """
 
@@ -83,7 +83,7 @@ class OneFingerPlan(ReadyPlan):
     limits: Limits
     title: str
     expected_duration: float
-    figures: tuple[KeyFigure, ...] = ()
+    metrics: tuple[Quantity, ...] = ()
     files: tuple[str, ...] = ()
 
     @classmethod
@@ -100,7 +100,7 @@ class OneFingerPlan(ReadyPlan):
         duration: float,
         title: str,
         beside: tuple[float, float] = (0.0, 0.0),
-        figures: tuple[KeyFigure, ...] = (),
+        metrics: tuple[Quantity, ...] = (),
         files: tuple[str, ...] = (),
     ) -> Self:
         """Return the plan of a fingertip that starts over an object.
@@ -117,7 +117,7 @@ class OneFingerPlan(ReadyPlan):
             duration: About how long it takes [s].
             title: What is done.
             beside: Where the tip's middle starts, x and y [m].
-            figures: More for a dry run.
+            metrics: More for a dry run.
             files: Names of the files that it writes.
 
         Raises:
@@ -139,7 +139,7 @@ class OneFingerPlan(ReadyPlan):
         landing = ready.landing_model(stiffness)
         gain = force_gain(landing.stiffness, landing.delay)
         limits = limits_allowing(robot.file.limits, f"speed = {speed:g} m/s", speed + gain.gain * force, landing)
-        return cls(config, robot, ready, landing, gain, control, limits, title, duration, figures, files)
+        return cls(config, robot, ready, landing, gain, control, limits, title, duration, metrics, files)
 
     @property
     def longest_duration(self) -> float:
@@ -156,8 +156,10 @@ class OneFingerPlan(ReadyPlan):
 
     def dry_run(self) -> DryRun:
         """See `Plan`."""
-        expected = KeyFigure("expected duration", self.expected_duration, "s")
-        return DryRun(self.title, (expected, *self.figures, *limit_figures(self.limits, self.landing)), self.files)
+        expected = Quantity("expected duration", self.expected_duration, "s")
+        return DryRun(
+            self.title, (expected, *self.metrics, *limit_quantities(self.limits, self.landing)), self.files
+        )
 
     def view(self) -> ViewScene:
         """See `Plan`."""

@@ -88,7 +88,7 @@ class RecordedPeriods:
         return self.memory.stride == 1 or self.log is not None
 
     def shown(self) -> Periods:
-        """Return all of up to `MOST_PERIODS`, else a share of them, evenly over time: for pictures."""
+        """Return all of up to `MOST_PERIODS`, else a share of them, evenly over time: for figures."""
         if self._shown is None:
             self._shown = self._from_memory() if self.memory.stride == 1 or self.log is None else self._from_log()
         return self._shown

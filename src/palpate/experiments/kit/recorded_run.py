@@ -48,7 +48,7 @@ class Recorded:
         """Return every period, base coordinates, for one finger.
 
         Of a run of more than 2**18 periods, four minutes at 1 kHz, it is a share of them, evenly over time; for
-        figures that need all of them, `periods.pieces` yields them one piece after the other.
+        metrics that need all of them, `periods.pieces` yields them one piece after the other.
         """
         return self.periods.record(finger)
 

@@ -1,4 +1,4 @@
-"""Forces and speed of a record over time, for its pictures."""
+"""Forces and speed of a record over time, for its figures."""
 
 import numpy as np
 

@@ -12,8 +12,8 @@ from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import experiment_named, reference_to
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.extras import MissingLibraryError
+from palpate.reporting.figure_kind import FigureKind
 from palpate.reporting.page import write_report
-from palpate.reporting.picture_kind import PictureKind
 from palpate.reporting.report import Report
 from palpate.robots.robot import ROBOT_TEXT, read_robot
 from palpate.runtime import RunResult
@@ -75,7 +75,7 @@ def tell_log(plan: Plan, run: RunResult, cloud: Cloud | None = None) -> None:
 
 
 def write_result(
-    experiment: Experiment, result: Result, report: Report, folder: Path, figures: PictureKind | None = None
+    experiment: Experiment, result: Result, report: Report, folder: Path, figures: FigureKind | None = None
 ) -> tuple[Path, ...]:
     """Write report and files of a run into a folder, which is made if need be.
 
@@ -102,7 +102,7 @@ def write_result(
     return tuple(written)
 
 
-def write_figures(report: Report, folder: Path, kind: PictureKind | None) -> tuple[Path, ...]:
+def write_figures(report: Report, folder: Path, kind: FigureKind | None) -> tuple[Path, ...]:
     """Write the pictures of a report into `FIGURES` within a folder; none for None.
 
     Raises:
@@ -110,10 +110,10 @@ def write_figures(report: Report, folder: Path, kind: PictureKind | None) -> tup
     """
     if kind is None:
         return ()
-    from palpate.reporting.paper import write_pictures  # with matplotlib, for which only those who ask wait
+    from palpate.reporting.paper import write_figures_of  # with matplotlib, for which only those who ask wait
 
     make_folder(folder / FIGURES)
-    return write_pictures(report, folder / FIGURES, kind)
+    return write_figures_of(report, folder / FIGURES, kind)
 
 
 def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:

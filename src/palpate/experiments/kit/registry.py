@@ -13,13 +13,13 @@ from typing import Any, cast
 
 from palpate.errors import InvalidValueError, shown
 from palpate.experiments.kit.experiment import Experiment
-from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.metric import Metric
 from palpate.named_object import named_object
 from palpate.nearest_name import nearest
 from palpate.open_kinds import declared_in
 
 TEXTS, METHODS = ("name", "summary"), ("plan", "found", "report", "files", "cloud")
-"""What an experiment has besides `Config` and `figures`; see `Experiment`."""
+"""What an experiment has besides `Config` and `metrics`; see `Experiment`."""
 
 CONFIG_FIELDS = {
     "robot": 'robot: str = "stage"',
@@ -50,7 +50,7 @@ def check_experiment(reference: str, experiment: Any) -> None:
 
 def _problem(experiment: Any) -> str:
     """Return what is wrong, and the remedy; empty if nothing is."""
-    missing = [each for each in (*TEXTS, "Config", "figures", *METHODS) if not hasattr(experiment, each)]
+    missing = [each for each in (*TEXTS, "Config", "metrics", *METHODS) if not hasattr(experiment, each)]
     if missing:
         return f"it lacks {', '.join(missing)}: add {'them' if len(missing) > 1 else 'it'}, {PROTOCOL}"
     for name in TEXTS:
@@ -59,9 +59,9 @@ def _problem(experiment: Any) -> str:
     for name in METHODS:
         if not callable(getattr(experiment, name)):
             return f"{name} = {shown(getattr(experiment, name))}: must be a method, {PROTOCOL}"
-    figures = experiment.figures
-    if not isinstance(figures, tuple) or not all(isinstance(each, Figure) for each in figures):
-        return f"figures = {shown(figures)}: must be a tuple of Figure; write (Figure(...),) for one"
+    metrics = experiment.metrics
+    if not isinstance(metrics, tuple) or not all(isinstance(each, Metric) for each in metrics):
+        return f"metrics = {shown(metrics)}: must be a tuple of Metric; write (Metric(...),) for one"
     return _problem_of_config(experiment.Config)
 
 

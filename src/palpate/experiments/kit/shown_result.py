@@ -6,7 +6,7 @@ from palpate.experiments.kit.registry import experiment_named
 
 
 class ShownResult:
-    """A result that a notebook shows by outcome, key figures and the first picture of its report; a base class.
+    """A result that a notebook shows by outcome, key metrics and the first figure of its report; a base class.
 
     Attributes:
         experiment: Name of the experiment that found it, or `module:Class`.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.experiment import Writer
 from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
-from palpate.experiments.kit.figure import Figure, FigureValue
+from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.experiments.regulate.config import RegulateConfig
 
 if TYPE_CHECKING:
@@ -17,35 +17,35 @@ if TYPE_CHECKING:
     from palpate.robots.robot import Robot
 
 
-def _of_steps(column: str, meaning: str, unit: str, value: Callable[[Any], float]) -> Figure:
-    """A figure of the step response; None if there is none."""
-    return Figure(column, meaning, unit, lambda found: _known(found.judged_steps, value))
+def _of_steps(column: str, meaning: str, unit: str, value: Callable[[Any], float]) -> Metric:
+    """A metric of the step response; None if there is none."""
+    return Metric(column, meaning, unit, lambda found: _known(found.judged_steps, value))
 
 
-def _of_sines(column: str, meaning: str, unit: str, value: Callable[[Any], float | None]) -> Figure:
+def _of_sines(column: str, meaning: str, unit: str, value: Callable[[Any], float | None]) -> Metric:
     """Likewise of the frequency response."""
-    return Figure(column, meaning, unit, lambda found: _known(found.judged_tones, value))
+    return Metric(column, meaning, unit, lambda found: _known(found.judged_tones, value))
 
 
-def _known(response: Any, value: Callable[[Any], FigureValue]) -> FigureValue:
+def _known(response: Any, value: Callable[[Any], MetricValue]) -> MetricValue:
     return None if response is None else value(response)
 
 
-FIGURES = (
+METRICS = (
     _of_steps("rise_time_s", "rise time, 10 to 90 %", "s", lambda steps: steps.rise_time),
     _of_sines("bandwidth_hz", "bandwidth, -3 dB", "Hz", lambda tones: tones.bandwidth),
     _of_steps("overshoot", "overshoot, share of the step", "", lambda steps: steps.overshoot),
-    Figure("force_rms_n", "true force, RMS error", "N", lambda found: found.true_rms),
-    Figure("landing_max_n", "largest force of landing", "N", lambda found: found.landing_peak),
-    Figure("sensed_rms_n", "felt force, RMS error", "N", lambda found: found.sensed_rms),
-    Figure("force_max_n", "largest force of the run", "N", lambda found: found.peak),
-    Figure("sensor_error_n", "felt less true force at the end", "N", lambda found: found.sensor_error),
+    Metric("force_rms_n", "true force, RMS error", "N", lambda found: found.true_rms),
+    Metric("landing_max_n", "largest force of landing", "N", lambda found: found.landing_peak),
+    Metric("sensed_rms_n", "felt force, RMS error", "N", lambda found: found.sensed_rms),
+    Metric("force_max_n", "largest force of the run", "N", lambda found: found.peak),
+    Metric("sensor_error_n", "felt less true force at the end", "N", lambda found: found.sensor_error),
     _of_steps("settling_time_s", "settling time, within 5 %", "s", lambda steps: steps.settling_time),
     _of_sines("largest_ratio", "largest amplitude ratio", "", lambda tones: tones.peak),
-    Figure("contact", "what became of the contact", "", lambda found: found.loss.value),
-    Figure("bounces", "bounces", "", lambda found: found.bounces),
-    Figure("gain_halved", "times the gain was halved", "", lambda found: found.guard_trips),
-    Figure("simulated_s", "simulated time", "s", lambda found: found.run.duration),
+    Metric("contact", "what became of the contact", "", lambda found: found.loss.value),
+    Metric("bounces", "bounces", "", lambda found: found.bounces),
+    Metric("gain_halved", "times the gain was halved", "", lambda found: found.guard_trips),
+    Metric("simulated_s", "simulated time", "s", lambda found: found.run.duration),
 )
 """Those that matter most first."""
 
@@ -56,7 +56,7 @@ class Regulate(ExperimentDefaults):
     name = "regulate"
     summary = "Hold a force on a surface."
     Config = RegulateConfig
-    figures = FIGURES
+    metrics = METRICS
 
     def plan(self, config: RegulateConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "RegulationPlan":
         """Check and build everything."""

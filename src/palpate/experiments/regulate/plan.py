@@ -25,8 +25,8 @@ from palpate.experiments.kit.contact_checks import (
     check_compression,
 )
 from palpate.experiments.kit.experiment import DryRun
-from palpate.experiments.kit.joint_figures import joint_figures, joint_notes
-from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.joint_quantities import joint_notes, joint_quantities
+from palpate.experiments.kit.limit_quantities import limit_quantities
 from palpate.experiments.kit.one_finger import ReadyPlan
 from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
@@ -52,7 +52,7 @@ from palpate.experiments.regulate.parts import (
     travel_of,
 )
 from palpate.kinematics import FollowedPath, StandingArm, follow_path
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.fingertip import fingertip, start_above
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene
@@ -291,19 +291,19 @@ class RegulationPlan(ReadyPlan):
         return DryRun(
             f"Regulation of force on {config.described}",
             (
-                KeyFigure("expected duration", self.expected_duration, "s", "without pressing first"),
-                KeyFigure("profile", config.profile, "", f"held for {parameters.duration:.4g} s"),
-                KeyFigure("force", config.force, "N"),
-                KeyFigure("greatest force asked for", config.greatest, "N"),
-                KeyFigure("least force asked for", config.least, "N"),
-                KeyFigure("motion", config.motion, "", "of the tip along the surface, by something else"),
-                KeyFigure("speed", speed, "mm/s", "largest of that motion"),
-                KeyFigure("landing speed", 1e3 * parameters.landing_speed, "mm/s"),
-                KeyFigure(
+                Quantity("expected duration", self.expected_duration, "s", "without pressing first"),
+                Quantity("profile", config.profile, "", f"held for {parameters.duration:.4g} s"),
+                Quantity("force", config.force, "N"),
+                Quantity("greatest force asked for", config.greatest, "N"),
+                Quantity("least force asked for", config.least, "N"),
+                Quantity("motion", config.motion, "", "of the tip along the surface, by something else"),
+                Quantity("speed", speed, "mm/s", "largest of that motion"),
+                Quantity("landing speed", 1e3 * parameters.landing_speed, "mm/s"),
+                Quantity(
                     "approach distance", 1e3 * parameters.approach_distance, "mm", "where the surface is sought"
                 ),
-                *joint_figures(self.followed),
-                *limit_figures(self.limits, self.ready.landing_model(self.config.true_stiffness)),
+                *joint_quantities(self.followed),
+                *limit_quantities(self.limits, self.ready.landing_model(self.config.true_stiffness)),
             ),
             (FORCES_FILE,),
             joint_notes(self.followed),

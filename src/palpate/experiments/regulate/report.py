@@ -6,16 +6,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from palpate.experiments.kit.recorded_series import recorded_series
-from palpate.experiments.regulate.key_figures import key_figures, margins
-from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
+from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
+from palpate.experiments.regulate.quantities import margins, quantities
 from palpate.experiments.regulate.response import FrequencyResponse
 from palpate.experiments.regulate.result import Regulation
 from palpate.experiments.regulate.words import asked, limits, outcome, settings, title
 from palpate.reporting.computing import computing
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.force_picture import force_overview
-from palpate.reporting.picture import Picture
-from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.figure import Figure
+from palpate.reporting.force_figure import force_overview
+from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.runtime import Ending
 
 LEAST_GAIN_MARGIN = 2.0
@@ -28,12 +28,12 @@ def regulation_report(regulation: Regulation) -> Report:
     return Report(
         title=title(regulation),
         outcome=outcome(regulation),
-        figures=key_figures(regulation),
+        metrics=quantities(regulation),
         sections=(
-            Section("Over time", (Pictures(lambda: _over_time(regulation)),)),
-            Section("Response", (Pictures(lambda: _responses(regulation, tones)), TextTable(_tone_rows(tones)))),
+            Section("Over time", (Figures(lambda: _over_time(regulation)),)),
+            Section("Response", (Figures(lambda: _responses(regulation, tones)), TextTable(_tone_rows(tones)))),
             Section("What limits it", tuple(Paragraph(each) for each in limits(regulation.planned))),
-            Section("Margins", (FigureTable(margins(regulation.planned)),)),
+            Section("Margins", (QuantityTable(margins(regulation.planned)),)),
             computing(regulation.run.timing),
         ),
         asked=asked(regulation.planned.config),
@@ -85,16 +85,16 @@ def _tone_rows(tones: dict[str, FrequencyResponse]) -> list[tuple[str, str, str,
     ]
 
 
-def _over_time(regulation: Regulation) -> Iterator[Picture | None]:
+def _over_time(regulation: Regulation) -> Iterator[Figure | None]:
     if len(regulation.record):
         series = series_of(regulation)
         yield force_overview(series)
-        yield error_picture(series)
+        yield error_figure(series)
 
 
-def _responses(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> Iterator[Picture | None]:
+def _responses(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> Iterator[Figure | None]:
     judged, felt = regulation.judged_steps, regulation.felt_steps
     if judged is not None:
-        yield step_picture(judged if regulation.truth.known else None, felt)
+        yield step_figure(judged if regulation.truth.known else None, felt)
     if tones:
-        yield bode_picture(tones)
+        yield bode_figure(tones)

@@ -22,7 +22,7 @@ STEADY_SHARE = 1.0 / 3.0
 
 
 MOST_EACH = 200
-"""Steps that are kept one by one, for a picture."""
+"""Steps that are kept one by one, for a figure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

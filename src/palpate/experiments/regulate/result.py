@@ -24,7 +24,7 @@ from palpate.sim.scene_cost import SceneCost
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Regulation(Held, ShownResult):
-    """How a force was regulated. Its periods are those that pictures show; its figures are of all.
+    """How a force was regulated. Its periods are those that figures show; its metrics are of all.
 
     Attributes:
         run: How the run ended, and its timing.
@@ -38,7 +38,7 @@ class Regulation(Held, ShownResult):
         felt_steps: Likewise of the sensed force, 0 where nothing is felt.
         judged_tones: Response of the judged force to the profile's sines; None if it has none.
         felt_tones: Likewise of the sensed force.
-        every: 1 if the figures are of all periods; else of every second, fourth, ... one, and of responses
+        every: 1 if the metrics are of all periods; else of every second, fourth, ... one, and of responses
             nothing is known.
     """
 

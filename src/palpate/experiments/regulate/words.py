@@ -61,7 +61,7 @@ def asked(config: RegulateConfig) -> str:
 
 
 def outcome(regulation: Regulation) -> str:
-    """Return how it ended, and what is wrong with the figures if anything is."""
+    """Return how it ended, and what is wrong with the metrics if anything is."""
     result, limit = regulation.run, regulation.planned.limits.force
     if result.ending is Ending.DONE:
         sentences = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {result.rest}."]
@@ -77,7 +77,7 @@ def outcome(regulation: Regulation) -> str:
         sentences.append(f"The {force} force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
     if regulation.every > 1:
         sentences.append(
-            f"Figures are of every {regulation.every}th period, without responses: there is no whole log to read "
+            f"Metrics are of every {regulation.every}th period, without responses: there is no whole log to read "
             "the others from."
         )
     if regulation.guard_trips:

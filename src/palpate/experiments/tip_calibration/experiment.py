@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.experiment import Writer
 from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
-from palpate.experiments.kit.figure import Figure, FigureValue
+from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.experiments.tip_calibration.config import TipConfig
 
 if TYPE_CHECKING:
@@ -20,29 +20,29 @@ if TYPE_CHECKING:
 MICRO = 1e6
 
 
-def _true(column: str, meaning: str, unit: str, value: Callable[[Any, Any], FigureValue]) -> Figure:
+def _true(column: str, meaning: str, unit: str, value: Callable[[Any, Any], MetricValue]) -> Metric:
     """An error against the simulated tip; None if nobody knows it."""
-    return Figure(
+    return Metric(
         column, meaning, unit, lambda found: None if found.judged is None else value(found.judged, found.fit)
     )
 
 
-def _found(column: str, meaning: str, unit: str, value: Callable[[Any], FigureValue]) -> Figure:
-    """A figure of what was found; None if nothing was touched."""
-    return Figure(column, meaning, unit, lambda found: None if found.fit is None else value(found.fit))
+def _found(column: str, meaning: str, unit: str, value: Callable[[Any], MetricValue]) -> Metric:
+    """A metric of what was found; None if nothing was touched."""
+    return Metric(column, meaning, unit, lambda found: None if found.fit is None else value(found.fit))
 
 
-FIGURES = (
-    Figure("usable", "whether the tip is to be used", "", lambda found: found.usable),
+METRICS = (
+    Metric("usable", "whether the tip is to be used", "", lambda found: found.usable),
     _true("size_error_m", "error of the worst length", "m", lambda true, fit: true.size_error(fit)),
     _true("center_error_m", "error of the centre", "m", lambda true, fit: true.center_error(fit)),
     _true("turn_error_rad", "error of the orientation", "rad", lambda true, fit: true.turn_error(fit)),
     _true("stiffness_error", "error of the stiffness, a share", "", lambda true, fit: true.stiffness_error(fit)),
-    Figure("center_sd_m", "SD of the centre, worst axis", "m", lambda found: found.largest_sd),
+    Metric("center_sd_m", "SD of the centre, worst axis", "m", lambda found: found.largest_sd),
     _found("scatter_m", "scatter of the arm's places", "m", lambda fit: fit.scatter),
     _found("rows", "touches evaluated, each force one", "", lambda fit: len(fit.touches)),
     _found("broken", "assumptions that do not hold", "", lambda fit: len(fit.verdict.broken)),
-    Figure("simulated_s", "duration of the planned touches", "s", lambda found: found.run.duration),
+    Metric("simulated_s", "duration of the planned touches", "s", lambda found: found.run.duration),
 )
 """Those that matter most first."""
 
@@ -53,7 +53,7 @@ class CalibrateTip(ExperimentDefaults):
     name = "calibrate.tip"
     summary = "Calibrate a fingertip by touching a plate, a rod and a ball."
     Config = TipConfig
-    figures = FIGURES
+    metrics = METRICS
 
     def plan(self, config: TipConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "TipPlan | StillPlan":
         """Check and build everything."""

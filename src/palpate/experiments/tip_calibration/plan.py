@@ -19,7 +19,7 @@ from palpate.experiments.kit.contact_checks import (
     check_compression,
 )
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.limit_quantities import limit_quantities
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.kit.run_checks import check_force
 from palpate.experiments.tip_calibration.bench import simulated_bench
@@ -30,7 +30,7 @@ from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.places import Approach, first_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.finger_sensor import model_with_noise, noise_of
 from palpate.robots.fingertip import fingertip, only_finger
 from palpate.robots.in_scene import build
@@ -289,25 +289,21 @@ class TipPlan(PlanDefaults):
         return DryRun(
             "Calibration of a fingertip by touches",
             (
-                KeyFigure(
-                    "touches", config.touch_count, "", f"{count} to find plate, rod and ball, then the rest"
-                ),
-                KeyFigure("expected duration", self._all_of_it, "s", "all touches"),
-                KeyFigure("forces", len(config.forces), "", ", ".join(f"{each:g} N" for each in config.forces)),
-                KeyFigure("greatest force asked for", max(config.forces), "N"),
-                KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
-                KeyFigure("travel speed", MILLI * self.parameters.travel.speed, "mm/s"),
-                KeyFigure(
-                    "search distance", MILLI * self.parameters.search_distance, "mm", "of the first touches"
-                ),
-                KeyFigure("turn of the tip, largest", self.known.turn, "rad"),
-                KeyFigure(
+                Quantity("touches", config.touch_count, "", f"{count} to find plate, rod and ball, then the rest"),
+                Quantity("expected duration", self._all_of_it, "s", "all touches"),
+                Quantity("forces", len(config.forces), "", ", ".join(f"{each:g} N" for each in config.forces)),
+                Quantity("greatest force asked for", max(config.forces), "N"),
+                Quantity("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
+                Quantity("travel speed", MILLI * self.parameters.travel.speed, "mm/s"),
+                Quantity("search distance", MILLI * self.parameters.search_distance, "mm", "of the first touches"),
+                Quantity("turn of the tip, largest", self.known.turn, "rad"),
+                Quantity(
                     "phase margin of pressing",
                     self.parameters.gain.phase_margin_deg,
                     "deg",
                     "at the typed stiffness",
                 ),
-                *limit_figures(self.limits, self.ready.landing_model(config.stiffness)),
+                *limit_quantities(self.limits, self.ready.landing_model(config.stiffness)),
             ),
             FILE_NAMES,
             () if self.known.turn else ("This robot does not turn its tip: fewer touches tell its orientation.",),

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Iterator
 
+from palpate.experiments.tip_calibration.figures import calibration_figures
 from palpate.experiments.tip_calibration.files import NEXT_FILE, ROBOT_FILE, TIP_FILE
 from palpate.experiments.tip_calibration.found_tip import surface_entry, surface_sd_entry
-from palpate.experiments.tip_calibration.pictures import calibration_pictures
 from palpate.experiments.tip_calibration.result import TipCalibration
 from palpate.experiments.tip_calibration.words import (
     felt_words,
@@ -13,11 +13,11 @@ from palpate.experiments.tip_calibration.words import (
     outcome,
     place_rows,
     settings,
-    tip_figures,
+    tip_metrics,
 )
 from palpate.reporting.computing import computing
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.data import Quantity
+from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
 from palpate.runtime import Ending
 from palpate.yaml_text import yaml_text
 
@@ -30,9 +30,9 @@ def calibration_report(result: TipCalibration) -> Report:
     return Report(
         title="Calibration of a fingertip by touches",
         outcome=" ".join(filter(None, (outcome(result), felt_words(result)))),
-        figures=tuple(_figures(result)),
+        metrics=tuple(_figures(result)),
         sections=(
-            Section("Pictures", (Pictures(lambda: calibration_pictures(result)),)),
+            Section("Figures", (Figures(lambda: calibration_figures(result)),)),
             Section("What was touched", (TextTable(place_rows(result)),)),
             Section("For the robot file", _entry(result)),
             *((computing(result.run.timing),) if result.config.moves else ()),
@@ -48,22 +48,22 @@ def calibration_report(result: TipCalibration) -> Report:
     )
 
 
-def _figures(result: TipCalibration) -> Iterator[KeyFigure]:
+def _figures(result: TipCalibration) -> Iterator[Quantity]:
     fit, true = result.fit, result.judged
     if fit is None:
-        yield KeyFigure("touches planned", len(result.next_touches))
+        yield Quantity("touches planned", len(result.next_touches))
         return
-    yield from tip_figures(fit)
+    yield from tip_metrics(fit)
     if true is not None:
-        yield KeyFigure("true error of the size", MILLI * true.size_error(fit), "mm", "the worst length")
-        yield KeyFigure("true error of the centre", MILLI * true.center_error(fit), "mm")
+        yield Quantity("true error of the size", MILLI * true.size_error(fit), "mm", "the worst length")
+        yield Quantity("true error of the centre", MILLI * true.center_error(fit), "mm")
         turn = true.turn_error(fit)
         if turn is not None:
-            yield KeyFigure("true error of the orientation", math.degrees(turn), "deg")
-        yield KeyFigure("true error of the stiffness", 100.0 * true.stiffness_error(fit), "%")
-    yield KeyFigure("scatter of the arm", MILLI * fit.scatter, "mm", "and of what no model has")
-    yield KeyFigure("touches", len(fit.touches), "", "each force one")
-    yield KeyFigure("duration", result.run.duration, "s", "of the touches that tell most")
+            yield Quantity("true error of the orientation", math.degrees(turn), "deg")
+        yield Quantity("true error of the stiffness", 100.0 * true.stiffness_error(fit), "%")
+    yield Quantity("scatter of the arm", MILLI * fit.scatter, "mm", "and of what no model has")
+    yield Quantity("touches", len(fit.touches), "", "each force one")
+    yield Quantity("duration", result.run.duration, "s", "of the touches that tell most")
 
 
 def _entry(result: TipCalibration) -> tuple[Paragraph | TextTable, ...]:

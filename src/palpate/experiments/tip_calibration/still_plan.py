@@ -10,7 +10,7 @@ from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.touches_csv import load_touches, read_touches
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.fingertip import only_finger
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
@@ -153,11 +153,11 @@ class StillPlan(PlanDefaults):
     def dry_run(self) -> DryRun:
         """See `Plan`."""
         count = 0 if self.touches is None else len(self.touches)
-        figures = (
-            KeyFigure("touches", count, "", f"of {self.config.touches}" if count else "none: they are planned"),
-            KeyFigure("targets", len(self.known.targets), "", ", ".join(each.name for each in self.known.targets)),
+        metrics = (
+            Quantity("touches", count, "", f"of {self.config.touches}" if count else "none: they are planned"),
+            Quantity("targets", len(self.known.targets), "", ", ".join(each.name for each in self.known.targets)),
         )
-        return DryRun("Calibration of a fingertip by touches: nothing moves", figures, FILE_NAMES)
+        return DryRun("Calibration of a fingertip by touches: nothing moves", metrics, FILE_NAMES)
 
     def view(self) -> ViewScene:
         """See `Plan`: the robot as it would touch."""

@@ -1,4 +1,4 @@
-"""A simulated fingertip that is not as its robot file says: to try the calibration out, and for its figures."""
+"""A simulated fingertip that is not as its robot file says: to try the calibration out, and for its metrics."""
 
 from dataclasses import dataclass
 from math import radians

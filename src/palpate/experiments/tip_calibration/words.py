@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from palpate.experiments.tip_calibration.result import TipCalibration
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.sensing.tip_calibration import TipFit
 
 TIP_BLOCKS = ("size", "center", "rotation", "stiffness", "exponent", "deviations", "mount_turn", "mount_shift")
@@ -19,7 +19,7 @@ LOG = "log_"
 """Begins names of unknowns whose logarithm is sought."""
 
 
-def tip_figures(fit: TipFit) -> Iterator[KeyFigure]:
+def tip_metrics(fit: TipFit) -> Iterator[Quantity]:
     """Return what was found, each with its standard deviation, typed value, and whether the touches tell it."""
     for i in _of_tip(fit):
         each, value, sd = fit.unknowns.each[i], float(fit.values[i]), float(fit.sd[i])
@@ -33,9 +33,9 @@ def tip_figures(fit: TipFit) -> Iterator[KeyFigure]:
             factor, unit = SHOWN.get(ending, (1.0, ""))
             name = stem if ending in SHOWN else each.name
             typed, value, sd = factor * typed, factor * value, factor * sd
-        yield KeyFigure(name.replace("_", " "), value, unit, f"+- {sd:.2g}; typed {typed:.6g}; {told}", digits=6)
+        yield Quantity(name.replace("_", " "), value, unit, f"+- {sd:.2g}; typed {typed:.6g}; {told}", digits=6)
     if len(fit.unknowns.tip.shape.round_about) == 3:
-        yield KeyFigure("orientation", "-", "", "NOT told: a sphere has none")
+        yield Quantity("orientation", "-", "", "NOT told: a sphere has none")
 
 
 def _of_tip(fit: TipFit) -> Iterator[int]:

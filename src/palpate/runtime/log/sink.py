@@ -37,7 +37,7 @@ class RecordingSummary:
 
     @staticmethod
     def joined(summaries: Sequence["RecordingSummary"]) -> "RecordingSummary":
-        """Return the summary of a recording with several sinks: their first path, their worst figures."""
+        """Return the summary of a recording with several sinks: their first path, their worst metrics."""
         problems = [summary.problem for summary in summaries if summary.problem is not None]
         return RecordingSummary(
             path=next((summary.path for summary in summaries if summary.path is not None), None),

@@ -3,12 +3,12 @@
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.growth_picture import MICRO, heading
+from palpate.experiments.explore.growth_figure import MICRO, heading
 from palpate.experiments.explore.map_growth import GrowthSnapshot, MapGrowth
 from palpate.experiments.explore.mark_places import event_spots, places_by_event
 from palpate.mapping import Knowledge
+from palpate.reporting.figure import Figure, Space
 from palpate.reporting.marks import Colouring
-from palpate.reporting.picture import Picture, Space
 from palpate.reporting.solids import Polyline, Spots, Stepped, Surface
 from palpate.runtime.palette import COMMAND, TRACK
 
@@ -16,11 +16,11 @@ DONE_POINTS = 1500
 """At most so many points of the path are drawn: more than pixels can resolve."""
 
 
-def snapshots_picture(growth: MapGrowth) -> Picture:
+def snapshots_figure(growth: MapGrowth) -> Figure:
     """Return the map at each snapshot, all in one scale of colours and lengths."""
     last = growth.snapshots[-1]
     counts = "; ".join(f"{len(places)} x {event}" for event, places in places_by_event(last.marks).items())
-    return Picture(
+    return Figure(
         title="The map while it grew",
         caption=f"{_known(growth)} The tip's path is that of its middle; ahead of it is the rest of the leg at "
         f"that moment.{f' Marks: {counts}.' if counts else ''}",

@@ -3,8 +3,8 @@
 import numpy as np
 
 from palpate.experiments.explore.map_growth import MapGrowth
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Dash, Line
-from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.runtime.palette import FELT, INK_COLOUR
 
 MILLI, MICRO, AREA = 1e3, 1e6, 1e4
@@ -14,7 +14,7 @@ HEIGHT = 210
 """Of a panel [px]."""
 
 
-def growth_picture(growth: MapGrowth) -> Picture:
+def growth_figure(growth: MapGrowth) -> Figure:
     """Return area and standard deviations over path length, time and contacts."""
     curve = growth.curve
     scales = (
@@ -23,7 +23,7 @@ def growth_picture(growth: MapGrowth) -> Picture:
         (Axis("contacts", low=0.0), curve.contacts),
     )
     area, deviation = Axis("observed area", "cm²", low=0.0), Axis("sd", "µm", low=0.0)
-    return Picture(
+    return Figure(
         title="Growth of the map",
         caption=(
             f"In the end {AREA * curve.area[-1]:.3g} cm² are observed, half of them to "

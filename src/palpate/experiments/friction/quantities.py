@@ -1,53 +1,53 @@
-"""Key figures of a friction measurement, with intervals, and the reasons for bounds."""
+"""Key metrics of a friction measurement, with intervals, and the reasons for bounds."""
 
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
 from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.reporting.interval_words import interval_words, value_words
 from palpate.robots.known_truth import time_name
 
 
-def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
-    """Return the figures that matter, most important first."""
+def quantities(result: FrictionResult) -> tuple[Quantity, ...]:
+    """Return the metrics that matter, most important first."""
     file, plan = result.file, result.plan
-    run = (KeyFigure(time_name(result.cost), result.run.duration, "s"),)
+    run = (Quantity(time_name(result.cost), result.run.duration, "s"),)
     if file is None:
         return run
     true, verdict = plan.true_limit_surface, result.found.verdict
     together = "all loads together, " if len(file.loads) > 1 else ""
     note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if file.friction.measured else ""
-    figures = [
+    metrics = [
         _figure(
             "friction mu", file.friction, plan.true_friction(file.speed), note=note, bound=_strokes_bound(result)
         ),
     ]
     if file.static_friction is not None:
         static = plan.plant.static_friction if plan.plant is not None and plan.truth_known else None
-        figures.append(_figure("static friction", file.static_friction, static, bound=_static_bound(result)))
+        metrics.append(_figure("static friction", file.static_friction, static, bound=_static_bound(result)))
     true_length, why = plan.true_spin_length(1.0), no_spin_length(result)
     if file.spin_length is None:
         truth = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
-        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{truth}"))
-        figures += _torque(file)
+        metrics.append(Quantity("spin length e", "not found", "", f"{why}{truth}"))
+        metrics += _torque(file)
     else:
-        figures.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3, bound=why or ""))
+        metrics.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3, bound=why or ""))
         gamma, p = (None, None) if true is None else (true.load_exponent, true.norm_exponent)
-        figures.append(_figure("growth of e with load, gamma", file.load_exponent, gamma))
-        figures.append(_figure("norm exponent p", file.norm_exponent, p))
+        metrics.append(_figure("growth of e with load, gamma", file.load_exponent, gamma))
+        metrics.append(_figure("norm exponent p", file.norm_exponent, p))
     curve = result.found.curve
     if curve is not None:
-        slope = "see picture" if _varies(file) else "constant"
+        slope = "see figure" if _varies(file) else "constant"
         creep = f"; crept at {', '.join(f'{1e3 * v:.2g}' for v in curve.creeping)} mm/s" if curve.creeping else ""
-        figures.append(KeyFigure("friction over speed", slope, "", f"{len(result.found.speeds)} speeds{creep}"))
+        metrics.append(Quantity("friction over speed", slope, "", f"{len(result.found.speeds)} speeds{creep}"))
     known = result.recognised
     if known is not None:
-        figures.append(
-            KeyFigure("surface", known.material, "", f"by the library {plan.config.library}; {known.verdict}")
+        metrics.append(
+            Quantity("surface", known.material, "", f"by the library {plan.config.library}; {known.verdict}")
         )
-    figures.append(KeyFigure("verdict", "OK" if verdict.ok else "not OK", "", str(verdict)))
-    return (*figures, *run)
+    metrics.append(Quantity("verdict", "OK" if verdict.ok else "not OK", "", str(verdict)))
+    return (*metrics, *run)
 
 
 def _figure(
@@ -58,7 +58,7 @@ def _figure(
     factor: float = 1.0,
     note: str = "",
     bound: str = "it never slipped",
-) -> KeyFigure:
+) -> Quantity:
     parts = []
     if found.measured:
         parts.append(interval_words(factor * found.value, factor * found.lower, factor * found.upper))
@@ -73,7 +73,7 @@ def _figure(
     value = value_words(factor * found.value, factor * found.lower, factor * found.upper)
     if found.how is How.BOUND:
         value = bound_words(factor * found.value)
-    return KeyFigure(name, value, unit, "; ".join(parts))
+    return Quantity(name, value, unit, "; ".join(parts))
 
 
 def _strokes_bound(result: FrictionResult) -> str:
@@ -89,14 +89,14 @@ def _static_bound(result: FrictionResult) -> str:
     return f"mu still rose at the slowest speed, {1e3 * min(each.speed for each in felt):.3g} mm/s"
 
 
-def _torque(file: FrictionFile) -> list[KeyFigure]:
+def _torque(file: FrictionFile) -> list[Quantity]:
     """The largest mu e that was borne, where mu is not known."""
     known = [(at.torque_ratio, at.normal_force) for at in file.loads if at.torque_ratio is not None]
     if not known:
         return []
     ratio, force = max(known, key=lambda each: each[0].value)
     note = f"spin torque over normal force that was borne at {force:.3g} N"
-    return [KeyFigure("mu e", bound_words(1e3 * ratio.value), "mm", note)]
+    return [Quantity("mu e", bound_words(1e3 * ratio.value), "mm", note)]
 
 
 def _varies(file: FrictionFile) -> bool:

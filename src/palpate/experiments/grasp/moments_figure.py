@@ -10,8 +10,8 @@ from palpate.experiments.grasp.belief import tip_radius
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.result import Grasp
 from palpate.experiments.grasp.truth import STAGES
+from palpate.reporting.figure import Figure, Space
 from palpate.reporting.limit_surface_panel import limit_surface_panel, load_sizes
-from palpate.reporting.picture import Picture, Space
 from palpate.reporting.solids import Arrows, Labels, Placed, Solid, Surface
 from palpate.runtime.palette import FELT, QUIET_COLOUR, SET, TRUTH
 from palpate.sim.fidelity import GRAVITY
@@ -63,8 +63,8 @@ LONGEST_ARROW = 1.2
 IntArray = npt.NDArray[np.intp]
 
 
-def moments_picture(grasp: Grasp, note: str = "") -> Picture | None:
-    """Return the picture that plays a grasp, its worst moment first; None if nothing was lifted.
+def moments_figure(grasp: Grasp, note: str = "") -> Figure | None:
+    """Return the figure that plays a grasp, its worst moment first; None if nothing was lifted.
 
     Args:
         grasp: What came of it.
@@ -83,7 +83,7 @@ def moments_picture(grasp: Grasp, note: str = "") -> Picture | None:
     names[step] += ", the worst"
     size = float(np.nanmax(load_sizes(surface, truth.loads[worst]), initial=0.0))
     by = "by the truth" if known else "as felt, and by what contacts are believed to bear"
-    return Picture(
+    return Figure(
         title=f"Forces and loads{note}",
         caption=(
             "Fingertips, what they press with, and where the load of each was in its limit surface while they "

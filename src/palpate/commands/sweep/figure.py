@@ -1,4 +1,4 @@
-"""The pictures of a sweep: figures against what was varied, over the seeds with their spread."""
+"""The figures of a sweep: metrics against what was varied, over the seeds with their spread."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,23 +13,23 @@ from palpate.commands.sweep.result import (
     FEWEST_SEEDS,
     HIGH,
     LOW,
-    FigureSpread,
+    MetricSpread,
     SweepResult,
     numbers_of,
     spread_of,
 )
 from palpate.errors import FloatArray
-from palpate.experiments.kit.figure import Figure, FigureValue, is_share
+from palpate.experiments.kit.metric import Metric, MetricValue, is_share
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Band, Cells, Colouring, Dash, Line, Mark, Points, Rule, Text
-from palpate.reporting.paper import write_picture
-from palpate.reporting.picture import Axis, Panel, Picture
+from palpate.reporting.paper import write_figure
 from palpate.runtime.palette import FELT, MAP_COLOUR, QUIET_COLOUR, SIDE_BY_SIDE, Colour
 
 LOGARITHMIC_FIGURE = 100.0
-"""Ratio of the largest to the least value from which a figure has a logarithmic axis."""
+"""Ratio of the largest to the least value from which a metric has a logarithmic axis."""
 
 LEAST_SPAN = 0.01
-"""Of an axis of figures, per its largest number: beyond, it shows rounding."""
+"""Of an axis of metrics, per its largest number: beyond, it shows rounding."""
 
 ALIKE = 0.01
 """Lines nearer to each other than this share of what all of them span are one line to the eye."""
@@ -43,10 +43,10 @@ MOST_TICKS = 8
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """A figure as it is shown: what is along x, if anything is varied, and of what there are lines."""
+    """A metric as it is shown: what is along x, if anything is varied, and of what there are lines."""
 
     result: SweepResult
-    figure: Figure
+    metric: Metric
     scale: Scale
     axis: Axis
     share: bool
@@ -68,7 +68,7 @@ class _Row:
         name: Of that value; "" if there is no other option.
         at: Which values of the option along x have any run, as they stand there, shape (k,).
         x: Where they stand, shape (k,).
-        values: The figure in all runs of each, in the unit of the axis.
+        values: The metric in all runs of each, in the unit of the axis.
         spreads: Of these.
         seeds: Runs that each combination has at least.
     """
@@ -78,7 +78,7 @@ class _Row:
     at: tuple[int, ...]
     x: FloatArray
     values: tuple[FloatArray, ...]
-    spreads: tuple[FigureSpread, ...]
+    spreads: tuple[MetricSpread, ...]
     seeds: int
 
     @property
@@ -92,46 +92,46 @@ class _Row:
         return np.array([each.middle for each in self.spreads])
 
 
-def pictures(result: SweepResult) -> list[Picture]:
-    """Return a picture of each figure."""
-    return [_picture(result, figure) for figure in result.figures]
+def figures(result: SweepResult) -> list[Figure]:
+    """Return a figure of each metric."""
+    return [_figure(result, metric) for metric in result.metrics]
 
 
-def summary_picture(result: SweepResult) -> Picture:
+def summary_figure(result: SweepResult) -> Figure:
     """Return all of them as one, for a file."""
-    each = pictures(result)
+    each = figures(result)
     nothing = Panel(
-        (Text(0.5, 0.5, "no run has a figure to show"),), Axis(low=0.0, high=1.0), Axis(low=0.0, high=1.0)
+        (Text(0.5, 0.5, "no run has a metric to show"),), Axis(low=0.0, high=1.0), Axis(low=0.0, high=1.0)
     )
-    first, *others = (panel for picture in each for panel in picture.panels) if each else (nothing,)
+    first, *others = (panel for figure in each for panel in figure.panels) if each else (nothing,)
     title = result.plan.title
-    return Picture(title, "", (replace(first, title=title), *others), each[0].columns if each else 1, wide=True)
+    return Figure(title, "", (replace(first, title=title), *others), each[0].columns if each else 1, wide=True)
 
 
 def write_summary(result: SweepResult, path: Path) -> None:
-    """Write the picture as a PNG file.
+    """Write the figure as a PNG file.
 
     Raises:
         OSError: The file cannot be written.
     """
-    write_picture(summary_picture(result), path)
+    write_figure(summary_figure(result), path)
 
 
-def _picture(result: SweepResult, figure: Figure) -> Picture:
-    values = result.values(figure, result.plan.combinations)
+def _figure(result: SweepResult, metric: Metric) -> Figure:
+    values = result.values(metric, result.plan.combinations)
     numbers = numbers_of(values)
     largest = float(np.abs(numbers).max(initial=0.0))
-    scale = scale_of(figure.unit, largest)
+    scale = scale_of(metric.unit, largest)
     logarithmic = numbers.size > 0 and numbers.min() > 0.0 and largest >= LOGARITHMIC_FIGURE * numbers.min()
     axis = Axis(
-        figure.meaning, scale.unit, span=LEAST_SPAN * scale.factor * largest, logarithmic=bool(logarithmic)
+        metric.meaning, scale.unit, span=LEAST_SPAN * scale.factor * largest, logarithmic=bool(logarithmic)
     )
-    shown = _Shown(result, figure, scale, axis, is_share(values))
+    shown = _Shown(result, metric, scale, axis, is_share(values))
     each = [replace(shown, along=along, lines=lines) for along, lines in panel_options(result)]
     columns = min(COLUMNS, len(each))
     rows = [_rows(one) for one in each]
-    return Picture(
-        title=figure.meaning[:1].upper() + figure.meaning[1:],
+    return Figure(
+        title=metric.meaning[:1].upper() + metric.meaning[1:],
         caption=_caption(each, [row for found in rows for row in found]) + _coinciding(each, rows),
         panels=tuple(_panel(one, found) for one, found in zip(each, rows, strict=True)),
         columns=columns,
@@ -233,7 +233,7 @@ def _marks(shown: _Shown, row: _Row, dash: Dash) -> tuple[Mark, ...]:
     return (*band, *line, points)
 
 
-def _told(spread: FigureSpread, shown: _Shown) -> str:
+def _told(spread: MetricSpread, shown: _Shown) -> str:
     runs = f"{spread.count} run{'s' if spread.count > 1 else ''}"
     if shown.share:
         return f"share of {runs}"
@@ -242,7 +242,7 @@ def _told(spread: FigureSpread, shown: _Shown) -> str:
 
 def _seeds_panel(shown: _Shown) -> Panel:
     done = [record for record in shown.result.records if record.done]
-    pairs = [(float(record.seed), record.figures.get(shown.figure.column)) for record in done]
+    pairs = [(float(record.seed), record.metrics.get(shown.metric.column)) for record in done]
     known = [(seed, shown.scale.factor * value) for seed, value in pairs if isinstance(value, bool | int | float)]
     seeds, values = (np.array([pair[i] for pair in known]) for i in (0, 1))
     middle = float(np.median(values)) if len(values) >= FEWEST_SEEDS else None
@@ -278,9 +278,9 @@ def _rows(shown: _Shown) -> list[_Row]:
     groups: Sequence[object] = (None,) if lines is None else lines.varied.values
     shift = 0.0 if along.numeric or lines is None else 0.5 / len(groups)
     runs: dict[
-        tuple[int, int], list[list[FigureValue]]
+        tuple[int, int], list[list[MetricValue]]
     ] = {}  # by line and place along x, those of each combination
-    for combination, found in zip(plan.combinations, shown.result.by_combination(shown.figure), strict=True):
+    for combination, found in zip(plan.combinations, shown.result.by_combination(shown.metric), strict=True):
         line = 0 if lines is None else groups.index(combination.values[names.index(lines.varied.name)])
         at = along.varied.values.index(combination.values[names.index(along.varied.name)])
         if len(numbers_of(found)):

@@ -1,15 +1,15 @@
-"""A figure of several runs, side by side."""
+"""A metric of several runs, side by side."""
 
 import math
 from dataclasses import dataclass
 
 from palpate.commands.scale import Scale, scale_of
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 
 
 @dataclass(frozen=True, slots=True)
-class ComparedFigure:
-    """One figure of every run.
+class ComparedMetric:
+    """One metric of every run.
 
     Attributes:
         name: What it is.
@@ -34,7 +34,7 @@ class ComparedFigure:
     @property
     def shown(self) -> tuple[str, ...]:
         """The values as shown."""
-        return tuple(KeyFigure(self.name, value).text for value in self._scaled)
+        return tuple(Quantity(self.name, value).text for value in self._scaled)
 
     @property
     def differences(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Key figures of a grasp."""
+"""Key metrics of a grasp."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from palpate.experiments.grasp.price import growth_in_hold
 from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp.strength import LARGEST_GRIP, OVERSHOOT
 from palpate.experiments.grasp.unit_text import MILLI, in_percent
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 from palpate.robots.known_truth import NOT_KNOWN
 
 OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
@@ -30,15 +30,15 @@ _COMMANDED = (
 )
 
 
-def key_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
-    """Return the key figures; a dash for what was never measured. Of a real robot, those that do without truth."""
-    return _known_figures(grasp) if grasp.truth_known else _felt_figures(grasp)
+def quantities(grasp: Grasp) -> tuple[Quantity, ...]:
+    """Return the key metrics; a dash for what was never measured. Of a real robot, those that do without truth."""
+    return _known_metrics(grasp) if grasp.truth_known else _felt_metrics(grasp)
 
 
-def _felt_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+def _felt_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
     return (
-        KeyFigure("dropped", "yes" if grasp.dropped else "no", "", "as fingers feel it"),
-        KeyFigure(
+        Quantity("dropped", "yes" if grasp.dropped else "no", "", "as fingers feel it"),
+        Quantity(
             "largest grip",
             grasp.largest_grip,
             "N",
@@ -46,47 +46,47 @@ def _felt_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
             3,
         ),
         *_growth(grasp),
-        *_alarm_figures(grasp),
+        *_alarm_metrics(grasp),
         *_nudged(grasp),
     )
 
 
-def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
-    figures = [
-        KeyFigure("dropped", _dropped(grasp), "", ""),
-        KeyFigure("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
-        KeyFigure("spin", _spin(grasp), "degrees", f"likewise; above {math.degrees(SPUN):g} degrees", 2),
-        KeyFigure(
+def _known_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
+    metrics = [
+        Quantity("dropped", _dropped(grasp), "", ""),
+        Quantity("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
+        Quantity("spin", _spin(grasp), "degrees", f"likewise; above {math.degrees(SPUN):g} degrees", 2),
+        Quantity(
             "rate of slip",
             MICRO * grasp.slip_rate,
             "um/s",
             f"while pulled; counts above {MICRO * CREEPS:g} um/s",
             2,
         ),
-        KeyFigure(
+        Quantity(
             "rate of spin",
             math.degrees(grasp.spin_rate),
             "degrees/s",
             f"likewise; above {math.degrees(TURNS):g} degrees/s",
             3,
         ),
-        KeyFigure(
+        Quantity(
             "slip in the whole time in the air", _slip_aloft(grasp), "mm", "from the lift on, until it lands", 2
         ),
-        KeyFigure("spin in the whole time in the air", _spin_aloft(grasp), "degrees", "likewise", 2),
-        KeyFigure("grip over the least", grasp.grip_ratio, "", "mean over mean, while pulled", 3),
-        KeyFigure(
+        Quantity("spin in the whole time in the air", _spin_aloft(grasp), "degrees", "likewise", 2),
+        Quantity("grip over the least", grasp.grip_ratio, "", "mean over mean, while pulled", 3),
+        Quantity(
             "tightest", grasp.tightest, "", "smallest of that at any instant in the air; below 1 it slips", 3
         ),
-        KeyFigure(
+        Quantity(
             "largest grip", grasp.largest_grip, "N", f"true, mean of the fingers, while pulled; {_COMMANDED}", 3
         ),
         *_growth(grasp),
-        *_alarm_figures(grasp),
+        *_alarm_metrics(grasp),
         *_nudged(grasp),
     ]
-    figures += [
-        KeyFigure(
+    metrics += [
+        Quantity(
             f"alarm after slip, finger {onset.finger + 1}",
             MILLI * onset.latency,
             "ms",
@@ -95,40 +95,40 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         )
         for onset in grasp.onsets
     ]
-    return tuple(figures)
+    return tuple(metrics)
 
 
-def _growth(grasp: Grasp) -> list[KeyFigure]:
+def _growth(grasp: Grasp) -> list[Quantity]:
     """How the grip grew while nothing pulled, and what that was for."""
     if grasp.planned.config.load != "none":
         return []
     note = f"last half second over the first; for zeros that wander up to {growth_in_hold(grasp.planned):.3g}"
-    return [KeyFigure("grip growth in the hold", grasp.growth, "", note, 3)]
+    return [Quantity("grip growth in the hold", grasp.growth, "", note, 3)]
 
 
-def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+def _alarm_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
     pulled = len(grasp.pulled_alarms)
     return (
-        KeyFigure("alarms while pulled", float(pulled), "", _alarm_criterion(grasp.planned.config)),
-        KeyFigure(
+        Quantity("alarms while pulled", float(pulled), "", _alarm_criterion(grasp.planned.config)),
+        Quantity(
             "other alarms",
             float(len(grasp.alarms) - pulled),
             "",
             _at(grasp.alarms_at(), "from the first touch to letting go"),
         ),
-        KeyFigure(
+        Quantity(
             "times the grip was raised", float(grasp.regrips), "", _at(grasp.raised_at(), _why_raised(grasp))
         ),
     )
 
 
-def compared(grasp: Grasp) -> tuple[KeyFigure, ...]:
-    """Return the figures of the control that ignores spin, noted with those of this one; empty without it."""
+def compared(grasp: Grasp) -> tuple[Quantity, ...]:
+    """Return the metrics of the control that ignores spin, noted with those of this one; empty without it."""
     other = grasp.comparison
     if other is None:
         return ()
     return (
-        KeyFigure("dropped, ignoring spin", _dropped(other), "", f"with spin {_dropped(grasp)}"),
+        Quantity("dropped, ignoring spin", _dropped(other), "", f"with spin {_dropped(grasp)}"),
         _beside("slip", _slip, grasp, other, "mm"),
         _beside("spin", _spin, grasp, other, "degrees"),
         _beside("slip in the air", _slip_aloft, grasp, other, "mm"),
@@ -140,10 +140,10 @@ def compared(grasp: Grasp) -> tuple[KeyFigure, ...]:
 
 def _beside(
     name: str, value: Callable[[Grasp], float], own: Grasp, other: Grasp, unit: str = "", digits: int = 2
-) -> KeyFigure:
-    with_spin = KeyFigure(name, value(own), unit, "", digits)
+) -> Quantity:
+    with_spin = Quantity(name, value(own), unit, "", digits)
     note = f"with spin {with_spin.text} {unit}".rstrip()
-    return KeyFigure(f"{name}, ignoring spin", value(other), unit, note, digits)
+    return Quantity(f"{name}, ignoring spin", value(other), unit, note, digits)
 
 
 def _dropped(grasp: Grasp) -> str:
@@ -175,7 +175,7 @@ def _at(counts: dict[GraspStage, int], note: str) -> str:
     return f"{note}: {where}" if where else note
 
 
-def _nudged(grasp: Grasp) -> list[KeyFigure]:
+def _nudged(grasp: Grasp) -> list[Quantity]:
     """What a nudge found: the mean over the fingers, against the truth."""
     true, found = grasp.planned.true, grasp.nudged
     if not found:
@@ -194,11 +194,11 @@ def _nudged(grasp: Grasp) -> list[KeyFigure]:
     ]
 
 
-def _found(name: str, values: list[float], off: float, unit: str, true: str) -> KeyFigure:
+def _found(name: str, values: list[float], off: float, unit: str, true: str) -> Quantity:
     if not values:
-        return KeyFigure(name, math.nan, unit, f"nothing slipped: the lower bound is planned with; {true}")
+        return Quantity(name, math.nan, unit, f"nothing slipped: the lower bound is planned with; {true}")
     value = fmean(values)
-    return KeyFigure(name, value, unit, f"as nudges err: {value - off:.3g} to {value + off:.3g}; {true}", 3)
+    return Quantity(name, value, unit, f"as nudges err: {value - off:.3g} to {value + off:.3g}; {true}", 3)
 
 
 def _alarm_criterion(config: GraspConfig) -> str:

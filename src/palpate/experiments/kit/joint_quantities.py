@@ -3,18 +3,18 @@
 from palpate.kinematics import FollowedPath
 from palpate.kinematics.followed_path import LEAST_ROOM
 from palpate.kinematics.velocity import THRESHOLD
-from palpate.reporting.data import KeyFigure
+from palpate.reporting.data import Quantity
 
 
-def joint_figures(followed: FollowedPath | None) -> tuple[KeyFigure, ...]:
+def joint_quantities(followed: FollowedPath | None) -> tuple[Quantity, ...]:
     """Return what a path asks of an arm's joints; nothing if palpate does not move them."""
     if followed is None:
         return ()
     room, speed, singular = followed.room, followed.speed, followed.singular_value
     return (
-        KeyFigure("room of joints", room.value, "", f"rad or m, {room}; {LEAST_ROOM:g} is the least", digits=3),
-        KeyFigure("fastest joint", 100.0 * speed.value, "%", f"of its limit, {speed}", digits=3),
-        KeyFigure(
+        Quantity("room of joints", room.value, "", f"rad or m, {room}; {LEAST_ROOM:g} is the least", digits=3),
+        Quantity("fastest joint", 100.0 * speed.value, "%", f"of its limit, {speed}", digits=3),
+        Quantity(
             "least singular value", singular.value, "", f"{singular}; below {THRESHOLD:g} it is damped", digits=3
         ),
     )

@@ -1,4 +1,4 @@
-"""A picture as data: panels with their axes and marks. It is stated once, and drawn by whoever shows it.
+"""A figure as data: panels with their axes and marks. It is stated once, and drawn by whoever shows it.
 
 `palpate.reporting.plots` draws it in the reader's browser, `palpate.reporting.paper` as vectors for print.
 """
@@ -89,8 +89,8 @@ FROM_ABOVE = (0.0, -0.01, 1.4)
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture with what a reader needs beside it.
+class Figure:
+    """A figure with what a reader needs beside it.
 
     Attributes:
         title: Short heading.

@@ -9,13 +9,13 @@ from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.felt_path import felt_path
 from palpate.experiments.explore.mark_places import SIZE, look_of, places_by_event
 from palpate.experiments.explore.surface_colours import MICRO, MILLI
-from palpate.experiments.explore.surface_picture import MISSED, missed
+from palpate.experiments.explore.surface_figure import MISSED, missed
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, Rule, Symbol
-from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.runtime.palette import FELT, QUIET_COLOUR, TRUTH
 
 
-def contour_picture(exploration: Exploration) -> Picture | None:
+def contour_figure(exploration: Exploration) -> Figure | None:
     """Return the outline from above, and its error along the arc if the truth is known; None if none was felt."""
     if not len(exploration.cloud):
         return None
@@ -34,7 +34,7 @@ def contour_picture(exploration: Exploration) -> Picture | None:
             " The error is the signed distance of the points from the true surface, + is outside; root mean "
             f"square {MICRO * exploration.point_rms:.3g} µm, {largest:.3g} µm at most."
         )
-    return Picture(
+    return Figure(
         title="The outline",
         caption=(
             f"Seen from above, {MILLI * np.nanmax(arc):.4g} mm from where the finger landed.{size} Beside the "

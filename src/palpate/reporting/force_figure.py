@@ -4,10 +4,10 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.reporting.data import TimeSeries
+from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Dash, Line, unnamed
 from palpate.reporting.phases import phase_spans, scan_window, within
-from palpate.reporting.picture import TIME, Axis, Panel, Picture
 from palpate.runtime.palette import QUIET_COLOUR, SET
 
 FORCE, SPEED = Axis("normal force", "N"), Axis("speed", "mm/s", low=0.0)
@@ -18,13 +18,13 @@ ROOM = 0.08
 MILLI = 1e3
 
 
-def force_overview(series: TimeSeries) -> Picture | None:
-    """Return the picture of normal force and speed over the whole run; None if nothing was felt."""
+def force_overview(series: TimeSeries) -> Figure | None:
+    """Return the figure of normal force and speed over the whole run; None if nothing was felt."""
     felt = (series.measured_force, series.true_force)
     if not any(np.isfinite(force).any() for force in felt if force is not None):
         return None
     speed = Line(series.time, MILLI * series.speed, colour=QUIET_COLOUR)
-    return Picture(
+    return Figure(
         title="Normal force over the run",
         caption=(
             "Normal force found by touch, in the simulation (where known) and asked for, above the speed "
@@ -39,8 +39,8 @@ def force_overview(series: TimeSeries) -> Picture | None:
     )
 
 
-def force_zoom(series: TimeSeries) -> Picture | None:
-    """Return the picture of normal force while scanning, or None if nothing was scanned."""
+def force_zoom(series: TimeSeries) -> Figure | None:
+    """Return the figure of normal force while scanning, or None if nothing was scanned."""
     window = scan_window(series)
     if window is None or not len(within(series, series.measured_force)):
         return None
@@ -48,7 +48,7 @@ def force_zoom(series: TimeSeries) -> Picture | None:
     if series.true_force is not None:
         shown.append(within(series, series.true_force))
     low, high = _with_room(np.concatenate(shown))
-    return Picture(
+    return Figure(
         title="Normal force while scanning",
         caption="The same forces while scanning, on a scale that shows every deviation from the set value: "
         "the smaller the better.",

@@ -1,4 +1,4 @@
-"""What a calibration found, as figures for programs: forces and moments apart, for their units differ."""
+"""What a calibration found, as metrics for programs: forces and moments apart, for their units differ."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ def verdict_facts(verdict: Verdict) -> dict[str, object]:
     return {"verdict": {"ok": verdict.ok, "broken": broken}}
 
 
-def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
+def calibration_metrics(fit: CalibrationFit) -> dict[str, object]:
     """Return how good a calibration is."""
     return {
         "loads": fit.load_count,
@@ -42,26 +42,26 @@ def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
     }
 
 
-def choice_figures(choice: CalibrationChoice) -> dict[str, object]:
+def choice_metrics(choice: CalibrationChoice) -> dict[str, object]:
     """Return how good the proposed calibration is, and which ones it was held against."""
     models = [
         {"model": fit.model, "verdict_ok": fit.verdict.ok, **_per_axis("left_out_rms", fit.left_out_rms)}
         for fit in choice.fits
     ]
-    figures = {
+    metrics = {
         "model": choice.proposed.model,
         "reason": choice.reason,
         "models": models,
-        **calibration_figures(choice.proposed),
+        **calibration_metrics(choice.proposed),
     }
     if choice.temperature is not None:
-        figures["temperature_c"] = choice.temperature
+        metrics["temperature_c"] = choice.temperature
     if choice.drift is not None and choice.gain is not None:
-        figures |= {**_per_axis("drift", choice.drift, "_per_k"), "gain_per_k": choice.gain}
-    return figures
+        metrics |= {**_per_axis("drift", choice.drift, "_per_k"), "gain_per_k": choice.gain}
+    return metrics
 
 
-def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
+def payload_metrics(found: IdentifiedPayload) -> dict[str, object]:
     """Return a payload with its standard deviations."""
     bias_sd = np.sqrt(np.diag(found.bias_covariance))
     return {
@@ -90,18 +90,18 @@ def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
     }
 
 
-def mounting_figures(found: IdentifiedMounting) -> dict[str, object]:
+def mounting_metrics(found: IdentifiedMounting) -> dict[str, object]:
     """Return how a sensor is turned on its flange, and what it carries."""
     return {
         "rotation_flange_sensor": found.rotation_flange_sensor,
         "rotvec_rad": Rotation.from_matrix(found.rotation_flange_sensor).as_rotvec(),
         "rotation_sd_rad": found.rotation_sd,
         "left_over_chi2": found.left_over_chi2,
-        **payload_figures(found.payload),
+        **payload_metrics(found.payload),
     }
 
 
-def bias_figures(found: BiasEstimate, drift: Drift, sd: FloatArray, after: SensorFile) -> dict[str, object]:
+def bias_metrics(found: BiasEstimate, drift: Drift, sd: FloatArray, after: SensorFile) -> dict[str, object]:
     """Return a bias with its standard errors, noise and drift; the errors are the payload's, too."""
     return {
         "readings": found.reading_count,

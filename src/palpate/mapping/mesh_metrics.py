@@ -17,11 +17,11 @@ RIM = 10.0
 """Voxels on either side of what was felt, into which a mesh may reach."""
 
 TAIL = 0.95
-"""Share of the area whose standard deviation is below `MeshFigures.tail`."""
+"""Share of the area whose standard deviation is below `MeshMetrics.tail`."""
 
 
 @dataclass(frozen=True, slots=True)
-class MeshFigures:
+class MeshMetrics:
     """What is known of a surface, by its observed area.
 
     Attributes:
@@ -35,8 +35,8 @@ class MeshFigures:
     tail: float
 
     @classmethod
-    def of(cls, mesh: SurfaceMesh, worst: Knowledge = Knowledge.OBSERVED) -> "MeshFigures":
-        """Return the figures of a mesh, of those triangles alone that are known no worse than `worst`."""
+    def of(cls, mesh: SurfaceMesh, worst: Knowledge = Knowledge.OBSERVED) -> "MeshMetrics":
+        """Return the metrics of a mesh, of those triangles alone that are known no worse than `worst`."""
         corners = mesh.triangles[known_triangles(mesh, worst)]
         area = triangle_areas(mesh.vertices, corners)
         if not area.sum() > 0.0:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from palpate.experiments.kit.experiment import Experiment, Result
 
-FigureValue = float | int | bool | str | None
-"""None where there is no such figure, or nobody knows it."""
+MetricValue = float | int | bool | str | None
+"""None where there is no such metric, or nobody knows it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
-    """One figure of a run: a column of tables, an entry of --json.
+class Metric:
+    """One metric of a run: a column of tables, an entry of --json.
 
     Attributes:
         column: Its name in tables, the unit at its end.
@@ -26,12 +26,12 @@ class Figure:
     column: str
     meaning: str
     unit: str
-    value: Callable[[Any], FigureValue]
+    value: Callable[[Any], MetricValue]
 
 
-def figures_of(experiment: "Experiment", result: "Result") -> dict[str, FigureValue]:
-    """Return every figure of a result, by column; numbers that are not finite are None."""
-    values = ((figure.column, figure.value(result)) for figure in experiment.figures)
+def metrics_of(experiment: "Experiment", result: "Result") -> dict[str, MetricValue]:
+    """Return every metric of a result, by column; numbers that are not finite are None."""
+    values = ((metric.column, metric.value(result)) for metric in experiment.metrics)
     return {column: number(value) if isinstance(value, float) else value for column, value in values}
 
 
@@ -40,7 +40,7 @@ def number(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else float(value)
 
 
-def is_share(values: Iterable[FigureValue]) -> bool:
-    """Return whether a figure's values are true or false: shown is then the share of runs for which it is true."""
+def is_share(values: Iterable[MetricValue]) -> bool:
+    """Return whether a metric's values are true or false: shown is then the share of runs for which it is true."""
     known = [value for value in values if value is not None]
     return bool(known) and all(isinstance(value, bool) for value in known)

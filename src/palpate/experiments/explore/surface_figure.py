@@ -19,8 +19,8 @@ from palpate.experiments.explore.surface_colours import (
     map_colourings,
 )
 from palpate.mapping import HeightMap, height_map_triangles
+from palpate.reporting.figure import Figure, Space
 from palpate.reporting.marks import Colouring, Symbol
-from palpate.reporting.picture import Picture, Space
 from palpate.reporting.solids import Polyline, Solid, Spots, Surface
 from palpate.runtime.palette import TRACK, TRUTH
 
@@ -36,7 +36,7 @@ BEYOND = 0.05
 """How far it is drawn beyond what was touched, of its extent."""
 
 
-def surface_picture(exploration: Exploration) -> Picture | None:
+def surface_figure(exploration: Exploration) -> Figure | None:
     """Return the map with all that is known at its vertices; without a map, the points alone; None without any."""
     if not len(exploration.cloud):
         return None
@@ -50,7 +50,7 @@ def surface_picture(exploration: Exploration) -> Picture | None:
         *event_spots(exploration.marks),
         *((_true_surface(exploration),) if known else ()),
     )
-    return Picture(
+    return Figure(
         title="Touched surface",
         caption=_points_caption(errors) if found is None else _map_caption(found),
         panels=(Space(marks, height=620),),

@@ -1,4 +1,4 @@
-"""Several runs in one picture: figures as bars, lines over one another, and how errors are spread."""
+"""Several runs in one figure: metrics as bars, lines over one another, and how errors are spread."""
 
 import math
 from collections.abc import Sequence
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.commands.compare.compared_figure import ComparedFigure
+from palpate.commands.compare.compared_metric import ComparedMetric
 from palpate.errors import FloatArray
 from palpate.experiments.kit.comparable import ErrorSample
+from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Bars, Dash, Line, Rule, shortened
-from palpate.reporting.picture import TIME, Axis, Panel, Picture
 from palpate.runtime.palette import SIDE_BY_SIDE, Colour
 
 LONGEST_NAME, LONGEST_TICK = 32, 14
@@ -22,7 +22,7 @@ SHOWN_PERCENT = 99.5
 BINS = 60
 
 ALIKE = 0.05
-"""Figures that differ by less, per the largest, are not shown as bars."""
+"""Metrics that differ by less, per the largest, are not shown as bars."""
 
 COLUMNS = 3
 """Of bars, across a screen."""
@@ -48,30 +48,30 @@ class Curve:
     is_set_force: bool = False
 
 
-def bars_picture(figures: Sequence[ComparedFigure], names: Sequence[str]) -> Picture | None:
-    """Return those figures as bars that are numbers in which the runs differ; None if there are none."""
-    panels = tuple(_bars(figure, names) for figure in figures if _differs(figure))
+def bars_figure(metrics: Sequence[ComparedMetric], names: Sequence[str]) -> Figure | None:
+    """Return those metrics as bars that are numbers in which the runs differ; None if there are none."""
+    panels = tuple(_bars(metric, names) for metric in metrics if _differs(metric))
     if not panels:
         return None
-    return Picture(
-        title="Figures as bars",
-        caption=f"Figures of which two runs differ by more than {100.0 * ALIKE:g} %; all are in the table.",
+    return Figure(
+        title="Metrics as bars",
+        caption=f"Metrics of which two runs differ by more than {100.0 * ALIKE:g} %; all are in the table.",
         panels=panels,
         columns=min(COLUMNS, len(panels)),
         wide=True,
     )
 
 
-def overlay_picture(
+def overlay_figure(
     title: str, caption: str, y: Axis, curves: Sequence[Curve], names: Sequence[str]
-) -> Picture | None:
+) -> Figure | None:
     """Return the runs' lines over one another, each in its run's colour; None if there is none."""
     if not any(np.isfinite(curve.y).any() for curve in curves):
         return None
-    return Picture(title, caption, (Panel(tuple(_line(curve, names) for curve in curves), TIME, y),), wide=True)
+    return Figure(title, caption, (Panel(tuple(_line(curve, names) for curve in curves), TIME, y),), wide=True)
 
 
-def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) -> Picture | None:
+def spread_figure(samples: Sequence[ErrorSample | None], names: Sequence[str]) -> Figure | None:
     """Return the shares of each run's errors; None if no run has any."""
     known = [(run, each) for run, each in enumerate(samples) if each is not None and len(each.values)]
     if not known:
@@ -88,7 +88,7 @@ def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) 
         lines.append(Line(np.repeat(bins, 2), steps, shortened(names[run], LONGEST_NAME), colour_of(run)))
     first = known[0][1]
     panel = Panel((Rule(0.0), *lines), Axis(first.quantity, first.unit), Axis("share of the points", "%", low=0.0))
-    return Picture(first.title, first.caption, (panel,))
+    return Figure(first.title, first.caption, (panel,))
 
 
 def colour_of(run: int) -> Colour:
@@ -104,21 +104,21 @@ def _line(curve: Curve, names: Sequence[str]) -> Line:
     return Line(curve.time, curve.y, name, colour_of(curve.run), width=1.2, dash=dash, opacity=0.8)
 
 
-def _differs(figure: ComparedFigure) -> bool:
-    known = [value for value in figure.values if not isinstance(value, str) and math.isfinite(value)]
+def _differs(metric: ComparedMetric) -> bool:
+    known = [value for value in metric.values if not isinstance(value, str) and math.isfinite(value)]
     return len(known) > 1 and max(known) - min(known) > ALIKE * max(map(abs, known))
 
 
-def _bars(figure: ComparedFigure, names: Sequence[str]) -> Panel:
+def _bars(metric: ComparedMetric, names: Sequence[str]) -> Panel:
     """The first run above."""
     at = np.arange(len(names))[::-1].astype(np.float64)
     ticks = tuple((float(i), shortened(name, LONGEST_TICK)) for i, name in zip(at, names, strict=True))
     bars = tuple(
         Bars(
-            at[run : run + 1], np.array([figure.scale.factor * value]), np.array([THICK]), "", colour_of(run), True
+            at[run : run + 1], np.array([metric.scale.factor * value]), np.array([THICK]), "", colour_of(run), True
         )
-        for run, value in enumerate(figure.values)
+        for run, value in enumerate(metric.values)
         if not isinstance(value, str) and math.isfinite(value)
     )
     y = Axis(low=-0.6, high=len(names) - 0.4, ticks=ticks)
-    return Panel(bars, Axis(figure.name, figure.scale.unit), y, height=76 + 24 * len(names))
+    return Panel(bars, Axis(metric.name, metric.scale.unit), y, height=76 + 24 * len(names))

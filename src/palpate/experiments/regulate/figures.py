@@ -1,4 +1,4 @@
-"""Pictures of force control: error while holding, step response, and a Bode plot."""
+"""Figures of force control: error while holding, step response, and a Bode plot."""
 
 import math
 from collections.abc import Mapping
@@ -7,10 +7,10 @@ import numpy as np
 
 from palpate.experiments.regulate.response import SETTLED, FrequencyResponse, StepResponse
 from palpate.reporting.data import TimeSeries
+from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Band, Dash, Line, Rule, Span
 from palpate.reporting.phases import stretches
-from palpate.reporting.picture import Axis, Panel, Picture
 from palpate.runtime.data import Phase
 from palpate.runtime.palette import BOUND, FELT, GRID_COLOUR, QUIET_COLOUR, SET, TRUTH
 
@@ -27,8 +27,8 @@ WIDTHS = {"true": 2.5, "felt": 1.2}
 """[px], so that both are seen where they agree."""
 
 
-def error_picture(series: TimeSeries) -> Picture | None:
-    """Return the picture of the force's error while it is held, or None if it never was."""
+def error_figure(series: TimeSeries) -> Figure | None:
+    """Return the figure of the force's error while it is held, or None if it never was."""
     held = [(begin, end) for name, begin, end in stretches(series) if name == Phase.HOLD and end > begin]
     if not held:
         return None
@@ -38,7 +38,7 @@ def error_picture(series: TimeSeries) -> Picture | None:
     wanted = np.where(shown, series.set_force, np.nan)  # lines are broken where it is not held
     true = None if series.true_force is None else MILLI * (series.true_force - wanted)
     lines = true_and_felt(series.time, true, MILLI * (series.measured_force - wanted))
-    return Picture(
+    return Figure(
         title="Force error while holding",
         caption=(
             "Felt and true force less the set one, while the profile was held; the nearer to zero the better."
@@ -54,8 +54,8 @@ def error_picture(series: TimeSeries) -> Picture | None:
     )
 
 
-def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Picture | None:
-    """Return the picture of the mean step response, of true force, felt force or both; None if of neither."""
+def step_figure(true: StepResponse | None, felt: StepResponse | None) -> Figure | None:
+    """Return the figure of the mean step response, of true force, felt force or both; None if of neither."""
     judged = felt if true is None else true
     if judged is None:
         return None
@@ -64,7 +64,7 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
     means = (("true", true), ("felt", felt))
     lines = (Line(time, it.mean, name, COLOURS[name], WIDTHS[name]) for name, it in means if it is not None)
     rise = (Rule(MILLI * at, dash=Dash.DOTTED) for at in judged.rise if all(map(math.isfinite, judged.rise)))
-    return Picture(
+    return Figure(
         title="Step response",
         caption=(
             f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1, and "
@@ -90,7 +90,7 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
     )
 
 
-def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
+def bode_figure(tones: Mapping[str, FrequencyResponse]) -> Figure:
     """Return the Bode plot of frequency responses ("true", "felt"); there is at least one, the first is judged."""
     bandwidth = next(iter(tones.values())).bandwidth
     frequency = Axis("frequency", "Hz", logarithmic=True)
@@ -102,7 +102,7 @@ def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
         phase.append(Line(response.frequency, response.phase_deg, "", colour, thick, points=True))
     at = () if bandwidth is None else (Rule(bandwidth, dash=Dash.DOTTED),)
     width = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB (dotted) at {bandwidth:.3g} Hz"
-    return Picture(
+    return Figure(
         title="Frequency response",
         caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {width}. "
         "Level gain and a phase near zero up to high frequencies are good.",

@@ -4,8 +4,8 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.problem.contacts import GraspContacts
+from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Bars, Dash, Rule
-from palpate.reporting.picture import Axis, Panel, Picture, Space
 from palpate.reporting.solids import Arrows, Labels, Solid, Spots, Surface
 from palpate.runtime.palette import (
     BOUND,
@@ -31,13 +31,13 @@ SEEN = 0.02
 """Share of the other below which the force or the moment of a disturbance is left out."""
 
 
-def grasp_force_picture(
+def grasp_force_figure(
     grasp: GraspContacts,
     forces: FloatArray,
     load: FloatArray,
     disturbance: FloatArray | None = None,
-) -> Picture:
-    """Return the picture of a grasp under a load.
+) -> Figure:
+    """Return the figure of a grasp under a load.
 
     Args:
         grasp: Contacts, in the object's frame.
@@ -57,7 +57,7 @@ def grasp_force_picture(
         if value is not None and value.shape != shape:
             raise InvalidValueError(f"{name} has shape {value.shape}: must be {shape}")
     worst = ", and the worst disturbance from the middle of the contacts" if disturbance is not None else ""
-    return Picture(
+    return Figure(
         title="Forces of the grasp",
         caption=(
             "In space: what contacts exert on the object inside their friction cones (drawn without spin), and "

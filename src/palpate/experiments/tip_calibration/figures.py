@@ -1,4 +1,4 @@
-"""Pictures of a tip calibration: the tip typed and found with the touches on it, and what is left over."""
+"""Figures of a tip calibration: the tip typed and found with the touches on it, and what is left over."""
 
 from collections.abc import Iterator
 
@@ -8,8 +8,8 @@ from palpate.errors import FloatArray
 from palpate.experiments.tip_calibration.found_tip import found_points
 from palpate.experiments.tip_calibration.places import tip_points
 from palpate.experiments.tip_calibration.result import TipCalibration
+from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule
-from palpate.reporting.picture import Axis, Panel, Picture, Space
 from palpate.reporting.solids import Solid, Spots, Surface
 from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
 from palpate.sensing.tip_calibration import TipFit
@@ -20,15 +20,15 @@ TURNS, RINGS = 48, 25
 MICRO = 1e6
 
 
-def calibration_pictures(result: TipCalibration) -> Iterator[Picture]:
-    """Return the pictures; none without touches."""
+def calibration_figures(result: TipCalibration) -> Iterator[Figure]:
+    """Return the figures; none without touches."""
     if result.fit is not None:
-        yield tip_picture(result, result.fit)
-        yield residual_picture(result.fit)
-        yield time_picture(result.fit)
+        yield tip_figure(result, result.fit)
+        yield residual_figure(result.fit)
+        yield time_figure(result.fit)
 
 
-def tip_picture(result: TipCalibration, fit: TipFit) -> Picture:
+def tip_figure(result: TipCalibration, fit: TipFit) -> Figure:
     """Return the tip found beside the typed one, with the touches on it."""
     gap = MICRO * fit.residuals[:, 0]
     normals, triangles = _sphere()
@@ -51,7 +51,7 @@ def tip_picture(result: TipCalibration, fit: TipFit) -> Picture:
                 tip_points(result.true.tip, normals), triangles, "true", colour=TRUTH, opacity=0.3, shown=False
             )
         )
-    return Picture(
+    return Figure(
         title="The tip, typed and found",
         caption=(
             "In the sensor frame. Colours tell how far the tip that was found lies outside of the typed one; dots "
@@ -62,7 +62,7 @@ def tip_picture(result: TipCalibration, fit: TipFit) -> Picture:
     )
 
 
-def residual_picture(fit: TipFit) -> Picture:
+def residual_figure(fit: TipFit) -> Figure:
     """Return what each touch leaves over, in its standard deviations."""
     which = ("gap, by the arm", "lever, by the sensor", "lever, across it")
     panels = []
@@ -75,7 +75,7 @@ def residual_picture(fit: TipFit) -> Picture:
             marks.append(Points(rows[at], MICRO * fit.residuals[at, k], target.name, _colour(j), 6.0))
         marks.append(Rule(0.0, "", QUIET_COLOUR, upright=False))
         panels.append(Panel(tuple(marks), Axis("number of the touch"), Axis(name, "um"), height=220))
-    return Picture(
+    return Figure(
         title="What each touch leaves over",
         caption=(
             "Of each touch, in order: by how much tip and target overlap in the model, and how far the contact "
@@ -85,7 +85,7 @@ def residual_picture(fit: TipFit) -> Picture:
     )
 
 
-def time_picture(fit: TipFit) -> Picture:
+def time_figure(fit: TipFit) -> Figure:
     """Return the overlap over force and time: a skin of another law, and what has moved, show here."""
     force, time = fit.solved.normal_force, fit.touches.time - fit.touches.time.min()
     gap, panels = MICRO * fit.residuals[:, 0], []
@@ -97,7 +97,7 @@ def time_picture(fit: TipFit) -> Picture:
         ]
         marks.append(Rule(0.0, "", BOUND, upright=False))
         panels.append(Panel(tuple(marks), axis, Axis("gap", "um"), height=260))
-    return Picture(
+    return Figure(
         title="Over force and time",
         caption=(
             "What is left of the overlap, over the normal force, where a skin of another law shows as a bend, and "
