@@ -8,9 +8,8 @@ from tempfile import TemporaryDirectory
 import trimesh
 
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.compare.report import map_comparison_report
-from palpate.commands.compare.runs_compared import read_runs
-from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.compare.maps import map_comparison_report
+from palpate.commands.compare.runs import comparison_report, read_runs
 from palpate.commands.replay.report import replay_report
 from palpate.commands.replay.run import replay_log
 from palpate.commands.sweep.record import RunRecord, RunStatus

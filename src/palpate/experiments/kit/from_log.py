@@ -10,8 +10,8 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in, read_config
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting, spec_of
-from palpate.experiments.kit.recorded_run import ProgressCallback, RecordedRun, no_progress
 from palpate.experiments.kit.recorded_periods import RecordedPeriods
+from palpate.experiments.kit.recorded_run import ProgressCallback, RecordedRun, no_progress
 from palpate.experiments.kit.registry import experiment_named
 from palpate.open_kinds import name_of_kind
 from palpate.robots.robot import ROBOT_TEXT, Robot, read_robot

@@ -84,7 +84,7 @@ class RecordedPeriods:
         whole = log.gaps[0].after + 1 if log.gaps else len(log)
         memory = MemoryLog()
         memory.start(log.heading)
-        memory.rows(PackedRows(0, memoryview(np.ascontiguousarray(log.rows[:whole])).cast("B")))
+        memory.rows(PackedRows(0, memoryview(log.rows[:whole].tobytes())))
         memory.changes.extend(log.changes)
         return RecordedPeriods(memory, None if log.gaps else log.path)
 
