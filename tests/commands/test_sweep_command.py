@@ -18,7 +18,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.sweep import SweepConfig, picture, run, sweep
 from palpate.commands.sweep.attempt import attempt
-from palpate.commands.sweep.record import RunStatus, read_record
+from palpate.commands.sweep.store import RunStatus, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import exploration
 from palpate.experiments.kit.from_log import LoggedRun

@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from palpate.commands.sweep.figure import pictures, summary_figure, write_summary
-from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import (
     advice,
     combination_rows,
@@ -25,9 +24,8 @@ from palpate.commands.sweep.report import (
     repeat_commands,
     sweep_report,
 )
-from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics, spread_of
-from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
-from palpate.commands.sweep.words import time_text
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics, spread_of, time_text
+from palpate.commands.sweep.store import RunRecord, RunStatus, columns_of, rows_of, write_csv, write_parquet
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, experiment_names

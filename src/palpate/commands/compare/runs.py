@@ -127,7 +127,7 @@ class ComparedRun:
     def time(self) -> FloatArray:
         """Time since the first period, shape (n,) [s]."""
         at = self.records[0].time
-        return at - at[0]
+        return np.asarray(at - at[0])
 
     @cached_property
     def felt(self) -> FloatArray:

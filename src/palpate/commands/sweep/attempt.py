@@ -8,7 +8,7 @@ import time
 import traceback
 from dataclasses import replace
 
-from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, one_line
+from palpate.commands.sweep.store import RunCase, RunRecord, RunStatus, one_line
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.metric import metrics_of

@@ -1,4 +1,4 @@
-"""What a sweep came to: its records, and what they are over the seeds."""
+"""Result of a sweep: its records, and the metrics over the seeds."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -9,10 +9,24 @@ from itertools import islice
 import numpy as np
 
 from palpate.commands.sweep.plan import Combination, SweepPlan
-from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.nearest_name import nearest
+
+MINUTE, HOUR = 60.0, 3600.0
+
+
+def time_text(seconds: float) -> str:
+    """Return a time [s] with two digits or so, in a unit that suits it."""
+    if seconds < 10.0:
+        return f"{seconds:.2g} s"
+    if seconds < 1.5 * MINUTE:
+        return f"{seconds:.0f} s"
+    if seconds < 1.5 * HOUR:
+        return f"{seconds / MINUTE:.0f} min"
+    return f"{seconds / HOUR:.2g} h" if seconds < 100 * HOUR else f"{seconds / HOUR / 24:.0f} days"
+
 
 LOW, HIGH = 10.0, 90.0
 """Percentiles of the band that is shown of several runs."""
@@ -142,7 +156,7 @@ class SweepResult:
         sentences = []
         if self.seeds_alike:
             sentences.append(
-                "All seeds gave the same numbers: nothing in these runs is random (see the options for noise)."
+                "All seeds gave the same numbers: nothing in these runs is random."
             )
         words = [metric.key for metric in self.metrics if self._is_words(metric)]
         if words:
