@@ -143,7 +143,7 @@ def explored() -> Explored:
         tip = plan.finger.surface
         assumed = Sphere(tip.radius + radius, center=tip.center + center)
         plan = replace(plan, finger=replace(plan.finger, surface=assumed))
-        found[name] = radius, float(np.linalg.norm(center)), Explore().found(plan, carry_out(plan))
+        found[name] = radius, float(np.linalg.norm(center)), Explore().evaluate(plan, carry_out(plan))
     return found
 
 

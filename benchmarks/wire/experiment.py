@@ -79,7 +79,7 @@ def explorations(seed: int, folder: Path) -> tuple[dict[str, ExplorationResult],
         "wire": found_by(wired, carry_out(wired, (watch,), (log_writer(Explore(), wired, folder),))),
     }
     log = read_log(log_in(folder))
-    found["replay"] = LoggedRun.of(log).found()
+    found["replay"] = LoggedRun.of(log).evaluate()
     return found, watch, replay_log(log).identical
 
 

@@ -235,7 +235,7 @@ def calibrated(tmp_path, robot, **options) -> TipFit:
 def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp_path):
     fit = calibrated(tmp_path, "turning-stage-nano17", touch_count=30)
     assert fit.sd[:4].max() < 1e-5
-    again: Any = LoggedRun.of(read_log(tmp_path / "latest.mcap")).found()
+    again: Any = LoggedRun.of(read_log(tmp_path / "latest.mcap")).evaluate()
     np.testing.assert_array_equal(again.fit.values, fit.values)
 
 

@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from palpate.commands.scale import Scale, scale_of
 from palpate.reporting.data import Quantity
+from palpate.reporting.units import Scale, scale_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,14 +16,14 @@ class ComparedMetric:
         unit: Its SI unit, "" for a ratio, a count or words.
         values: A number or words of each run; NaN where a run has none.
         note: What it means, and what is good.
-        column: Its name in tables and JSON; made of name and unit if left out.
+        key: Its name in tables and JSON; made of name and unit if left out.
     """
 
     name: str
     unit: str
     values: tuple[float | str, ...]
     note: str = ""
-    column: str = ""
+    key: str = ""
 
     @property
     def scale(self) -> Scale:

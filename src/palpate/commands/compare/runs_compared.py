@@ -190,4 +190,4 @@ def _run(name: str, place: Path, logged: LoggedRun, progress: ProgressCallback) 
     records = tuple(record_of(log.codec, log.rows, i) for i in range(len(log.layout.channels)))
     if not len(records[0]):
         raise InvalidValueError(f"{log.path}: there are no periods in it: the run ended before it began")
-    return ComparedRun(name, place, logged, logged.found(progress), records)
+    return ComparedRun(name, place, logged, logged.evaluate(progress), records)

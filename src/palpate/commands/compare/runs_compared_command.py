@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.command_result import CommandResult, quantity_key
+from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.compared_metric import ComparedMetric
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
@@ -23,6 +23,7 @@ from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.figure_kind import FigureKind
 from palpate.reporting.page import write_report
 from palpate.reporting.report import Report
+from palpate.reporting.units import quantity_key
 
 FILE_NAME = "comparison.html"
 """Of the report, in the output folder."""
@@ -60,7 +61,7 @@ def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind |
         say(console, f"Written: {each}")
     return CommandResult(
         outcome=report.outcome,
-        metrics={f.column or quantity_key(f.name, f.unit): list(f.values) for f in metrics},
+        metrics={f.key or quantity_key(f.name, f.unit): list(f.values) for f in metrics},
         facts={
             "runs": [str(run.log.path) for run in runs],
             "changed_options": {row[0]: list(row[2:]) for row in differences},

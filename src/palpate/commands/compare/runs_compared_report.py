@@ -137,7 +137,7 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
             Section("Options that differ", (options if differences else Paragraph(ALIKE),)),
             Section(
                 "Metrics side by side",
-                (side_by_side, Figures(lambda: (bars_figure([f for f in metrics if f.column], names),))),
+                (side_by_side, Figures(lambda: (bars_figure([f for f in metrics if f.key], names),))),
             ),
             Section("What was found", (Figures(lambda: _surfaces(runs, names)),)),
             Section("Over time", (Figures(lambda: _over_time(runs, names)),)),
@@ -189,7 +189,7 @@ def compared_metrics(runs: Sequence[ComparedRun]) -> tuple[ComparedMetric, ...]:
     experiment, while_ = runs[0].experiment, "in the main phase"
     each = [metrics_of(experiment, run.result) for run in runs]
     own = [
-        ComparedMetric(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each), "", its.column)
+        ComparedMetric(its.meaning, its.unit, tuple(_value(values[its.key]) for values in each), "", its.key)
         for its in experiment.metrics
     ]
     own.append(ComparedMetric("area observed", "m^2", tuple(map(_area, runs)), "more is better", "map_area_m2"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
+from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.replay.controller import load_controller_maker
@@ -91,7 +91,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
     """All that was found out, in metrics and facts."""
-    metrics, notes = shown_figures(quantities(found))
+    metrics, notes = shown_quantities(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
     return CommandResult(
         code,

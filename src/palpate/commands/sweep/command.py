@@ -93,7 +93,7 @@ def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
         {
             **{each.name: plain(value) for each, value in zip(plan.varied, combination.values, strict=True)},
             "runs": result.done_of(combination),
-            **{metric.column: _spread_facts(result, metric, combination) for metric in result.metrics},
+            **{metric.key: _spread_facts(result, metric, combination) for metric in result.metrics},
         }
         for combination in plan.combinations
     ]

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.scale import Scale, scale_of
 from palpate.commands.sweep.option_axis import OptionAxis
 from palpate.commands.sweep.result import (
     FEWEST_SEEDS,
@@ -23,6 +22,7 @@ from palpate.experiments.kit.metric import Metric, MetricValue, is_share
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Band, Cells, Colouring, Dash, Line, Mark, Points, Rule, Text
 from palpate.reporting.paper import write_figure
+from palpate.reporting.units import Scale, scale_of
 from palpate.runtime.palette import FELT, MAP_COLOUR, QUIET_COLOUR, SIDE_BY_SIDE, Colour
 
 LOGARITHMIC_FIGURE = 100.0
@@ -242,7 +242,7 @@ def _told(spread: MetricSpread, shown: _Shown) -> str:
 
 def _seeds_panel(shown: _Shown) -> Panel:
     done = [record for record in shown.result.records if record.done]
-    pairs = [(float(record.seed), record.metrics.get(shown.metric.column)) for record in done]
+    pairs = [(float(record.seed), record.metrics.get(shown.metric.key)) for record in done]
     known = [(seed, shown.scale.factor * value) for seed, value in pairs if isinstance(value, bool | int | float)]
     seeds, values = (np.array([pair[i] for pair in known]) for i in (0, 1))
     middle = float(np.median(values)) if len(values) >= FEWEST_SEEDS else None

@@ -5,12 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from palpate.commands.scale import Scale, scale_of
 from palpate.commands.sweep.plan import DIGITS
 from palpate.commands.typed_values import Varied, shown_value
 from palpate.errors import FloatArray
 from palpate.reporting.figure import Axis
 from palpate.reporting.marks import shortened
+from palpate.reporting.units import Scale, scale_of
 
 LOGARITHMIC = 20.0
 """Ratio of the largest to the least value from which the axis is logarithmic."""

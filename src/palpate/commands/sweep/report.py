@@ -6,7 +6,6 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from palpate.commands.scale import scale_of
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.figure import figures
 from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
@@ -18,6 +17,7 @@ from palpate.experiments.kit.metric import is_share
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import Figures, Report, Section, TextTable
+from palpate.reporting.units import scale_of
 
 MOST_ROWS = 60
 """Of a table in the report: the rest is in runs.csv."""

@@ -8,7 +8,7 @@ from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import SweepPlan, expected_durations
 from palpate.commands.sweep.ray_runner import RayRunner, check_ray
 from palpate.commands.sweep.record import RunCase, RunRecord
-from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics
 from palpate.commands.sweep.runner import LocalRunner, record_of
 from palpate.commands.sweep.store import SweepFolder
 from palpate.experiments.kit.metric import Metric
@@ -124,7 +124,7 @@ class SweepAtWork:
     def result(self) -> SweepResult:
         """What it came to, once everything is done."""
         plan = self.checked.plan
-        shown = self.checked.shown or shown_figures(self.records.values(), plan.experiment.metrics)
+        shown = self.checked.shown or shown_metrics(self.records.values(), plan.experiment.metrics)
         return SweepResult(plan, tuple(self.records[run.number] for run in plan.runs), shown)
 
     def write(self) -> tuple[Path, ...]:

@@ -27,7 +27,7 @@ def columns_of(plan: SweepPlan) -> tuple[str, ...]:
     """Return the names of all columns."""
     varied = (each.name for each in plan.varied)
     versions = (f"{name}_version" for name in VERSIONS)
-    return (*FRONT, *varied, *MIDDLE, *(metric.column for metric in plan.experiment.metrics), *versions)
+    return (*FRONT, *varied, *MIDDLE, *(metric.key for metric in plan.experiment.metrics), *versions)
 
 
 def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, MetricValue]]:
@@ -44,7 +44,7 @@ def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, Met
             "duration_s": record.duration,
             "host": record.host,
         }
-        row |= {metric.column: record.metrics.get(metric.column) for metric in plan.experiment.metrics}
+        row |= {metric.key: record.metrics.get(metric.key) for metric in plan.experiment.metrics}
         row |= {f"{name}_version": record.versions.get(name) for name in VERSIONS}
         rows.append(row)
     return rows

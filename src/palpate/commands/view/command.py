@@ -115,7 +115,7 @@ def _watch(config: ViewConfig, tool: TopicViewer | None, console: Console) -> Co
         for note in view.run_over():
             say(console, note)
         with kept_if_interrupted(result), doing(console, "working out what was found"):
-            found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
+            found = experiment.evaluate(plan, run.recorded(result, progress=lambda step: say(console, step)))
             tell(console, plan, result, experiment.cloud(found))
         report = run_report(experiment, plan, found)
         done = result.done and report.reached

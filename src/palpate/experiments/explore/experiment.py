@@ -31,7 +31,7 @@ class Explore:
         assert robot is not None  # the configuration names one
         return plan(config, robot, texts)
 
-    def found(self, plan: "ExplorationPlan", recorded: "Recorded") -> "ExplorationResult":
+    def evaluate(self, plan: "ExplorationPlan", recorded: "Recorded") -> "ExplorationResult":
         """See `Experiment`."""
         from palpate.experiments.explore.exploration import found_by
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.metrics import METRICS
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import ExperimentDefaults
 
 if TYPE_CHECKING:
     from palpate.experiments.grasp.plan import GraspPlan
@@ -30,7 +30,7 @@ class GraspObject(ExperimentDefaults):
 
         return plan(config, robot, texts)
 
-    def found(self, plan: "GraspPlan", recorded: "Recorded") -> "GraspResult":
+    def evaluate(self, plan: "GraspPlan", recorded: "Recorded") -> "GraspResult":
         """Return what came of it."""
         from palpate.experiments.grasp.result import grasp_of
 

@@ -95,7 +95,7 @@ class LoggedRun:
         samples = islice(log.samples(), extent_of(log).count)
         return replayed_backend(samples, log.heading.period, log.truth)
 
-    def found(self, progress: ProgressCallback = no_progress) -> Result:
+    def evaluate(self, progress: ProgressCallback = no_progress) -> Result:
         """Return the result of the run, evaluated from its log alone.
 
         Raises:
@@ -104,7 +104,7 @@ class LoggedRun:
         plan = self.plan()
         run = RecordedRun(plan, self.backend())
         result = run.run(live=RecordedChanges(live_parameters_of(run.controller), self.log.changes))
-        return self.experiment.found(plan, run.recorded(self._as_it_ended(result), progress=progress))
+        return self.experiment.evaluate(plan, run.recorded(self._as_it_ended(result), progress=progress))
 
     def _as_it_ended(self, again: RunResult) -> RunResult:
         """How the recorded run ended, with the timing of this one."""

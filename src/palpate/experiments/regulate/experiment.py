@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from palpate.experiments.kit.experiment import Writer
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import ExperimentDefaults, Writer
 from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.experiments.regulate.config import RegulateConfig
 
@@ -65,7 +64,7 @@ class Regulate(ExperimentDefaults):
         assert robot is not None  # there always is one: RegulateConfig.robot is never None
         return plan_regulation(config, robot, texts)
 
-    def found(self, plan: "RegulationPlan", recorded: "Recorded") -> "RegulationResult":
+    def evaluate(self, plan: "RegulationPlan", recorded: "Recorded") -> "RegulationResult":
         """Return what came of a run."""
         from palpate.experiments.regulate.result import regulation_in
 

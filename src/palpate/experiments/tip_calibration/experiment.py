@@ -3,8 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from palpate.experiments.kit.experiment import Writer
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import ExperimentDefaults, Writer
 from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 
@@ -68,7 +67,7 @@ class CalibrateTip(ExperimentDefaults):
 
         return plan_still(config, robot, texts)
 
-    def found(self, plan: "TipPlan | StillPlan", recorded: "Recorded") -> "TipCalibrationResult":
+    def evaluate(self, plan: "TipPlan | StillPlan", recorded: "Recorded") -> "TipCalibrationResult":
         """Return what came of a run."""
         from palpate.experiments.tip_calibration.result import calibration_in
 
