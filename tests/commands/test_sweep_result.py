@@ -259,7 +259,7 @@ def test_lines_that_hide_one_another_are_told(apart, told):
         )
 
     (picture,) = pictures(made("force=1,2,3", "speed=0.01,0.02", seeds=5, value=value))
-    assert ("Too close to be told apart here: speed = 10 mm/s and speed = 20 mm/s." in picture.caption) == told
+    assert ("Indistinguishable here: speed = 10 mm/s and speed = 20 mm/s." in picture.caption) == told
     assert [line.dash for line in marks(picture, Line)] == [Dash.SOLID, Dash.DASHED if told else Dash.SOLID]
 
 
