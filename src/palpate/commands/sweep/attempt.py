@@ -8,7 +8,8 @@ import time
 import traceback
 from dataclasses import replace
 
-from palpate.commands.sweep.store import RunCase, RunRecord, RunStatus, one_line
+from palpate.commands.sweep.plan import RunCase
+from palpate.commands.sweep.store import RunRecord, RunStatus, one_line
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.metric import metrics_of

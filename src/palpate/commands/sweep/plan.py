@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.store import RunCase
 from palpate.commands.typed_values import Varied, set_options, shown_value, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_checks import LARGEST_SEED
@@ -39,6 +38,27 @@ NOT_VARIED = {"seed": "for runs with other seeds give --seeds and how many"}
 
 NOT_IDENTIFYING = ("seed", "out")
 """Options that do not identify a combination."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunCase:
+    """Input of a worker: texts that do not depend on the process that started the sweep.
+
+    Attributes:
+        run: Number of the run.
+        digest: Digest of the case.
+        experiment: Name or file that finds the experiment from any folder.
+        config: Configuration, as `palpate.experiments.kit.config_file` writes it.
+        seed: Seed that replaces the seed of the configuration.
+        folder: Folder for report, log and files of the run; None if they are not kept.
+    """
+
+    run: int
+    digest: str
+    experiment: str
+    config: str
+    seed: int
+    folder: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

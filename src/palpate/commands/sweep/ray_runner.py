@@ -16,7 +16,7 @@ from typing import Any
 import joblib
 
 from palpate.commands.command_result import ExitCode
-from palpate.commands.sweep.store import RunCase
+from palpate.commands.sweep.plan import RunCase
 from palpate.errors import InvalidValueError
 from palpate.extras import require
 from palpate.one_thread import ONE_THREAD

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.plan import SweepPlan, expected_durations
+from palpate.commands.sweep.plan import RunCase, SweepPlan, expected_durations
 from palpate.commands.sweep.ray_runner import RayRunner, check_ray
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics
-from palpate.commands.sweep.store import RunCase, RunRecord, RunStatus, SweepFolder, without_result
+from palpate.commands.sweep.store import RunRecord, RunStatus, SweepFolder, without_result
 from palpate.experiments.kit.metric import Metric
 from palpate.runtime.batch import BatchProgress, Failure, FailureKind, Outcome, ShowProgress, run_batch
 

@@ -20,7 +20,7 @@ import msgspec
 
 from palpate.atomic_file import replacing
 from palpate.bounded_file import Bounds, read_bytes
-from palpate.commands.sweep.plan import SweepPlan
+from palpate.commands.sweep.plan import RunCase, SweepPlan
 from palpate.commands.typed_values import plain, shown_value
 from palpate.errors import InvalidValueError, shown
 from palpate.experiments.kit.metric import MetricValue
@@ -39,27 +39,6 @@ class RunStatus(StrEnum):
     """The run raised an exception."""
     DIED = "died"
     """The process of the run ended more than once: a crash in C, out of memory, SIGKILL."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RunCase:
-    """Input of a worker: texts that do not depend on the process that started the sweep.
-
-    Attributes:
-        run: Number of the run.
-        digest: Digest of the case.
-        experiment: Name or file that finds the experiment from any folder.
-        config: Configuration, as `palpate.experiments.kit.config_file` writes it.
-        seed: Seed that replaces the seed of the configuration.
-        folder: Folder for report, log and files of the run; None if they are not kept.
-    """
-
-    run: int
-    digest: str
-    experiment: str
-    config: str
-    seed: int
-    folder: Path | None = None
 
 
 class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
