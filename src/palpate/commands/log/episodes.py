@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from palpate.bounded_file import read_bytes
-from palpate.commands.earlier_run import SWEEP
+from palpate.commands.run import SWEEP
 from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
