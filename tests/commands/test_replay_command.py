@@ -21,6 +21,7 @@ from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer
+from palpate.reporting.page import WrittenReport
 from palpate.robots.robot import robot_path
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
@@ -72,8 +73,9 @@ def small(two_seconds, tmp_path):
 def undrawn(monkeypatch):
     """Reports are begun but not drawn, which takes a second each."""
 
-    def write(report, path):
+    def write(report, path, figures):
         path.write_text(report.outcome)
+        return WrittenReport((path,), ())
 
     monkeypatch.setattr("palpate.commands.replay.command.write_report", write)
 

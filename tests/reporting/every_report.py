@@ -110,7 +110,7 @@ def _sweep(typed, folder):
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            metrics={each.column: 1e-3 * (1 + run.number) for each in metrics},
+            metrics={each.key: 1e-3 * (1 + run.number) for each in metrics},
         )
         for run in plan.runs
     )  # fmt: skip

@@ -14,7 +14,7 @@ from palpate.experiments.kit.script import plan_for
 from palpate.extras import MissingLibraryError
 from palpate.open_kinds import name_of_kind
 from palpate.reporting.data import Quantity
-from palpate.reporting.terminal import quantities
+from palpate.reporting.report import quantity_table
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
 
@@ -41,7 +41,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         warnings = (f"Before that: {plan.preparation}.", *warnings)
     console = Console()
     metrics = (Quantity("robot", "", "", robot), *would.metrics)
-    console.print(quantities(f"{would.task} (dry run)", outcome, metrics))
+    console.print(quantity_table(metrics, f"{would.task} (dry run)", outcome))
     for warning in warnings:
         say(console, f"Note: {warning}")
     say(console, f"Would be written: {', '.join(map(str, files))}")

@@ -19,8 +19,8 @@ from palpate.experiments.kit.recording import log_writer, write_result, written
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.interruption import requested
-from palpate.reporting.figure_kind import FigureKind
-from palpate.reporting.terminal import quantities
+from palpate.reporting.data import FigureKind
+from palpate.reporting.report import quantity_table
 from palpate.runtime import RunResult, result_until
 
 SECOND_STOPPED = (
@@ -75,24 +75,27 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
                 found = experiment.evaluate(plan, run.recorded(result, companion, lambda step: say(console, step)))
             report = run_report(experiment, plan, found)
             with doing(console, "drawing the report"):
-                files = write_result(experiment, found, report, config.out, figures)
+                drawn = write_result(experiment, found, report, config.out, figures)
             tell(console, plan, result, experiment.cloud(found))
         except UNUSABLE as error:
             tell(console, plan, result)
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-    console.print(quantities(report.title, report.outcome, report.all_metrics))
-    print_outcome(console, result, files)
-    code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
+    console.print(quantity_table(report.all_metrics, report.title, report.outcome))
+    failures = tuple(map(str, drawn.failures))
+    for failure in failures:
+        say(console, failure)
+    print_outcome(console, result, drawn.files)
+    code = ExitCode.DONE if result.done and report.reached and not failures else ExitCode.UNFINISHED
     summary = reported_result(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
         report.outcome,
         metrics_of(experiment, found),
         report.all_metrics,
-        written(result, files),
+        written(result, drawn.files),
         ending=result.ending.value,
         rest=result.rest,
     )
-    return replace(summary, warnings=notes)
+    return replace(summary, warnings=(*notes, *failures))
 
 
 def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:

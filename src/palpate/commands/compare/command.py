@@ -59,7 +59,6 @@ def run_compare(config: CompareConfig) -> CommandResult:
     # compiled kernels, meshes and figures take seconds to import: a wrong name is reported before
     from palpate.commands.compare.report import map_comparison_report, quantities
     from palpate.commands.progress import doing
-    from palpate.experiments.kit.recording import write_figures
     from palpate.mapping.compare import compare
     from palpate.mapping.compare_files import read_map, read_reference
     from palpate.reporting.page import write_report
@@ -86,11 +85,10 @@ def run_compare(config: CompareConfig) -> CommandResult:
         say(console, warning)
     with doing(console, "drawing the report"):
         report = map_comparison_report(found, reference, config)
-        write_report(report, folder / "compare.html")
+        page, *figures = write_report(report, folder / "compare.html", config.figures).files
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(result(found, reference, config), indent=2, allow_nan=False).encode("ascii"))
-        figures = write_figures(report, folder, config.figures)
-    files = (folder / "compare.html", folder / "compare.json", *figures)
+    files = (page, folder / "compare.json", *figures)
     for path in files:
         say(console, f"Written: {path}")
     return CommandResult(metrics=result(found, reference, config), files=files, warnings=warnings)

@@ -19,8 +19,7 @@ from palpate.commands.compare.runs_compared_report import (
 from palpate.commands.progress import doing
 from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
-from palpate.experiments.kit.recording import write_figures
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 from palpate.reporting.page import write_report
 from palpate.reporting.report import Report
 from palpate.reporting.units import quantity_key
@@ -55,8 +54,7 @@ def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind |
     console.print(_table(report, [run.name for run in runs], metrics, differences))
     path = folder / FILE_NAME
     with doing(console, "drawing the report"):
-        write_report(report, path)
-        files = (path, *write_figures(report, folder, figures))
+        files = write_report(report, path, figures).files
     for each in files:
         say(console, f"Written: {each}")
     return CommandResult(
