@@ -26,7 +26,7 @@ NOT_STRICT = {"parse_constant": lambda word: pytest.fail(f"{word} is no JSON")}
 
 
 @pytest.mark.parametrize(
-    ("figure", "name", "value"),
+    ("metric", "name", "value"),
     [
         (Quantity("true normal force, RMS error", 0.5, "N"), "true_normal_force_rms_error_n", 0.5),
         (Quantity("points to true surface, 99 %", 2.0, "mm"), "points_to_true_surface_p99_m", 2e-3),

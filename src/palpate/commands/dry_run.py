@@ -31,6 +31,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     plan = plan_for(experiment, config)
     if plan.robot is None:
         plan.backend()  # building refuses what cannot be simulated; nothing moves before start()
+    plan.controller()  # a wrong factory fails here, not in the run
     would = plan.dry_run()
     check_folder(config.out)
     warnings = (*would.notes, *earlier_run(config.out, experiment.name, would.files))

@@ -5,14 +5,14 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.command_result import CommandResult, ExitCode, reported_result
+from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.commands.earlier_run import print_earlier_run
 from palpate.commands.progress import doing, run_progress
 from palpate.commands.run_shown import kept_if_interrupted, print_outcome, run_shown, tell
 from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
-from palpate.experiments.kit.metric import metrics_of
+from palpate.experiments.kit.metric import metric_notes, metrics_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result, written
@@ -86,16 +86,16 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
         say(console, failure)
     print_outcome(console, result, drawn.files)
     code = ExitCode.DONE if result.done and report.reached and not failures else ExitCode.UNFINISHED
-    summary = reported_result(
+    tables, table_notes = shown_quantities(report.section_quantities)
+    return CommandResult(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
         report.outcome,
         metrics_of(experiment, found),
-        report.all_metrics,
+        {**table_notes, **metric_notes(experiment.metrics, found)},
+        {"ending": result.ending.value, "rest": result.rest, "tables": tables},
         written(result, drawn.files),
-        ending=result.ending.value,
-        rest=result.rest,
+        (*notes, *failures),
     )
-    return replace(summary, warnings=(*notes, *failures))
 
 
 def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:

@@ -10,8 +10,7 @@ import msgspec
 
 from palpate.bounded_file import read_bytes
 from palpate.commands.earlier_run import SWEEP
-from palpate.commands.sweep.record import read_record
-from palpate.commands.sweep.store import BOUNDS
+from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
 from palpate.experiments.kit.registry import experiment_named
@@ -89,7 +88,7 @@ def _results(log: Path) -> dict[str, Fact]:
     """Return what a sweep has found in the run that a log is of; nothing of another log."""
     folder = log.parent
     try:
-        record = read_record(read_bytes(folder.parents[1] / "runs" / f"{folder.name}.json", BOUNDS))
+        record = read_record(read_bytes(folder.parents[1] / "runs" / f"{folder.name}.json", FILE_BOUNDS))
     except (OSError, IndexError):
         return {}
     return {} if record is None else {"run": record.run, "status": record.status.value, **record.metrics}
