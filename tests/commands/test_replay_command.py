@@ -269,7 +269,7 @@ def test_another_force_differs_from_the_touch_on_at_the_latest_and_is_drawn(smal
         assert words in said
     report = tmp_path / "mine-replay.html"
     assert f"Written: {report}" in " ".join(said.split())
-    assert "data-picture" in report.read_text()
+    assert "data-figure" in report.read_text()
     found = replay_log(small, {"force": 3.0, "speed": 0.02})
     recorded, replayed = found.records()
     touched = recorded.time[np.argmax(recorded.touching)]

@@ -136,15 +136,15 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     whole, out = tmp_path / "whole", tmp_path / "out"
     main([*TYPED, "--out", str(whole)])
     tap = type(experiment_named(TINY))
-    found = tap.found
+    evaluate = tap.evaluate
 
     def failing(self, plan, recorded):
         config = plan.config
         if (config.force, config.speed, config.seed) == (2.0, 0.01, 1):
             raise ZeroDivisionError("on [purpose]")
-        return found(self, plan, recorded)
+        return evaluate(self, plan, recorded)
 
-    monkeypatch.setattr(tap, "found", failing)
+    monkeypatch.setattr(tap, "evaluate", failing)
     assert main([*TYPED, "--out", str(out)]) == 1
     said = capsys.readouterr().out
     for word in ("7 of 8 runs got to their end", "run 5:", "on [purpose]", "--repeat-failed"):

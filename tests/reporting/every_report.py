@@ -80,7 +80,7 @@ def _runs(typed, folder):
 
 
 def _replay(typed, folder):
-    return replay_report(replay_log(_tapped()[0].log, {"force": 3.0}), typed)
+    return replay_report(replay_log(_tapped()[0].logged.log, {"force": 3.0}), typed)
 
 
 def _mesh(typed, folder):
