@@ -176,7 +176,9 @@ def test_a_simulation_has_no_devices_to_recover():
 def test_every_command_that_a_message_names_exists():
     root = Path(palpate.__file__).parent  # its links are not followed by themselves
     sources = [path.read_text() for folder in (root, *root.iterdir()) for path in folder.rglob("*.py")]
-    named = {name for text in (*sources, *ADVICE.values(), *DEVICE_ADVICE.values()) for name in TYPED.findall(text)}
+    named = {
+        name for text in (*sources, *ADVICE.values(), *DEVICE_ADVICE.values()) for name in TYPED.findall(text)
+    }
     assert "recover" in named
     assert named - {"experiment", *typed_commands()} == set()
 

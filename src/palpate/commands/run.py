@@ -26,9 +26,8 @@ from palpate.experiments.kit.script import plan_for
 from palpate.extras import MissingLibraryError
 from palpate.interruption import finishing, requested
 from palpate.open_kinds import name_of_kind
-from palpate.reporting.data import Quantity
-from palpate.reporting.figure_kind import FigureKind
-from palpate.reporting.terminal import quantities
+from palpate.reporting.data import FigureKind, Quantity
+from palpate.reporting.report import quantity_table
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
@@ -128,7 +127,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
         warnings = (f"Before that: {plan.preparation}.", *warnings)
     console = Console()
     metrics = (Quantity("robot", "", "", robot), *would.metrics)
-    console.print(quantities(f"{would.task} (dry run)", outcome, metrics))
+    console.print(quantity_table(metrics, f"{would.task} (dry run)", outcome))
     for warning in warnings:
         say(console, f"Note: {warning}")
     say(console, f"Would be written: {', '.join(map(str, files))}")
@@ -281,14 +280,17 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
                 found = experiment.evaluate(plan, run.recorded(result, companion, lambda step: say(console, step)))
             report = run_report(experiment, plan, found)
             with doing(console, "drawing the report"):
-                files = write_result(experiment, found, report, config.out, figures)
+                drawn = write_result(experiment, found, report, config.out, figures)
             tell(console, plan, result, experiment.cloud(found))
         except UNUSABLE_ERRORS as error:
             tell(console, plan, result)
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-    console.print(quantities(report.title, report.outcome, report.all_metrics))
-    print_outcome(console, result, files)
-    code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
+    console.print(quantity_table(report.all_metrics, report.title, report.outcome))
+    failures = tuple(map(str, drawn.failures))
+    for failure in failures:
+        say(console, failure)
+    print_outcome(console, result, drawn.files)
+    code = ExitCode.DONE if result.done and report.reached and not failures else ExitCode.UNFINISHED
     tables, table_notes = shown_quantities(report.section_quantities)
     return CommandResult(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
@@ -296,8 +298,8 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
         metrics_of(experiment, found),
         {**table_notes, **metric_notes(experiment.metrics, found)},
         {"ending": result.ending.value, "rest": result.rest, "tables": tables},
-        written(result, files),
-        notes,
+        written(result, drawn.files),
+        (*notes, *failures),
     )
 
 

@@ -14,7 +14,7 @@ import tyro
 from tyro._docstrings import get_field_docstring
 
 from palpate.commands.colours import parser_colours
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 Options = TypeVar("Options", bound=Any)
 """A frozen dataclass."""

@@ -25,9 +25,8 @@ from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
-from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.page import write_report
-from palpate.reporting.terminal import quantity_table
+from palpate.reporting.report import quantity_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.progress_bar import PERCENT, progress_bar
@@ -79,8 +78,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
         said = replay_report(found, config.controller)
-        write_report(said, report)
-        files = (report, *write_figures(said, folder, config.figures))
+        files = write_report(said, report, config.figures).files
     for each in files:
         say(console, f"Written: {each}")
     wrong = found.should_be_identical or _failed(console, found)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import tyro
 
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
 

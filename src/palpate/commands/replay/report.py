@@ -15,8 +15,8 @@ from palpate.plain_text import inert
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, unnamed
-from palpate.reporting.phases import phase_spans
 from palpate.reporting.report import NOTHING, Figures, Paragraph, Report, Section
+from palpate.reporting.run_figures import phase_spans
 from palpate.runtime import Record
 from palpate.runtime.palette import COMMAND, FELT
 from palpate.runtime.replay_difference import Difference

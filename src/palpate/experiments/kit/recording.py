@@ -1,6 +1,7 @@
 """Output of a run: its log, its report and its files."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import experiment_named, reference_to
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.extras import MissingLibraryError
-from palpate.reporting.figure_kind import FigureKind
-from palpate.reporting.page import write_report
+from palpate.reporting.data import FigureKind
+from palpate.reporting.page import WrittenReport, write_report
 from palpate.reporting.report import Report
 from palpate.robots.robot import ROBOT_TEXT, read_robot
 from palpate.runtime import RunResult
@@ -24,9 +25,6 @@ from palpate.runtime.log.told_log import add_topics
 
 REPORT_FILE = "report.html"
 """File name of the report."""
-
-FIGURES_FOLDER = "figures"
-"""Folder of the figures as files."""
 
 
 def log_texts(experiment: Experiment, plan: Plan) -> dict[str, str]:
@@ -76,7 +74,7 @@ def tell_log(plan: Plan, run: RunResult, cloud: Cloud | None = None) -> None:
 
 def write_result(
     experiment: Experiment, result: Result, report: Report, folder: Path, figures: FigureKind | None = None
-) -> tuple[Path, ...]:
+) -> WrittenReport:
     """Write report and files of a run into a folder, which is made if need be.
 
     Args:
@@ -87,33 +85,18 @@ def write_result(
         figures: Kind of files in which the figures are written, too; None for none.
 
     Returns:
-        The files, the report first.
+        The files, the report first, and the figures that could not be drawn.
 
     Raises:
         InvalidValueError: If the folder cannot be made.
         OSError: If a file cannot be written.
     """
     make_folder(folder)
-    write_report(report, folder / REPORT_FILE)
-    written = [folder / REPORT_FILE, *write_figures(report, folder, figures)]
-    for name, write in experiment.files(result).items():
+    written = write_report(report, folder / REPORT_FILE, figures)
+    tables = experiment.files(result)
+    for name, write in tables.items():
         write(folder / name)
-        written.append(folder / name)
-    return tuple(written)
-
-
-def write_figures(report: Report, folder: Path, kind: FigureKind | None) -> tuple[Path, ...]:
-    """Write the figures of a report into `FIGURES_FOLDER` within a folder; none for None.
-
-    Raises:
-        OSError: If a file cannot be written.
-    """
-    if kind is None:
-        return ()
-    from palpate.reporting.paper import write_figures_of  # imports matplotlib
-
-    make_folder(folder / FIGURES_FOLDER)
-    return write_figures_of(report, folder / FIGURES_FOLDER, kind)
+    return replace(written, files=(*written.files, *(folder / name for name in tables)))
 
 
 def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:

@@ -104,8 +104,8 @@ def report_of(
         footer: Frame and sign of the numbers.
         reached: Whether the run reached its goal.
     """
-    from palpate.reporting.computing import computing
     from palpate.reporting.report import Report
+    from palpate.reporting.run_figures import computing
 
     return Report(
         title=title,
