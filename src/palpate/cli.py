@@ -26,19 +26,21 @@ from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.completion import CompletionConfig, completion_script
 from palpate.commands.contact.config import ContactConfig
-from palpate.commands.doctor.config import DoctorConfig
-from palpate.commands.emulate.config import (
+from palpate.commands.devices.config import (
+    DoctorConfig,
     EmulateDynamixelConfig,
     EmulateFaultConfig,
     EmulateNetftConfig,
     EmulateRobotConfig,
     EmulateUrConfig,
+    RecoverConfig,
+    RobotCheckConfig,
+    RobotListConfig,
+    RobotShowConfig,
 )
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig, LogRos2Config
 from palpate.commands.output_format import JsonOutput, OutputFormat, TextOutput
-from palpate.commands.recover.config import RecoverConfig
 from palpate.commands.replay.config import ReplayConfig
-from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.typed_options import DRY_RUN, FIGURES, JSON, read_experiment, read_with_shared, with_shared
 from palpate.commands.view.config import ViewConfig
@@ -142,21 +144,21 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
     "view": TypedCommand(ViewConfig, "palpate.commands.view.command:run_view"),
     "robot": CommandGroup(
         {
-            "list": TypedCommand(RobotListConfig, "palpate.commands.robot.tool:run_list"),
-            "show": TypedCommand(RobotShowConfig, "palpate.commands.robot.tool:run_show"),
-            "check": TypedCommand(RobotCheckConfig, "palpate.commands.robot.tool:run_check"),
+            "list": TypedCommand(RobotListConfig, "palpate.commands.devices.robot_file:run_list"),
+            "show": TypedCommand(RobotShowConfig, "palpate.commands.devices.robot_file:run_show"),
+            "check": TypedCommand(RobotCheckConfig, "palpate.commands.devices.robot_file:run_check"),
         },
         "Robot files: those that come with palpate, and yours.\n\nExample: palpate robot check mine.yaml",
     ),
-    "doctor": TypedCommand(DoctorConfig, "palpate.commands.doctor.command:run_doctor"),
-    "recover": TypedCommand(RecoverConfig, "palpate.commands.recover.command:run_recover"),
+    "doctor": TypedCommand(DoctorConfig, "palpate.commands.devices.doctor:run_doctor"),
+    "recover": TypedCommand(RecoverConfig, "palpate.commands.devices.recover:run_recover"),
     "emulate": CommandGroup(
         {
-            "ur": TypedCommand(EmulateUrConfig, "palpate.commands.emulate.command:run_emulate"),
-            "dynamixel": TypedCommand(EmulateDynamixelConfig, "palpate.commands.emulate.command:run_emulate"),
-            "netft": TypedCommand(EmulateNetftConfig, "palpate.commands.emulate.command:run_emulate"),
-            "robot": TypedCommand(EmulateRobotConfig, "palpate.commands.emulate.command:run_emulate_robot"),
-            "fault": TypedCommand(EmulateFaultConfig, "palpate.commands.emulate.command:run_fault"),
+            "ur": TypedCommand(EmulateUrConfig, "palpate.commands.devices.emulate:run_emulate"),
+            "dynamixel": TypedCommand(EmulateDynamixelConfig, "palpate.commands.devices.emulate:run_emulate"),
+            "netft": TypedCommand(EmulateNetftConfig, "palpate.commands.devices.emulate:run_emulate"),
+            "robot": TypedCommand(EmulateRobotConfig, "palpate.commands.devices.emulate:run_emulate"),
+            "fault": TypedCommand(EmulateFaultConfig, "palpate.commands.devices.emulate:run_fault"),
         },
         "Emulated devices, for palpate or any other software that talks to the real ones.\n\n"
         "Example: palpate emulate ur",

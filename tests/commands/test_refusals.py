@@ -10,7 +10,7 @@ import pytest
 
 from palpate.commands.calibrate.config import MatrixConfig, PayloadConfig, TareConfig
 from palpate.commands.contact.config import ContactConfig
-from palpate.commands.emulate.config import EmulateDynamixelConfig, EmulateNetftConfig, EmulateUrConfig
+from palpate.commands.devices.config import EmulateDynamixelConfig, EmulateNetftConfig, EmulateUrConfig
 from palpate.commands.sweep import SweepConfig
 from palpate.commands.view.config import ViewConfig
 from palpate.errors import InvalidValueError
@@ -206,7 +206,7 @@ CONFIGURATIONS = {
         [
             ({"address": "localhost"}, "address"),
             ({"version": "4.3"}, "version"),
-            ({"scale": 0.0}, "scale"),
+            ({"time_scale": 0.0}, "time_scale"),
             ({"plane": float("nan")}, "plane"),
             ({"stiffness": -1.0}, "stiffness"),
             ({"control_port": 70000}, "control_port"),
@@ -216,7 +216,7 @@ CONFIGURATIONS = {
         EmulateDynamixelConfig,
         [
             ({"servos": 0}, "servos"),
-            ({"scale": 100.0}, "scale"),
+            ({"time_scale": 100.0}, "time_scale"),
             ({"wall": float("inf")}, "wall"),
             ({"control_port": 22}, "control_port"),
         ],
