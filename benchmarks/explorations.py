@@ -19,7 +19,7 @@ from harness.study import Effort, Errors, Row, Study
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import Exploration, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, found_by
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.robots.robot import Robot, load_robot
@@ -58,7 +58,7 @@ class Way:
     robot: Callable[[int], Robot]
     specimens: int = 1
 
-    def explore(self, specimen: int) -> Exploration:
+    def explore(self, specimen: int) -> ExplorationResult:
         """Explore with one specimen."""
         planned = plan(replace(self.config, seed=self.config.seed + specimen), self.robot(specimen), {})
         return found_by(planned, carry_out(planned))

@@ -277,7 +277,7 @@ def rubbed(config: FrictionConfig) -> tuple[float, float, float, bool]:
     """Rub once: time [s], relative errors of mu and e, whether the interval of mu holds the truth."""
     experiment = FindFriction()
     plan = experiment.plan(config, load_named_robot(config.robot), {})
-    found = experiment.found(plan, carry_out(plan))
+    found = experiment.evaluate(plan, carry_out(plan))
     file = found.file
     if file is None:
         return found.run.duration, math.nan, math.nan, False

@@ -13,7 +13,7 @@ import trimesh
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import Exploration, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, found_by
 from palpate.experiments.explore.plan import ExplorationPlan, plan, plan_on
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
@@ -86,7 +86,7 @@ def in_truth(planned: ExplorationPlan, truth: Truth) -> Backend:
     return MujocoBackend(other, planned.period, sensor, usual.pacer)
 
 
-def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None) -> Exploration:
+def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None) -> ExplorationResult:
     """Plan for what `config` says, and explore what is true."""
     planned = plan(config, load_robot(config.robot) if robot is None else robot, {})
     run = RecordedRun(planned, in_truth(planned, truth))
@@ -111,12 +111,12 @@ def drifting(name: str, force: Vector, moment: Vector = ZERO, minutes: float = 1
     return read_robot({**robot.texts, ROBOT_TEXT: text.replace(after, f"{after}\n      {drift}", 1)})
 
 
-def most_force(found: Exploration) -> float:
+def most_force(found: ExplorationResult) -> float:
     """Return the largest force that the object really exerted on the tip [N]."""
     return float(np.linalg.norm(np.nan_to_num(found.truth.force), axis=1).max())
 
 
-def rests(found: Exploration) -> bool:
+def rests(found: ExplorationResult) -> bool:
     """Return whether the robot stands still in the end."""
     last: FloatArray = found.record.velocity[-1]
     return found.run.at_rest and float(np.linalg.norm(last)) < 1e-3
@@ -142,7 +142,7 @@ class Hostile:
     drift: Vector = ZERO
     size: float = 0.01
 
-    def carried_out(self, robot: str, way: str) -> Exploration:
+    def carried_out(self, robot: str, way: str) -> ExplorationResult:
         """Explore a sphere of 30 mm.
 
         Args:
@@ -158,7 +158,7 @@ class Hostile:
         config = ExploreConfig(robot=kind, object="sphere", size=(0.03,), strategy=way, **size, **fields)
         return carried_out(config, self.truth, drifting(kind, self.drift) if drifts else None)
 
-    def missed(self, found: Exploration) -> list[str]:
+    def missed(self, found: ExplorationResult) -> list[str]:
         """Name what was asked for and missed."""
         wrong, told = [], outcome(found)
         if most_force(found) > found.plan.wall.limit:
@@ -207,7 +207,7 @@ class Wall:
     stiffness: float
     speed: float
 
-    def hit(self) -> Exploration:
+    def hit(self) -> ExplorationResult:
         """Run into it, with a supervisor that lets any force be, so that all of it is seen."""
         bounds = (((-0.03, -0.01, -0.02), (0.006, 0.01, 0.0)), ((0.00601, -0.01, -0.02), (0.03, 0.01, 0.006)))
         whole = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])

@@ -28,11 +28,11 @@ from scipy.spatial.transform import Rotation
 import palpate as pp
 from palpate.errors import FloatArray
 from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.exploration import ExplorationResult
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.script import plan_for
 from palpate.experiments.tip_calibration import calibrate_tip
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.sensing.tip_calibration import candidate_touches, fit_tip, planned_touches
 from palpate.surfaces import Sphere
 from support.touched_targets import NANO17, TARGETS, WRIST, Instrumented, robot, touches, typed_tip, wrong
@@ -121,14 +121,14 @@ ROBOT, RADIUS, SIZE_ERROR = "turning-stage-nano17", 0.008, 0.05
 CENTER_ERROR = (6e-4, -6e-4, 5e-4)
 """[m] Offset of the true centre from the typed one: 1 mm."""
 
-Explored = dict[str, tuple[float, float, Exploration]]
+Explored = dict[str, tuple[float, float, ExplorationResult]]
 """Errors of radius and centre of the assumed tip [m], and the exploration, by name."""
 
 
 @cache
 def explored() -> Explored:
     """Explore an ellipsoid with the tip as typed, as calibrated, and the true one."""
-    fit = calibrate_tip(TipConfig(robot=ROBOT, size_error=SIZE_ERROR, center_error=CENTER_ERROR)).fit
+    fit = calibrate_tip(TipCalibrationConfig(robot=ROBOT, size_error=SIZE_ERROR, center_error=CENTER_ERROR)).fit
     if fit is None:
         raise SystemExit("the calibration found nothing")
     true, found = RADIUS * (1.0 + SIZE_ERROR), Explored()
@@ -143,7 +143,7 @@ def explored() -> Explored:
         tip = plan.finger.surface
         assumed = Sphere(tip.radius + radius, center=tip.center + center)
         plan = replace(plan, finger=replace(plan.finger, surface=assumed))
-        found[name] = radius, float(np.linalg.norm(center)), Explore().found(plan, carry_out(plan))
+        found[name] = radius, float(np.linalg.norm(center)), Explore().evaluate(plan, carry_out(plan))
     return found
 
 

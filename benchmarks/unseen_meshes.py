@@ -14,7 +14,7 @@ from hostile_scenes import NANO17
 
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.exploration import ExplorationResult
 from palpate.experiments.explore.report import outcome
 
 FORCE_RMS, MAP_RMS, COVERED = 0.05, 1e-5, 0.90
@@ -160,7 +160,7 @@ CASES = (
 
 def explored(
     case: MeshCase, folder: Path, robot: str, way: str, noise: tuple[float, float] = NANO17
-) -> Exploration:
+) -> ExplorationResult:
     """Explore the middle of a mesh, with white noise of the force [N] and of the moment [N m]."""
     size = {"radius": 0.5 * case.side} if way == "spiral" else {"width": 2.0 * case.side, "depth": 0.5 * case.side}
     config = ExploreConfig(
@@ -178,7 +178,7 @@ def explored(
     return explore(config)
 
 
-def missed(case: MeshCase, found: Exploration) -> Iterator[str]:
+def missed(case: MeshCase, found: ExplorationResult) -> Iterator[str]:
     """Name the figures that an exploration of a mesh misses."""
     if not found.truth.touching[found.scanning].all() or found.run.ending.value != "done":
         yield f"contact was lost ({outcome(found)})"

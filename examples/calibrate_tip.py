@@ -20,7 +20,7 @@ import palpate as pp
 
 def main(robot: str = "turning-stage-nano17", touches: int = 24, seed: int = 0, out: Path | None = None) -> None:
     """Touch, and print what was found."""
-    wrong = pp.TipConfig(
+    wrong = pp.TipCalibrationConfig(
         robot=robot,
         touch_count=touches,
         size_error=0.04,  # of the simulated tip, which is larger than typed

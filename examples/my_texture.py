@@ -64,12 +64,12 @@ class Texture(ExperimentDefaults):
         ripples = HeightField(np.tile(heights, (41, 1)), 0.04, 0.04)
         return OneFingerPlan.over(ripples, config, robot, new_stroke, title="Roughness of ripples", **how)
 
-    def found(self, plan, recorded):
+    def evaluate(self, plan, recorded):
         record = recorded.record()
         felt = record.touching & (record.phase == pp.Phase.SCAN.value)
         return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
-    def pictures(self, result):
+    def figures(self, result):
         felt = Panel((Line(1e3 * result.x, 1e6 * result.z),), Axis("place", "mm"), Axis("height", "µm"))
         yield Figure("Height", "Where the contact was, along the stroke.", (felt,))
 

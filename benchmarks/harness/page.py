@@ -10,12 +10,12 @@ import numpy as np
 
 from harness.study import Row, Study
 from harness.tables import quantity
-from palpate.commands.scale import scale_of
 from palpate.experiments.kit.versions import versions_text
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, Symbol
 from palpate.reporting.paper import paper_figure, printing
 from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
+from palpate.reporting.units import scale_of
 from palpate.runtime.palette import SIDE_BY_SIDE
 from palpate.strict_yaml import read_yaml
 

@@ -20,12 +20,12 @@ from harness.campaign import Listing, load
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.explore.exploration import Exploration, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, found_by
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.result import Grasp, grasp_of
+from palpate.experiments.grasp.result import GraspResult, grasp_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.experiments.kit.recording import log_writer
@@ -69,7 +69,7 @@ def robots() -> tuple[Robot, Robot]:
     return robot, simulated_twin(robot)
 
 
-def explorations(seed: int, folder: Path) -> tuple[dict[str, Exploration], Watch, bool]:
+def explorations(seed: int, folder: Path) -> tuple[dict[str, ExplorationResult], Watch, bool]:
     """Return the exploration on each back end, how old the wire's samples were, and whether its log replays."""
     config = ExploreConfig(robot="emulated-ur5e", seed=seed, out=folder, **PART)
     emulated, simulated = robots()
@@ -79,11 +79,11 @@ def explorations(seed: int, folder: Path) -> tuple[dict[str, Exploration], Watch
         "wire": found_by(wired, carry_out(wired, (watch,), (log_writer(Explore(), wired, folder),))),
     }
     log = read_log(log_in(folder))
-    found["replay"] = LoggedRun.of(log).found()
+    found["replay"] = LoggedRun.of(log).evaluate()
     return found, watch, replay_log(log).identical
 
 
-def grasps(folder: Path) -> dict[str, Grasp]:
+def grasps(folder: Path) -> dict[str, GraspResult]:
     """Return the grasp by the simulated hand, and by the one on the wire."""
     planned = plan_grasp(GraspConfig(), None, {})
     planned = replace(planned, limits=msgspec.structs.replace(planned.limits, sample_age=OLDEST))

@@ -121,7 +121,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
     "contact": TypedCommand(
         ContactConfig, "palpate.commands.contact.tool:run_contact", "palpate.commands.contact.tool:contact_result"
     ),
-    "compare": TypedCommand(CompareConfig, "palpate.commands.compare.command:run_compare"),
+    "compare": TypedCommand(CompareConfig, "palpate.commands.compare:run_compare"),
     "calibrate": CommandGroup(
         {
             "new": TypedCommand(NewSensorConfig, "palpate.commands.calibrate.run:run_calibrate"),

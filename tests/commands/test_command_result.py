@@ -13,10 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.commands.command_result import UNITS, CommandResult, ExitCode, quantity_key, shown_figures
+from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.commands.output_format import JsonOutput, TextOutput, document, plain, unboxed
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.reporting.data import Quantity
+from palpate.reporting.units import UNITS, quantity_key
 from palpate.spatial import norm
 
 NOT_STRICT = {"parse_constant": lambda word: pytest.fail(f"{word} is no JSON")}
@@ -41,14 +42,14 @@ NOT_STRICT = {"parse_constant": lambda word: pytest.fail(f"{word} is no JSON")}
     ],
 )
 def test_a_figure_gets_a_name_that_ends_in_its_si_unit(metric, name, value):
-    found, _ = shown_figures([metric])
+    found, _ = shown_quantities([metric])
     assert list(found) == [name]
     assert found[name] == (pytest.approx(value) if isinstance(value, float) else value)
 
 
 @given(st.lists(st.sampled_from(["a", "a!", "A", "b"]), max_size=6))
 def test_no_figure_hides_another(names):
-    found, _ = shown_figures([Quantity(name, float(i)) for i, name in enumerate(names)])
+    found, _ = shown_quantities([Quantity(name, float(i)) for i, name in enumerate(names)])
     assert sorted(found.values()) == [float(i) for i in range(len(names))]
 
 

@@ -18,7 +18,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp.config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.tip_calibration import TipConfig, calibrate_tip
+from palpate.experiments.tip_calibration import TipCalibrationConfig, calibrate_tip
 from palpate.robots.robot_file import DriftRateEntry
 from support.explore_runs import plan_of as plan_exploration
 from support.friction_runs import planned as plan_friction
@@ -36,7 +36,7 @@ def plan_explored(**fields):
 
 
 def calibrate(**fields):
-    return calibrate_tip(TipConfig(**fields))
+    return calibrate_tip(TipCalibrationConfig(**fields))
 
 
 CONFIGURATIONS = {

@@ -13,8 +13,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
 from palpate.commands.replay.report import version_differences
-from palpate.commands.replay.run import replay_log
-from palpate.commands.replay.settings import changeable
+from palpate.commands.replay.run import changeable, replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore

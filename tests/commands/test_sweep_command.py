@@ -18,7 +18,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.sweep import SweepConfig, picture, run, sweep
 from palpate.commands.sweep.attempt import attempt
-from palpate.commands.sweep.record import RunStatus, read_record
+from palpate.commands.sweep.store import RunStatus, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import exploration
 from palpate.experiments.kit.from_log import LoggedRun
@@ -83,7 +83,7 @@ def test_a_sweep_leaves_a_row_per_run_with_the_figures_of_the_experiment_itself(
     assert {row["status"] for row in rows} == {"done"}
     tap, config = experiment_named(TINY), config_of(planned("force=1,2", "speed=0.01,0.02", seeds=2).runs[5])
     plan = tap.plan(config, load_named_robot(config.robot), {})
-    alone = metrics_of(tap, tap.found(plan, carry_out(plan)))
+    alone = metrics_of(tap, tap.evaluate(plan, carry_out(plan)))
     assert {name: rows[5][name] for name in alone} == {
         name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in alone.items()
     }
@@ -170,7 +170,7 @@ def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
     assert {"report.html", "forces.txt", "latest.mcap"} <= {path.name for path in kept.iterdir()}
     logged = LoggedRun.of(read_log(log_in(kept)))
     assert (logged.config.force, logged.config.out) == (2.0, kept)
-    metrics = metrics_of(logged.experiment, logged.found())
+    metrics = metrics_of(logged.experiment, logged.evaluate())
     assert metrics["force_mean_n"] == float(table(tmp_path)[1]["force_mean_n"])
 
 

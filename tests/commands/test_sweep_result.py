@@ -16,9 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from palpate.commands.scale import scale_of
 from palpate.commands.sweep.figure import pictures, summary_figure, write_summary
-from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import (
     advice,
     combination_rows,
@@ -26,15 +24,15 @@ from palpate.commands.sweep.report import (
     repeat_commands,
     sweep_report,
 )
-from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
-from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
-from palpate.commands.sweep.words import time_text
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics, spread_of, time_text
+from palpate.commands.sweep.store import RunRecord, RunStatus, columns_of, rows_of, write_csv, write_parquet
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.reporting.marks import Band, Dash, Line, Points
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
+from palpate.reporting.units import scale_of
 from support.drawn import marks as marks_of
 from support.drawn import panels
 from support.sweep_runs import SHORT, planned
@@ -133,9 +131,9 @@ def test_a_figures_column_ends_in_its_unit(name):
     endings = {"m": "_m", "N": "_n", "s": "_s", "Hz": "_hz", "rad": "_rad"}
     for metric in experiment_named(name).metrics:
         if metric.unit:
-            assert metric.column.endswith(endings[metric.unit])
+            assert metric.key.endswith(endings[metric.unit])
         else:
-            assert not metric.column.endswith(tuple(endings.values()))
+            assert not metric.key.endswith(tuple(endings.values()))
         assert len(metric.meaning) <= 36, "it stands beside an axis"
 
 
@@ -168,12 +166,12 @@ def test_figures_to_show_are_known_numbers():
 
 def test_figures_are_chosen_among_those_that_there_are():
     result = made("force=1,2")
-    assert [each.column for each in shown_figures(result.records, FIGURES)] == ["force_mean_n"]
+    assert [each.key for each in shown_metrics(result.records, FIGURES)] == ["force_mean_n"]
     told = {"force_mean_n": None, "held": True, "true_mean_n": 1.0, "contact": "never lost"}
     told = [structs.replace(record, metrics=told) for record in result.records]
-    assert [each.column for each in shown_figures(told, FIGURES)] == ["held", "true_mean_n"]
+    assert [each.key for each in shown_metrics(told, FIGURES)] == ["held", "true_mean_n"]
     failed = made("force=1,2", status=lambda number: RunStatus.FAILED)
-    assert shown_figures(failed.records, FIGURES) == ()
+    assert shown_metrics(failed.records, FIGURES) == ()
 
 
 # --- pictures

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import palpate
 from palpate.cli import main, typed_commands
-from palpate.commands.replay.settings import changed_config, unchangeable
+from palpate.commands.replay.run import changed_config, unchangeable
 from palpate.commands.typed_options import read_experiment
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -51,7 +51,7 @@ class Mine(ExperimentDefaults):
 
     def plan(self, config, robot, texts): ...
 
-    def found(self, plan, recorded): ...
+    def evaluate(self, plan, recorded): ...
 
 
 @pytest.mark.parametrize("name", [*experiment_names(), f"{SCRIPT}:Texture"])

@@ -89,7 +89,7 @@ def test_each_strategy_replays_bit_for_bit_from_its_log(done):
 @pytest.mark.slow
 def test_what_was_found_is_found_again_from_the_log_alone(done, tmp_path):
     strategy, out = done
-    found: Any = LoggedRun.of(read_log(out / "latest.mcap")).found()
+    found: Any = LoggedRun.of(read_log(out / "latest.mcap")).evaluate()
     assert found.config.strategy == strategy
     for name, write in Explore().files(found).items():
         write(tmp_path / name)

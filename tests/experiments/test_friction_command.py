@@ -56,7 +56,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def evaluated(folder):
     """What its log tells."""
-    return LoggedRun.of(read_log(log_in(folder))).found()
+    return LoggedRun.of(read_log(log_in(folder))).evaluate()
 
 
 @pytest.fixture(scope="module")

@@ -199,7 +199,7 @@ def test_what_came_of_a_grasp_is_worked_out_again_from_its_log_alone(tmp_path):
     experiment = GraspObject()
     planned = plan_of(known="nudged", plant=True, load="none", rise=0.1, lift_height=0.01)
     done = run_grasp(planned, sinks=(log_writer(experiment, planned, tmp_path),))
-    found: Any = LoggedRun.of(read_log(log_in(tmp_path))).found()
+    found: Any = LoggedRun.of(read_log(log_in(tmp_path))).evaluate()
     assert metrics_of(experiment, found) == metrics_of(experiment, done)
     assert (found.alarms, found.nudged) == (done.alarms, done.nudged)
     for field in fields(done.truth):

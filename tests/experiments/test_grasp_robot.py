@@ -12,7 +12,7 @@ from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.felt import GraspFeltRecorder
 from palpate.experiments.grasp.report import grasp_report
-from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.result import GraspResult
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.devices import move_fingers
 from palpate.hw.rig import FreshlyTared
@@ -165,7 +165,7 @@ def test_what_fingers_feel_stands_in_the_place_of_a_truth_that_nobody_knows():
 def test_a_report_of_a_robot_says_what_was_felt_and_nothing_of_a_simulation(loads, word, tmp_path):
     planned = plan_of(robot="ur5e-hand", **BELIEVED)
     run = RecordedRun(plan_of(), _Ended(plan_of().backend())).run()
-    grasp = Grasp(planned, replace(run), felt_grasp(planned, loads), (), 0)
+    grasp = GraspResult(planned, replace(run), felt_grasp(planned, loads), (), 0)
     report = grasp_report(grasp)
     assert f"The object was {word}, as fingers feel it." in report.outcome
     names = [metric.name for metric in report.metrics]

@@ -236,7 +236,7 @@ def test_a_run_that_an_exception_ends_is_told_all_the_same(ends_at, tmp_path):
     run.controller.step = fails
     result = run.run()
     assert "a bug" in str(result.error)
-    found = REGULATE.found(plan, run.recorded(result))
+    found = REGULATE.evaluate(plan, run.recorded(result))
     assert len(found.truth) == len(found.record)
     assert math.isfinite(found.peak)
     assert (found.true_force >= 0.0).all()

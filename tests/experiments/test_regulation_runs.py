@@ -129,7 +129,7 @@ def regulated_with(log, **config):
     run = RecordedRun(plan)
     live = ScheduledChanges(live_parameters_of(run.controller), [Change(1.5, "force", 2.5)])
     result = run.run(sinks=() if log is None else (LogWriter(log),), live=live)
-    return REGULATE.found(plan, run.recorded(result))
+    return REGULATE.evaluate(plan, run.recorded(result))
 
 
 @pytest.fixture

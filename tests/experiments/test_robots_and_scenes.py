@@ -140,7 +140,7 @@ def test_a_force_is_held_on_a_lever_that_gives_way_and_its_log_needs_no_file(own
         planned(object="scene", file=own / "handle.xml", touch="lever", stiffness=4e3, duration=3.0), path
     )
     shutil.rmtree(own)
-    again = LoggedRun.of(read_log(path)).found()
+    again = LoggedRun.of(read_log(path)).evaluate()
     for one in ("true_force", "sensed_force", "set_force"):
         known = getattr(again, one)  # until the controller was done
         assert np.array_equal(known, getattr(found, one)[: len(known)], equal_nan=True)

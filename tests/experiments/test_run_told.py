@@ -285,7 +285,7 @@ def carried_out(name, config, folder) -> Any:
     run = RecordedRun(plan)
     result = run.run(sinks=(log_writer(experiment, plan, folder),))
     before = read_log(log_in(folder))
-    found = experiment.found(plan, run.recorded(result))
+    found = experiment.evaluate(plan, run.recorded(result))
     tell_log(plan, result, experiment.cloud(found))
     after = read_log(log_in(folder))
     assert after.rows.tobytes() == before.rows.tobytes()

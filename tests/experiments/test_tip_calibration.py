@@ -15,7 +15,7 @@ from palpate.cli import main
 from palpate.controllers.touch_sequence import HeldSpan
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.tip_calibration import TipConfig, calibrate_tip
+from palpate.experiments.tip_calibration import TipCalibrationConfig, calibrate_tip
 from palpate.experiments.tip_calibration.bench import believed_targets, simulated_bench, true_targets
 from palpate.experiments.tip_calibration.felt import BLOCKS, felt_touches
 from palpate.experiments.tip_calibration.known import typed_tip
@@ -29,7 +29,7 @@ from palpate.sensing.tip_calibration import TargetKind, TipFit, TouchTarget
 from support.made_up_touches import RADIUS_ERROR, known_before, made_up_touches, touches_file
 
 NANO17 = load_robot("turning-stage-nano17")
-CONFIG = TipConfig()
+CONFIG = TipCalibrationConfig()
 CALIBRATE = "palpate.experiments.tip_calibration.experiment:CalibrateTip"
 
 
@@ -78,7 +78,7 @@ def test_a_tip_is_another_one_as_it_is_asked_for():
         np.testing.assert_allclose(np.array(true.center) - typed.center, errors.center)
         np.testing.assert_allclose(true.rotation, Rotation.from_rotvec(errors.turn).as_matrix(), atol=1e-12)
         np.testing.assert_allclose(true.half_extents, 1.05 * np.array(typed.half_extents), rtol=0.2)
-    drawn = [TipErrors.of(TipConfig(unknown_tip=seed)) for seed in range(50)]
+    drawn = [TipErrors.of(TipCalibrationConfig(unknown_tip=seed)) for seed in range(50)]
     assert all(abs(each.size) <= 0.05 and 0.5 <= each.stiffness <= 2.0 for each in drawn)
     assert all(math.hypot(*each.turn) == pytest.approx(math.radians(3.0)) for each in drawn)
 
@@ -219,7 +219,7 @@ def test_touches_that_do_not_tell_enough_are_not_to_be_used(tmp_path, capsys):
 
 
 def calibrated(tmp_path, robot, **options) -> TipFit:
-    result = calibrate_tip(TipConfig(robot=robot, unknown_tip=1, **options), tmp_path)
+    result = calibrate_tip(TipCalibrationConfig(robot=robot, unknown_tip=1, **options), tmp_path)
     assert result.fit is not None
     assert result.true is not None
     assert result.usable, str(result.fit.verdict)
@@ -235,7 +235,7 @@ def calibrated(tmp_path, robot, **options) -> TipFit:
 def test_a_nano17_finds_its_tip_to_a_fiftieth_of_a_millimetre_and_replays_it(tmp_path):
     fit = calibrated(tmp_path, "turning-stage-nano17", touch_count=30)
     assert fit.sd[:4].max() < 1e-5
-    again: Any = LoggedRun.of(read_log(tmp_path / "latest.mcap")).found()
+    again: Any = LoggedRun.of(read_log(tmp_path / "latest.mcap")).evaluate()
     np.testing.assert_array_equal(again.fit.values, fit.values)
 
 

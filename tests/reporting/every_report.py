@@ -8,14 +8,13 @@ from tempfile import TemporaryDirectory
 import trimesh
 
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.compare.report import map_comparison_report
-from palpate.commands.compare.runs_compared import read_runs
-from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.compare.maps import map_comparison_report
+from palpate.commands.compare.runs import comparison_report, read_runs
 from palpate.commands.replay.report import replay_report
 from palpate.commands.replay.run import replay_log
-from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.commands.typed_values import Varied
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import perform

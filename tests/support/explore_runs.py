@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import Exploration, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, found_by
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.kit.contact_truth import ContactTruth
@@ -27,7 +27,7 @@ def planned_again(planned) -> ExplorationPlan:
     return plan(planned.config, planned.robot, planned.texts())
 
 
-def carried_out(planned) -> Exploration:
+def carried_out(planned) -> ExplorationResult:
     return found_by(planned, carry_out(planned))
 
 
@@ -57,7 +57,7 @@ def pictures(report, heading):
 
 
 @functools.cache
-def small() -> Exploration:
+def small() -> ExplorationResult:
     """Three seconds on a ball, with everything that a report can show."""
     config = ExploreConfig(
         object="sphere", size=(0.012,), speed=0.04, width=0.008, depth=0.006, force_noise=0.01, moment_noise=1e-5
@@ -65,13 +65,13 @@ def small() -> Exploration:
     return carried_out(plan_of(config))
 
 
-def unfelt(found) -> Exploration:
+def unfelt(found) -> ExplorationResult:
     """The same with nothing felt."""
     nothing = found.cloud.select(np.zeros(len(found.cloud), bool))
     return replace(found, cloud=nothing, point_error=np.zeros(0), map=None)
 
 
-def untrue(found) -> Exploration:
+def untrue(found) -> ExplorationResult:
     """The same with nothing known of the truth, as on a robot."""
     count, mapped = len(found.record), found.map
     return replace(

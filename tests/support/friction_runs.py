@@ -18,7 +18,7 @@ def planned(**options):
 def rubbed(**options):
     """What a run with these options finds."""
     plan = planned(**options)
-    return FRICTION.found(plan, carry_out(plan))
+    return FRICTION.evaluate(plan, carry_out(plan))
 
 
 def check_measured(estimate, true, relative):

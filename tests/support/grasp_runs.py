@@ -3,7 +3,7 @@
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.result import Grasp, grasp_of
+from palpate.experiments.grasp.result import GraspResult, grasp_of
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.robots.values import load_named_robot
 
@@ -19,12 +19,12 @@ def planned_again(plan: GraspPlan) -> GraspPlan:
     return plan_grasp(plan.config, plan.robot, plan.texts())
 
 
-def run_grasp(plan: GraspPlan | None = None, /, observers=(), sinks=(), **options) -> Grasp:
+def run_grasp(plan: GraspPlan | None = None, /, observers=(), sinks=(), **options) -> GraspResult:
     """Carry out a plan, or that of these options."""
     plan = plan or plan_of(**options)
     return grasp_of(plan, carry_out(plan, observers, sinks))
 
 
-def found_after(plan: GraspPlan, run: RecordedRun, *observers) -> Grasp:
+def found_after(plan: GraspPlan, run: RecordedRun, *observers) -> GraspResult:
     """Carry out a run of which a test knows the controller, or has chosen the back end."""
     return grasp_of(plan, run.recorded(run.run(observers)))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.experiments.tip_calibration import TipConfig
+from palpate.experiments.tip_calibration import TipCalibrationConfig
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.touches_csv import touches_text
 from palpate.robots.robot import load_robot
@@ -19,7 +19,7 @@ RADIUS_ERROR = 2e-4
 
 def known_before(**options):
     """What is known before, of a robot that turns its tip."""
-    return KnownBefore.of(replace(TipConfig(robot=ROBOT), **options), load_robot(ROBOT), turns=True)
+    return KnownBefore.of(replace(TipCalibrationConfig(robot=ROBOT), **options), load_robot(ROBOT), turns=True)
 
 
 def made_up_touches(before, count=40, seed=0):

@@ -18,7 +18,7 @@ def planned(**fields):
 
 def carried_out(plan):
     """What came of a plan."""
-    return REGULATE.found(plan, carry_out(plan))
+    return REGULATE.evaluate(plan, carry_out(plan))
 
 
 def regulated(**fields):
@@ -29,4 +29,4 @@ def regulated(**fields):
 def logged(plan, path):
     """What came of a plan that was recorded at a path."""
     texts = {EXPERIMENT_TEXT: config_text(REGULATE.name, plan.config), **plan.robot.texts, **plan.texts()}
-    return REGULATE.found(plan, carry_out(plan, sinks=(LogWriter(path, texts),)))
+    return REGULATE.evaluate(plan, carry_out(plan, sinks=(LogWriter(path, texts),)))

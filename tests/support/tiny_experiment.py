@@ -11,8 +11,7 @@ from palpate.controllers import Loss, force_gain, series_stiffness, tracking_del
 from palpate.controllers.force_profile import ConstantForce
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
-from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import DryRun, ExperimentDefaults, PlanDefaults
 from palpate.experiments.kit.metric import Metric
 from palpate.experiments.kit.options import NOISY, TOUCHED, WRITTEN, check_options, option
 from palpate.experiments.kit.run_checks import check_force
@@ -100,7 +99,7 @@ class Tap(ExperimentDefaults):
         plan.expected_duration, plan.longest_duration = 0.5 + config.time, 5.0 + config.time
         return plan
 
-    def found(self, plan, recorded):
+    def evaluate(self, plan, recorded):
         record = recorded.record()
         held = record.phase == Phase.HOLD.value
         truth = np.linalg.norm(recorded.contact_truth.force, axis=1)

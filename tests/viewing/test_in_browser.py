@@ -134,7 +134,7 @@ def test_a_slider_in_the_browser_changes_the_run(live_run, tmp_path):
     recorded = run.recorded(result)
     (change,) = recorded.changes
     assert (change.name, change.value) == ("force", pytest.approx(2.1))
-    assert Explore().found(planned, recorded).set_force[-1] == change.value
+    assert Explore().evaluate(planned, recorded).set_force[-1] == change.value
 
 
 TEST = """

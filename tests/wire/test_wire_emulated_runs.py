@@ -80,7 +80,7 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
     for name, its in (("wire", wired), ("direct", simulated_twin(wired))):
         planned = EXPLORE.plan(config, its, {})
         sinks = (log_writer(EXPLORE, planned, tmp_path),) if name == "wire" else ()
-        found[name] = EXPLORE.found(planned, carry_out(planned, sinks=sinks))
+        found[name] = EXPLORE.evaluate(planned, carry_out(planned, sinks=sinks))
         assert found[name].run.ending is Ending.DONE
         assert found[name].run.at_rest
     one, other = found["wire"], found["direct"]

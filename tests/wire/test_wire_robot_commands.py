@@ -69,7 +69,7 @@ def finished(experiment, plan, backend=None, sink=None):
         result = run.run((), () if sink is None else (sink(),))
         if result.ending is Ending.DONE:
             break
-    return experiment.found(plan, run.recorded(result))
+    return experiment.evaluate(plan, run.recorded(result))
 
 
 @pytest.mark.slow

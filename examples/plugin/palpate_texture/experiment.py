@@ -126,7 +126,7 @@ class Texture(ExperimentDefaults):
             files=("profiles.csv",),
         )
 
-    def found(self, plan, recorded) -> TextureResult:
+    def evaluate(self, plan, recorded) -> TextureResult:
         """See `Experiment`."""
         record = recorded.record()
         profiles = [_profile(record, *span) for span in recorded.controller.spans]

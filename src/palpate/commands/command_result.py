@@ -1,12 +1,12 @@
 """The result of a command as values: for `--json` and for the exit code."""
 
-import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from palpate.reporting.units import UNITS, quantity_key
 
 if TYPE_CHECKING:
     from palpate.reporting.data import Quantity
@@ -49,47 +49,7 @@ class CommandResult:
     error: str = ""
 
 
-UNITS: Mapping[str, tuple[str, float]] = {
-    "": ("", 1.0),
-    "times": ("", 1.0),
-    "%": ("share", 0.01),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-    "µm": ("m", 1e-6),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "µs": ("s", 1e-6),
-    "Hz": ("hz", 1.0),
-    "N": ("n", 1.0),
-    "mN": ("n", 1e-3),
-    "N m": ("n_m", 1.0),
-    "mN m": ("n_m", 1e-3),
-    "kg": ("kg", 1.0),
-    "rad": ("rad", 1.0),
-    "degrees": ("rad", math.pi / 180.0),
-    "1/m": ("per_m", 1.0),
-    "m/s": ("m_per_s", 1.0),
-    "mm/s": ("m_per_s", 1e-3),
-    "N/s": ("n_per_s", 1.0),
-    "N/m": ("n_per_m", 1.0),
-    "kN/m": ("n_per_m", 1e3),
-    "m/s/N": ("m_per_s_per_n", 1.0),
-    "mm/s/N": ("m_per_s_per_n", 1e-3),
-    "mN/min": ("n_per_s", 1e-3 / 60.0),
-}
-"""For each unit of a report: suffix of the name in JSON, and factor to SI units; a percentage becomes a ratio."""
-
-_PERCENTILE = re.compile(r"\b(\d+) %")
-
-
-def quantity_key(words: str, unit: str = "") -> str:
-    """Return the name of a metric in JSON: its words joined by underscores, then its SI unit."""
-    plain = _PERCENTILE.sub(r"p\1", words.lower())
-    parts = [re.sub(r"[^a-z0-9]+", "_", plain).strip("_"), UNITS[unit][0] if unit in UNITS else ""]
-    return "_".join(part for part in parts if part)
-
-
-def shown_figures(metrics: Iterable["Quantity"]) -> tuple[dict[str, object], dict[str, str]]:
+def shown_quantities(metrics: Iterable["Quantity"]) -> tuple[dict[str, object], dict[str, str]]:
     """Return the metrics of a report and their notes, by name and in SI units.
 
     A text that is a number becomes a number; other text keeps its unit, and its name has no suffix. A metric
@@ -131,7 +91,7 @@ def reported_result(
         files: That were written.
         facts: Everything else.
     """
-    values, notes = shown_figures(shown)
+    values, notes = shown_quantities(shown)
     return CommandResult(exit_code, outcome, measured, notes, {**facts, "report": values}, files)
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
+from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.say import say
 from palpate.experiments.kit.experiment import Experiment
@@ -31,6 +31,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     plan = plan_for(experiment, config)
     if plan.robot is None:
         plan.backend()  # building refuses what cannot be simulated; nothing moves before start()
+    plan.controller()  # a wrong factory fails here, not in the run
     would = plan.dry_run()
     check_folder(config.out)
     warnings = (*would.notes, *earlier_run(config.out, experiment.name, would.files))
@@ -45,7 +46,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     for warning in warnings:
         say(console, f"Note: {warning}")
     say(console, f"Would be written: {', '.join(map(str, files))}")
-    values, notes = shown_figures(would.metrics)
+    values, notes = shown_quantities(would.metrics)
     facts = {"dry_run": True, "task": would.task, "robot": robot}
     return CommandResult(ExitCode.DONE, outcome, values, notes, facts, files, warnings)
 

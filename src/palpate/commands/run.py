@@ -72,7 +72,7 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
             companion, interrupted = _companion(console, plan)
         try:
             with doing(console, "working out what was found"):
-                found = experiment.found(plan, run.recorded(result, companion, lambda step: say(console, step)))
+                found = experiment.evaluate(plan, run.recorded(result, companion, lambda step: say(console, step)))
             report = run_report(experiment, plan, found)
             with doing(console, "drawing the report"):
                 files = write_result(experiment, found, report, config.out, figures)

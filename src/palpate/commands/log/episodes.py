@@ -10,8 +10,7 @@ import msgspec
 
 from palpate.bounded_file import read_bytes
 from palpate.commands.earlier_run import SWEEP
-from palpate.commands.sweep.record import read_record
-from palpate.commands.sweep.store import BOUNDS
+from palpate.commands.sweep.store import BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
 from palpate.experiments.kit.registry import experiment_named

@@ -7,10 +7,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
+from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
-from palpate.commands.replay.controller import load_controller_maker
 from palpate.commands.replay.report import (
     ending_recorded,
     ending_replayed,
@@ -21,8 +20,7 @@ from palpate.commands.replay.report import (
     verdict,
     version_differences,
 )
-from palpate.commands.replay.run import ReplayedLog, replay_log
-from palpate.commands.replay.settings import unchangeable
+from palpate.commands.replay.run import ReplayedLog, load_controller_maker, replay_log, unchangeable
 from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
@@ -91,7 +89,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
     """All that was found out, in metrics and facts."""
-    metrics, notes = shown_figures(quantities(found))
+    metrics, notes = shown_quantities(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
     return CommandResult(
         code,

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.replay.run import ReplayedLog
-from palpate.commands.replay.settings import changeable
+from palpate.commands.replay.run import ReplayedLog, changeable
 from palpate.errors import FloatArray
 from palpate.experiments.kit.option_words import has_unit, option_words
 from palpate.experiments.kit.options import TOUCHED, specs_of

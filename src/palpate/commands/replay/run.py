@@ -1,16 +1,18 @@
-"""Replay an experiment from its log, as it was or with something changed."""
+"""Replay the log of an experiment, as it was or with something changed."""
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any, cast
 
-from palpate.commands.replay.controller import ControllerMaker
-from palpate.commands.replay.settings import changed_config
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import FloatArray, InvalidValueError, shown
 from palpate.experiments.kit.experiment import Plan
 from palpate.experiments.kit.from_log import NOTHING_SET, LoggedRun
+from palpate.experiments.kit.options import foreign_options, specs_of
+from palpate.named_object import named_object, raised
+from palpate.nearest_name import nearest, without_unit
 from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
@@ -18,6 +20,79 @@ from palpate.runtime.log.record import record_of
 from palpate.runtime.replay import Replay, replay
 from palpate.runtime.replay_difference import Difference, difference_of_commands, difference_of_sensing
 from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
+from palpate.strict_decode import decode_some
+
+
+def changeable(kind: type) -> tuple[str, ...]:
+    """Return the options of a `Config` that a replay can change."""
+    return tuple(name for name, spec in specs_of(kind).items() if not spec.fixed)
+
+
+def unchangeable(kind: type) -> dict[str, str]:
+    """Return why a replay cannot change the others, by name."""
+    return {
+        name: f"a replay cannot change it: {spec.fixed}" for name, spec in specs_of(kind).items() if spec.fixed
+    }
+
+
+def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
+    """Return a configuration with other values for what a replay can change.
+
+    What was given for a choice that is changed, as the time of steps for another profile, is left out.
+
+    Raises:
+        InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
+    """
+    kind = type(config)
+    specs, refused = specs_of(kind), unchangeable(kind)
+    for name in settings:
+        if name not in specs:
+            near = nearest(name, tuple(specs)) or nearest(without_unit(name), tuple(specs))
+            advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(changeable(kind))}"
+            raise InvalidValueError(f"{name}: there is no such option; {advice}")
+        if name in refused:
+            raise InvalidValueError(f"{name}: {refused[name]}")
+    changed = decode_some(settings, kind)
+    recorded = {each.name: getattr(config, each.name) for each in fields(kind)}
+    foreign = foreign_options(kind, recorded | changed) - changed.keys()
+    default = {each.name: each.default for each in fields(kind) if each.name in foreign}
+    return replace(config, **default, **changed)
+
+
+ControllerMaker = Callable[[Any], Controller]
+"""From the plan of the recorded run, with what is set otherwise, to a fresh controller for it."""
+
+
+def load_controller_maker(name: str) -> ControllerMaker:
+    """Return the function that `module:function` names; the present folder is looked in first.
+
+    What it returns when it is called is checked to be a controller.
+
+    Raises:
+        InvalidValueError: There is no such module or function, or the module cannot be imported.
+    """
+    function = named_object("controller", name, "mine:make for the function make in mine.py")
+    wanted = name.rpartition(":")[2]
+    if not callable(function):
+        raise InvalidValueError(
+            f"controller = {name}: {wanted} is {shown(function, 80)}: must be a function that takes the "
+            "plan of the run and returns a controller"
+        )
+
+    def make(planned: object) -> Controller:
+        try:
+            made = function(planned)
+        except Exception as error:
+            raise InvalidValueError(f"controller = {name}: {raised(wanted, error)}") from error
+        missing = [step for step in ("start", "step") if not callable(getattr(made, step, None))]
+        if missing or isinstance(made, type):
+            raise InvalidValueError(
+                f"controller = {name}: {wanted} returned {shown(made, 80)}: must be a controller, with the "
+                "methods start(first) and step(now)"
+            )
+        return cast(Controller, made)
+
+    return make
 
 
 @dataclass(frozen=True, slots=True, eq=False)

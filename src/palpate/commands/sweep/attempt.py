@@ -8,7 +8,7 @@ import time
 import traceback
 from dataclasses import replace
 
-from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, one_line
+from palpate.commands.sweep.store import RunCase, RunRecord, RunStatus, one_line
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.metric import metrics_of
@@ -53,7 +53,7 @@ def _carried_out(case: RunCase, experiment: Experiment) -> Result:
     plan = plan_for(experiment, config).prepared()
     run = RecordedRun(plan)
     sinks = () if case.folder is None else (log_writer(experiment, plan, case.folder),)
-    result = experiment.found(plan, run.recorded(run.run(sinks=sinks)))
+    result = experiment.evaluate(plan, run.recorded(run.run(sinks=sinks)))
     if case.folder is not None:
         write_result(experiment, result, run_report(experiment, plan, result), case.folder)
         tell_log(plan, result.run, experiment.cloud(result))

@@ -16,10 +16,9 @@ from palpate.commands.say import say
 from palpate.commands.start_up import interrupted_by
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
-from palpate.commands.sweep.result import FEWEST_SEEDS, SweepResult, spread_of
+from palpate.commands.sweep.result import FEWEST_SEEDS, SweepResult, spread_of, time_text
 from palpate.commands.sweep.run import SweepAtWork, check, finished
 from palpate.commands.sweep.store import SweepFolder
-from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import plain
 from palpate.experiments.kit.metric import Metric, number
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, batch_bar
@@ -93,7 +92,7 @@ def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
         {
             **{each.name: plain(value) for each, value in zip(plan.varied, combination.values, strict=True)},
             "runs": result.done_of(combination),
-            **{metric.column: _spread_facts(result, metric, combination) for metric in result.metrics},
+            **{metric.key: _spread_facts(result, metric, combination) for metric in result.metrics},
         }
         for combination in plan.combinations
     ]

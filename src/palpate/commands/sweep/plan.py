@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.record import RunCase
+from palpate.commands.sweep.store import RunCase
 from palpate.commands.typed_values import Varied, set_options, shown_value, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_checks import LARGEST_SEED

@@ -16,7 +16,7 @@ from typing import Any
 import joblib
 
 from palpate.commands.command_result import ExitCode
-from palpate.commands.sweep.record import RunCase
+from palpate.commands.sweep.store import RunCase
 from palpate.errors import InvalidValueError
 from palpate.extras import require
 from palpate.one_thread import ONE_THREAD
@@ -66,7 +66,7 @@ class RayRunner:
         return where.get(self.address, f"on the ray cluster at {self.address}")
 
     def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
-        """See `palpate.commands.sweep.runner.LocalRunner.run`; of what is handed out, the one before counts, too.
+        """See `palpate.commands.sweep.run.LocalRunner.run`; of what is handed out, the one before counts, too.
 
         Raises:
             HeadLostError: The head of the cluster has been lost.

@@ -6,18 +6,18 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from palpate.commands.scale import scale_of
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.figure import figures
 from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
-from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.result import FEWEST_SEEDS, HIGH, LOW, SweepResult, numbers_of, spread_of
-from palpate.commands.sweep.words import time_text
+from palpate.commands.sweep.result import FEWEST_SEEDS, HIGH, LOW, SweepResult, numbers_of, spread_of, time_text
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.commands.typed_values import shown_value
 from palpate.experiments.kit.metric import is_share
+from palpate.experiments.kit.options import NOISY, specs_of
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import Figures, Report, Section, TextTable
+from palpate.reporting.units import scale_of
 
 MOST_ROWS = 60
 """Of a table in the report: the rest is in runs.csv."""
@@ -106,7 +106,7 @@ def run_name(result: SweepResult, record: RunRecord) -> str:
 
 
 def advice(result: SweepResult) -> tuple[str, ...]:
-    """Return what to do after a sweep."""
+    """Return advice on the next step."""
     sentences = []
     if result.failures:
         sentences.append(
@@ -114,7 +114,10 @@ def advice(result: SweepResult) -> tuple[str, ...]:
             "same command with --repeat-failed."
         )
     if result.seeds_alike:
-        sentences.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
+        specs = specs_of(result.plan.experiment.Config)
+        noises = [name for name, spec in specs.items() if spec.fixed == NOISY and name.endswith("_noise")]
+        unless = f", unless the sensor has noise (--set {noises[0]}=0.01)" if noises else ""
+        sentences.append(f"One seed of each is enough{unless}.")
     elif len(result.plan.seeds) < FEWEST_SEEDS and len(result.records) > 1:
         sentences.append(
             f"With fewer than {FEWEST_SEEDS} runs of each combination, the effect of the options cannot be "

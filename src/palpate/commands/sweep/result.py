@@ -1,4 +1,4 @@
-"""What a sweep came to: its records, and what they are over the seeds."""
+"""Result of a sweep: its records, and the metrics over the seeds."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -9,10 +9,24 @@ from itertools import islice
 import numpy as np
 
 from palpate.commands.sweep.plan import Combination, SweepPlan
-from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.nearest_name import nearest
+
+MINUTE, HOUR = 60.0, 3600.0
+
+
+def time_text(seconds: float) -> str:
+    """Return a time [s] with two digits or so, in a unit that suits it."""
+    if seconds < 10.0:
+        return f"{seconds:.2g} s"
+    if seconds < 1.5 * MINUTE:
+        return f"{seconds:.0f} s"
+    if seconds < 1.5 * HOUR:
+        return f"{seconds / MINUTE:.0f} min"
+    return f"{seconds / HOUR:.2g} h" if seconds < 100 * HOUR else f"{seconds / HOUR / 24:.0f} days"
+
 
 LOW, HIGH = 10.0, 90.0
 """Percentiles of the band that is shown of several runs."""
@@ -92,7 +106,7 @@ class SweepResult:
         wanted = {id(combination) for combination in combinations}
         pairs = zip(self.plan.runs, self.records, strict=True)
         return [
-            record.metrics.get(metric.column)
+            record.metrics.get(metric.key)
             for run, record in pairs
             if record.done and id(run.combination) in wanted
         ]
@@ -101,7 +115,7 @@ class SweepResult:
         """Return a metric of the runs that got to their end, combination by combination."""
         count = len(self.plan.seeds)
         each = (self.records[first : first + count] for first in range(0, len(self.records), count))
-        return [[record.metrics.get(metric.column) for record in records if record.done] for records in each]
+        return [[record.metrics.get(metric.key) for record in records if record.done] for records in each]
 
     def done_of(self, combination: Combination) -> int:
         """Return how many runs of a combination got to their end."""
@@ -142,9 +156,9 @@ class SweepResult:
         sentences = []
         if self.seeds_alike:
             sentences.append(
-                "All seeds gave the same numbers: nothing in these runs is random (see the options for noise)."
+                "All seeds gave the same numbers: nothing in these runs is random."
             )
-        words = [metric.column for metric in self.metrics if self._is_words(metric)]
+        words = [metric.key for metric in self.metrics if self._is_words(metric)]
         if words:
             sentences.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")
         if self.versions:
@@ -172,7 +186,7 @@ def checked_columns(columns: Sequence[str], metrics: Sequence[Metric]) -> tuple[
     Raises:
         InvalidValueError: There is no such column.
     """
-    known = {metric.column: metric for metric in metrics}
+    known = {metric.key: metric for metric in metrics}
     for column in columns:
         if column not in known:
             near = nearest(column, list(known))
@@ -181,10 +195,10 @@ def checked_columns(columns: Sequence[str], metrics: Sequence[Metric]) -> tuple[
     return tuple(known[column] for column in dict.fromkeys(columns))
 
 
-def shown_figures(records: Iterable[RunRecord], metrics: Sequence[Metric]) -> tuple[Metric, ...]:
+def shown_metrics(records: Iterable[RunRecord], metrics: Sequence[Metric]) -> tuple[Metric, ...]:
     """Return the metrics to show by default: the first ones that are numbers in any run."""
     done = [record.metrics for record in records if record.done]
-    known = (f for f in metrics if any(isinstance(each.get(f.column), bool | int | float) for each in done))
+    known = (f for f in metrics if any(isinstance(each.get(f.key), bool | int | float) for each in done))
     return tuple(islice(known, SHOWN))
 
 

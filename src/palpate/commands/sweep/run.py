@@ -1,4 +1,4 @@
-"""The steps of a sweep, with a terminal or without."""
+"""Steps of a sweep, with a terminal or without: check, run on this computer or a ray cluster, write."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,12 +7,53 @@ from pathlib import Path
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import SweepPlan, expected_durations
 from palpate.commands.sweep.ray_runner import RayRunner, check_ray
-from palpate.commands.sweep.record import RunCase, RunRecord
-from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures
-from palpate.commands.sweep.runner import LocalRunner, record_of
-from palpate.commands.sweep.store import SweepFolder
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics
+from palpate.commands.sweep.store import RunCase, RunRecord, RunStatus, SweepFolder, without_result
 from palpate.experiments.kit.metric import Metric
-from palpate.runtime.batch import BatchProgress, ShowProgress
+from palpate.runtime.batch import BatchProgress, Failure, FailureKind, Outcome, ShowProgress, run_batch
+
+
+@dataclass(frozen=True, slots=True)
+class LocalRunner:
+    """Processes of this computer, by joblib's loky.
+
+    Attributes:
+        jobs: How many at a time; as many as there are cores, if not given.
+    """
+
+    jobs: int | None = None
+
+    def describe(self) -> str:
+        """Return where it does, for people."""
+        return "on all cores" if self.jobs is None else f"{self.jobs} at a time"
+
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
+        """Run every case once, by `palpate.commands.sweep.attempt.attempt`.
+
+        A case whose process dies runs again in another process; if it dies there, too, its outcome is a `Failure`.
+
+        Args:
+            cases: Runs to do.
+            progress: Called once with each outcome as soon as it is known, in any order.
+            longest: Longest wall time of a case [s]; a case that takes longer counts as one whose process died.
+
+        Raises:
+            BatchError: If no case can run at all.
+            KeyboardInterrupt: On Ctrl-C; all processes have ended.
+        """
+        from palpate.commands.sweep.attempt import attempt  # with the simulator
+
+        if cases:
+            run_batch(attempt, cases, self.jobs, progress, longest=longest)
+
+
+def record_of(outcome: Outcome[RunCase, RunRecord]) -> RunRecord:
+    """Return what is kept of an outcome."""
+    if isinstance(outcome, Failure):
+        status = RunStatus.DIED if outcome.kind is FailureKind.DIED else RunStatus.FAILED
+        return without_result(outcome.case, status, outcome.error, outcome.traceback)
+    return outcome.result
+
 
 WALL_PER_SIMULATED = 0.1
 """Wall time of a simulated second, before any run is finished: measured from 0.05 to 0.2 on a core of 2023."""
@@ -124,7 +165,7 @@ class SweepAtWork:
     def result(self) -> SweepResult:
         """What it came to, once everything is done."""
         plan = self.checked.plan
-        shown = self.checked.shown or shown_figures(self.records.values(), plan.experiment.metrics)
+        shown = self.checked.shown or shown_metrics(self.records.values(), plan.experiment.metrics)
         return SweepResult(plan, tuple(self.records[run.number] for run in plan.runs), shown)
 
     def write(self) -> tuple[Path, ...]:
@@ -135,7 +176,7 @@ class SweepAtWork:
         """
         from palpate.commands.sweep.figure import write_summary
         from palpate.commands.sweep.report import sweep_report
-        from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
+        from palpate.commands.sweep.store import columns_of, rows_of, write_csv, write_parquet
         from palpate.experiments.kit.recording import write_figures
         from palpate.reporting.page import write_report
 

@@ -1,14 +1,19 @@
-"""The folder of a sweep: its request, and each run as a file of its own, written atomically.
+"""Runs of a sweep on disk: the folder, one small file per run, and the tables.
 
-A process that is killed at whatever instant loses the runs that it was busy with, and nothing else.
+Each run is a file of its own, written atomically: a process that is killed at any instant loses only the runs that
+it was working on.
 """
 
+import csv
+import io
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import StrEnum
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 
 import msgspec
@@ -16,10 +21,109 @@ import msgspec
 from palpate.atomic_file import replacing
 from palpate.bounded_file import Bounds, read_bytes
 from palpate.commands.sweep.plan import SweepPlan
-from palpate.commands.sweep.record import RunRecord, read_record, record_text
-from palpate.commands.typed_values import shown_value
+from palpate.commands.typed_values import plain, shown_value
 from palpate.errors import InvalidValueError, shown
+from palpate.experiments.kit.metric import MetricValue
 from palpate.experiments.kit.output_folder import make_folder
+from palpate.plain_text import inert_cell
+
+
+class RunStatus(StrEnum):
+    """How a run went."""
+
+    DONE = "done"
+    """To its end: its metrics count."""
+    UNFINISHED = "unfinished"
+    """The supervisor stopped it, contact was lost, or its time was up: it has metrics, which do not count."""
+    FAILED = "failed"
+    """It raised an exception."""
+    DIED = "died"
+    """Its process ended, more than once: a crash in C, out of memory, SIGKILL."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunCase:
+    """What a worker is given: texts, so that it needs nothing that only the process has where it was typed.
+
+    Attributes:
+        run: Number of the run.
+        digest: Of the case.
+        experiment: What finds it, wherever the worker stands.
+        config: Its configuration, as `palpate.experiments.kit.config_file` writes it,
+        seed: but for the seed.
+        folder: For report, log and files of the run; None if they are not kept.
+    """
+
+    run: int
+    digest: str
+    experiment: str
+    config: str
+    seed: int
+    folder: Path | None = None
+
+
+class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What came of a run.
+
+    Attributes:
+        run: Its number, from 0: its place in the sweep.
+        digest: Of its case, so that a file of another sweep is not mistaken for one of this.
+        seed: Of its random numbers.
+        status: How it went.
+        message: How it ended, or what failed, in one line.
+        traceback: Where that was raised; else empty.
+        duration: Wall time in its process [s].
+        host: Computer that did it.
+        metrics: What came out, by column; the only part that is the same whoever does it.
+        versions: Of Python and of the packages whose arithmetic the metrics depend on.
+    """
+
+    run: int
+    digest: str
+    seed: int
+    status: RunStatus
+    message: str = ""
+    traceback: str = ""
+    duration: float | None = msgspec.field(name="duration_s", default=None)
+    host: str = ""
+    metrics: dict[str, MetricValue] = {}
+    versions: dict[str, str] = {}
+
+    @property
+    def done(self) -> bool:
+        """Whether its metrics count."""
+        return self.status is RunStatus.DONE
+
+
+def record_text(record: RunRecord) -> bytes:
+    """Return it as JSON; `read_record` gives back the very same, every float to the last bit."""
+    return msgspec.json.encode(record) + b"\n"
+
+
+def read_record(text: bytes) -> RunRecord | None:
+    """Return what `record_text` wrote; None if it is something else, as after a loss of power."""
+    try:
+        return msgspec.json.decode(text, type=RunRecord)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return None
+
+
+def without_result(case: RunCase, status: RunStatus, error: str, trace: str = "") -> RunRecord:
+    """Return the record of a run that could not write its own."""
+    return RunRecord(
+        run=case.run,
+        digest=case.digest,
+        seed=case.seed,
+        status=status,
+        message=one_line(error),
+        traceback=trace,
+    )
+
+
+def one_line(text: str) -> str:
+    """Return a text without line breaks."""
+    return " ".join(text.split())
+
 
 SWEEP_FILE = "sweep.json"
 """The request."""
@@ -214,3 +318,92 @@ def _of_mapping(what: str, before: Mapping[str, object], request: Mapping[str, o
     if not differences and list(before) != list(request):
         differences.append(f"{what} in the order {', '.join(before)} there, {', '.join(request)} now")
     return differences
+
+
+FRONT = ("run",)
+"""Columns before the options that were varied,"""
+
+MIDDLE = ("seed", "status", "message", "duration_s", "host")
+"""and behind them, before the metrics."""
+
+VERSIONS = ("palpate", "python", "numpy", "scipy", "numba", "mujoco")
+"""Whose versions stand in the last columns."""
+
+
+def columns_of(plan: SweepPlan) -> tuple[str, ...]:
+    """Return the names of all columns."""
+    varied = (each.name for each in plan.varied)
+    versions = (f"{name}_version" for name in VERSIONS)
+    return (*FRONT, *varied, *MIDDLE, *(metric.key for metric in plan.experiment.metrics), *versions)
+
+
+def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, MetricValue]]:
+    """Return one row per record, by column."""
+    rows = []
+    for record in records:
+        values = plan.runs[record.run].combination.values
+        row: dict[str, MetricValue] = {"run": record.run}
+        row |= {each.name: plain(value) for each, value in zip(plan.varied, values, strict=True)}
+        row |= {
+            "seed": record.seed,
+            "status": record.status.value,
+            "message": record.message,
+            "duration_s": record.duration,
+            "host": record.host,
+        }
+        row |= {metric.key: record.metrics.get(metric.key) for metric in plan.experiment.metrics}
+        row |= {f"{name}_version": record.versions.get(name) for name in VERSIONS}
+        rows.append(row)
+    return rows
+
+
+def write_csv(rows: Sequence[Mapping[str, MetricValue]], columns: Sequence[str], path: Path) -> None:
+    """Write rows as CSV with a heading; what is not known is empty, floats read back to the same bits.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(row[name]) for name in columns] for row in rows)
+    with replacing(path) as file:
+        file.write(text.getvalue().encode("utf-8"))
+
+
+def write_parquet(rows: Sequence[Mapping[str, MetricValue]], columns: Sequence[str], path: Path) -> bool:
+    """Write rows as Parquet, if pyarrow is installed; return whether it is.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    try:
+        arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        return False
+    table = arrow.table({name: arrow.array(_alike([row[name] for row in rows])) for name in columns})
+    with replacing(path) as file:
+        parquet.write_table(table, file)
+    return True
+
+
+def _cell(value: MetricValue) -> str:
+    if value is None:
+        return ""
+    return (
+        str(value).lower()
+        if isinstance(value, bool)
+        else repr(value)
+        if isinstance(value, float)
+        else inert_cell(str(value))
+    )
+
+
+def _alike(values: list[MetricValue]) -> list[MetricValue]:
+    """Values of one type, as a column needs them: whole numbers among others are such, words make all words."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {int, float} and float in kinds:
+        return [None if value is None else float(value) for value in values]
+    if len(kinds) > 1:
+        return [None if value is None else shown_value(value) for value in values]
+    return values

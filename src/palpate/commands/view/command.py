@@ -122,7 +122,7 @@ def _watch(config: ViewConfig, tool: TopicViewer | None, console: Console) -> Co
         for note in view.run_over():
             say(console, note)
         with kept_if_interrupted(result), doing(console, "evaluating the run"):
-            found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
+            found = experiment.evaluate(plan, run.recorded(result, progress=lambda step: say(console, step)))
             tell(console, plan, result, experiment.cloud(found))
         report = run_report(experiment, plan, found)
         answer = CommandResult(

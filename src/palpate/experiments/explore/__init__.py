@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from palpate.experiments.explore.config import ExploreConfig
 
 if TYPE_CHECKING:
-    from palpate.experiments.explore.exploration import Exploration
+    from palpate.experiments.explore.exploration import ExplorationResult
     from palpate.runtime import Observer
 
 __all__ = ["ExploreConfig", "explore"]
@@ -19,7 +19,7 @@ def explore(
     observers: "Sequence[Observer]" = (),
     *,
     progress: bool = False,
-) -> "Exploration":
+) -> "ExplorationResult":
     """Explore an object by touch, and return map, shape and errors.
 
     Args:
@@ -35,5 +35,5 @@ def explore(
     from palpate.experiments.explore.experiment import Explore  # what runs and draws is imported only now
     from palpate.experiments.kit.script import perform
 
-    found: Exploration = perform(Explore(), config, out, observers, progress=progress)
+    found: ExplorationResult = perform(Explore(), config, out, observers, progress=progress)
     return found

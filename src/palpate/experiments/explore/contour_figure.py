@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.exploration import ExplorationResult
 from palpate.experiments.explore.felt_path import felt_path
 from palpate.experiments.explore.mark_places import SIZE, look_of, places_by_event
 from palpate.experiments.explore.surface_colours import MICRO, MILLI
@@ -15,7 +15,7 @@ from palpate.reporting.marks import Line, Mark, Points, Rule, Symbol
 from palpate.runtime.palette import FELT, QUIET_COLOUR, TRUTH
 
 
-def contour_figure(exploration: Exploration) -> Figure | None:
+def contour_figure(exploration: ExplorationResult) -> Figure | None:
     """Return the outline from above, and its error along the arc if the truth is known; None if none was felt."""
     if not len(exploration.cloud):
         return None
@@ -57,7 +57,7 @@ def _arc(points: FloatArray) -> FloatArray:
     return np.where(np.isfinite(steps), np.nancumsum(steps), np.nan)
 
 
-def _outline(exploration: Exploration, points: FloatArray) -> tuple[Mark, ...]:
+def _outline(exploration: ExplorationResult, points: FloatArray) -> tuple[Mark, ...]:
     cloud, marks = exploration.cloud, list[Mark]()
     if exploration.truth.known:
         true = felt_path(replace(cloud, position=cloud.position - exploration.point_error[:, None] * cloud.normal),
@@ -75,7 +75,7 @@ def _outline(exploration: Exploration, points: FloatArray) -> tuple[Mark, ...]:
 
 
 def _marks_along(
-    exploration: Exploration, points: FloatArray, arc: FloatArray, error: FloatArray
+    exploration: ExplorationResult, points: FloatArray, arc: FloatArray, error: FloatArray
 ) -> tuple[Points, ...]:
     """The marks at the nearest points of the line."""
     drawn = []

@@ -7,7 +7,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.metrics import METRICS
 
 if TYPE_CHECKING:
-    from palpate.experiments.explore.exploration import Exploration
+    from palpate.experiments.explore.exploration import ExplorationResult
     from palpate.experiments.explore.plan import ExplorationPlan
     from palpate.experiments.kit.experiment import Writer
     from palpate.experiments.kit.recorded_run import Recorded
@@ -31,25 +31,25 @@ class Explore:
         assert robot is not None  # the configuration names one
         return plan(config, robot, texts)
 
-    def found(self, plan: "ExplorationPlan", recorded: "Recorded") -> "Exploration":
+    def evaluate(self, plan: "ExplorationPlan", recorded: "Recorded") -> "ExplorationResult":
         """See `Experiment`."""
         from palpate.experiments.explore.exploration import found_by
 
         return found_by(plan, recorded)
 
-    def report(self, result: "Exploration") -> "Report":
+    def report(self, result: "ExplorationResult") -> "Report":
         """See `Experiment`."""
         from palpate.experiments.explore.report import exploration_report
 
         return exploration_report(result)
 
-    def files(self, result: "Exploration") -> "Mapping[str, Writer]":
+    def files(self, result: "ExplorationResult") -> "Mapping[str, Writer]":
         """See `Experiment`."""
         from palpate.experiments.explore.files import exploration_files
 
         return exploration_files(result)
 
-    def cloud(self, result: "Exploration") -> "Cloud | None":
+    def cloud(self, result: "ExplorationResult") -> "Cloud | None":
         """See `Experiment`: the map, as far as there is one."""
         from palpate.experiments.explore.map_cloud import map_cloud
 

@@ -115,7 +115,7 @@ ERRORS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Exploration(ShownResult):
+class ExplorationResult(ShownResult):
     """What an exploration found, and how it went.
 
     What no metric of merit needs is computed when it is first asked for: a sweep never does.
@@ -250,7 +250,7 @@ class Exploration(ShownResult):
         return (ErrorSample(*ERRORS, 1e6 * self.point_error),) if self.truth.known else ()
 
 
-def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
+def found_by(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
     """Return what was found, however the run ended."""
     config, record, strategy = plan.config, recorded.record(), recorded.controller.strategy
     felt = ScanContacts.of(
@@ -264,7 +264,7 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
     assumptions = assumption_check(record, plan.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
     target = plan.target if truth.known else None
     mapped = _map(plan, target, record, felt, set_force, assumptions, recorded.progress)
-    return Exploration(
+    return ExplorationResult(
         plan,
         recorded.run,
         record,

@@ -4,14 +4,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from palpate.experiments.explore.exploration import Exploration
+    from palpate.experiments.explore.exploration import ExplorationResult
     from palpate.experiments.kit.experiment import Writer
 
 FILE_NAMES = ("contacts.ply", "contacts.csv", "marks.csv", "map.ply", "map.stl", "height_map.csv")
 """Of an exploration that feels enough for a map."""
 
 
-def exploration_files(found: "Exploration") -> "dict[str, Writer]":
+def exploration_files(found: "ExplorationResult") -> "dict[str, Writer]":
     """Return what writes each file, by its name."""
     from palpate.experiments.explore.explored_marks import write_marks_csv
     from palpate.mapping import write_cloud_csv, write_cloud_ply, write_height_map_csv, write_mesh

@@ -6,38 +6,38 @@ from typing import TYPE_CHECKING
 from palpate.experiments.kit.metric import Metric, MetricValue
 
 if TYPE_CHECKING:
-    from palpate.experiments.explore.exploration import Exploration
+    from palpate.experiments.explore.exploration import ExplorationResult
     from palpate.experiments.explore.explored_map import ExploredMap
 
 
 def _of_map(
     value: "Callable[[ExploredMap], float]", *, true: bool = True
-) -> "Callable[[Exploration], MetricValue]":
+) -> "Callable[[ExplorationResult], MetricValue]":
     """From a metric of a map that claims something to one of the exploration; a `true` one needs the truth."""
 
-    def found(exploration: "Exploration") -> MetricValue:
+    def found(exploration: "ExplorationResult") -> MetricValue:
         known = exploration.claimed_map
         return None if known is None or (true and not known.truth_known) else value(known)
 
     return found
 
 
-def _shape(exploration: "Exploration") -> str | None:
+def _shape(exploration: "ExplorationResult") -> str | None:
     shape = None if exploration.map is None else exploration.map.shape
     return None if shape is None or shape.kind is None else shape.kind.value
 
 
-def _broken(exploration: "Exploration") -> str | None:
+def _broken(exploration: "ExplorationResult") -> str | None:
     found = exploration.map
     return None if found is None else found.verdict.names
 
 
-def _unsure(exploration: "Exploration") -> str | None:
+def _unsure(exploration: "ExplorationResult") -> str | None:
     shape = None if exploration.map is None else exploration.map.shape
     return None if shape is None else shape.verdict.names
 
 
-def _tip(exploration: "Exploration") -> str | None:
+def _tip(exploration: "ExplorationResult") -> str | None:
     check = exploration.tip
     return None if check is None else ", ".join(broken.assumption.name for broken in check.broken())
 

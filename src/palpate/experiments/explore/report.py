@@ -11,7 +11,7 @@ from palpate.errors import FloatArray
 from palpate.experiments.explore.assumption_check import assumption_sentences
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.contour_figure import contour_figure
-from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.exploration import ExplorationResult
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import NOT_FELT, marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
@@ -152,7 +152,7 @@ LONGER = {StopReason.SPENT: "more --time finds more", StopReason.REACHED: "a fin
 """What finds more where an active exploration ended so."""
 
 
-def exploration_report(exploration: Exploration) -> Report:
+def exploration_report(exploration: ExplorationResult) -> Report:
     """Return the report on an exploration."""
     config = exploration.config
     return Report(
@@ -178,12 +178,12 @@ def exploration_report(exploration: Exploration) -> Report:
     )
 
 
-def _felt_enough(exploration: Exploration) -> bool:
+def _felt_enough(exploration: ExplorationResult) -> bool:
     """Whether at least half of what could be felt was; taken for granted where nobody knows the surface."""
     return not exploration.coverage < HALF_FELT
 
 
-def _surface(exploration: Exploration) -> Section:
+def _surface(exploration: ExplorationResult) -> Section:
     nothing = "" if len(exploration.cloud) else "The finger felt nothing, so there is no surface to show."
 
     def draw() -> Iterator[Figure | None]:
@@ -224,13 +224,13 @@ def _shape(found: ExploredMap | None) -> tuple[Section, ...]:
     return (Section("Which shape it is", (sentence, TextTable(shape_rows(shape)), candidates)),)
 
 
-def _error_figures(exploration: Exploration) -> Iterator[Figure]:
+def _error_figures(exploration: ExplorationResult) -> Iterator[Figure]:
     error = exploration.point_error
     if exploration.truth.known and len(error):
         yield error_histogram(error, CONTACT_NOTE if error.max() > OUTSIDE else "")
 
 
-def _time_figures(exploration: Exploration) -> Iterator[Figure | None]:
+def _time_figures(exploration: ExplorationResult) -> Iterator[Figure | None]:
     series = time_series(exploration)
     if series.phase:
         yield force_overview(series)
@@ -238,7 +238,7 @@ def _time_figures(exploration: Exploration) -> Iterator[Figure | None]:
         yield spin_figure(series, exploration.cloud)
 
 
-def time_series(exploration: Exploration) -> TimeSeries:
+def time_series(exploration: ExplorationResult) -> TimeSeries:
     """Return forces, spin torque and speed over time."""
     record, truth = exploration.record, exploration.truth
     return recorded_series(
@@ -249,7 +249,7 @@ def time_series(exploration: Exploration) -> TimeSeries:
     )
 
 
-def _advice(exploration: Exploration) -> tuple[str, ...]:
+def _advice(exploration: ExplorationResult) -> tuple[str, ...]:
     """What to do after it."""
     found, config = exploration.claimed_map, exploration.config
     if not len(exploration.cloud):
@@ -274,7 +274,7 @@ def _advice(exploration: Exploration) -> tuple[str, ...]:
     return tuple(advice)
 
 
-def _advice_on_places(exploration: Exploration) -> tuple[str, ...]:
+def _advice_on_places(exploration: ExplorationResult) -> tuple[str, ...]:
     """What to do about places that were not felt."""
     config, events = exploration.config, {mark.event for mark in exploration.marks}
     if PathEvent.OPEN in events:
@@ -287,11 +287,11 @@ def _advice_on_places(exploration: Exploration) -> tuple[str, ...]:
     return ()
 
 
-def _coverage(exploration: Exploration) -> str:
+def _coverage(exploration: ExplorationResult) -> str:
     return f"{100.0 * exploration.coverage:.0f} %"
 
 
-def _felt(exploration: Exploration) -> str:
+def _felt(exploration: ExplorationResult) -> str:
     """How much was felt, in words."""
     known = math.isfinite(exploration.coverage)
     share = f" over {_coverage(exploration)} of what could be felt" if known else ""
@@ -305,7 +305,7 @@ def _asked(config: ExploreConfig) -> str:
     )
 
 
-def outcome(exploration: Exploration) -> str:
+def outcome(exploration: ExplorationResult) -> str:
     """Return in one sentence how it ended."""
     result = exploration.run
     if result.ending is Ending.DONE:
@@ -325,7 +325,7 @@ def outcome(exploration: Exploration) -> str:
     return f"Not finished ({why}) after {result.duration:.1f} s{felt}; {result.rest}.{_remarks(exploration)}"
 
 
-def _remarks(exploration: Exploration) -> str:
+def _remarks(exploration: ExplorationResult) -> str:
     """Sentences on live changes and on assumptions that did not hold; "" without any."""
     config = exploration.config
     sentences = (
@@ -341,13 +341,13 @@ def _places(count: int) -> str:
     return "one place could" if count == 1 else f"{count} places could"
 
 
-def _held(exploration: Exploration) -> tuple[Quantity, ...]:
+def _held(exploration: ExplorationResult) -> tuple[Quantity, ...]:
     moved = exploration.held_motion
     note = "object, or end of the tool, by elastic contacts and slip, seen from the fingers that hold it"
     return () if moved is None else (Quantity("moved in the fingers, at most", 1e3 * moved, "mm", note),)
 
 
-def quantities(exploration: Exploration) -> tuple[Quantity, ...]:
+def quantities(exploration: ExplorationResult) -> tuple[Quantity, ...]:
     """Return the metrics that matter, most important first."""
     result = exploration.run
     limit = f"limit {exploration.plan.limits.force:g} N"
@@ -363,7 +363,7 @@ def quantities(exploration: Exploration) -> tuple[Quantity, ...]:
     )
 
 
-def _true_metrics(exploration: Exploration) -> list[Quantity]:
+def _true_metrics(exploration: ExplorationResult) -> list[Quantity]:
     """How far points and forces are off."""
     if not exploration.truth.known:
         return [Quantity("points to true surface", NOT_KNOWN), Quantity("true normal force", NOT_KNOWN)]
@@ -375,7 +375,7 @@ def _true_metrics(exploration: Exploration) -> list[Quantity]:
     ]
 
 
-def _map_metrics(exploration: Exploration) -> list[Quantity]:
+def _map_metrics(exploration: ExplorationResult) -> list[Quantity]:
     """The map in a few metrics, and which shape it is."""
     found = exploration.map
     if found is None:
@@ -438,7 +438,7 @@ def _layer_metrics(found: ExploredMap) -> list[Quantity]:
     return metrics
 
 
-def _set_force(exploration: Exploration) -> str:
+def _set_force(exploration: ExplorationResult) -> str:
     config, set_force = exploration.config, exploration.set_force[exploration.scanning]
     if config.force_swing:
         return f"set {config.force:g} N ± {config.force_swing:g} N"
@@ -447,7 +447,7 @@ def _set_force(exploration: Exploration) -> str:
     return f"set {set_force.min():g} to {set_force.max():g} N, changed while it ran"
 
 
-def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+def settings(exploration: ExplorationResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
     config, known = exploration.config, exploration.truth.known
     return (
@@ -476,7 +476,7 @@ def _swing(config: ExploreConfig) -> str:
     return f", ± {config.force_swing:g} N as a sine of {config.force_period:g} s" if config.force_swing else ""
 
 
-def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+def _force_law(exploration: ExplorationResult) -> tuple[tuple[str, str], ...]:
     """The law of force control with its margins, and what they were found from."""
     gain, found = exploration.plan.parameters.gain, exploration.plan.identified
     if found is None:
@@ -501,6 +501,6 @@ def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _cost(exploration: Exploration) -> SceneCost | None:
+def _cost(exploration: ExplorationResult) -> SceneCost | None:
     scene = exploration.plan.scene
     return None if scene is None else scene_cost(scene.model)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.exploration import ExplorationResult
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.felt_path import FeltPath, felt_path
 from palpate.experiments.explore.mark_places import event_spots
@@ -36,7 +36,7 @@ BEYOND = 0.05
 """How far it is drawn beyond what was touched, of its extent."""
 
 
-def surface_figure(exploration: Exploration) -> Figure | None:
+def surface_figure(exploration: ExplorationResult) -> Figure | None:
     """Return the map with all that is known at its vertices; without a map, the points alone; None without any."""
     if not len(exploration.cloud):
         return None
@@ -80,7 +80,7 @@ def _alone(path: FeltPath, errors: tuple[Colouring, ...]) -> Spots:
     return Spots(path.points, "contacts", size=3.0, colourings=(height_colouring(path.points), *errors))
 
 
-def _true_surface(exploration: Exploration) -> Surface:
+def _true_surface(exploration: ExplorationResult) -> Surface:
     """The true upper surface over the touched region and a little beyond."""
     touched = exploration.cloud.position
     room = max(BEYOND * float(np.ptp(touched, axis=0).max()), 1e-4)

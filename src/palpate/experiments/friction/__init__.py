@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from palpate.experiments.friction.result import FrictionResult
     from palpate.runtime import Observer
 
-__all__ = ["FrictionConfig", "find_friction"]
+__all__ = ["FrictionConfig", "measure_friction"]
 
 
-def find_friction(
+def measure_friction(
     config: FrictionConfig,
     out: str | Path | None = None,
     observers: "Sequence[Observer]" = (),

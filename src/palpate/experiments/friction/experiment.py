@@ -30,7 +30,7 @@ class FindFriction(ExperimentDefaults):
         assert robot is not None  # config.robot names one
         return plan(config, robot, texts)
 
-    def found(self, plan: "FrictionPlan", recorded: "Recorded") -> "FrictionResult":
+    def evaluate(self, plan: "FrictionPlan", recorded: "Recorded") -> "FrictionResult":
         """Return what the strokes tell; see `Experiment`."""
         from palpate.experiments.friction.result import found
 

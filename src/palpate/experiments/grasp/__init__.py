@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from palpate.experiments.grasp.config import GraspConfig
 
 if TYPE_CHECKING:
-    from palpate.experiments.grasp.result import Grasp
+    from palpate.experiments.grasp.result import GraspResult
     from palpate.runtime import Observer
 
 __all__ = ["GraspConfig", "grasp_object"]
@@ -19,7 +19,7 @@ def grasp_object(
     observers: "Sequence[Observer]" = (),
     *,
     progress: bool = False,
-) -> "Grasp":
+) -> "GraspResult":
     """Hold an object, lift it, and set it down; return how it was held.
 
     Args:
@@ -35,5 +35,5 @@ def grasp_object(
     from palpate.experiments.grasp.experiment import GraspObject  # what runs and draws is imported only now
     from palpate.experiments.kit.script import perform
 
-    found: Grasp = perform(GraspObject(), config, out, observers, progress=progress)
+    found: GraspResult = perform(GraspObject(), config, out, observers, progress=progress)
     return found

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.metrics import METRICS
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import ExperimentDefaults
 
 if TYPE_CHECKING:
     from palpate.experiments.grasp.plan import GraspPlan
-    from palpate.experiments.grasp.result import Grasp
+    from palpate.experiments.grasp.result import GraspResult
     from palpate.experiments.kit.experiment import Writer
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.reporting.report import Report
@@ -30,19 +30,19 @@ class GraspObject(ExperimentDefaults):
 
         return plan(config, robot, texts)
 
-    def found(self, plan: "GraspPlan", recorded: "Recorded") -> "Grasp":
+    def evaluate(self, plan: "GraspPlan", recorded: "Recorded") -> "GraspResult":
         """Return what came of it."""
         from palpate.experiments.grasp.result import grasp_of
 
         return grasp_of(plan, recorded)
 
-    def report(self, result: "Grasp") -> "Report":
+    def report(self, result: "GraspResult") -> "Report":
         """Return the report."""
         from palpate.experiments.grasp.report import grasp_report
 
         return grasp_report(result)
 
-    def files(self, result: "Grasp") -> "Mapping[str, Writer]":
+    def files(self, result: "GraspResult") -> "Mapping[str, Writer]":
         """Return grip, slip and spin over time as a table."""
         from palpate.experiments.grasp.result import write_table
 

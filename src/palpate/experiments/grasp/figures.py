@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import FloatArray
-from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.result import GraspResult
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Dash, Line, Points, Symbol
@@ -46,7 +46,7 @@ NO_SLIP, NO_SPIN = 0.01, 0.1
 MILLI = 1e3
 
 
-def over_time(grasp: Grasp, note: str = "") -> Figure | None:
+def over_time(grasp: GraspResult, note: str = "") -> Figure | None:
     """Return the figure of a grasp over time; None if it did not last.
 
     Args:
@@ -83,12 +83,12 @@ def over_time(grasp: Grasp, note: str = "") -> Figure | None:
     )
 
 
-def _alarms(grasp: Grasp) -> str:
+def _alarms(grasp: GraspResult) -> str:
     count = len(grasp.alarms_aloft)
     return f"{count} alarm{'' if count == 1 else 's'} in the air"
 
 
-def _grip(grasp: Grasp) -> Panel:
+def _grip(grasp: GraspResult) -> Panel:
     truth, known = grasp.truth, grasp.truth_known
     wanted = Line(truth.time, truth.target, "set", SET, dash=Dash.DASHED)
     if not known:
@@ -101,14 +101,14 @@ def _grip(grasp: Grasp) -> Panel:
     return _panel(grasp, Axis("grip", "N", 0.0, top), (pressed, wanted, least), alarms=False)
 
 
-def _motion(grasp: Grasp, axis: Axis, values: FloatArray, least: float, colour: Colour) -> Panel:
+def _motion(grasp: GraspResult, axis: Axis, values: FloatArray, least: float, colour: Colour) -> Panel:
     """The largest of the fingers since the lift; `least` is what the scale spans."""
     largest = np.where(grasp.aloft, values.max(axis=1), np.nan)
     top = max(least, float(values[grasp.aloft].max(initial=0.0)))
     return _panel(grasp, replace(axis, low=0.0, high=top), (Line(grasp.truth.time, largest, colour=colour),))
 
 
-def _panel(grasp: Grasp, axis: Axis, lines: tuple[Line, ...], *, alarms: bool = True) -> Panel:
+def _panel(grasp: GraspResult, axis: Axis, lines: tuple[Line, ...], *, alarms: bool = True) -> Panel:
     """Lines over time with the stages behind them, up to a bit more than the axis's end."""
     truth, top = grasp.truth, HIGHEST * (axis.high or 1.0)
     spans = phase_spans(truth, grounds=GROUNDS)

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 from palpate.experiments.kit.metric import Metric
 
 if TYPE_CHECKING:
-    from palpate.experiments.grasp.result import Grasp
+    from palpate.experiments.grasp.result import GraspResult
 
 
-def _pulled(grasp: "Grasp", value: float) -> float | None:
+def _pulled(grasp: "GraspResult", value: float) -> float | None:
     return value if grasp.counted.any() else None
 
 
-def _aloft(grasp: "Grasp", value: float) -> float | None:
+def _aloft(grasp: "GraspResult", value: float) -> float | None:
     return value if grasp.aloft.any() else None
 
 

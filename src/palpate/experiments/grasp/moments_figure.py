@@ -8,7 +8,7 @@ from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.belief import tip_radius
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.result import GraspResult
 from palpate.experiments.grasp.truth import STAGES
 from palpate.reporting.figure import Figure, Space
 from palpate.reporting.limit_surface_panel import limit_surface_panel, load_sizes
@@ -63,7 +63,7 @@ LONGEST_ARROW = 1.2
 IntArray = npt.NDArray[np.intp]
 
 
-def moments_figure(grasp: Grasp, note: str = "") -> Figure | None:
+def moments_figure(grasp: GraspResult, note: str = "") -> Figure | None:
     """Return the figure that plays a grasp, its worst moment first; None if nothing was lifted.
 
     Args:
@@ -109,20 +109,20 @@ def moments_figure(grasp: Grasp, note: str = "") -> Figure | None:
     )
 
 
-def worst_moment(grasp: Grasp) -> int:
+def worst_moment(grasp: GraspResult) -> int:
     """Return the row at which the load of any finger came closest to its limit, or went farthest beyond."""
     sizes = load_sizes(grasp.planned.true, grasp.truth.loads).max(axis=1)
     return int(np.where(_borne(grasp) & np.isfinite(sizes), sizes, -1.0).argmax())
 
 
-def _borne(grasp: Grasp) -> npt.NDArray[np.bool_]:
+def _borne(grasp: GraspResult) -> npt.NDArray[np.bool_]:
     """When fingers alone, all of them, bore it; where that is not known, while it was held, or since the lift."""
     touching = grasp.truth.touching.all(axis=1)
     held = grasp.truth.stage == STAGES.index(GraspStage.HOLD)
     return next((each for each in (grasp.carried & touching, held & touching) if each.any()), grasp.aloft)
 
 
-def _space(grasp: Grasp, at: IntArray, step: int) -> Space:
+def _space(grasp: GraspResult, at: IntArray, step: int) -> Space:
     """Seen from the hand: the origin is the middle of the fingertips, axes are the base's."""
     truth, hand = grasp.truth, grasp.planned.hand.geometry
     middle = truth.tip[at].mean(axis=1)
@@ -151,7 +151,7 @@ def _space(grasp: Grasp, at: IntArray, step: int) -> Space:
     return Space(tuple(marks), height=380, view=(0.4, -0.9, 0.45))
 
 
-def _loads(grasp: Grasp, at: IntArray) -> tuple[FloatArray, FloatArray]:
+def _loads(grasp: GraspResult, at: IntArray) -> tuple[FloatArray, FloatArray]:
     """Where weight and pull act, from the object's origin [m], and the forces [N]; each of shape (n, 2, 3)."""
     pull, moment = grasp.truth.pull[at, :3], grasp.truth.pull[at, 3:]
     weight = np.zeros_like(pull)

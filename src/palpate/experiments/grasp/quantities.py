@@ -9,7 +9,7 @@ from palpate.experiments.grasp.belief import NUDGING_GRIP
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.creep import CREEPS, TURNS
 from palpate.experiments.grasp.price import growth_in_hold
-from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
+from palpate.experiments.grasp.result import SLIPPED, SPUN, GraspResult
 from palpate.experiments.grasp.strength import LARGEST_GRIP, OVERSHOOT
 from palpate.experiments.grasp.unit_text import MILLI, in_percent
 from palpate.reporting.data import Quantity
@@ -30,12 +30,12 @@ _COMMANDED = (
 )
 
 
-def quantities(grasp: Grasp) -> tuple[Quantity, ...]:
+def quantities(grasp: GraspResult) -> tuple[Quantity, ...]:
     """Return the key metrics; a dash for what was never measured. Of a real robot, those that do without truth."""
     return _known_metrics(grasp) if grasp.truth_known else _felt_metrics(grasp)
 
 
-def _felt_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
+def _felt_metrics(grasp: GraspResult) -> tuple[Quantity, ...]:
     return (
         Quantity("dropped", "yes" if grasp.dropped else "no", "", "as fingers feel it"),
         Quantity(
@@ -51,7 +51,7 @@ def _felt_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
     )
 
 
-def _known_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
+def _known_metrics(grasp: GraspResult) -> tuple[Quantity, ...]:
     metrics = [
         Quantity("dropped", _dropped(grasp), "", ""),
         Quantity("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
@@ -98,7 +98,7 @@ def _known_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
     return tuple(metrics)
 
 
-def _growth(grasp: Grasp) -> list[Quantity]:
+def _growth(grasp: GraspResult) -> list[Quantity]:
     """How the grip grew while nothing pulled, and what that was for."""
     if grasp.planned.config.load != "none":
         return []
@@ -106,7 +106,7 @@ def _growth(grasp: Grasp) -> list[Quantity]:
     return [Quantity("grip growth in the hold", grasp.growth, "", note, 3)]
 
 
-def _alarm_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
+def _alarm_metrics(grasp: GraspResult) -> tuple[Quantity, ...]:
     pulled = len(grasp.pulled_alarms)
     return (
         Quantity("alarms while pulled", float(pulled), "", _alarm_criterion(grasp.planned.config)),
@@ -122,7 +122,7 @@ def _alarm_metrics(grasp: Grasp) -> tuple[Quantity, ...]:
     )
 
 
-def compared(grasp: Grasp) -> tuple[Quantity, ...]:
+def compared(grasp: GraspResult) -> tuple[Quantity, ...]:
     """Return the metrics of the control that ignores spin, noted with those of this one; empty without it."""
     other = grasp.comparison
     if other is None:
@@ -139,32 +139,37 @@ def compared(grasp: Grasp) -> tuple[Quantity, ...]:
 
 
 def _beside(
-    name: str, value: Callable[[Grasp], float], own: Grasp, other: Grasp, unit: str = "", digits: int = 2
+    name: str,
+    value: Callable[[GraspResult], float],
+    own: GraspResult,
+    other: GraspResult,
+    unit: str = "",
+    digits: int = 2,
 ) -> Quantity:
     with_spin = Quantity(name, value(own), unit, "", digits)
     note = f"with spin {with_spin.text} {unit}".rstrip()
     return Quantity(f"{name}, ignoring spin", value(other), unit, note, digits)
 
 
-def _dropped(grasp: Grasp) -> str:
+def _dropped(grasp: GraspResult) -> str:
     if grasp.dropped:
         return "yes"
     return f"no, but it {' and '.join(grasp.gave_way)}" if grasp.gave_way else "no"
 
 
-def _slip(grasp: Grasp) -> float:
+def _slip(grasp: GraspResult) -> float:
     return round(MILLI * grasp.slip, DIGITS) if grasp.counted.any() else math.nan
 
 
-def _spin(grasp: Grasp) -> float:
+def _spin(grasp: GraspResult) -> float:
     return round(math.degrees(grasp.spin), DIGITS) if grasp.counted.any() else math.nan
 
 
-def _slip_aloft(grasp: Grasp) -> float:
+def _slip_aloft(grasp: GraspResult) -> float:
     return round(MILLI * grasp.slip_aloft, DIGITS) if grasp.aloft.any() else math.nan
 
 
-def _spin_aloft(grasp: Grasp) -> float:
+def _spin_aloft(grasp: GraspResult) -> float:
     return round(math.degrees(grasp.spin_aloft), DIGITS) if grasp.aloft.any() else math.nan
 
 
@@ -175,7 +180,7 @@ def _at(counts: dict[GraspStage, int], note: str) -> str:
     return f"{note}: {where}" if where else note
 
 
-def _nudged(grasp: Grasp) -> list[Quantity]:
+def _nudged(grasp: GraspResult) -> list[Quantity]:
     """What a nudge found: the mean over the fingers, against the truth."""
     true, found = grasp.planned.true, grasp.nudged
     if not found:
@@ -208,7 +213,7 @@ def _alarm_criterion(config: GraspConfig) -> str:
     return f"what hangs falls, or rises with the grip{ripple}"
 
 
-def _why_raised(grasp: Grasp) -> str:
+def _why_raised(grasp: GraspResult) -> str:
     if grasp.planned.config.ignores_spin:
         return "there are no alarms"
     return "for an alarm, and again while it goes on; in the whole run"

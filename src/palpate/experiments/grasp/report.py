@@ -9,7 +9,7 @@ from palpate.errors import FloatArray
 from palpate.experiments.grasp.figures import over_time
 from palpate.experiments.grasp.moments_figure import moments_figure
 from palpate.experiments.grasp.quantities import compared, quantities
-from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.result import GraspResult
 from palpate.experiments.grasp.words import account, advice, asked, outcome, settings, title
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
 from palpate.reporting.computing import computing
@@ -40,7 +40,7 @@ class HeaviestLoad:
     disturbance: FloatArray | None
 
 
-def heaviest_load(grasp: Grasp) -> HeaviestLoad | None:
+def heaviest_load(grasp: GraspResult) -> HeaviestLoad | None:
     """Return where the load takes most grip while it is pulled, and the least forces there; None if it was lost.
 
     The forces are those of least effort by the true limit surface, and with them the worst further push: what is
@@ -81,7 +81,7 @@ IGNORING = ", ignoring spin"
 """At the end of the titles of figures of such a control."""
 
 
-def grasp_report(grasp: Grasp) -> Report:
+def grasp_report(grasp: GraspResult) -> Report:
     """Return the report on a grasp."""
     return Report(
         title=title(grasp),
@@ -102,12 +102,12 @@ def grasp_report(grasp: Grasp) -> Report:
     )
 
 
-def _over_time(grasp: Grasp, note: str = "") -> Iterator[Figure | None]:
+def _over_time(grasp: GraspResult, note: str = "") -> Iterator[Figure | None]:
     yield over_time(grasp, note)
     yield moments_figure(grasp, note)
 
 
-def _least_forces(grasp: Grasp) -> Iterator[Section]:
+def _least_forces(grasp: GraspResult) -> Iterator[Section]:
     at = heaviest_load(grasp)
     if at is None:
         return
@@ -121,7 +121,7 @@ def _least_forces(grasp: Grasp) -> Iterator[Section]:
     )
 
 
-def _ignoring_spin(grasp: Grasp) -> Iterator[Section]:
+def _ignoring_spin(grasp: GraspResult) -> Iterator[Section]:
     other = grasp.comparison
     if other is None:
         return

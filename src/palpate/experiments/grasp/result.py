@@ -60,7 +60,7 @@ class Onset:
 
 
 @dataclass(frozen=True, eq=False)
-class Grasp(ShownResult):
+class GraspResult(ShownResult):
     """The result of a grasp.
 
     Attributes:
@@ -81,7 +81,7 @@ class Grasp(ShownResult):
     truth: GraspTruth
     alarms: tuple[SlipAlarm, ...]
     regrips: int
-    comparison: "Grasp | None" = field(default=None)
+    comparison: "GraspResult | None" = field(default=None)
     met_early: bool = False
     nudged: tuple[NudgeFinding, ...] = ()
 
@@ -279,12 +279,12 @@ class Grasp(ShownResult):
         return min(int(np.searchsorted(self.truth.time, time - 0.5 * self.planned.period)), len(self.truth) - 1)
 
 
-def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
+def grasp_of(planned: GraspPlan, recorded: Recorded) -> GraspResult:
     """Return the result of a run, with that of its companion if there was one."""
     control, other = recorded.controller, planned.companion()
     belief = control.grip.belief.believed
     comparison = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
-    return Grasp(
+    return GraspResult(
         planned,
         recorded.run,
         recorded.observer.truth(),
@@ -296,7 +296,7 @@ def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
     )
 
 
-def write_table(grasp: Grasp, path: Path) -> None:
+def write_table(grasp: GraspResult, path: Path) -> None:
     """Write grip, slip and spin over time as CSV.
 
     Raises:

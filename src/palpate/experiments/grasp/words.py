@@ -8,7 +8,7 @@ from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp.config import SPREADS, GraspConfig
 from palpate.experiments.grasp.notes import notes_on
 from palpate.experiments.grasp.plan import GraspPlan
-from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
+from palpate.experiments.grasp.result import SLIPPED, SPUN, GraspResult
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load
 from palpate.experiments.grasp.surface import rubbed_by_plant
 from palpate.experiments.grasp.truth import STAGES
@@ -21,7 +21,7 @@ MUCH_GRIP = 1.5
 """Times the least grip, from which on a smaller margin would do."""
 
 
-def title(grasp: Grasp) -> str:
+def title(grasp: GraspResult) -> str:
     """Return the heading."""
     config = grasp.planned.config
     fingers = {2: "two", 3: "three"}[config.fingers]
@@ -35,7 +35,7 @@ def title(grasp: Grasp) -> str:
     return f"A {config.object} in {fingers} fingers, {pulled}{ignoring}"
 
 
-def outcome(grasp: Grasp) -> str:
+def outcome(grasp: GraspResult) -> str:
     """Return how it ended."""
     ended = _ended(grasp)
     if not grasp.aloft.any():
@@ -49,7 +49,7 @@ MOST_TOLD = 4
 """Alarms that are told one by one."""
 
 
-def _ended(grasp: Grasp) -> str:
+def _ended(grasp: GraspResult) -> str:
     """What ended it, and what became of the grip."""
     result = grasp.run
     kept = f"{_kept(grasp)}, and {result.rest}"
@@ -75,7 +75,7 @@ def _ended(grasp: Grasp) -> str:
     return f"Not finished ({result.ending.value}) {after}; {kept}."
 
 
-def _kept(grasp: Grasp) -> str:
+def _kept(grasp: GraspResult) -> str:
     """What became of the grip."""
     truth = grasp.truth
     if len(truth) and STAGES[truth.stage[-1]] is GraspStage.LET_GO:
@@ -83,7 +83,7 @@ def _kept(grasp: Grasp) -> str:
     return "the grip was kept"
 
 
-def _moved(grasp: Grasp) -> str:
+def _moved(grasp: GraspResult) -> str:
     """Why it met it there, by the truth."""
     did = []
     if grasp.slip_aloft > SLIPPED:
@@ -93,14 +93,14 @@ def _moved(grasp: Grasp) -> str:
     return f"for it had {' and '.join(did)}" if did else "though it had neither slid nor tilted"
 
 
-def _too_much(grasp: Grasp) -> bool:
+def _too_much(grasp: GraspResult) -> bool:
     """Whether the hand gave up lifting with the largest grip and all fingers at the object."""
     truth = grasp.truth
     lifting = STAGES[truth.stage[-1]] is GraspStage.LIFT
     return lifting and bool(truth.touching[-1].all()) and float(truth.target[-1]) >= LARGEST_GRIP * (1.0 - 1e-9)
 
 
-def _verdict(grasp: Grasp) -> str:
+def _verdict(grasp: GraspResult) -> str:
     """Whether it was held, true of the whole time in the air."""
     if not grasp.truth_known:
         return f"The object was {'lost' if grasp.dropped else 'held'}, as fingers feel it."
@@ -120,7 +120,7 @@ def _verdict(grasp: Grasp) -> str:
     )
 
 
-def account(grasp: Grasp) -> tuple[str, ...]:
+def account(grasp: GraspResult) -> tuple[str, ...]:
     """Return what was seen, in words."""
     config, planned = grasp.planned.config, grasp.planned
     if not grasp.truth_known:
@@ -160,7 +160,7 @@ def account(grasp: Grasp) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def asked(grasp: Grasp) -> str:
+def asked(grasp: GraspResult) -> str:
     """Return what was asked for."""
     config = grasp.planned.config
     return (
@@ -169,7 +169,7 @@ def asked(grasp: Grasp) -> str:
     )
 
 
-def advice(grasp: Grasp) -> tuple[str, ...]:
+def advice(grasp: GraspResult) -> tuple[str, ...]:
     """Return what to do now."""
     planned, known = grasp.planned, grasp.truth_known
     if grasp.dropped or (known and grasp.gave_way):
@@ -221,7 +221,7 @@ def _remedy(config: GraspConfig) -> str:
     return rub if config.known == "nudged" else rub + nudge
 
 
-def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
+def settings(grasp: GraspResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units."""
     planned = grasp.planned
     config = planned.config
@@ -246,7 +246,7 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _source(grasp: Grasp) -> str:
+def _source(grasp: GraspResult) -> str:
     """Where what was believed at first comes from, and what became of that."""
     planned = grasp.planned
     config = planned.config
@@ -268,7 +268,7 @@ def _source(grasp: Grasp) -> str:
     return f"{origin}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
 
 
-def _heard(grasp: Grasp) -> str:
+def _heard(grasp: GraspResult) -> str:
     """When slip was heard, where and by what."""
     told = [
         f"at {alarm.time:.3f} s at finger {alarm.finger + 1} ({alarm.signal.value})"
@@ -283,7 +283,7 @@ def _known(config: GraspConfig) -> str:
     return config.known if config.friction_file is None else f"from {config.friction_file}"
 
 
-def _of_grip(grasp: Grasp) -> str:
+def _of_grip(grasp: GraspResult) -> str:
     over = (
         f"{grasp.grip_ratio:.3g} times the least that theory allows while it was pulled "
         f"({grasp.tightest:.3g} at the tightest, from the lift on)"

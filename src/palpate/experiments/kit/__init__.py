@@ -1,11 +1,18 @@
-"""What experiments share, and what whoever writes one needs; knows none of them.
+"""Interface of an experiment, and the parts that experiments share.
 
-The light half is here, for modules that `--help` imports; what runs, records and draws is in the modules below.
+This module imports nothing heavy, for modules that `--help` imports; modules below run, record and draw.
 """
 
-from palpate.experiments.kit.experiment import DryRun, Experiment, Plan, PlanDefaults, Result, Writer
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
-from palpate.experiments.kit.metric import Metric, MetricValue, metrics_of
+from palpate.experiments.kit.experiment import (
+    DryRun,
+    Experiment,
+    ExperimentDefaults,
+    Plan,
+    PlanDefaults,
+    Result,
+    Writer,
+)
+from palpate.experiments.kit.metric import Finding, Metric, MetricValue, metrics_of
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
 __all__ = [
@@ -17,6 +24,7 @@ __all__ = [
     "DryRun",
     "Experiment",
     "ExperimentDefaults",
+    "Finding",
     "Metric",
     "MetricValue",
     "Plan",

@@ -1,16 +1,17 @@
 """The interface of an experiment to the commands that run, replay, sweep, show and compare it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from palpate.experiments.kit.metric import Metric
+from palpate.experiments.kit.metric import Finding, Metric
 
 if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.kinematics.hand import HandKinematics
     from palpate.reporting.data import Quantity
+    from palpate.reporting.figure import Figure
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
@@ -139,7 +140,7 @@ class Plan(Protocol):
         ...
 
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
-        """Return what keeps, every period, what `Experiment.found` needs besides record and truth.
+        """Return what keeps, every period, what `Experiment.evaluate` needs besides record and truth.
 
         Args:
             controller: A fresh one of this plan, which is about to run.
@@ -240,7 +241,7 @@ class Experiment(Protocol):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        """Metrics of merit of a run, those that matter most first: for --json, sweeps and comparisons."""
+        """Metrics of a run, the most important first: for terminal, --json, report, sweeps and comparisons."""
         ...
 
     def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
@@ -256,7 +257,7 @@ class Experiment(Protocol):
         """
         ...
 
-    def found(self, plan: Any, recorded: "Recorded") -> Result:
+    def evaluate(self, plan: Any, recorded: "Recorded") -> Result:
         """Return the result of a run, however it ended: one that has just ended, or one from its log.
 
         Raises:
@@ -275,3 +276,39 @@ class Experiment(Protocol):
     def cloud(self, result: Any) -> "Cloud | None":
         """Return the points that the log is to have as its topic /map; None for none."""
         ...
+
+
+class ExperimentDefaults:
+    """Report, findings, figures, files and points of a simple `Experiment`; a base class.
+
+    Attributes:
+        findings: Statements of the report that hold for some results, with their remedies.
+    """
+
+    name: str
+    summary: str
+    Config: type[Any]
+    metrics: tuple[Metric, ...]
+    findings: tuple[Finding, ...] = ()
+
+    def figures(self, result: Any) -> "Iterator[Figure]":
+        """Yield the figures of the report; none by default."""
+        yield from ()
+
+    def report(self, result: Any) -> "Report":
+        """Return the report: metrics, findings, figures, and the timing of the run."""
+        from palpate.experiments.kit.run_report import report_of
+        from palpate.reporting.report import Figures, Section
+
+        figures = Section("Figures", (Figures(lambda: self.figures(result)),))
+        return report_of(
+            self, result, title=self.summary.rstrip("."), outcome=f"{result.run}.", sections=(figures,)
+        )
+
+    def files(self, result: Any) -> Mapping[str, Writer]:
+        """Return no files."""
+        return {}
+
+    def cloud(self, result: Any) -> "Cloud | None":
+        """Return no points."""
+        return None

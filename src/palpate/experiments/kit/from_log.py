@@ -10,6 +10,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in, read_config
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting, spec_of
+from palpate.experiments.kit.recorded_periods import RecordedPeriods
 from palpate.experiments.kit.recorded_run import ProgressCallback, RecordedRun, no_progress
 from palpate.experiments.kit.registry import experiment_named
 from palpate.open_kinds import name_of_kind
@@ -95,7 +96,7 @@ class LoggedRun:
         samples = islice(log.samples(), extent_of(log).count)
         return replayed_backend(samples, log.heading.period, log.truth)
 
-    def found(self, progress: ProgressCallback = no_progress) -> Result:
+    def evaluate(self, progress: ProgressCallback = no_progress) -> Result:
         """Return the result of the run, evaluated from its log alone.
 
         Raises:
@@ -104,7 +105,8 @@ class LoggedRun:
         plan = self.plan()
         run = RecordedRun(plan, self.backend())
         result = run.run(live=RecordedChanges(live_parameters_of(run.controller), self.log.changes))
-        return self.experiment.found(plan, run.recorded(self._as_it_ended(result), progress=progress))
+        recorded = run.recorded(self._as_it_ended(result), progress=progress)
+        return self.experiment.evaluate(plan, replace(recorded, periods=RecordedPeriods.of_log(self.log)))
 
     def _as_it_ended(self, again: RunResult) -> RunResult:
         """How the recorded run ended, with the timing of this one."""

@@ -26,7 +26,7 @@ def no_progress(step: str) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """The record of a finished run: the input of `Experiment.found`.
+    """The record of a finished run: the input of `Experiment.evaluate`.
 
     Attributes:
         run: How it ended, and its timing.

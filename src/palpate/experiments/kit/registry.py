@@ -18,7 +18,7 @@ from palpate.named_object import named_object
 from palpate.nearest_name import nearest
 from palpate.open_kinds import declared_in
 
-TEXTS, METHODS = ("name", "summary"), ("plan", "found", "report", "files", "cloud")
+TEXTS, METHODS = ("name", "summary"), ("plan", "evaluate", "report", "files", "cloud")
 """What an experiment has besides `Config` and `metrics`; see `Experiment`."""
 
 CONFIG_FIELDS = {

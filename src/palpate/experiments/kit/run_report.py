@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from palpate.experiments.kit.experiment import Experiment, Plan, Result
+from palpate.experiments.kit.experiment import Experiment, ExperimentDefaults, Plan, Result
+from palpate.experiments.kit.metric import metric_rows, remedies, sentences
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.repeat_words import repeat_commands
 from palpate.runtime import Cause, Ending, RestState, RunResult
 
 if TYPE_CHECKING:
-    from palpate.reporting.report import Report
+    from palpate.reporting.report import Report, Section
 
 
 ON_DEVICES: Mapping[Cause, str] = {
@@ -76,6 +77,47 @@ def advice_on_ending(experiment: str, plan: Plan, result: RunResult) -> tuple[st
     elif result.ending is not Ending.DONE:
         advice.append("The run did not finish: the results cover the time until then; repeat it.")
     return tuple(advice)
+
+
+def report_of(
+    experiment: ExperimentDefaults,
+    result: Result,
+    *,
+    title: str,
+    outcome: str,
+    sections: "tuple[Section, ...]" = (),
+    asked: str = "",
+    settings: tuple[tuple[str, str], ...] = (),
+    footer: str = "",
+    reached: bool = True,
+) -> "Report":
+    """Return the report of an experiment: its metrics and findings, these sections, and the timing of the run.
+
+    Args:
+        experiment: Experiment that defines metrics and findings.
+        result: Result of the run.
+        title: Heading.
+        outcome: How the run ended, in a sentence or two; the findings' sentences follow.
+        sections: Sections between the metrics and the timing.
+        asked: Request in a sentence without its full stop; "" for none.
+        settings: Name and value with unit of each setting.
+        footer: Frame and sign of the numbers.
+        reached: Whether the run reached its goal.
+    """
+    from palpate.reporting.computing import computing
+    from palpate.reporting.report import Report
+
+    return Report(
+        title=title,
+        outcome=" ".join((outcome, *sentences(experiment.findings, result))),
+        metrics=metric_rows(experiment.metrics, result),
+        sections=(*sections, computing(result.run.timing)),
+        asked=asked,
+        advice=remedies(experiment.findings, result),
+        settings=settings,
+        footer=footer,
+        reached=reached,
+    )
 
 
 def run_report(experiment: Experiment, plan: Plan, result: Result) -> "Report":

@@ -58,11 +58,11 @@ def perform(
                 bar.show(min(now.time, expected), words=command.phase.value)
 
             recorded = carry_out(plan, (*observers, observe), sinks)
-            result = experiment.found(
+            result = experiment.evaluate(
                 plan, replace(recorded, progress=lambda name: bar.show(expected, words=name))
             )
     else:
-        result = experiment.found(plan, carry_out(plan, observers, sinks))
+        result = experiment.evaluate(plan, carry_out(plan, observers, sinks))
     if out is not None:
         write_result(experiment, result, run_report(experiment, plan, result), Path(out))
         tell_log(plan, result.run, experiment.cloud(result))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from palpate.experiments.regulate.config import RegulateConfig
 
 if TYPE_CHECKING:
-    from palpate.experiments.regulate.result import Regulation
+    from palpate.experiments.regulate.result import RegulationResult
     from palpate.runtime import Observer
 
 __all__ = ["RegulateConfig", "regulate"]
@@ -19,7 +19,7 @@ def regulate(
     observers: "Sequence[Observer]" = (),
     *,
     progress: bool = False,
-) -> "Regulation":
+) -> "RegulationResult":
     """Hold a force on a surface, and return how it was held.
 
     Args:
@@ -35,5 +35,5 @@ def regulate(
     from palpate.experiments.kit.script import perform
     from palpate.experiments.regulate.experiment import Regulate  # what runs and draws is imported only now
 
-    found: Regulation = perform(Regulate(), config, out, observers, progress=progress)
+    found: RegulationResult = perform(Regulate(), config, out, observers, progress=progress)
     return found

@@ -4,15 +4,14 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from palpate.experiments.kit.experiment import Writer
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import ExperimentDefaults, Writer
 from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.experiments.regulate.config import RegulateConfig
 
 if TYPE_CHECKING:
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.experiments.regulate.plan import RegulationPlan
-    from palpate.experiments.regulate.result import Regulation
+    from palpate.experiments.regulate.result import RegulationResult
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
 
@@ -65,19 +64,19 @@ class Regulate(ExperimentDefaults):
         assert robot is not None  # there always is one: RegulateConfig.robot is never None
         return plan_regulation(config, robot, texts)
 
-    def found(self, plan: "RegulationPlan", recorded: "Recorded") -> "Regulation":
+    def evaluate(self, plan: "RegulationPlan", recorded: "Recorded") -> "RegulationResult":
         """Return what came of a run."""
         from palpate.experiments.regulate.result import regulation_in
 
         return regulation_in(plan, recorded)
 
-    def report(self, result: "Regulation") -> "Report":
+    def report(self, result: "RegulationResult") -> "Report":
         """Return the report."""
         from palpate.experiments.regulate.report import regulation_report
 
         return regulation_report(result)
 
-    def files(self, result: "Regulation") -> Mapping[str, Writer]:
+    def files(self, result: "RegulationResult") -> Mapping[str, Writer]:
         """Return the file of the forces."""
         from palpate.experiments.regulate.plan import FORCES_FILE
         from palpate.experiments.regulate.result import write_forces

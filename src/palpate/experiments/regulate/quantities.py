@@ -5,7 +5,7 @@ import math
 from palpate.controllers.surface_motion import StiffnessRange, stiffness_range
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import RISE_FROM, RISE_TO, SETTLED, FrequencyResponse, StepResponse
-from palpate.experiments.regulate.result import Regulation
+from palpate.experiments.regulate.result import RegulationResult
 from palpate.experiments.regulate.words import landing_words
 from palpate.reporting.data import Quantity
 from palpate.robots.known_truth import NOT_KNOWN, time_name
@@ -17,7 +17,7 @@ STABLE = "stable for a stiffness"
 """Of feedback and surface following together: the range of stiffness over its assumed value."""
 
 
-def quantities(regulation: Regulation) -> tuple[Quantity, ...]:
+def quantities(regulation: RegulationResult) -> tuple[Quantity, ...]:
     """Return the metrics that matter, most important first."""
     planned, config, result = regulation.planned, regulation.planned.config, regulation.run
     moving = config.profile in ("step", "sine")

@@ -9,7 +9,7 @@ from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.quantities import margins, quantities
 from palpate.experiments.regulate.response import FrequencyResponse
-from palpate.experiments.regulate.result import Regulation
+from palpate.experiments.regulate.result import RegulationResult
 from palpate.experiments.regulate.words import asked, limits, outcome, settings, title
 from palpate.reporting.computing import computing
 from palpate.reporting.data import TimeSeries
@@ -22,7 +22,7 @@ LEAST_GAIN_MARGIN = 2.0
 """Below it a loop is nearer to swinging than is usual (6 dB)."""
 
 
-def regulation_report(regulation: Regulation) -> Report:
+def regulation_report(regulation: RegulationResult) -> Report:
     """Return the report on a regulation."""
     tones = _tones(regulation)
     return Report(
@@ -44,7 +44,7 @@ def regulation_report(regulation: Regulation) -> Report:
     )
 
 
-def advice(regulation: Regulation) -> tuple[str, ...]:
+def advice(regulation: RegulationResult) -> tuple[str, ...]:
     """Return what to do after a regulation of force."""
     sentences, planned = list[str](), regulation.planned
     if regulation.guard_trips and not planned.config.identify:
@@ -63,14 +63,14 @@ def advice(regulation: Regulation) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def series_of(regulation: Regulation) -> TimeSeries:
+def series_of(regulation: RegulationResult) -> TimeSeries:
     """Return what happened over time."""
     record, known = regulation.record, regulation.truth.known
     true = np.where(regulation.truth.touching, regulation.true_force, np.nan) if known else None
     return recorded_series(record, regulation.set_force, regulation.sensed_force, true)
 
 
-def _tones(regulation: Regulation) -> dict[str, FrequencyResponse]:
+def _tones(regulation: RegulationResult) -> dict[str, FrequencyResponse]:
     """The frequency responses, by force; the one that is judged first."""
     true = regulation.judged_tones if regulation.truth.known else None
     tones = {"true": true, "felt": regulation.felt_tones}
@@ -85,14 +85,14 @@ def _tone_rows(tones: dict[str, FrequencyResponse]) -> list[tuple[str, str, str,
     ]
 
 
-def _over_time(regulation: Regulation) -> Iterator[Figure | None]:
+def _over_time(regulation: RegulationResult) -> Iterator[Figure | None]:
     if len(regulation.record):
         series = series_of(regulation)
         yield force_overview(series)
         yield error_figure(series)
 
 
-def _responses(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> Iterator[Figure | None]:
+def _responses(regulation: RegulationResult, tones: dict[str, FrequencyResponse]) -> Iterator[Figure | None]:
     judged, felt = regulation.judged_steps, regulation.felt_steps
     if judged is not None:
         yield step_figure(judged if regulation.truth.known else None, felt)

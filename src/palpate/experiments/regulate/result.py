@@ -23,7 +23,7 @@ from palpate.sim.scene_cost import SceneCost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Regulation(Held, ShownResult):
+class RegulationResult(Held, ShownResult):
     """How a force was regulated. Its periods are those that figures show; its metrics are of all.
 
     Attributes:
@@ -88,7 +88,7 @@ class Regulation(Held, ShownResult):
         return cost_of(self.planned.ready.backend)
 
 
-def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
+def regulation_in(planned: RegulationPlan, recorded: Recorded) -> RegulationResult:
     """Return the result of a run, however it ended."""
     controller, periods = recorded.controller, recorded.periods
 
@@ -115,7 +115,7 @@ def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
             responses.take(piece)
     (judged_steps, felt_steps), (judged_tones, felt_tones) = responses.end()
     some = shown()
-    return Regulation(
+    return RegulationResult(
         planned,
         some.record,
         some.truth,
@@ -136,7 +136,7 @@ def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
     )
 
 
-def write_forces(regulation: Regulation, path: Path) -> None:
+def write_forces(regulation: RegulationResult, path: Path) -> None:
     """Write the forces over time as CSV.
 
     Raises:

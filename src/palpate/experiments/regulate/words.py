@@ -7,7 +7,7 @@ from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
-from palpate.experiments.regulate.result import Regulation
+from palpate.experiments.regulate.result import RegulationResult
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
@@ -32,7 +32,7 @@ WORDS = {
 }
 
 
-def title(regulation: Regulation) -> str:
+def title(regulation: RegulationResult) -> str:
     """Return the heading."""
     config = regulation.planned.config
     what = {
@@ -60,7 +60,7 @@ def asked(config: RegulateConfig) -> str:
     )
 
 
-def outcome(regulation: Regulation) -> str:
+def outcome(regulation: RegulationResult) -> str:
     """Return how it ended, and what is wrong with the metrics if anything is."""
     result, limit = regulation.run, regulation.planned.limits.force
     if result.ending is Ending.DONE:
@@ -94,7 +94,7 @@ def outcome(regulation: Regulation) -> str:
     return " ".join(sentences)
 
 
-def _drifted(regulation: Regulation) -> bool:
+def _drifted(regulation: RegulationResult) -> bool:
     if not regulation.truth.known:
         return False
     error, standard = regulation.sensor_error, regulation.sums.sensor_error_deviation
@@ -130,7 +130,7 @@ def limits(planned: RegulationPlan) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:
+def settings(regulation: RegulationResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units."""
     planned = regulation.planned
     config, sensor = planned.config, planned.ready.finger
@@ -157,7 +157,7 @@ def landing_words(planned: RegulationPlan) -> str:
     return f"{1e3 * planned.parameters.landing_speed:.3g} mm/s"
 
 
-def _simulated_contact(regulation: Regulation) -> tuple[tuple[str, str], ...]:
+def _simulated_contact(regulation: RegulationResult) -> tuple[tuple[str, str], ...]:
     """What nobody knows on a robot."""
     config = regulation.planned.config
     stiffness, rubs = (

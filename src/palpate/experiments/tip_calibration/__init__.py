@@ -4,22 +4,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 
 if TYPE_CHECKING:
-    from palpate.experiments.tip_calibration.result import TipCalibration
+    from palpate.experiments.tip_calibration.result import TipCalibrationResult
     from palpate.runtime import Observer
 
-__all__ = ["TipConfig", "calibrate_tip"]
+__all__ = ["TipCalibrationConfig", "calibrate_tip"]
 
 
 def calibrate_tip(
-    config: TipConfig,
+    config: TipCalibrationConfig,
     out: str | Path | None = None,
     observers: "Sequence[Observer]" = (),
     *,
     progress: bool = False,
-) -> "TipCalibration":
+) -> "TipCalibrationResult":
     """Calibrate a fingertip, and return what was found.
 
     Args:
@@ -35,5 +35,5 @@ def calibrate_tip(
     from palpate.experiments.kit.script import perform
     from palpate.experiments.tip_calibration.experiment import CalibrateTip  # what runs is imported only now
 
-    found: TipCalibration = perform(CalibrateTip(), config, out, observers, progress=progress)
+    found: TipCalibrationResult = perform(CalibrateTip(), config, out, observers, progress=progress)
     return found

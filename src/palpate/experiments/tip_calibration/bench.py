@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.sensing.tip_calibration import TargetKind, TouchTarget
 from palpate.sim.objects.fixed_pieces import FixedPieces
 from palpate.sim.objects.posed import PosedGeom
@@ -39,7 +39,7 @@ GROUND = -0.01
 """z of what the posts stand on [m]."""
 
 
-def believed_targets(config: TipConfig) -> tuple[TouchTarget, ...]:
+def believed_targets(config: TipCalibrationConfig) -> tuple[TouchTarget, ...]:
     """Return plate, rod and ball, where they are thought to be."""
     sd = config.place_sd
     return (
@@ -49,13 +49,13 @@ def believed_targets(config: TipConfig) -> tuple[TouchTarget, ...]:
     )
 
 
-def true_targets(config: TipConfig) -> tuple[TouchTarget, ...]:
+def true_targets(config: TipCalibrationConfig) -> tuple[TouchTarget, ...]:
     """Return the same where a simulation has them."""
     rng = np.random.default_rng(config.scene_error)
     return tuple(_displaced(target, rng) for target in believed_targets(config))
 
 
-def simulated_bench(config: TipConfig) -> FixedPieces:
+def simulated_bench(config: TipCalibrationConfig) -> FixedPieces:
     """Return what is simulated: plate, rod and ball, and the posts that carry them.
 
     Raises:

@@ -32,7 +32,7 @@ LARGEST_ERROR = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class TipConfig:
+class TipCalibrationConfig:
     """Calibrate a fingertip by touching a plate, a rod and a ball, of which only the radii are known.
 
     Size, centre and orientation of the tip in the sensor frame, and the stiffness of the contact, are found from

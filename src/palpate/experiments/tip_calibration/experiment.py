@@ -3,15 +3,14 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from palpate.experiments.kit.experiment import Writer
-from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
+from palpate.experiments.kit.experiment import ExperimentDefaults, Writer
 from palpate.experiments.kit.metric import Metric, MetricValue
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 
 if TYPE_CHECKING:
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.experiments.tip_calibration.plan import TipPlan
-    from palpate.experiments.tip_calibration.result import TipCalibration
+    from palpate.experiments.tip_calibration.result import TipCalibrationResult
     from palpate.experiments.tip_calibration.still_plan import StillPlan
     from palpate.reporting.report import Report
     from palpate.robots.robot import Robot
@@ -52,12 +51,14 @@ class CalibrateTip(ExperimentDefaults):
 
     name = "calibrate.tip"
     summary = "Calibrate a fingertip by touching a plate, a rod and a ball."
-    Config = TipConfig
+    Config = TipCalibrationConfig
     metrics = METRICS
 
-    def plan(self, config: TipConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "TipPlan | StillPlan":
+    def plan(
+        self, config: TipCalibrationConfig, robot: "Robot | None", texts: Mapping[str, str]
+    ) -> "TipPlan | StillPlan":
         """Check and build everything."""
-        assert robot is not None  # there always is one: TipConfig.robot is never None
+        assert robot is not None  # there always is one: TipCalibrationConfig.robot is never None
         if config.moves:
             from palpate.experiments.tip_calibration.plan import plan_touches
 
@@ -66,19 +67,19 @@ class CalibrateTip(ExperimentDefaults):
 
         return plan_still(config, robot, texts)
 
-    def found(self, plan: "TipPlan | StillPlan", recorded: "Recorded") -> "TipCalibration":
+    def evaluate(self, plan: "TipPlan | StillPlan", recorded: "Recorded") -> "TipCalibrationResult":
         """Return what came of a run."""
         from palpate.experiments.tip_calibration.result import calibration_in
 
         return calibration_in(plan, recorded)
 
-    def report(self, result: "TipCalibration") -> "Report":
+    def report(self, result: "TipCalibrationResult") -> "Report":
         """Return the report."""
         from palpate.experiments.tip_calibration.report import calibration_report
 
         return calibration_report(result)
 
-    def files(self, result: "TipCalibration") -> Mapping[str, Writer]:
+    def files(self, result: "TipCalibrationResult") -> Mapping[str, Writer]:
         """Return touches made and to be made, the tip, and the robot file with it."""
         from palpate.experiments.tip_calibration.files import calibration_files
 

@@ -7,7 +7,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.experiments.tip_calibration.found_tip import found_points
 from palpate.experiments.tip_calibration.places import tip_points
-from palpate.experiments.tip_calibration.result import TipCalibration
+from palpate.experiments.tip_calibration.result import TipCalibrationResult
 from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule
 from palpate.reporting.solids import Solid, Spots, Surface
@@ -20,7 +20,7 @@ TURNS, RINGS = 48, 25
 MICRO = 1e6
 
 
-def calibration_figures(result: TipCalibration) -> Iterator[Figure]:
+def calibration_figures(result: TipCalibrationResult) -> Iterator[Figure]:
     """Return the figures; none without touches."""
     if result.fit is not None:
         yield tip_figure(result, result.fit)
@@ -28,7 +28,7 @@ def calibration_figures(result: TipCalibration) -> Iterator[Figure]:
         yield time_figure(result.fit)
 
 
-def tip_figure(result: TipCalibration, fit: TipFit) -> Figure:
+def tip_figure(result: TipCalibrationResult, fit: TipFit) -> Figure:
     """Return the tip found beside the typed one, with the touches on it."""
     gap = MICRO * fit.residuals[:, 0]
     normals, triangles = _sphere()

@@ -10,14 +10,14 @@ from palpate.experiments.kit.experiment import Writer
 from palpate.yaml_text import yaml_text
 
 if TYPE_CHECKING:
-    from palpate.experiments.tip_calibration.result import TipCalibration
+    from palpate.experiments.tip_calibration.result import TipCalibrationResult
     from palpate.robots.robot import Robot
 
 TOUCHES_FILE, NEXT_FILE, TIP_FILE, ROBOT_FILE = "touches.csv", "next_touches.csv", "tip.yaml", "robot.yaml"
 FILE_NAMES = (TOUCHES_FILE, NEXT_FILE, TIP_FILE, ROBOT_FILE)
 
 
-def calibration_files(result: "TipCalibration") -> Mapping[str, Writer]:
+def calibration_files(result: "TipCalibrationResult") -> Mapping[str, Writer]:
     """Return what is written, by file name: without touches, the plan of those to be made alone."""
     from palpate.experiments.tip_calibration.found_tip import surface_entry, surface_sd_entry
     from palpate.experiments.tip_calibration.touches_csv import planned_text, touches_text

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.experiments.tip_calibration.places import tip_points
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.robots.fingertip import only_finger
@@ -83,7 +83,7 @@ class TrueTip:
     tip: TypedTip
 
     @classmethod
-    def of(cls, config: TipConfig, robot: Robot) -> "TrueTip | None":
+    def of(cls, config: TipCalibrationConfig, robot: Robot) -> "TrueTip | None":
         """Return it; None on a real robot, or for touches of a file."""
         if robot.file.backend.REAL or not config.moves:
             return None

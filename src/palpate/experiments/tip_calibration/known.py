@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.experiments.tip_calibration.bench import believed_targets
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.fingertip import only_finger
 from palpate.robots.robot import Robot
@@ -67,7 +67,7 @@ class KnownBefore:
     forces: tuple[float, ...]
 
     @classmethod
-    def of(cls, config: TipConfig, robot: Robot, *, turns: bool) -> "KnownBefore":
+    def of(cls, config: TipCalibrationConfig, robot: Robot, *, turns: bool) -> "KnownBefore":
         """Return it for a robot.
 
         Raises:
@@ -100,7 +100,7 @@ class KnownBefore:
         return chosen
 
 
-def typed_tip(config: TipConfig, robot: Robot) -> TypedTip:
+def typed_tip(config: TipCalibrationConfig, robot: Robot) -> TypedTip:
     """Return the fingertip as the robot file has it, of the family that is asked for."""
     kind = only_finger(robot).surface
     surface = kind.surface()
@@ -137,7 +137,7 @@ def _shape_of(name: str, half_extents: Sequence[float]) -> TipShape:
             return superellipsoid_shape((x, y, z), ROUNDED)
 
 
-def _instrument(config: TipConfig, robot: Robot) -> Instrument:
+def _instrument(config: TipCalibrationConfig, robot: Robot) -> Instrument:
     sensor, finger = robot.sensors[0], only_finger(robot)
     simulated = None if robot.file.backend.REAL else model_of_finger(finger)
     ranges = None if simulated is None else simulated.rated

@@ -23,7 +23,7 @@ from palpate.experiments.kit.limit_quantities import limit_quantities
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.kit.run_checks import check_force
 from palpate.experiments.tip_calibration.bench import simulated_bench
-from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
+from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
 from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
@@ -56,7 +56,7 @@ ABOVE = 0.02
 """How far above all that is touched the tip starts [m]."""
 
 
-def built(config: TipConfig, robot: Robot) -> RobotInScene:
+def built(config: TipCalibrationConfig, robot: Robot) -> RobotInScene:
     """Return the robot above what it touches; in a simulation with the tip that is sought.
 
     Raises:
@@ -175,7 +175,7 @@ class TipPlan(PlanDefaults):
         first_text: The same, as a log keeps them.
     """
 
-    config: TipConfig
+    config: TipCalibrationConfig
     robot: Robot
     known: KnownBefore
     ready: RobotInScene
@@ -321,7 +321,7 @@ class TipPlan(PlanDefaults):
         return scene_view(title, known_scene(self.ready.backend).model)
 
 
-def plan_touches(config: TipConfig, robot: Robot, texts: Mapping[str, str]) -> TipPlan:
+def plan_touches(config: TipCalibrationConfig, robot: Robot, texts: Mapping[str, str]) -> TipPlan:
     """Check and build everything that touching needs.
 
     Args:

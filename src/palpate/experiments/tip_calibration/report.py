@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from palpate.experiments.tip_calibration.figures import calibration_figures
 from palpate.experiments.tip_calibration.files import NEXT_FILE, ROBOT_FILE, TIP_FILE
 from palpate.experiments.tip_calibration.found_tip import surface_entry, surface_sd_entry
-from palpate.experiments.tip_calibration.result import TipCalibration
+from palpate.experiments.tip_calibration.result import TipCalibrationResult
 from palpate.experiments.tip_calibration.words import (
     felt_words,
     meaning,
@@ -24,7 +24,7 @@ from palpate.yaml_text import yaml_text
 MILLI = 1e3
 
 
-def calibration_report(result: TipCalibration) -> Report:
+def calibration_report(result: TipCalibrationResult) -> Report:
     """Return the report."""
     fit = result.fit
     return Report(
@@ -48,7 +48,7 @@ def calibration_report(result: TipCalibration) -> Report:
     )
 
 
-def _figures(result: TipCalibration) -> Iterator[Quantity]:
+def _figures(result: TipCalibrationResult) -> Iterator[Quantity]:
     fit, true = result.fit, result.judged
     if fit is None:
         yield Quantity("touches planned", len(result.next_touches))
@@ -66,7 +66,7 @@ def _figures(result: TipCalibration) -> Iterator[Quantity]:
     yield Quantity("duration", result.run.duration, "s", "of the touches that tell most")
 
 
-def _entry(result: TipCalibration) -> tuple[Paragraph | TextTable, ...]:
+def _entry(result: TipCalibrationResult) -> tuple[Paragraph | TextTable, ...]:
     fit = result.fit
     if fit is None:
         return ()
@@ -76,7 +76,7 @@ def _entry(result: TipCalibration) -> tuple[Paragraph | TextTable, ...]:
     return (Paragraph(f"Of the finger, as in {TIP_FILE}. {where} {meaning(result)}"), TextTable(rows, ("name",)))
 
 
-def _advice(result: TipCalibration) -> Iterator[str]:
+def _advice(result: TipCalibrationResult) -> Iterator[str]:
     fit = result.fit
     if fit is None:
         yield f"Make the touches of {NEXT_FILE}, and evaluate them: palpate calibrate tip --touches touches.csv."

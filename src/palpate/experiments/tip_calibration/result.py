@@ -9,7 +9,7 @@ import numpy as np
 from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.kit.shown_result import ShownResult
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.experiments.tip_calibration.found_tip import TrueTip
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.plan import TipPlan
@@ -23,7 +23,7 @@ NEXT = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TipCalibration(ShownResult):
+class TipCalibrationResult(ShownResult):
     """A fingertip, as touches have it.
 
     Attributes:
@@ -42,7 +42,7 @@ class TipCalibration(ShownResult):
     experiment: ClassVar[str] = "calibrate.tip"
 
     run: RunResult
-    config: TipConfig
+    config: TipCalibrationConfig
     robot: Robot
     known: KnownBefore
     touches: Touches | None
@@ -72,7 +72,7 @@ class TipCalibration(ShownResult):
         return float("nan") if self.fit is None else float(np.sqrt(np.diag(self.fit.model_covariance())[:3].max()))
 
 
-def calibration_in(plan: TipPlan | StillPlan, recorded: Recorded) -> TipCalibration:
+def calibration_in(plan: TipPlan | StillPlan, recorded: Recorded) -> TipCalibrationResult:
     """Return what touches have found, or, without any, which to make.
 
     Raises:
@@ -82,7 +82,7 @@ def calibration_in(plan: TipPlan | StillPlan, recorded: Recorded) -> TipCalibrat
     touches, unrested = plan.touches_of(recorded)
     fit = None if touches is None else known.fit(touches)
     count = config.touch_count if fit is None else NEXT
-    return TipCalibration(
+    return TipCalibrationResult(
         recorded.run,
         config,
         robot,

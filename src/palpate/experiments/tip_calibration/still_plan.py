@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.recorded_run import Recorded
-from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipConfig
+from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
 from palpate.experiments.tip_calibration.files import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.touches_csv import load_touches, read_touches
@@ -103,7 +103,7 @@ class StillPlan(PlanDefaults):
         touches_file: Their text.
     """
 
-    config: TipConfig
+    config: TipCalibrationConfig
     described: Robot
     known: KnownBefore
     touches: Touches | None
@@ -167,7 +167,7 @@ class StillPlan(PlanDefaults):
         return plan_touches(moving, self.described, {}).view()
 
 
-def plan_still(config: TipConfig, robot: Robot, texts: Mapping[str, str]) -> StillPlan:
+def plan_still(config: TipCalibrationConfig, robot: Robot, texts: Mapping[str, str]) -> StillPlan:
     """Read and check the touches.
 
     Raises:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.tip_calibration.config import TipConfig
+from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.open_kinds import name_of_kind
 from palpate.robots.surface_entries import PlacedSurface, SurfaceKind
 from palpate.spatial import Vector, as_vector
@@ -34,7 +34,7 @@ class TipErrors:
     stiffness: float
 
     @classmethod
-    def of(cls, config: TipConfig) -> "TipErrors":
+    def of(cls, config: TipCalibrationConfig) -> "TipErrors":
         """Return those that are asked for, or drawn."""
         if config.unknown_tip is None:
             return cls(config.size_error, config.center_error, config.turn_error, config.stiffness_ratio)

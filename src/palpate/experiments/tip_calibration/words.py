@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from palpate.experiments.tip_calibration.result import TipCalibration
+from palpate.experiments.tip_calibration.result import TipCalibrationResult
 from palpate.reporting.data import Quantity
 from palpate.sensing.tip_calibration import TipFit
 
@@ -43,7 +43,7 @@ def _of_tip(fit: TipFit) -> Iterator[int]:
         yield from range(len(fit.unknowns.each))[fit.unknowns.blocks[block]]
 
 
-def place_rows(result: TipCalibration) -> list[tuple[str, str, str, str]]:
+def place_rows(result: TipCalibrationResult) -> list[tuple[str, str, str, str]]:
     """Return where plate, rod and ball were found: name, value, unit, note."""
     fit = result.fit
     if fit is None:
@@ -57,7 +57,7 @@ def place_rows(result: TipCalibration) -> list[tuple[str, str, str, str]]:
     return rows
 
 
-def outcome(result: TipCalibration) -> str:
+def outcome(result: TipCalibrationResult) -> str:
     """Return how it ended, and whether the tip is to be used."""
     fit = result.fit
     if fit is None:
@@ -68,7 +68,7 @@ def outcome(result: TipCalibration) -> str:
     return f"{ended}The tip is to be used: all assumptions were tested on the touches, and held."
 
 
-def felt_words(result: TipCalibration) -> str:
+def felt_words(result: TipCalibrationResult) -> str:
     """Return what the touches of the run came to."""
     if not result.outcomes:
         return ""
@@ -77,7 +77,7 @@ def felt_words(result: TipCalibration) -> str:
     return f"Touches: {', '.join(parts)}{crept}."
 
 
-def meaning(result: TipCalibration) -> str:
+def meaning(result: TipCalibrationResult) -> str:
     """Return what this means for contacts on the tip."""
     fit = result.fit
     if fit is None:
@@ -87,7 +87,7 @@ def meaning(result: TipCalibration) -> str:
     return f"Contacts on this tip are placed to +-{1.96 * place:.3g} mm (95 %), as far as its model decides."
 
 
-def settings(result: TipCalibration) -> tuple[tuple[str, str], ...]:
+def settings(result: TipCalibrationResult) -> tuple[tuple[str, str], ...]:
     """Return name and value of each setting."""
     config = result.config
     loads = ", ".join(f"{force:g} N" for force in config.forces)
