@@ -19,7 +19,6 @@ from palpate import __version__
 from palpate.cli import CommandGroup, TypedCommand, main, typed_commands
 from palpate.commands.colours import coloured
 from palpate.commands.command_result import ExitCode
-from palpate.commands.progress import lively
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.estimation import Assumption, BrokenAssumption
 from palpate.experiments.kit import registry
@@ -27,6 +26,7 @@ from palpate.experiments.kit.registry import experiment_named, typed_words
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.robot import shipped_robots
+from palpate.runtime.progress import lively
 from palpate.sim.backend import MujocoBackend
 from support import warm_process
 from support.typed_mistakes import answer_to

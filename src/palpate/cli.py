@@ -134,9 +134,9 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
     ),
     "log": CommandGroup(
         {
-            "info": TypedCommand(LogInfoConfig, "palpate.commands.log.command:run_log_info"),
-            "export": TypedCommand(LogExportConfig, "palpate.commands.log.command:run_log_export"),
-            "ros2": TypedCommand(LogRos2Config, "palpate.commands.log.command:run_log_ros2"),
+            "info": TypedCommand(LogInfoConfig, "palpate.commands.log.info:run_log_info"),
+            "export": TypedCommand(LogExportConfig, "palpate.commands.log.export:run_log_export"),
+            "ros2": TypedCommand(LogRos2Config, "palpate.commands.log.export:run_log_ros2"),
         },
         "Logs of runs: what is in them; as tables, and for ROS 2.\n\nExample: palpate log info runs/explore",
     ),

@@ -6,7 +6,6 @@ from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.commands.earlier_run import earlier_run
-from palpate.commands.say import say
 from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.output_folder import check_folder
 from palpate.experiments.kit.recording import REPORT
@@ -17,6 +16,7 @@ from palpate.reporting.data import Quantity
 from palpate.reporting.terminal import quantities
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
+from palpate.runtime.progress import say
 
 LOG = "<date>_<time>.mcap"
 """Name of the log; `latest.mcap` is a link to it."""

@@ -7,13 +7,13 @@ from mcap.opcode import Opcode
 from rich.console import Console
 
 from palpate.bounded_file import open_regular
-from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
 from palpate.experiments.kit.recording import REPORT
 from palpate.experiments.kit.registry import experiment_named
 from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of
+from palpate.runtime.progress import say
 
 SWEEP = "sweep.json"
 """File that marks the folder of a sweep."""

@@ -7,9 +7,7 @@ from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode, reported_result
 from palpate.commands.earlier_run import print_earlier_run
-from palpate.commands.progress import doing, run_progress
 from palpate.commands.run_shown import kept_if_interrupted, print_outcome, run_shown, tell
-from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.metric import metrics_of
@@ -22,6 +20,7 @@ from palpate.interruption import requested
 from palpate.reporting.figure_kind import FigureKind
 from palpate.reporting.terminal import quantities
 from palpate.runtime import RunResult, result_until
+from palpate.runtime.progress import doing, run_progress, say
 
 SECOND_STOPPED = (
     "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"

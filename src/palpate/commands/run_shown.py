@@ -6,13 +6,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from palpate.commands.progress import run_progress
-from palpate.commands.say import say
 from palpate.experiments.kit.experiment import Plan
 from palpate.experiments.kit.recording import tell_log
 from palpate.interruption import finishing, requested
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 from palpate.runtime.log.standard.cloud import Cloud
+from palpate.runtime.progress import run_progress, say
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
 """Printed immediately after Ctrl-C."""

@@ -23,8 +23,6 @@ from palpate.commands.devices.rig_devices import (
     opened_rig,
     separate_devices,
 )
-from palpate.commands.progress import step_progress
-from palpate.commands.say import say
 from palpate.errors import FloatArray
 from palpate.extras import MissingLibraryError
 from palpate.hw.devices import ArmDevice, DeviceError, HandDevice, SensorDevice
@@ -35,6 +33,7 @@ from palpate.robots.rig import RigParts, rig_entry
 from palpate.robots.robot import Robot
 from palpate.robots.robot_file import RobotFile
 from palpate.runtime.data import ArmSample
+from palpate.runtime.progress import say, step_progress
 from palpate.runtime.real_time import Overrun, RealTime
 from palpate.runtime.standstill_check import REST_SPEED
 from palpate.runtime.urgency import urgency_granted

@@ -19,7 +19,6 @@ from palpate.commands.devices.config import (
     EmulateUrConfig,
     version_numbers,
 )
-from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.registers import BAUD_RATES, KINDS
 from palpate.hw.emulators.control import TOKEN_FOLLOWS, EmulatorControl
@@ -41,6 +40,7 @@ from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
 from palpate.interruption import handling, note
 from palpate.kinematics.pose import Pose
 from palpate.open_kinds import name_of_kind
+from palpate.runtime.progress import say
 
 _TOKEN_VARIABLE = "PALPATE_CONTROL_TOKEN"
 """Environment variable with the token, for a program that chooses it, as it chooses the port."""

@@ -16,12 +16,11 @@ from palpate.commands.devices.rig_devices import (
     opened_rig,
     separate_devices,
 )
-from palpate.commands.progress import doing
-from palpate.commands.say import say
 from palpate.hw.condition import DeviceCondition, Recoverable
 from palpate.hw.devices import DeviceError, SensorReading
 from palpate.robots.rig import RigParts
 from palpate.runtime.data import ArmSample
+from palpate.runtime.progress import doing, say
 from palpate.runtime.standstill_check import REST_SPEED
 
 

@@ -155,9 +155,7 @@ class SweepResult:
         """What people should know besides, a sentence each."""
         sentences = []
         if self.seeds_alike:
-            sentences.append(
-                "All seeds gave the same numbers: nothing in these runs is random."
-            )
+            sentences.append("All seeds gave the same numbers: nothing in these runs is random.")
         words = [metric.key for metric in self.metrics if self._is_words(metric)]
         if words:
             sentences.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")

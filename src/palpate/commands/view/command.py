@@ -10,9 +10,7 @@ from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.earlier_run import earlier_run
-from palpate.commands.progress import doing
 from palpate.commands.run_shown import kept_if_interrupted, tell
-from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.scene import (
@@ -39,6 +37,7 @@ from palpate.runtime import Backend, Command, Pacer, Sample, result_until
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.pacing import SimulatedTime
+from palpate.runtime.progress import doing, say
 from palpate.runtime.real_time import RealTime
 from palpate.runtime.shown_plan import PlanChange
 from palpate.runtime.wrapped_backend import WrappedBackend

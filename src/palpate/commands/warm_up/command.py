@@ -19,12 +19,10 @@ from rich.console import Console
 import palpate
 from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
-from palpate.commands.progress import lively
-from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.compiling import cache_folder
 from palpate.experiments.kit.versions import versions_text
-from palpate.runtime.progress_bar import progress_bar
+from palpate.runtime.progress import lively, progress_bar, say
 
 KERNELS = ("*.nbi", "*.nbc")
 
