@@ -17,8 +17,8 @@ from rich.console import Console
 
 from palpate import __version__
 from palpate.cli import CommandGroup, TypedCommand, main, typed_commands
-from palpate.commands.colours import coloured
 from palpate.commands.command_result import ExitCode
+from palpate.commands.typed_options import coloured
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.estimation import Assumption, BrokenAssumption
 from palpate.experiments.kit import registry
