@@ -259,14 +259,11 @@ def _run_command(command: TypedCommand, typed: str, arguments: Sequence[str]) ->
 
 def _run_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> CommandResult:
     config, shared = read_experiment(experiment.Config, experiment.name, typed, arguments, _EXPERIMENT_OPTIONS)
-    if shared.get(DRY_RUN.name):
-        from palpate.commands.dry_run import dry_run_experiment
-
-        start_up.over()
-        return dry_run_experiment(experiment, config)
-    from palpate.commands.run import run_experiment
+    from palpate.commands.run import dry_run_experiment, run_experiment
 
     start_up.over()
+    if shared.get(DRY_RUN.name):
+        return dry_run_experiment(experiment, config)
     return run_experiment(experiment, config, shared.get(FIGURES.name))
 
 

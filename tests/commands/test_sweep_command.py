@@ -16,7 +16,7 @@ import psutil
 import pytest
 
 from palpate.cli import main
-from palpate.commands.sweep import SweepConfig, picture, run, sweep
+from palpate.commands.sweep import SweepConfig, figure, run, sweep
 from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.store import RunStatus, read_record
 from palpate.errors import InvalidValueError
@@ -66,7 +66,7 @@ def kept(folder):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Pictures take longer than these runs: where nobody looks at them, they are left out."""
-    monkeypatch.setattr(picture, "write_summary", lambda result, path: path.touch())
+    monkeypatch.setattr(figure, "write_summary", lambda result, path: path.touch())
     monkeypatch.setattr(page, "write_report", lambda report, path: path.touch())
 
 

@@ -16,8 +16,7 @@ from rich.console import Console
 from palpate.cli import main
 from palpate.commands import run
 from palpate.commands.command_result import ExitCode
-from palpate.commands.earlier_run import earlier_run
-from palpate.commands.run_shown import STOPPED, kept_if_interrupted, run_shown
+from palpate.commands.run import STOPPED, earlier_run, kept_if_interrupted, run_shown
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending, RestState, progress

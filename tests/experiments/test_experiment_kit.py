@@ -86,7 +86,7 @@ def bare(missing):
         (wrong(metrics=(3,)), r"Wrong is no experiment.*metrics = \(3,\).*must be a tuple of Metric"),
         (wrong(Config=dict), r"Wrong is no experiment.*Config = .*@dataclass\(frozen=True\)"),
         (wrong(Config=Thawed), r"Wrong is no experiment.*Config = .*@dataclass\(frozen=True\)"),
-        (Lacking, "Lacking is no experiment: it lacks found, report, files, cloud: add"),
+        (Lacking, "Lacking is no experiment: it lacks evaluate, report, files, cloud: add"),
         *(
             (wrong(Config=bare(name)), f"Bare lacks the field {name}: add it, for example {name}")
             for name in CONFIG_FIELDS

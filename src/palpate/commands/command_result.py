@@ -73,28 +73,6 @@ def shown_quantities(metrics: Iterable["Quantity"]) -> tuple[dict[str, object], 
     return values, notes
 
 
-def reported_result(
-    exit_code: int,
-    outcome: str,
-    measured: Mapping[str, object],
-    shown: Iterable["Quantity"],
-    files: tuple[Path, ...],
-    **facts: object,
-) -> CommandResult:
-    """Return the result of an experiment that has a report.
-
-    Args:
-        exit_code: How it ended.
-        outcome: The same in a sentence.
-        measured: Its metrics by name, as `palpate sweep` has them in its tables.
-        shown: The metrics of its report.
-        files: That were written.
-        facts: Everything else.
-    """
-    values, notes = shown_quantities(shown)
-    return CommandResult(exit_code, outcome, measured, notes, {**facts, "report": values}, files)
-
-
 def _number(value: float | str) -> float | None:
     if not isinstance(value, str):
         return float(value)

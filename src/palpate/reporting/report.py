@@ -98,7 +98,12 @@ class Report:
     reached: bool = True
 
     @property
-    def all_metrics(self) -> tuple[Quantity, ...]:
-        """Those of the summary, then those of the sections."""
+    def section_quantities(self) -> tuple[Quantity, ...]:
+        """Quantities of the sections' tables."""
         parts = (part for section in self.sections for part in section.parts if isinstance(part, QuantityTable))
-        return (*self.metrics, *(metric for part in parts for metric in part.metrics))
+        return tuple(quantity for part in parts for quantity in part.metrics)
+
+    @property
+    def all_metrics(self) -> tuple[Quantity, ...]:
+        """Metrics of the summary, then the quantities of the sections."""
+        return (*self.metrics, *self.section_quantities)

@@ -12,10 +12,10 @@ from rich.console import Console
 
 from palpate.bounded_file import read_bytes
 from palpate.commands.command_result import CommandResult
-from palpate.commands.earlier_run import SWEEP
 from palpate.commands.log.config import LogExportConfig, LogRos2Config
 from palpate.commands.log.info import BAR_DELAY, resolved_log
-from palpate.commands.sweep.store import BOUNDS, read_record
+from palpate.commands.run import SWEEP
+from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
 from palpate.experiments.kit.output_folder import make_folder
@@ -149,7 +149,7 @@ def _sweep_results(log: Path) -> dict[str, Fact]:
     """Return the results of the sweep's run that wrote a log; nothing for any other log."""
     folder = log.parent
     try:
-        record = read_record(read_bytes(folder.parents[1] / "runs" / f"{folder.name}.json", BOUNDS))
+        record = read_record(read_bytes(folder.parents[1] / "runs" / f"{folder.name}.json", FILE_BOUNDS))
     except (OSError, IndexError):
         return {}
     return {} if record is None else {"run": record.run, "status": record.status.value, **record.metrics}

@@ -20,7 +20,7 @@ import msgspec
 
 from palpate.atomic_file import replacing
 from palpate.bounded_file import Bounds, read_bytes
-from palpate.commands.sweep.plan import SweepPlan
+from palpate.commands.sweep.plan import RunCase, SweepPlan
 from palpate.commands.typed_values import plain, shown_value
 from palpate.errors import InvalidValueError, shown
 from palpate.experiments.kit.metric import MetricValue
@@ -29,53 +29,32 @@ from palpate.plain_text import inert_cell
 
 
 class RunStatus(StrEnum):
-    """How a run went."""
+    """Outcome of a run."""
 
     DONE = "done"
-    """To its end: its metrics count."""
+    """The run reached its end; its metrics count."""
     UNFINISHED = "unfinished"
-    """The supervisor stopped it, contact was lost, or its time was up: it has metrics, which do not count."""
+    """The supervisor stopped the run, contact was lost, or time was up; its metrics do not count."""
     FAILED = "failed"
-    """It raised an exception."""
+    """The run raised an exception."""
     DIED = "died"
-    """Its process ended, more than once: a crash in C, out of memory, SIGKILL."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RunCase:
-    """What a worker is given: texts, so that it needs nothing that only the process has where it was typed.
-
-    Attributes:
-        run: Number of the run.
-        digest: Of the case.
-        experiment: What finds it, wherever the worker stands.
-        config: Its configuration, as `palpate.experiments.kit.config_file` writes it,
-        seed: but for the seed.
-        folder: For report, log and files of the run; None if they are not kept.
-    """
-
-    run: int
-    digest: str
-    experiment: str
-    config: str
-    seed: int
-    folder: Path | None = None
+    """The process of the run ended more than once: a crash in C, out of memory, SIGKILL."""
 
 
 class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What came of a run.
+    """Record of a run.
 
     Attributes:
-        run: Its number, from 0: its place in the sweep.
-        digest: Of its case, so that a file of another sweep is not mistaken for one of this.
-        seed: Of its random numbers.
-        status: How it went.
-        message: How it ended, or what failed, in one line.
-        traceback: Where that was raised; else empty.
-        duration: Wall time in its process [s].
-        host: Computer that did it.
-        metrics: What came out, by column; the only part that is the same whoever does it.
-        versions: Of Python and of the packages whose arithmetic the metrics depend on.
+        run: Number of the run in the sweep, from 0.
+        digest: Digest of the case; it distinguishes files of another sweep.
+        seed: Seed of the random numbers.
+        status: Outcome of the run.
+        message: Ending or error in one line.
+        traceback: Traceback of an exception; else empty.
+        duration: Wall time in the worker [s].
+        host: Name of the computer.
+        metrics: Metrics by key; they do not depend on the computer.
+        versions: Versions of Python and of the packages whose arithmetic the metrics depend on.
     """
 
     run: int
@@ -91,17 +70,17 @@ class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     @property
     def done(self) -> bool:
-        """Whether its metrics count."""
+        """Whether the metrics count."""
         return self.status is RunStatus.DONE
 
 
 def record_text(record: RunRecord) -> bytes:
-    """Return it as JSON; `read_record` gives back the very same, every float to the last bit."""
+    """Return the record as JSON; `read_record` restores every float to the last bit."""
     return msgspec.json.encode(record) + b"\n"
 
 
 def read_record(text: bytes) -> RunRecord | None:
-    """Return what `record_text` wrote; None if it is something else, as after a loss of power."""
+    """Return the record that `record_text` wrote; None for any other text, as after a power failure."""
     try:
         return msgspec.json.decode(text, type=RunRecord)
     except (msgspec.DecodeError, UnicodeDecodeError):
@@ -109,7 +88,7 @@ def read_record(text: bytes) -> RunRecord | None:
 
 
 def without_result(case: RunCase, status: RunStatus, error: str, trace: str = "") -> RunRecord:
-    """Return the record of a run that could not write its own."""
+    """Return the record of a run whose worker left none."""
     return RunRecord(
         run=case.run,
         digest=case.digest,
@@ -128,17 +107,17 @@ def one_line(text: str) -> str:
 SWEEP_FILE = "sweep.json"
 """The request."""
 
-BOUNDS = Bounds(size=1 << 22)
-"""Of what was asked, and of what a run has found: some thousand metrics take a tenth of it."""
+FILE_BOUNDS = Bounds(size=1 << 22)
+"""Largest size of a request or a record; some thousand metrics take a tenth of it."""
 
-VERSION = 1
-"""Of the folder's layout."""
+LAYOUT_VERSION = 1
+"""Version of the folder's layout."""
 
 MOST_DIFFERENCES = 5
 """Differences that a refusal names."""
 
 _PART = re.compile(r"\.\d{6}\.json\.[0-9a-f]{8}\.part")
-"""What a writer that was killed leaves behind (`palpate.atomic_file.replacing`)."""
+"""Name of the partial file of a killed writer (`palpate.atomic_file.replacing`)."""
 
 
 class SweepRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -146,13 +125,13 @@ class SweepRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
     Attributes:
         palpate_sweep: Version of the folder.
-        experiment: What was done.
+        experiment: Name of the experiment.
         varied: Options that were varied, with their values as typed.
         fixed: Options that were set, in the command or in an experiment file.
-        first_seed: Of each combination,
-        seeds: and how many there are.
-        runs: How many there are in all.
-        digest: Of every value that the runs depend on, what they have by default and the files they read included.
+        first_seed: First seed of each combination.
+        seeds: Number of seeds.
+        runs: Number of runs.
+        digest: Digest of every value that the runs depend on, defaults and files included.
     """
 
     palpate_sweep: int
@@ -166,9 +145,9 @@ class SweepRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
 
 def request_of(plan: SweepPlan) -> SweepRequest:
-    """Return what a plan asks for."""
+    """Return the request of a plan."""
     return SweepRequest(
-        palpate_sweep=VERSION,
+        palpate_sweep=LAYOUT_VERSION,
         experiment=plan.experiment.name,
         varied={each.name: [shown_value(value) for value in each.values] for each in plan.varied},
         fixed={name: shown_value(value) for name, value in plan.fixed.items()},
@@ -191,21 +170,22 @@ class SweepFolder:
 
     @property
     def runs(self) -> Path:
-        """Where the runs are."""
+        """Folder of the runs."""
         return self.path / "runs"
 
     def begin(self, plan: SweepPlan) -> dict[int, RunRecord]:
-        """Make the folder this plan's, and return what is finished of it, by number.
+        """Claim the folder for a plan, and return its finished runs by number.
 
         Raises:
-            InvalidValueError: The folder cannot be written, or is another sweep's: the message names what differs.
-            OSError: A file cannot be written.
+            InvalidValueError: If the folder cannot be written, or if it belongs to another sweep; the message
+                names the differences.
+            OSError: If a file cannot be written.
         """
         make_folder(self.path)
         request, before = request_of(plan), self._request_before()
         if before is not None and before != request:
             raise InvalidValueError(
-                f"out = {self.path}: holds another sweep: {_differences(before, request)}; {OTHER}"
+                f"out = {self.path}: holds another sweep: {_differences(before, request)}; {OTHER_FOLDER_REMEDY}"
             )
         self.runs.mkdir(exist_ok=True)
         if before is None:
@@ -217,33 +197,33 @@ class SweepFolder:
         return self.finished(plan)
 
     def finished(self, plan: SweepPlan) -> dict[int, RunRecord]:
-        """Return every run of a plan that is kept here, by number."""
+        """Return every finished run of a plan, by number."""
         found = {}
         for run in plan.runs:
             try:
-                record = read_record(read_bytes(self._file(run.number), BOUNDS))
+                record = read_record(read_bytes(self._file(run.number), FILE_BOUNDS))
             except FileNotFoundError:
                 continue
-            # what cannot be read, or is of something else, is run (again)
+            # unreadable or foreign files are run again
             if record is not None and (record.run, record.digest) == (run.number, run.case.digest):
                 found[run.number] = record
         return found
 
     def keep(self, record: RunRecord) -> None:
-        """Keep a run.
+        """Write the record of a run.
 
         Raises:
-            OSError: It cannot be written.
+            OSError: If the file cannot be written.
         """
         with replacing(self._file(record.run)) as file:
             file.write(record_text(record))
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Keep others off the folder, until it is left or this process ends, however that comes.
+        """Lock the folder until the block or this process ends.
 
         Raises:
-            InvalidValueError: Another process is at work there.
+            InvalidValueError: If another process works in the folder.
         """
         make_folder(self.path)
         try:
@@ -271,7 +251,7 @@ class SweepFolder:
     def _request_before(self) -> SweepRequest | None:
         file = self.path / SWEEP_FILE
         try:
-            return msgspec.json.decode(read_bytes(file, BOUNDS), type=SweepRequest)
+            return msgspec.json.decode(read_bytes(file, FILE_BOUNDS), type=SweepRequest)
         except FileNotFoundError:
             return None
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -280,12 +260,12 @@ class SweepFolder:
             ) from None
 
 
-OTHER = "choose another folder (--out), or type what it was made with"
-"""What to do about it."""
+OTHER_FOLDER_REMEDY = "choose another folder (--out), or type what it was made with"
+"""Remedy where the folder holds another sweep."""
 
 
 def _differences(before: SweepRequest, request: SweepRequest) -> str:
-    """Return what differs, in words."""
+    """Return the differences as text."""
     differences = [
         f"{name.replace('_', ' ')} {shown(old)} there, {shown(new)} now"
         for name, old, new in (
@@ -320,21 +300,27 @@ def _of_mapping(what: str, before: Mapping[str, object], request: Mapping[str, o
     return differences
 
 
-FRONT = ("run",)
-"""Columns before the options that were varied,"""
+FIRST_COLUMNS = ("run",)
+"""Columns before the varied options."""
 
-MIDDLE = ("seed", "status", "message", "duration_s", "host")
-"""and behind them, before the metrics."""
+MIDDLE_COLUMNS = ("seed", "status", "message", "duration_s", "host")
+"""Columns between the varied options and the metrics."""
 
-VERSIONS = ("palpate", "python", "numpy", "scipy", "numba", "mujoco")
-"""Whose versions stand in the last columns."""
+VERSIONED_PACKAGES = ("palpate", "python", "numpy", "scipy", "numba", "mujoco")
+"""Packages whose versions stand in the last columns."""
 
 
 def columns_of(plan: SweepPlan) -> tuple[str, ...]:
     """Return the names of all columns."""
     varied = (each.name for each in plan.varied)
-    versions = (f"{name}_version" for name in VERSIONS)
-    return (*FRONT, *varied, *MIDDLE, *(metric.key for metric in plan.experiment.metrics), *versions)
+    versions = (f"{name}_version" for name in VERSIONED_PACKAGES)
+    return (
+        *FIRST_COLUMNS,
+        *varied,
+        *MIDDLE_COLUMNS,
+        *(metric.key for metric in plan.experiment.metrics),
+        *versions,
+    )
 
 
 def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, MetricValue]]:
@@ -352,16 +338,16 @@ def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, Met
             "host": record.host,
         }
         row |= {metric.key: record.metrics.get(metric.key) for metric in plan.experiment.metrics}
-        row |= {f"{name}_version": record.versions.get(name) for name in VERSIONS}
+        row |= {f"{name}_version": record.versions.get(name) for name in VERSIONED_PACKAGES}
         rows.append(row)
     return rows
 
 
 def write_csv(rows: Sequence[Mapping[str, MetricValue]], columns: Sequence[str], path: Path) -> None:
-    """Write rows as CSV with a heading; what is not known is empty, floats read back to the same bits.
+    """Write rows as CSV with a heading; unknown values are empty, floats read back to the same bits.
 
     Raises:
-        OSError: The file cannot be written.
+        OSError: If the file cannot be written.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -375,7 +361,7 @@ def write_parquet(rows: Sequence[Mapping[str, MetricValue]], columns: Sequence[s
     """Write rows as Parquet, if pyarrow is installed; return whether it is.
 
     Raises:
-        OSError: The file cannot be written.
+        OSError: If the file cannot be written.
     """
     try:
         arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
@@ -400,7 +386,7 @@ def _cell(value: MetricValue) -> str:
 
 
 def _alike(values: list[MetricValue]) -> list[MetricValue]:
-    """Values of one type, as a column needs them: whole numbers among others are such, words make all words."""
+    """Return the values as one type: a float makes all numbers floats, a word makes all values words."""
     kinds = {type(value) for value in values if value is not None}
     if kinds <= {int, float} and float in kinds:
         return [None if value is None else float(value) for value in values]

@@ -94,6 +94,12 @@ def metric_rows(metrics: Iterable[Metric], result: "Result") -> "tuple[Quantity,
     return tuple(row for row in rows if row is not None)
 
 
+def metric_notes(metrics: Iterable[Metric], result: "Result") -> dict[str, str]:
+    """Return the remarks on metrics, by key; only those that have one."""
+    rows = ((metric.key, metric.row(result)) for metric in metrics)
+    return {key: row.note for key, row in rows if row is not None and row.note}
+
+
 def number(value: float | None) -> float | None:
     """Return a number as a plain float; None where there is none, or not a finite one."""
     return None if value is None or not math.isfinite(value) else float(value)
