@@ -231,7 +231,7 @@ def test_no_fault_opens_a_hand(hand_cell):
 @pytest.mark.slow
 def test_the_doctor_looks_at_servos(hand_cell, capsys):
     _, path = hand_cell
-    main(["doctor", str(path), "--seconds", "0.3", "--json"])
+    main(["doctor", str(path), "--duration", "0.3", "--json"])
     findings_read = json.loads(capsys.readouterr().out)
     servos = [one for one in findings_read["findings"] if "servo" in one["device"]]
     assert {one["what"] for one in servos} == {"model", "firmware", "temperature", "supply", "hardware error"}

@@ -284,7 +284,7 @@ def _meant_option(named: Any, arguments: Sequence[str]) -> str:
                 symbol = option_of_symbol(named, name.removeprefix("--"))
                 near = f"--{symbol.replace('_', '-')}" if symbol else nearest(name, list(hints))
                 return f"did you mean {near}?" if near else ""
-        elif not positional and not (last.startswith("--") and "=" not in last):
+        elif not positional and not (last.startswith("--") and "=" not in last and hints.get(last) is not bool):
             for option, hint in hints.items():
                 if word in _choices(hint):
                     return f"options have names here: did you mean {option} {word}?"

@@ -84,6 +84,12 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
         scale = 1.0 if isinstance(config, EmulateNetftConfig) else config.time_scale
         host = Host(devices.plant, devices.servers, scale, config.control_port, _chosen_token())
         opened.pop_all()  # the host closes the devices
+    facts = {
+        "devices": host.addresses,
+        "about": devices.about,
+        "control_port": host.control_port,
+        "faults": devices.faults,
+    }
     usage = "DEVICE NAME VALUE; a wrong NAME lists those that exist"
     if devices.faults:
         usage = f"{devices.servers[0].name!r} NAME VALUE\n  NAME: {', '.join(devices.faults)}"
@@ -98,15 +104,7 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
             say(console, line)
         host.run()
     say(console, "Ended.")
-    return CommandResult(
-        outcome="Ended.",
-        facts={
-            "devices": host.addresses,
-            "about": devices.about,
-            "control_port": host.control_port,
-            "faults": devices.faults,
-        },
-    )
+    return CommandResult(outcome="Ended.", facts=facts)
 
 
 def run_fault(config: EmulateFaultConfig) -> CommandResult:
