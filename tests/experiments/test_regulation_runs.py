@@ -12,7 +12,6 @@ from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.regulate.report import series_of
 from palpate.experiments.regulate.result import write_forces
-from palpate.experiments.regulate.words import outcome
 from palpate.runtime import Ending, Phase
 from palpate.runtime.live import LONGEST_ELAPSED, ScheduledChanges, live_parameters_of
 from palpate.runtime.log import Change, LogWriter, log_writer
@@ -156,7 +155,7 @@ def test_piece_by_piece_it_comes_to_the_same(name, tmp_path, short_of_memory):
             np.testing.assert_allclose(ours[metric], value, rtol=1e-9, atol=1e-12, err_msg=metric)
         else:
             assert ours[metric] == value
-    assert outcome(found) == outcome(whole)
+    assert REGULATE.report(found).outcome == REGULATE.report(whole).outcome
     write_forces(found, tmp_path / "a.csv")
     write_forces(whole, tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_text().split() == (tmp_path / "b.csv").read_text().split()
@@ -169,4 +168,4 @@ def test_without_a_log_it_says_what_its_figures_are_of(monkeypatch, short_of_mem
     monkeypatch.setattr(recorded_run, "MemoryLog", lambda: recorded_periods.MemoryLog(500))
     found = regulated_with(None, **PROFILES["step"])
     assert found.judged_steps is None
-    assert f"every {found.every}th period" in outcome(found)
+    assert f"every {found.every}th period" in REGULATE.report(found).outcome

@@ -25,7 +25,6 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, notes_in, tell_log
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import plan_for
-from palpate.experiments.regulate.report import outcome as regulation_outcome
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.marks import Line
 from palpate.runtime import Ending, Trip
@@ -35,7 +34,7 @@ from palpate.runtime.log.standard.topics import PLAIN_ROBOT
 from runtime.log.test_standard_topics import messages, numbers
 from support.drawn import panels
 from support.explore_runs import pictures, section, untrue
-from support.regulate_runs import regulated
+from support.regulate_runs import REGULATE, regulated
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
@@ -269,7 +268,7 @@ def test_a_result_and_its_reports_tell_of_the_retreat(aftermath):
     assert str(run).startswith(f"stopped by the supervisor ({said}) after ")
     for told in (
         exploration_outcome(replace(exploration, run=run)),
-        regulation_outcome(replace(regulation, run=run)),
+        REGULATE.report(replace(regulation, run=run)).outcome,
     ):
         assert told.startswith(f"Stopped by the supervisor: {said}; the robot is at rest.")
     assert replace(run, trip=None).why == ""

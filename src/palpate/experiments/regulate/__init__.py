@@ -20,20 +20,20 @@ def regulate(
     *,
     progress: bool = False,
 ) -> "RegulationResult":
-    """Hold a force on a surface, and return how it was held.
+    """Hold a force on a surface, and return the result.
 
     Args:
-        config: How.
+        config: Configuration of the run.
         out: Folder for log, report and files; nothing is written if not given.
-        observers: Called every period with sample, observation and command.
-        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
+        observers: Observers that are called every period with sample, observation and command.
+        progress: Whether a progress bar is shown, on a terminal or in a notebook.
 
     Raises:
-        InvalidValueError: It cannot be carried out, or what was felt tells nothing.
-        OSError: A file cannot be written.
+        InvalidValueError: If the run cannot be carried out or evaluated.
+        OSError: If a file cannot be written.
     """
     from palpate.experiments.kit.script import perform
-    from palpate.experiments.regulate.experiment import Regulate  # what runs and draws is imported only now
+    from palpate.experiments.regulate.experiment import Regulate  # imported here: heavy
 
     found: RegulationResult = perform(Regulate(), config, out, observers, progress=progress)
     return found

@@ -9,20 +9,19 @@ import numpy as np
 from palpate.errors import FloatArray
 
 RISE_FROM, RISE_TO = 0.1, 0.9
-"""Of a step, between which its rise is counted."""
+"""Shares of a step between which its rise time is counted."""
 
-SETTLED = 0.05
-"""Within this of a step's height it has settled."""
+SETTLING_BAND = 0.05
+"""Half width of the band in which a step has settled, relative to its height."""
 
 HALF_POWER = math.sqrt(0.5)
-"""-3 dB."""
+"""Amplitude ratio of -3 dB."""
 
-STEADY_SHARE = 1.0 / 3.0
-"""Of each sine that is left out at its beginning, at least one cycle: until it is steady."""
+TRANSIENT_SHARE = 1.0 / 3.0
+"""Share of each sine that is left out at its start, at least one cycle: the transient."""
 
-
-MOST_EACH = 200
-"""Steps that are kept one by one, for a figure."""
+MAX_SINGLE_STEPS = 200
+"""Number of steps that are kept one by one, for a figure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,11 +29,11 @@ class StepResponse:
     """The mean step response, each step scaled to go from 0 to 1.
 
     Attributes:
-        time: Since the step, shape (n,) [s].
-        mean: Shape (n,).
-        each: Of the first steps, shape (m, n).
-        count: How many steps there were.
-        highest: That any of them reached.
+        time: Time since the step, shape (n,) [s].
+        mean: Mean response, shape (n,).
+        each: Responses to the first steps, shape (m, n).
+        count: Number of steps.
+        highest: Largest value that any step reached.
     """
 
     time: FloatArray
@@ -56,29 +55,29 @@ class StepResponse:
 
     @property
     def rise(self) -> tuple[float, float]:
-        """When 10 and 90 % are reached [s]; NaN if they are not."""
+        """Times at which 10 and 90 % are reached [s]; NaN if they are not."""
         return self._reached(RISE_FROM), self._reached(RISE_TO)
 
     @property
     def rise_time(self) -> float:
-        """From 10 to 90 % [s]; NaN if it does not get there."""
+        """Time from 10 to 90 % [s]; NaN if 90 % is not reached."""
         begin, end = self.rise
         return end - begin
 
     @property
     def overshoot(self) -> float:
-        """How far beyond 1 it goes."""
+        """Overshoot of the mean response, relative to the step's height."""
         return max(0.0, float(self.mean.max()) - 1.0)
 
     @property
     def largest_overshoot(self) -> float:
-        """Likewise of the single worst step."""
+        """Overshoot of the worst single step, relative to its height."""
         return max(0.0, self.highest - 1.0)
 
     @property
     def settling_time(self) -> float:
-        """After which it stays within 5 % [s]; NaN if it does not before it ends."""
-        outside = np.flatnonzero(np.abs(self.mean - 1.0) > SETTLED)
+        """Time after which the response stays within 5 % [s]; NaN if it does not settle."""
+        outside = np.flatnonzero(np.abs(self.mean - 1.0) > SETTLING_BAND)
         if not len(outside):
             return 0.0
         return float(self.time[outside[-1] + 1]) if outside[-1] + 1 < len(self.time) else math.nan
@@ -98,13 +97,13 @@ class StepResponse:
 def step_response(
     time: FloatArray, force: FloatArray, steps: Sequence[tuple[float, float, float]], hold: float
 ) -> StepResponse | None:
-    """Return the mean step response; None if none lies wholly within the times.
+    """Return the mean step response; None if no step lies wholly within the times.
 
     Args:
-        time: Evenly spaced, shape (n,) [s].
-        force: Shape (n,) [N].
-        steps: Time [s], force before and after [N] of each.
-        hold: How long each is looked at [s].
+        time: Evenly spaced times, shape (n,) [s].
+        force: Force at these times, shape (n,) [N].
+        steps: Time [s], force before and force after [N] of each step.
+        hold: Duration of each response [s].
     """
     if len(time) < 2:
         return None
@@ -113,14 +112,14 @@ def step_response(
     rows = []
     for at, before, after in steps:
         first = int(np.searchsorted(time, at - 0.5 * period))
-        if first + count <= len(time) and np.isfinite(force[first : first + count]).all():
-            rows.append((force[first : first + count] - before) / (after - before))
+        part = force[first : first + count]
+        if len(part) == count and np.isfinite(part).all():
+            rows.append((part - before) / (after - before))
     if not rows:
         return None
     each = np.array(rows)
-    return StepResponse(
-        period * np.arange(count), each.mean(axis=0), each[:MOST_EACH], len(each), float(each.max())
-    )
+    highest = float(each.max())
+    return StepResponse(period * np.arange(count), each.mean(axis=0), each[:MAX_SINGLE_STEPS], len(each), highest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,8 +127,8 @@ class FrequencyResponse:
     """Response of a force to sines of the set force.
 
     Attributes:
-        frequency: Rising, shape (n,) [Hz].
-        ratio: Complex amplitude over that of the set force, shape (n,).
+        frequency: Rising frequencies, shape (n,) [Hz].
+        ratio: Complex amplitude of the force over the amplitude of the set force, shape (n,).
     """
 
     frequency: FloatArray
@@ -151,14 +150,14 @@ class FrequencyResponse:
 
     @property
     def phase_deg(self) -> FloatArray:
-        """Shape (n,) [degrees], without jumps."""
+        """Phase without jumps, shape (n,) [degrees]."""
         return np.asarray(np.degrees(np.unwrap(np.angle(self.ratio))))
 
     @property
     def bandwidth(self) -> float | None:
-        """Where the amplitude ratio first falls below -3 dB [Hz]; None if it does not within what was asked.
+        """Frequency at which the amplitude ratio first falls below -3 dB [Hz]; None if it does not.
 
-        Between two frequencies the ratio's logarithm is taken for straight over that of the frequency.
+        Between two frequencies, the logarithm of the ratio is linear in the logarithm of the frequency.
         """
         gain = self.gain
         below = np.flatnonzero(gain < HALF_POWER)
@@ -179,28 +178,32 @@ class FrequencyResponse:
 
 
 def frequency_response(
-    time: FloatArray, wanted: FloatArray, force: FloatArray, begins: Sequence[float], frequencies: Sequence[float]
+    time: FloatArray,
+    setpoint: FloatArray,
+    force: FloatArray,
+    begins: Sequence[float],
+    frequencies: Sequence[float],
 ) -> FrequencyResponse | None:
-    """Return the frequency response from sines, one after the other; None if not one was finished.
+    """Return the frequency response from consecutive sines; None if no sine was finished.
 
     Args:
-        time: Shape (n,) [s].
-        wanted: Shape (n,) [N].
-        force: Shape (n,) [N].
-        begins: When each sine begins, and the last one ends [s].
-        frequencies: Of each [Hz].
+        time: Times, shape (n,) [s].
+        setpoint: Set force, shape (n,) [N].
+        force: Force that is judged, shape (n,) [N].
+        begins: Start of each sine, and end of the last one [s].
+        frequencies: Frequency of each sine [Hz].
     """
     found = []
     for begin, end, frequency in zip(begins, begins[1:], frequencies, strict=False):
         cycles = round((end - begin) * frequency)
-        skipped = max(1, math.ceil(STEADY_SHARE * cycles))
+        skipped = max(1, math.ceil(TRANSIENT_SHARE * cycles))
         inside = (time >= begin + skipped / frequency) & (time < end) & np.isfinite(force)
         if cycles <= skipped or not len(time) or time[-1] < end - 1.5 / frequency or inside.sum() < 8:
             continue
         angle = 2.0 * math.pi * frequency * (time[inside] - begin)
         columns = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
         (set_part, response), *_ = (
-            np.linalg.lstsq(columns, np.stack([wanted[inside], force[inside]], axis=1), rcond=None)[0].T,
+            np.linalg.lstsq(columns, np.stack([setpoint[inside], force[inside]], axis=1), rcond=None)[0].T,
         )
         found.append((frequency, complex(response[1], -response[2]) / complex(set_part[1], -set_part[2])))
     if not found:
