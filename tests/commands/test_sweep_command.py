@@ -158,7 +158,7 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     assert record.status is RunStatus.FAILED
     assert "in failing" in record.traceback
     # going on leaves it as it is, unless it is to be done again
-    monkeypatch.setattr(tap, "found", found)
+    monkeypatch.setattr(tap, "evaluate", evaluate)
     here.done.clear()
     assert main([*TYPED, "--out", str(out)]) == 1
     assert here.done == []
