@@ -268,7 +268,7 @@ def _carry_out(command: TypedCommand, typed: str, arguments: Sequence[str]) -> C
 def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> CommandResult:
     config, shared = read_experiment(experiment.Config, experiment.name, typed, arguments, EXPERIMENT_OPTIONS)
     if shared.get(DRY_RUN.name):
-        from palpate.commands.dry_run import dry_run_experiment
+        from palpate.commands.run import dry_run_experiment
 
         start_up.over()
         return dry_run_experiment(experiment, config)

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from palpate.bounded_file import read_bytes
-from palpate.commands.earlier_run import SWEEP
+from palpate.commands.run import SWEEP_FILE
 from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
@@ -28,7 +28,7 @@ def logs_in(place: Path) -> list[Path]:
     Raises:
         InvalidValueError: There is none.
     """
-    if not (place / SWEEP).is_file():
+    if not (place / SWEEP_FILE).is_file():
         return [log_in(place).resolve()]  # of a link, the run's own name
     logs = sorted((place / "reports").glob("*/latest.mcap"))
     if not logs:
@@ -38,7 +38,7 @@ def logs_in(place: Path) -> list[Path]:
 
 def default_folder(place: Path) -> Path:
     """Return where a data set goes if nothing else is said."""
-    return place / "dataset" if (place / SWEEP).is_file() else log_in(place).resolve().with_suffix("")
+    return place / "dataset" if (place / SWEEP_FILE).is_file() else log_in(place).resolve().with_suffix("")
 
 
 def episodes(

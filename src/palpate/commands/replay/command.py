@@ -43,8 +43,8 @@ def run_replay(config: ReplayConfig) -> CommandResult:
         raised an exception.
 
     Raises:
-        InvalidValueError: There is no log of an experiment, or what is changed cannot be.
-        OSError: The log cannot be read, or the report not be written.
+        InvalidValueError: If there is no log of an experiment, or if a change is impossible.
+        OSError: If the log cannot be read, or if the report cannot be written.
     """
     console = Console()
     path = log_in(config.log)
@@ -86,7 +86,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
 
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
-    """All that was found out, in metrics and facts."""
+    """Return the result as metrics and facts."""
     metrics, notes = shown_quantities(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
     return CommandResult(
@@ -116,7 +116,7 @@ def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) ->
 
 
 def _explain(console: Console, found: ReplayedLog) -> None:
-    """Print where what should be identical differs, and which versions differ."""
+    """Print the first differences of commands and sensing, and the versions that differ."""
     for sentence in first_differences(found):
         say(console, f"Differs: {sentence}")
     others = version_differences(found)

@@ -9,9 +9,8 @@ from typing import Any
 from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode
-from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
-from palpate.commands.run_shown import kept_if_interrupted, tell
+from palpate.commands.run import earlier_run, kept_if_interrupted, tell
 from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
