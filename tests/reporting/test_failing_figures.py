@@ -1,18 +1,24 @@
 """A figure that fails costs neither the page nor the other figures nor their files; its error is named."""
 
 import inspect
+import json
+from dataclasses import replace
 from html import unescape
 
 import numpy as np
 import pytest
 
 import palpate.reporting.paper as paper
+from palpate.cli import main
+from palpate.commands.command_result import ExitCode
+from palpate.experiments.kit.registry import experiment_named
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Cells, Colouring, Line, Text
 from palpate.reporting.page import report_page, write_report
 from palpate.reporting.report import FigureFailure, Figures, Paragraph, Report, Section, TextTable, report_fragment
 from reporting.test_report import parsed
+from support.tiny_experiment import TINY
 
 
 def figure(title, mark=None):
@@ -122,3 +128,28 @@ def test_what_is_no_error_of_a_figure_stops_the_report():
 
     with pytest.raises(KeyboardInterrupt):
         report_page(report(interrupted))
+
+
+@pytest.mark.parametrize("kind", ["svg", None])
+def test_a_run_with_a_failing_figure_keeps_everything_else_and_exits_with_1(kind, tmp_path, monkeypatch, capsys):
+    tap = type(experiment_named(TINY))
+    usual = tap.report
+
+    def with_figures(self, result):
+        shown = Figures(good_and_bad)
+        return replace(usual(self, result), sections=(Section("Forces", (shown,)),))
+
+    monkeypatch.setattr(tap, "report", with_figures)
+    words = [TINY, "--time", "0.05", "--json", "--out", str(tmp_path)]
+    assert main([*words, *(["--figures", kind] if kind else [])]) == ExitCode.UNFINISHED
+    told = capsys.readouterr()
+    result = json.loads(told.out)
+    message = "figure 'Forces' could not be drawn: ZeroDivisionError: no <contacts>"
+    assert result["exit_code"] == 1
+    assert any(message in each and f"{__file__}, line" in each for each in result["warnings"])
+    assert message in " ".join(told.err.split())
+    assert result["metrics"]["force_mean_n"] == pytest.approx(2.0, rel=0.1)
+    files = {path.name for path in tmp_path.rglob("*") if path.is_file() and path.suffix != ".mcap"}
+    assert files == {"report.html", "forces.txt", *(("first.svg", "last.svg") if kind else ())}
+    assert list(tmp_path.glob("*.mcap")), "the log"
+    assert (tmp_path / "report.html").read_text().count("<figure") == 2
