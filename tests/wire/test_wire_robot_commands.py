@@ -14,8 +14,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
-from palpate.commands.view.free_bodies import free_poses_in
-from palpate.commands.view.plan import shown_scene
+from palpate.commands.view.scene import free_poses_in, shown_scene
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun

@@ -11,8 +11,6 @@ from rich.console import Console
 
 from palpate.bounded_file import open_regular
 from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
-from palpate.commands.progress import doing, run_progress
-from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
 from palpate.experiments.kit.experiment import Experiment, Plan
@@ -34,6 +32,7 @@ from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of
 from palpate.runtime.log.standard.cloud import Cloud
+from palpate.runtime.progress import doing, run_progress, say
 
 SWEEP_FILE = "sweep.json"
 """File that marks the folder of a sweep."""

@@ -12,8 +12,6 @@ from rich.console import Console
 from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.progress import doing
-from palpate.commands.say import say
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.output_folder import check_folder, make_folder
 from palpate.mapping.compare import Comparison, DistanceSpread, compare
@@ -25,6 +23,7 @@ from palpate.reporting.marks import Bars, Colouring, ColourScale, Rule
 from palpate.reporting.page import write_report
 from palpate.reporting.report import Figures, Report, Section, quantity_table
 from palpate.reporting.solids import Spots
+from palpate.runtime.progress import doing, say
 
 METRES = {"m": 1.0, "mm": 1e-3}
 """Length of each unit of the files [m]."""

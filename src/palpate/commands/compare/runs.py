@@ -14,8 +14,6 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.commands.command_result import CommandResult
-from palpate.commands.progress import doing
-from palpate.commands.say import say
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors, WithMap, WithSetForce
 from palpate.experiments.kit.experiment import Result
@@ -37,6 +35,7 @@ from palpate.reporting.units import Scale, quantity_key, scale_of
 from palpate.runtime import Phase, Record
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.log.record import record_of
+from palpate.runtime.progress import doing, say
 from palpate.sensing.contact import ContactStatus
 
 FILE_NAME = "comparison.html"

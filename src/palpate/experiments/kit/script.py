@@ -10,10 +10,10 @@ from rich.console import Console
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer, tell_log, write_result
-from palpate.experiments.kit.run_bar import run_bar
 from palpate.experiments.kit.run_report import run_report
 from palpate.robots.values import load_named_robot
-from palpate.runtime import Command, Observation, Observer, Sample
+from palpate.runtime import Observer
+from palpate.runtime.progress import run_progress, say
 
 
 def plan_for(experiment: Experiment, config: Any) -> Plan:
@@ -51,16 +51,10 @@ def perform(
     plan = plan_for(experiment, config).prepared()
     sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
     if progress:
-        expected = plan.expected_duration
-        with run_bar(Console(), expected) as bar:
-
-            def observe(sample: Sample, now: Observation, command: Command) -> None:
-                bar.show(min(now.time, expected), words=command.phase.value)
-
+        console = Console()
+        with run_progress(console, plan.expected_duration) as observe:
             recorded = carry_out(plan, (*observers, observe), sinks)
-            result = experiment.evaluate(
-                plan, replace(recorded, progress=lambda name: bar.show(expected, words=name))
-            )
+        result = experiment.evaluate(plan, replace(recorded, progress=lambda step: say(console, step)))
     else:
         result = experiment.evaluate(plan, carry_out(plan, observers, sinks))
     if out is not None:
