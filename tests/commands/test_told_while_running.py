@@ -16,7 +16,7 @@ from rich.console import Console
 from palpate.cli import main
 from palpate.commands import run
 from palpate.commands.command_result import ExitCode
-from palpate.commands.run import STOPPED, earlier_run, kept_if_interrupted, run_shown
+from palpate.commands.run import STOPPING_TEXT, earlier_run, kept_if_interrupted, run_shown
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending, RestState, progress
@@ -79,7 +79,7 @@ def run_over():
     run = RecordedRun(planned(**SHORT))
     result, interrupted = run_shown(console, 5.0, lambda observer: run.run((observer, stop)))
     assert interrupted
-    assert STOPPED in lines(console)
+    assert STOPPING_TEXT in lines(console)
     return result
 
 

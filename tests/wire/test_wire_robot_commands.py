@@ -140,7 +140,7 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     message = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
     assert "simulat" not in message
     assert "The object was held, as fingers feel it." in message
-    files = write_result(GRASP, grasp, report, tmp_path / "out")
+    files = write_result(GRASP, grasp, report, tmp_path / "out").files
     assert "slip" not in files[1].read_text().splitlines()[0]
     assert "simulation" not in files[0].read_text()
 

@@ -20,7 +20,7 @@ from tyro._docstrings import get_field_docstring
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import option_of_symbol, specs_of
 from palpate.nearest_name import nearest
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 from palpate.reporting.units import UNITS
 
 Options = TypeVar("Options", bound=Any)

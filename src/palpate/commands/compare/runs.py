@@ -23,12 +23,10 @@ from palpate.experiments.kit.option_words import has_unit, option_words
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
-from palpate.experiments.kit.recording import write_figures
 from palpate.mapping import Knowledge
 from palpate.mapping.mesh_metrics import MeshMetrics
-from palpate.reporting.data import Quantity
+from palpate.reporting.data import FigureKind, Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel, Space
-from palpate.reporting.figure_kind import FigureKind
 from palpate.reporting.marks import Bars, Colouring, ColourScale, Dash, Line, Rule, shortened
 from palpate.reporting.page import write_report
 from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
@@ -409,10 +407,8 @@ def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind |
     for metric in metrics:
         table.add_row(*map(Text, (metric.name, metric.scale.unit, *metric.shown, *metric.differences)))
     console.print(table)
-    path = folder / FILE_NAME
     with doing(console, "drawing the report"):
-        write_report(report, path)
-        files = (path, *write_figures(report, folder, figures))
+        files = write_report(report, folder / FILE_NAME, figures).files
     for each in files:
         say(console, f"Written: {each}")
     return CommandResult(

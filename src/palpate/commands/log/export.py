@@ -14,7 +14,7 @@ from palpate.bounded_file import read_bytes
 from palpate.commands.command_result import CommandResult
 from palpate.commands.log.config import LogExportConfig, LogRos2Config
 from palpate.commands.log.info import BAR_DELAY, resolved_log
-from palpate.commands.run import SWEEP
+from palpate.commands.run import SWEEP_FILE
 from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
@@ -43,7 +43,7 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
     """
     console, place = Console(), config.log
     exporter = _exporter(config.to)
-    if (place / SWEEP).is_file():
+    if (place / SWEEP_FILE).is_file():
         logs = [log.resolve() for log in sorted((place / "reports").glob("*/latest.mcap"))]
         folder = place / "dataset"
         if not logs:

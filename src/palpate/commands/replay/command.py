@@ -21,9 +21,8 @@ from palpate.commands.replay.run import ReplayedLog, load_controller_maker, repl
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
-from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.page import write_report
-from palpate.reporting.terminal import quantity_table
+from palpate.reporting.report import quantity_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.progress import doing, progress_bar, say
@@ -40,8 +39,8 @@ def run_replay(config: ReplayConfig) -> CommandResult:
         raised an exception.
 
     Raises:
-        InvalidValueError: There is no log of an experiment, or what is changed cannot be.
-        OSError: The log cannot be read, or the report not be written.
+        InvalidValueError: If there is no log of an experiment, or if a change is impossible.
+        OSError: If the log cannot be read, or if the report cannot be written.
     """
     console = Console()
     path = log_in(config.log)
@@ -75,8 +74,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
         said = replay_report(found, config.controller)
-        write_report(said, report)
-        files = (report, *write_figures(said, folder, config.figures))
+        files = write_report(said, report, config.figures).files
     for each in files:
         say(console, f"Written: {each}")
     wrong = found.should_be_identical or _failed(console, found)
@@ -84,7 +82,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
 
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
-    """All that was found out, in metrics and facts."""
+    """Return the result as metrics and facts."""
     metrics, notes = shown_quantities(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
     return CommandResult(
@@ -114,7 +112,7 @@ def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) ->
 
 
 def _explain(console: Console, found: ReplayedLog) -> None:
-    """Print where what should be identical differs, and which versions differ."""
+    """Print the first differences of commands and sensing, and the versions that differ."""
     for sentence in first_differences(found):
         say(console, f"Differs: {sentence}")
     others = version_differences(found)

@@ -88,7 +88,7 @@ class SweepResult:
 
     def _repr_html_(self) -> str:
         from palpate.commands.sweep.report import sweep_report  # which imports this module
-        from palpate.reporting.notebook import report_fragment
+        from palpate.reporting.report import report_fragment
 
         return report_fragment(sweep_report(self))
 

@@ -57,8 +57,7 @@ class Metric:
 
     def row(self, result: Any) -> "Quantity | None":
         """Return the row of the report; None if there is nothing to show."""
-        from palpate.reporting.data import Quantity
-        from palpate.reporting.interval_words import interval_words, value_words
+        from palpate.reporting.data import Quantity, interval_words, value_words
         from palpate.reporting.units import UNITS
 
         if not (self.in_table and self.applies(result)):

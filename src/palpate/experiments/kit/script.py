@@ -20,7 +20,7 @@ def plan_for(experiment: Experiment, config: Any) -> Plan:
     """Return the plan of a new run.
 
     Raises:
-        InvalidValueError: It cannot be carried out.
+        InvalidValueError: If the run cannot be carried out.
     """
     robot = None if config.robot is None else load_named_robot(config.robot)
     return experiment.plan(config, robot, {})
@@ -37,16 +37,16 @@ def perform(
     """Carry an experiment out and return its result.
 
     Args:
-        experiment: What to do.
-        config: How, an instance of its `Config`.
-        out: Folder for log, report and files, made if need be; nothing is written if not given.
-        observers: Called every period with sample, observation and command.
-        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
+        experiment: Experiment to carry out.
+        config: Configuration, an instance of its `Config`.
+        out: Folder for log, report and files; None to write nothing.
+        observers: Observers that are called every period with sample, observation and command.
+        progress: Whether to show a progress bar, on a terminal or in a notebook.
 
     Raises:
-        InvalidValueError: It cannot be carried out, or what was felt tells nothing.
-        KeyboardInterrupt: The robot was stopped; its log remains, if it was recorded.
-        OSError: A file cannot be written.
+        InvalidValueError: If the run cannot be carried out or evaluated.
+        KeyboardInterrupt: On Ctrl-C, once the robot is stopped; the log remains.
+        OSError: If a file cannot be written.
     """
     plan = plan_for(experiment, config).prepared()
     sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
