@@ -18,6 +18,7 @@ from palpate.experiments.explore.exploration import marks_text, missed_marks, wr
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.reporting.page import WrittenReport
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from support.explore_runs import carried_out, plan_of
@@ -48,9 +49,12 @@ def words(fields):
 def undrawn():
     """Reports are made but not drawn, which takes seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            "palpate.experiments.kit.recording.write_report", lambda report, path: path.write_text(report.outcome)
-        )
+
+        def write(report, path, figures):
+            path.write_text(report.outcome)
+            return WrittenReport((path,), ())
+
+        patch.setattr("palpate.experiments.kit.recording.write_report", write)
         yield
 
 

@@ -25,11 +25,9 @@ from palpate.experiments.kit.run_report import report_of
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import Quantity, TimeSeries
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
-from palpate.reporting.force_figure import force_overview, force_zoom
-from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
-from palpate.reporting.phases import phase_spans
 from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.run_figures import force_overview, force_zoom, phase_spans, true_and_felt
 from palpate.robots.known_truth import cost_row
 from palpate.runtime import Ending
 from palpate.sim.scene_cost import scene_cost

@@ -9,9 +9,8 @@ from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.result import GraspResult
 from palpate.reporting.figure import Axis, Figure, Panel
-from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Dash, Line, Points, Symbol
-from palpate.reporting.phases import phase_spans
+from palpate.reporting.run_figures import phase_spans, true_and_felt
 from palpate.runtime.palette import (
     APPROACH,
     BOUND,

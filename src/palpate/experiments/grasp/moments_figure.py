@@ -11,7 +11,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.result import GraspResult
 from palpate.experiments.grasp.truth import STAGES
 from palpate.reporting.figure import Figure, Space
-from palpate.reporting.limit_surface_panel import limit_surface_panel, load_sizes
+from palpate.reporting.grasp_figures import limit_surface_panel, load_sizes
 from palpate.reporting.solids import Arrows, Labels, Placed, Solid, Surface
 from palpate.runtime.palette import FELT, QUIET_COLOUR, SET, TRUTH
 from palpate.sim.fidelity import GRAVITY

@@ -12,10 +12,10 @@ from palpate.experiments.grasp.quantities import compared, quantities
 from palpate.experiments.grasp.result import GraspResult
 from palpate.experiments.grasp.words import account, advice, asked, outcome, settings, title
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
-from palpate.reporting.computing import computing
 from palpate.reporting.figure import Figure
-from palpate.reporting.grasp_force_figure import grasp_force_figure
+from palpate.reporting.grasp_figures import grasp_force_figure
 from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section
+from palpate.reporting.run_figures import computing
 from palpate.runtime import Ending
 from palpate.sim.fidelity import GRAVITY
 

@@ -57,8 +57,7 @@ class Metric:
 
     def row(self, result: Any) -> "Quantity | None":
         """Return the row of the report; None if there is nothing to show."""
-        from palpate.reporting.data import Quantity
-        from palpate.reporting.interval_words import interval_words, value_words
+        from palpate.reporting.data import Quantity, interval_words, value_words
         from palpate.reporting.units import UNITS
 
         if not (self.in_table and self.applies(result)):
@@ -92,6 +91,12 @@ def metric_rows(metrics: Iterable[Metric], result: "Result") -> "tuple[Quantity,
     """Return the rows of a report's first table."""
     rows = (metric.row(result) for metric in metrics)
     return tuple(row for row in rows if row is not None)
+
+
+def metric_notes(metrics: Iterable[Metric], result: "Result") -> dict[str, str]:
+    """Return the remarks on metrics, by key; only those that have one."""
+    rows = ((metric.key, metric.row(result)) for metric in metrics)
+    return {key: row.note for key, row in rows if row is not None and row.note}
 
 
 def number(value: float | None) -> float | None:
