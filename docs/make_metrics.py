@@ -18,9 +18,9 @@ INTRODUCTION = """# Metrics
 
 <!-- Made by docs/make_metrics.py from the experiments: do not edit. -->
 
-A metric is a number of merit of a run. Each is defined once, by its experiment; the terminal, `--json`, the report,
-sweeps and comparisons read that definition. Tables and JSON use the key and SI units; the report shows the unit in
-brackets. A metric marked with * is known in simulation only.
+A metric is a number of merit of a run. Each is defined once, by its experiment; the terminal, `--json`, the
+report, sweeps and comparisons read that definition. Tables and JSON use the key and SI units; the report shows the
+unit in brackets. A metric marked with * is known in simulation only.
 """
 
 HEADS = ("key", "meaning", "unit", "in the report")
