@@ -175,7 +175,7 @@ PAGES = {
         "What a run tells its reader: HTML, tables, pictures.",
         ("palpate.reporting.report", "palpate.reporting.data", "palpate.reporting.page",
          "palpate.reporting.picture", "palpate.reporting.marks", "palpate.reporting.solids",
-         "palpate.reporting.paper", "palpate.reporting.computing", "palpate.reporting.terminal"),
+         "palpate.reporting.paper", "palpate.reporting.run_figures", "palpate.reporting.report"),
     ),
 }  # fmt: skip
 """The pages in the order of the contents."""

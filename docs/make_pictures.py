@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from palpate.experiments.explore.surface_picture import surface_picture
+from palpate.reporting.picture import Space
 
 from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.surface_colours import ERROR_OF_POINTS, HEIGHT
-from palpate.experiments.explore.surface_picture import surface_picture
 from palpate.friction.pressure import limit_curve
 from palpate.reporting.paper import write_picture
-from palpate.reporting.picture import Space
 from palpate.reporting.solids import coloured_by
 from palpate.runtime import palette
 

@@ -105,7 +105,7 @@ def test_the_options_of_every_command_parse(name, folder, monkeypatch):
     """Also of those that are not run: the command line itself reads them."""
     monkeypatch.setattr("palpate.cli._function", lambda name: note)
     monkeypatch.setattr("palpate.commands.run.run_experiment", note)
-    monkeypatch.setattr("palpate.commands.dry_run.dry_run_experiment", note)
+    monkeypatch.setattr("palpate.commands.run.dry_run_experiment", note)
     for robot in ("cell.yaml", "my_cell.yaml", "my_robot.yaml"):
         (folder / robot).write_text(shipped_robots()["stage"].read_text(encoding="utf-8"), encoding="utf-8")
     for block in blocks(BY_NAME[name]):

@@ -207,7 +207,7 @@ def test_its_devices_are_emulated_examined_recovered_and_used(palpate_cell):
             palpate_cell("regulate", "--robot", "bench.yaml", "--duration", "2", "--out", "held", "--json")
         )
         assert outcome["status"] == "done"
-        assert outcome["report"]["felt_force_rms_error_n"] < 0.5
+        assert outcome["metrics"]["sensed_rms_n"] < 0.5
         assert "identical" in palpate_cell("replay", "held")
         area = ("--width", "0.004", "--depth", "0.002", "--object", "box")
         explored = json.loads(palpate_cell("explore", "--robot", "bench.yaml", *area, "--out", "felt", "--json"))

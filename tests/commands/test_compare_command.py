@@ -13,15 +13,17 @@ import trimesh
 from mapping.raster import sphere_cap
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
-from palpate.commands.compare.run_figures import bars_figure, spread_figure
-from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
-from palpate.commands.compare.runs_compared_report import (
+from palpate.commands.compare.runs import (
     ComparedMetric,
     MapDifference,
-    changed_options,
+    bars_figure,
     compared_metrics,
+    compared_options,
     comparison_report,
     difference_figure,
+    option_rows,
+    read_runs,
+    spread_figure,
 )
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.comparable import ErrorSample
@@ -135,7 +137,7 @@ def test_a_log_gives_what_the_run_gave(explored):
     runs = read_runs(list(explored))
     assert [run.name for run in runs] == ["light", "firm"]
     for run, found in zip(runs, explored.values(), strict=True):
-        assert metrics_of(run.experiment, run.result) == metrics_of(run.experiment, found)
+        assert metrics_of(run.logged.experiment, run.result) == metrics_of(run.logged.experiment, found)
         (errors,) = run.errors
         assert errors.values == pytest.approx(1e6 * found.point_error)
     off = metric(runs, "felt normal force off the set one, RMS").values
@@ -151,9 +153,9 @@ def test_a_log_gives_what_the_run_gave(explored):
 @pytest.mark.slow
 def test_only_what_was_asked_differently_is_said_so(explored):
     runs = read_runs(list(explored))
-    assert dict(changed_fields(runs)) == {"force": (1.0, 3.0), "speed": (0.05, 0.04)}
-    assert not {"force", "speed", "out"} & set(dict(common_fields(runs)))
-    assert changed_options(runs) == (("force", "N", "1", "3"), ("speed", "m/s", "0.05", "0.04"))
+    assert dict(compared_options(runs, differing=True)) == {"force": (1.0, 3.0), "speed": (0.05, 0.04)}
+    assert not {"force", "speed", "out"} & set(dict(compared_options(runs, differing=False)))
+    assert option_rows(runs) == (("force", "N", "1", "3"), ("speed", "m/s", "0.05", "0.04"))
 
 
 @pytest.mark.slow
@@ -204,7 +206,7 @@ def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_s
     performed("regulate", tmp_path / "steady", **asked)
     done = performed("regulate", tmp_path / "changed", change=((1.5, "force", 3.0),), **asked)
     runs = read_runs([tmp_path / "steady", tmp_path / "changed"])
-    ((name, (steady, changed)),) = changed_fields(runs)
+    ((name, (steady, changed)),) = compared_options(runs, differing=True)
     assert (name, steady) == ("change", None)
     assert str(changed).startswith("force 3 at 1.5")
     np.testing.assert_allclose(runs[1].set_force[done.holding], done.set_force[done.holding])

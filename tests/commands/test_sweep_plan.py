@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 
 from palpate.commands.sweep import SweepConfig
 from palpate.commands.sweep.plan import MOST_RUNS, expected_durations, sweep_plan
-from palpate.commands.sweep.record import RunRecord, RunStatus, read_record, record_text
-from palpate.commands.sweep.store import SweepFolder
+from palpate.commands.sweep.store import RunRecord, RunStatus, SweepFolder, read_record, record_text
 from palpate.commands.typed_values import set_options, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import read_config

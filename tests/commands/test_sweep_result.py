@@ -16,8 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from palpate.commands.sweep.figure import pictures, summary_figure, write_summary
-from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.figure import figures, summary_figure, write_summary
 from palpate.commands.sweep.report import (
     advice,
     combination_rows,
@@ -25,9 +24,8 @@ from palpate.commands.sweep.report import (
     repeat_commands,
     sweep_report,
 )
-from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics, spread_of
-from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
-from palpate.commands.sweep.words import time_text
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics, spread_of, time_text
+from palpate.commands.sweep.store import RunRecord, RunStatus, columns_of, rows_of, write_csv, write_parquet
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, experiment_names
@@ -161,7 +159,7 @@ def test_options_have_the_unit_that_their_help_says(name):
 
 def test_figures_to_show_are_known_numbers():
     (held, force) = checked_columns(["held", "force_mean_n", "held"], FIGURES)
-    assert (held.column, force.column) == ("held", "force_mean_n")
+    assert (held.key, force.key) == ("held", "force_mean_n")
     with pytest.raises(InvalidValueError, match=r"force_mean: .* did you mean force_mean_n\?"):
         checked_columns(["force_mean"], FIGURES)
 
@@ -205,7 +203,7 @@ def marks(picture, kind):
 def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
     vary, seeds = SHAPES[shape]
     result = made(*vary, seeds=seeds)
-    (picture,) = pictures(result)
+    (picture,) = figures(result)
     names = [each.name for each in result.plan.varied if len(each.values) > 1] or ["seed"]
     named = [axis.quantity for panel in panels(picture) for axis in (panel.x, panel.y)]
     shown = " ".join(named + [mark.name for mark in marks(picture, Line | Points)])
@@ -220,7 +218,7 @@ def test_a_line_goes_through_the_medians_and_its_band_holds_the_runs():
     def value(run):
         return 1e-3 * run.combination.config.force * (1.0 + 0.1 * (run.case.seed - 2))
 
-    (picture,) = pictures(made("force=1,2,4", seeds=5, value=value))
+    (picture,) = figures(made("force=1,2,4", seeds=5, value=value))
     (line,), (band,), (points,) = (marks(picture, kind) for kind in (Line, Band, Points))
     np.testing.assert_allclose(line.x, [1.0, 2.0, 4.0])
     np.testing.assert_allclose(line.y, [1.0, 2.0, 4.0])  # in mN
@@ -237,7 +235,7 @@ def test_a_line_goes_through_the_medians_and_its_band_holds_the_runs():
 def test_nothing_is_claimed_of_fewer_than_five_seeds(vary, seeds):
     """Neither beside medians, nor where other options make up the number."""
     result = made(*vary, seeds=seeds)
-    (picture,) = pictures(result)
+    (picture,) = figures(result)
     assert "Fewer than 5 seeds do not tell what is chance." in picture.caption
     assert "hardly chance" not in picture.caption
     assert not marks(picture, Band)
@@ -260,8 +258,8 @@ def test_lines_that_hide_one_another_are_told(apart, told):
             + 1e-4 * run.number
         )
 
-    (picture,) = pictures(made("force=1,2,3", "speed=0.01,0.02", seeds=5, value=value))
-    assert ("Too close to be told apart here: speed = 10 mm/s and speed = 20 mm/s." in picture.caption) == told
+    (picture,) = figures(made("force=1,2,3", "speed=0.01,0.02", seeds=5, value=value))
+    assert ("Indistinguishable here: speed = 10 mm/s and speed = 20 mm/s." in picture.caption) == told
     assert [line.dash for line in marks(picture, Line)] == [Dash.SOLID, Dash.DASHED if told else Dash.SOLID]
 
 
@@ -272,7 +270,7 @@ def test_runs_that_did_not_finish_do_not_count():
     result = made("force=1,2", seeds=3, value=lambda run: 1e6 if run.number == 0 else 2.0, status=status)
     ((_, value, unit, note), _) = combination_rows(result, 0)
     assert (value, unit, note) == ("2", "N", "2 of 3 runs")
-    assert "1 run that did not get to the end left out" in pictures(result)[0].caption
+    assert "1 run that did not get to the end left out" in figures(result)[0].caption
     assert result.outcome.startswith("5 of 6 runs")
 
 
@@ -356,7 +354,7 @@ def test_a_report_of_nothing_but_failures_or_words_says_so():
     assert "0 of 2 runs got to their end" in html(SweepResult(result.plan, result.records, ()))
     words = made("force=1,2", value=lambda run: "never lost")  # words have no median
     assert "see force_mean_n in runs.csv" in words.outcome
-    assert pictures(words)
+    assert figures(words)
     assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
 
 

@@ -14,15 +14,14 @@ import pytest
 from rich.console import Console
 
 from palpate.cli import main
-from palpate.commands import progress, run
+from palpate.commands import run
 from palpate.commands.command_result import ExitCode
-from palpate.commands.earlier_run import earlier_run
-from palpate.commands.progress import doing, run_progress, step_progress
-from palpate.commands.run_shown import STOPPED, kept_if_interrupted, run_shown
+from palpate.commands.run import STOPPING_TEXT, earlier_run, kept_if_interrupted, run_shown
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.runtime import Ending, RestState
+from palpate.runtime import Ending, RestState, progress
 from palpate.runtime.log import log_in, read_log
+from palpate.runtime.progress import doing, run_progress, step_progress
 from palpate.runtime.rest import CLAUSES, LOOK, rest_in
 from palpate.sim import MujocoBackend
 from support.friction_runs import planned
@@ -80,7 +79,7 @@ def run_over():
     run = RecordedRun(planned(**SHORT))
     result, interrupted = run_shown(console, 5.0, lambda observer: run.run((observer, stop)))
     assert interrupted
-    assert STOPPED in lines(console)
+    assert STOPPING_TEXT in lines(console)
     return result
 
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import palpate
 from palpate.cli import main, typed_commands
-from palpate.commands.replay.settings import changed_config, unchangeable
+from palpate.commands.replay.run import changed_config, unchangeable
 from palpate.commands.typed_options import read_experiment
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -27,7 +27,7 @@ from palpate.experiments.kit import ExperimentDefaults
 from palpate.experiments.kit.contact_checks import check_compression
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.registry import CONFIG_FIELDS, check_experiment, experiment_named, experiment_names
-from palpate.experiments.kit.run_report import ANYWHERE, ON_DEVICES, advice_on_ending
+from palpate.experiments.kit.run_report import ADVICE, DEVICE_ADVICE, advice_on_ending
 from palpate.experiments.kit.script import perform, plan_for
 from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, DeviceWatchdog, Ending, RobotRest, RunResult, Trip
@@ -86,7 +86,7 @@ def bare(missing):
         (wrong(metrics=(3,)), r"Wrong is no experiment.*metrics = \(3,\).*must be a tuple of Metric"),
         (wrong(Config=dict), r"Wrong is no experiment.*Config = .*@dataclass\(frozen=True\)"),
         (wrong(Config=Thawed), r"Wrong is no experiment.*Config = .*@dataclass\(frozen=True\)"),
-        (Lacking, "Lacking is no experiment: it lacks found, report, files, cloud: add"),
+        (Lacking, "Lacking is no experiment: it lacks evaluate, report, files, cloud: add"),
         *(
             (wrong(Config=bare(name)), f"Bare lacks the field {name}: add it, for example {name}")
             for name in CONFIG_FIELDS
@@ -176,7 +176,9 @@ def test_a_simulation_has_no_devices_to_recover():
 def test_every_command_that_a_message_names_exists():
     root = Path(palpate.__file__).parent  # its links are not followed by themselves
     sources = [path.read_text() for folder in (root, *root.iterdir()) for path in folder.rglob("*.py")]
-    named = {name for text in (*sources, *ANYWHERE.values(), *ON_DEVICES.values()) for name in TYPED.findall(text)}
+    named = {
+        name for text in (*sources, *ADVICE.values(), *DEVICE_ADVICE.values()) for name in TYPED.findall(text)
+    }
     assert "recover" in named
     assert named - {"experiment", *typed_commands()} == set()
 

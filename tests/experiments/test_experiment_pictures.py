@@ -26,7 +26,7 @@ from palpate.experiments.regulate.figures import bode_figure, error_figure, step
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.limit_surface_panel import load_sizes
+from palpate.reporting.grasp_figures import load_sizes
 from palpate.reporting.marks import Band, Line, Moving, Rule
 from palpate.reporting.solids import Arrows, Placed, Polyline, Spots, Surface, quantities
 from support.drawn import marks as marks_of

@@ -19,6 +19,7 @@ from palpate.experiments.explore.report import outcome
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.reporting.page import WrittenReport
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from support.explore_runs import carried_out, plan_of
@@ -49,9 +50,12 @@ def words(fields):
 def undrawn():
     """Reports are made but not drawn, which takes seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            "palpate.experiments.kit.recording.write_report", lambda report, path: path.write_text(report.outcome)
-        )
+
+        def write(report, path, figures):
+            path.write_text(report.outcome)
+            return WrittenReport((path,), ())
+
+        patch.setattr("palpate.experiments.kit.recording.write_report", write)
         yield
 
 

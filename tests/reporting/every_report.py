@@ -8,14 +8,13 @@ from tempfile import TemporaryDirectory
 import trimesh
 
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.compare.report import map_comparison_report
-from palpate.commands.compare.runs_compared import read_runs
-from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.compare.maps import map_comparison_report
+from palpate.commands.compare.runs import comparison_report, read_runs
 from palpate.commands.replay.report import replay_report
 from palpate.commands.replay.run import replay_log
-from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.commands.typed_values import Varied
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import perform
@@ -81,7 +80,7 @@ def _runs(typed, folder):
 
 
 def _replay(typed, folder):
-    return replay_report(replay_log(_tapped()[0].log, {"force": 3.0}), typed)
+    return replay_report(replay_log(_tapped()[0].logged.log, {"force": 3.0}), typed)
 
 
 def _mesh(typed, folder):
@@ -110,7 +109,7 @@ def _sweep(typed, folder):
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            metrics={each.column: 1e-3 * (1 + run.number) for each in metrics},
+            metrics={each.key: 1e-3 * (1 + run.number) for each in metrics},
         )
         for run in plan.runs
     )  # fmt: skip

@@ -22,7 +22,7 @@ from palpate.mapping.mesh_metrics import MeshMetrics, triangle_areas, voxel_for
 from palpate.mapping.surface_map.mesh import surface_mesh
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
-from palpate.reporting.terminal import quantities
+from palpate.reporting.report import quantity_table
 from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
 from reporting.test_report import parsed
 from support.drawn import panels as drawn_panels
@@ -57,7 +57,7 @@ def test_each_object_is_named_with_sizes_inside_their_bands_in_a_table_of_80_col
     report = exploration_report(found)
     assert title in report.title
     console = Console(width=80, record=True, file=io.StringIO())
-    console.print(quantities(report.title, report.outcome, report.metrics))
+    console.print(quantity_table(report.metrics, report.title, report.outcome))
     rows = [line for line in console.export_text().splitlines() if line.startswith("\u2502")]
     assert len(rows) == len(report.metrics), "a row is wrapped"
     metric = metrics(report)["shape"]

@@ -15,11 +15,9 @@ from palpate.experiments.explore.report import LEAST_SPIN, spin_figure
 from palpate.experiments.friction.recognised import LONGEST_NAME, MOST_FIGURES, confusion_figure
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.envelope import envelope
-from palpate.reporting.force_figure import force_overview, force_zoom
-from palpate.reporting.marks import Dash, Line, Points, Span
-from palpate.reporting.phases import GROUNDS
+from palpate.reporting.marks import Dash, Line, Points, Span, envelope
 from palpate.reporting.plots import plots
+from palpate.reporting.run_figures import GROUNDS, force_overview, force_zoom
 from palpate.runtime.data import Phase
 from support.drawn import marks, panels
 

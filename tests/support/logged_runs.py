@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from palpate.commands.sweep.attempt import attempt
-from palpate.commands.sweep.record import RunCase
+from palpate.commands.sweep.plan import RunCase
 from palpate.runtime.log import log_in, read_log
 
 

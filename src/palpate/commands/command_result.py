@@ -29,14 +29,14 @@ class CommandResult:
     """The result of a command.
 
     Attributes:
-        exit_code: How it ended.
-        outcome: The same in a sentence, or "".
+        exit_code: Exit code of the command.
+        outcome: Outcome in a sentence, or "".
         metrics: Numbers by name, whose suffix is the SI unit; text, or None, where there is no number.
         notes: Remarks on metrics of the report, by the metric's name.
         facts: Other values that JSON can represent, by name.
-        files: Files that were written; with `--dry-run`, that would be written.
+        files: Written files; with `--dry-run`, the files that a run would write.
         warnings: One sentence each.
-        error: Why there is no result; "" if there is one.
+        error: Reason why there is no result; "" if there is one.
     """
 
     exit_code: int = ExitCode.DONE
@@ -71,28 +71,6 @@ def shown_quantities(metrics: Iterable["Quantity"]) -> tuple[dict[str, object], 
         if metric.note:
             notes[name] = metric.note
     return values, notes
-
-
-def reported_result(
-    exit_code: int,
-    outcome: str,
-    measured: Mapping[str, object],
-    shown: Iterable["Quantity"],
-    files: tuple[Path, ...],
-    **facts: object,
-) -> CommandResult:
-    """Return the result of an experiment that has a report.
-
-    Args:
-        exit_code: How it ended.
-        outcome: The same in a sentence.
-        measured: Its metrics by name, as `palpate sweep` has them in its tables.
-        shown: The metrics of its report.
-        files: That were written.
-        facts: Everything else.
-    """
-    values, notes = shown_quantities(shown)
-    return CommandResult(exit_code, outcome, measured, notes, {**facts, "report": values}, files)
 
 
 def _number(value: float | str) -> float | None:

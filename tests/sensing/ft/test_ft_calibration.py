@@ -120,6 +120,14 @@ def test_doubtful_fits_are_reported():
     assert fitted(raw[:20], known[:20]).verdict.breaks(Assumption.NOISE_LEVEL)
 
 
+def test_loads_far_beyond_the_range_are_taken_for_another_unit():
+    _, _, known, raw = shown(1, 40, 1e-3)
+    assert Assumption.PLAUSIBLE not in broken(fitted(raw, known))
+    found = broken(fitted(raw, known * np.repeat([1.0, 1e3], 3)))[Assumption.PLAUSIBLE]
+    assert "times the range" in found.finding
+    assert "mx_mNm" in found.remedy
+
+
 @settings(max_examples=20, deadline=None)
 @given(seed=seeds, factor=st.sampled_from([-1.0, 0.5, 0.9, 1.1, 2.0]))
 def test_a_load_that_is_known_wrongly_is_named_with_its_factor(seed, factor):

@@ -1,4 +1,4 @@
-"""What `palpate compare` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate compare`; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.experiments.kit.options import check_options, option
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 Unit = Literal["m", "mm"]
 
 MOST_SAMPLES = 1_000_000
-"""Points on a surface: a minute, and 200 MB."""
+"""Points on a surface; they take a minute and 200 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class CompareConfig:
     """
 
     map: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="MAP|RUN")]
-    """What was felt: a cloud (contacts.ply, contacts.csv, height_map.csv) or a mesh (PLY, OBJ, STL). Or a run."""
+    """Measured map: a cloud (contacts.ply, contacts.csv, height_map.csv) or a mesh (PLY, OBJ, STL). Or a run."""
     reference: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="REFERENCE|RUN")]
     """The true surface: a mesh (STL, PLY, OBJ or OFF). Or another run."""
     others: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[RUN ...]")] = ()

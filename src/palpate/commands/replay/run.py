@@ -1,16 +1,18 @@
-"""Replay an experiment from its log, as it was or with something changed."""
+"""Replay the log of an experiment, as it was or with something changed."""
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any, cast
 
-from palpate.commands.replay.controller import ControllerMaker
-from palpate.commands.replay.settings import changed_config
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import FloatArray, InvalidValueError, shown
 from palpate.experiments.kit.experiment import Plan
 from palpate.experiments.kit.from_log import NOTHING_SET, LoggedRun
+from palpate.experiments.kit.options import foreign_options, specs_of
+from palpate.named_object import named_object, raised
+from palpate.nearest_name import nearest, without_unit
 from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
@@ -18,24 +20,97 @@ from palpate.runtime.log.record import record_of
 from palpate.runtime.replay import Replay, replay
 from palpate.runtime.replay_difference import Difference, difference_of_commands, difference_of_sensing
 from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
+from palpate.strict_decode import decode_some
+
+
+def changeable(kind: type) -> tuple[str, ...]:
+    """Return the options of a `Config` that a replay can change."""
+    return tuple(name for name, spec in specs_of(kind).items() if not spec.fixed)
+
+
+def unchangeable(kind: type) -> dict[str, str]:
+    """Return the options that a replay cannot change, with the reason."""
+    return {
+        name: f"a replay cannot change it: {spec.fixed}" for name, spec in specs_of(kind).items() if spec.fixed
+    }
+
+
+def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
+    """Return a configuration with changed options.
+
+    Options that belong to a replaced choice, as the time of steps to another profile, return to their defaults.
+
+    Raises:
+        InvalidValueError: If a name is unknown or cannot be changed, or if a value is impossible.
+    """
+    kind = type(config)
+    specs, refused = specs_of(kind), unchangeable(kind)
+    for name in settings:
+        if name not in specs:
+            near = nearest(name, tuple(specs)) or nearest(without_unit(name), tuple(specs))
+            advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(changeable(kind))}"
+            raise InvalidValueError(f"{name}: there is no such option; {advice}")
+        if name in refused:
+            raise InvalidValueError(f"{name}: {refused[name]}")
+    changed = decode_some(settings, kind)
+    recorded = {each.name: getattr(config, each.name) for each in fields(kind)}
+    foreign = foreign_options(kind, recorded | changed) - changed.keys()
+    default = {each.name: each.default for each in fields(kind) if each.name in foreign}
+    return replace(config, **default, **changed)
+
+
+ControllerMaker = Callable[[Any], Controller]
+"""Function from the plan of the replay to a fresh controller."""
+
+
+def load_controller_maker(name: str) -> ControllerMaker:
+    """Return the function that `module:function` names, whose result is checked to be a controller.
+
+    The present folder is searched first.
+
+    Raises:
+        InvalidValueError: If there is no such module or function, or if the module cannot be imported.
+    """
+    function = named_object("controller", name, "mine:make for the function make in mine.py")
+    wanted = name.rpartition(":")[2]
+    if not callable(function):
+        raise InvalidValueError(
+            f"controller = {name}: {wanted} is {shown(function, 80)}: must be a function that takes the "
+            "plan of the run and returns a controller"
+        )
+
+    def make(planned: object) -> Controller:
+        try:
+            made = function(planned)
+        except Exception as error:
+            raise InvalidValueError(f"controller = {name}: {raised(wanted, error)}") from error
+        missing = [step for step in ("start", "step") if not callable(getattr(made, step, None))]
+        if missing or isinstance(made, type):
+            raise InvalidValueError(
+                f"controller = {name}: {wanted} returned {shown(made, 80)}: must be a controller, with the "
+                "methods start(first) and step(now)"
+            )
+        return cast(Controller, made)
+
+    return make
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReplayedLog:
-    """What a replay of a log gave, beside what was recorded.
+    """Replay of a log, beside the recording.
 
     Attributes:
-        log: What was recorded.
-        extent: How much of it was replayed.
-        of: What it is of.
-        planned: It, as it was replayed.
-        settings: What was changed of it.
-        other_controller: Whether another controller was in the place of the recorded one.
-        left_out: Changes of live parameters that this other controller cannot take.
-        replay: What came out.
-        replayed: How many of its rows are commands of controller and supervisor.
-        commands: How they differ from those recorded.
-        sensing: How what was sensed differs, as far as the replay went.
+        log: Recording.
+        extent: Replayed part of the log.
+        of: Experiment and configuration of the log.
+        planned: Plan of the replay.
+        settings: Changed options by name.
+        other_controller: Whether another controller replaced the recorded one.
+        left_out: Changes of live parameters that the other controller lacks.
+        replay: Replayed periods.
+        replayed: Number of replayed rows that are commands of controller and supervisor.
+        commands: Difference of the commands.
+        sensing: Difference of the observations, as far as the replay went.
     """
 
     log: Log
@@ -62,11 +137,11 @@ class ReplayedLog:
 
     @property
     def common(self) -> int:
-        """Periods of which there is something to compare."""
+        """Number of periods that can be compared."""
         return min(self.extent.count, self.replayed)
 
     def records(self) -> tuple[Record, Record]:
-        """Return those periods in base coordinates, as recorded and as replayed."""
+        """Return the common periods in base coordinates, as recorded and as replayed."""
         return (
             record_of(self.log.codec, self.log.rows[: self.common], 0),
             record_of(self.replay.codec, self.replay.rows[: self.common], 0),
@@ -90,15 +165,14 @@ def replay_log(
     For example `replay_log(folder).identical`, or `replay_log(folder, {"force": 3.0}).velocity_difference`.
 
     Args:
-        log: As read, or its file, or a folder with its latest.mcap.
-        settings: Other values for options of the experiment: those that sensing, control and supervision go by.
-        controller: What makes another controller; the recorded one, if not given.
-        observers: Called every period, for example to show progress.
+        log: Log, its file, or a folder with latest.mcap.
+        settings: Changed options of sensing, control and supervision, by name.
+        controller: Maker of another controller; None for the recorded one.
+        observers: Observers that are called every period, for example to show progress.
 
     Raises:
-        InvalidValueError: It is a log of something else, nothing of it can be replayed, or what is changed
-            cannot be.
-        OSError: The log cannot be read.
+        InvalidValueError: If the log has no experiment or no periods to replay, or if a change is impossible.
+        OSError: If the log cannot be read.
     """
     if not isinstance(log, Log):
         log = read_log(log_in(Path(log)))
@@ -125,7 +199,7 @@ def replay_log(
 
 
 def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
-    """Changes that a controller has the parameters for, and the others."""
+    """Return the changes whose parameters a controller has, and the others."""
     known = live_parameters_of(controller).parameters
     return (
         tuple(change for change in changes if change.name in known),

@@ -1,13 +1,13 @@
-"""The same experiment many times: every combination of some options, with several seeds, on one computer or many.
+"""Sweeps: an experiment for every combination of some options, with several seeds, on one computer or many.
 
-What is typed becomes a plan (`plan`). A runner (`runner`, `ray_runner`) carries out its runs, calling the same
-function for each (`attempt`). They are kept one by one as they finish (`store`), and end as tables, a figure and
-a report. A script calls `sweep`.
+The options become a plan (`plan`). A runner (`run`, `ray_runner`) carries out its runs, calling the same function
+for each (`attempt`). Records are written as runs finish (`store`), and give tables, a figure and a report. A
+script calls `sweep`.
 """
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # --help imports this module, and every worker, which has nothing to do with what is typed
+if TYPE_CHECKING:  # --help and every worker import this module
     from palpate.commands.sweep.config import SweepConfig
     from palpate.commands.sweep.result import SweepResult
     from palpate.runtime.batch import ShowProgress
@@ -16,18 +16,18 @@ __all__ = ["SweepConfig", "sweep"]
 
 
 def sweep(config: "SweepConfig", progress: "ShowProgress | None" = None) -> "SweepResult":
-    """Do the runs that are not done yet, and write tables, figure and report of all of them.
+    """Carry out the remaining runs, and write tables, figure and report of all.
 
     Args:
-        config: What to do.
+        config: Options of the sweep.
         progress: Called with the progress; a bar on the terminal after two seconds, if not given;
             `palpate.runtime.batch.quiet` for nothing.
 
     Raises:
-        InvalidValueError: Something typed cannot be, or the folder is another sweep's; nothing has run.
-        BatchError: No worker lives long enough to do anything. What is finished is kept.
-        KeyboardInterrupt: Ctrl-C. What is finished is kept.
-        OSError: A file cannot be written.
+        InvalidValueError: If an option is impossible, or if the folder belongs to another sweep; nothing has run.
+        BatchError: If no worker lives long enough to do anything; finished runs are kept.
+        KeyboardInterrupt: On Ctrl-C; finished runs are kept.
+        OSError: If a file cannot be written.
     """
     from palpate.commands.sweep.plan import sweep_plan
     from palpate.commands.sweep.run import SweepAtWork, check, finished

@@ -1,6 +1,6 @@
-"""One run of a sweep: the one function that every worker calls, whoever runs it.
+"""One run of a sweep: the function that every worker calls.
 
-A worker imports the simulator with it, for seconds: that is no part of a run's own time.
+A worker imports the simulator with this module, for seconds that do not count as time of a run.
 """
 
 import platform
@@ -8,7 +8,8 @@ import time
 import traceback
 from dataclasses import replace
 
-from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, one_line
+from palpate.commands.sweep.plan import RunCase
+from palpate.commands.sweep.store import RunRecord, RunStatus, one_line
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.metric import metrics_of
@@ -21,7 +22,7 @@ from palpate.experiments.kit.versions import versions
 
 
 def attempt(case: RunCase) -> RunRecord:
-    """Do a run. An exception is kept in its record; metrics depend on the configuration alone."""
+    """Carry out a run. An exception goes into its record; metrics depend on the configuration alone."""
     began = time.perf_counter()
     try:
         experiment = experiment_named(case.experiment)
@@ -46,7 +47,7 @@ def attempt(case: RunCase) -> RunRecord:
 
 
 def _carried_out(case: RunCase, experiment: Experiment) -> Result:
-    """Do it, without the second run that a report may compare it with; keep report, log and files if requested."""
+    """Carry out a run without its companion; write report, log and files if requested."""
     config = replace(read_config(case.config, experiment.Config), seed=case.seed)
     if case.folder is not None:
         config = replace(config, out=case.folder)

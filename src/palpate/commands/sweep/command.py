@@ -1,4 +1,4 @@
-"""`palpate sweep`: the runs with their progress, what is kept of them, and the summary on the terminal."""
+"""`palpate sweep`: carries out the runs with progress, writes the results, and prints a summary."""
 
 import time
 from collections.abc import Iterator
@@ -11,36 +11,34 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.commands.command_result import CommandResult, ExitCode
-from palpate.commands.progress import LINE_INTERVAL, doing
-from palpate.commands.say import say
 from palpate.commands.start_up import interrupted_by
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
-from palpate.commands.sweep.result import FEWEST_SEEDS, SweepResult, spread_of
+from palpate.commands.sweep.result import FEWEST_SEEDS, SweepResult, spread_of, time_text
 from palpate.commands.sweep.run import SweepAtWork, check, finished
 from palpate.commands.sweep.store import SweepFolder
-from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import plain
 from palpate.experiments.kit.metric import Metric, number
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, batch_bar
+from palpate.runtime.progress import LINE_INTERVAL, doing, say
 
-START_UP = 3.0
-"""For a worker to import the simulator [s]."""
+START_UP_S = 3.0
+"""Time in which a worker imports the simulator [s]."""
 
 MOST_LISTED = 40
-"""Combinations, and failures, that a terminal shows."""
+"""Largest number of combinations, and of failures, that a terminal shows."""
 
 
 def run_sweep(config: SweepConfig) -> CommandResult:
-    """Do the runs that are not done yet, and write what came out of all of them.
+    """Carry out the remaining runs, and write the results of all.
 
     Returns:
-        What came out; the exit code is 0 if every run got to its end, else 1.
+        Counts and metrics; the exit code is 0 if every run reached its end, else 1.
 
     Raises:
-        InvalidValueError: Something typed cannot be, or the folder is another sweep's; nothing has run.
-        KeyboardInterrupt: Ctrl-C. What is finished is kept.
-        OSError: A file cannot be written.
+        InvalidValueError: If an option is impossible, or if the folder belongs to another sweep; nothing has run.
+        KeyboardInterrupt: On Ctrl-C; finished runs are kept.
+        OSError: If a file cannot be written.
     """
     console = Console()
     plan = sweep_plan(config)
@@ -69,7 +67,7 @@ def run_sweep(config: SweepConfig) -> CommandResult:
 
 
 def _carry_out(console: Console, work: SweepAtWork) -> None:
-    """Do what is left, and show how far it is."""
+    """Carry out the remaining runs, and show progress."""
     if work.records:
         later = "; --keep-reports is for those still to be done" if work.checked.plan.config.keep_reports else ""
         say(console, f"{len(work.records)} of them are there already{later}")
@@ -158,23 +156,23 @@ def _list(console: Console, plan: SweepPlan) -> None:
 
 
 def _expected_duration(config: SweepConfig, expected: float, runs: int) -> str:
-    """About how long so many runs take, in words.
+    """Return the expected duration of some runs as text.
 
     Args:
-        config: What was typed.
-        expected: Wall time of all of them, one after the other [s].
-        runs: How many they are.
+        config: Options of the sweep.
+        expected: Wall time of all runs, one after the other [s].
+        runs: Number of runs.
     """
     to_do = f"{runs} run{'s' if runs > 1 else ''} to do"
     if config.ray is not None and config.jobs is None:
         return f"{to_do}, about {time_text(expected)} of computing on one core"
     jobs = min(config.jobs or joblib.cpu_count(), joblib.cpu_count() if config.ray is None else runs, runs)
-    return f"{to_do}, about {time_text(START_UP + expected / jobs)}"
+    return f"{to_do}, about {time_text(START_UP_S + expected / jobs)}"
 
 
 @contextmanager
 def _progress(console: Console) -> Iterator[ShowProgress]:
-    """A bar on a terminal, else a line every now and then."""
+    """Show a bar on a terminal, else a line now and then."""
     if console.is_terminal:
         with batch_bar(console) as show:
             yield show

@@ -1,4 +1,4 @@
-"""What a sweep is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate sweep`; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,10 +7,10 @@ from typing import Annotated
 import tyro
 
 from palpate.errors import InvalidValueError
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 MOST_SEEDS, MOST_JOBS = 100_000, 10_000
-"""More is a slip of the keyboard."""
+"""Largest numbers of seeds and processes; more are a typing error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,9 +18,9 @@ class SweepConfig:
     """Do an experiment for every combination of some options, each with several seeds; tables, figure and report.
 
     Each run is simulated by itself, several at a time, on this computer or on a ray cluster. It is one row of
-    runs.csv: what was varied, the seed, how it went, its metrics with their units in the column names. A run that
-    fails is a row with the reason, and disturbs no other. Whatever ends a sweep, what is finished is kept: the
-    same command goes on from there.
+    runs.csv: varied options, seed, outcome, and metrics with their units in the column names. A run that fails is
+    a row with the reason, and does not affect other runs. Finished runs are always kept: the same command
+    continues an interrupted sweep.
 
     Options that are varied or set have the names that `palpate EXPERIMENT --help` lists, without the dashes; mu
     stands for friction. All values are in SI units: metres, newtons, seconds.
@@ -28,7 +28,7 @@ class SweepConfig:
     Example, 3 x 2 combinations with 5 seeds each:
     palpate sweep explore --vary speed=0.01,0.02,0.05 --vary friction=0.2,0.5 --seeds 5 --set force_noise=0.01
 
-    Example, five forces evenly from 1 to 5 N, and what would be run:
+    Example, five forces evenly from 1 to 5 N, as a list of the planned runs:
     palpate sweep regulate --vary force=1:5:5 --set surface=sine --dry-run
 
     Example, texts, and options that are several numbers:
@@ -39,7 +39,7 @@ class SweepConfig:
     """
 
     experiment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="EXPERIMENT")]
-    """What to do: the name of an experiment; or one of your own, as mine.py:Mine for the class Mine in mine.py."""
+    """Name of an experiment, or one of your own, as mine.py:Mine for the class Mine in mine.py."""
     vary: Annotated[
         tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME=VALUES ...")
     ] = ()
@@ -64,7 +64,7 @@ class SweepConfig:
     keep_reports: bool = False
     """Write report and log of each run, too, into reports/NUMBER in the folder."""
     repeat_failed: bool = False
-    """When a sweep goes on: do again what has failed."""
+    """When a sweep continues: repeat failed runs."""
     dry_run: bool = False
     """Check everything, list the runs, and say about how long they take: run nothing, write nothing."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
@@ -84,10 +84,10 @@ class SweepConfig:
 
     @property
     def varied_words(self) -> tuple[str, ...]:
-        """What is typed behind every --vary."""
+        """Words typed after every --vary."""
         return tuple(word for words in self.vary for word in words)
 
     @property
     def set_words(self) -> tuple[str, ...]:
-        """What is typed behind every --set."""
+        """Words typed after every --set."""
         return tuple(word for words in self.set for word in words)

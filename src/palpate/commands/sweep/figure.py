@@ -1,13 +1,14 @@
-"""The figures of a sweep: metrics against what was varied, over the seeds with their spread."""
+"""Figures of a sweep: metrics against the varied options, with their spread over the seeds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.sweep.option_axis import OptionAxis
+from palpate.commands.sweep.plan import NAME_DIGITS
 from palpate.commands.sweep.result import (
     FEWEST_SEEDS,
     HIGH,
@@ -17,33 +18,111 @@ from palpate.commands.sweep.result import (
     numbers_of,
     spread_of,
 )
+from palpate.commands.typed_values import Varied, shown_value
 from palpate.errors import FloatArray
 from palpate.experiments.kit.metric import Metric, MetricValue, is_share
 from palpate.reporting.figure import Axis, Figure, Panel
-from palpate.reporting.marks import Band, Cells, Colouring, Dash, Line, Mark, Points, Rule, Text
+from palpate.reporting.marks import Band, Cells, Colouring, Dash, Line, Mark, Points, Rule, Text, shortened
 from palpate.reporting.paper import write_figure
 from palpate.reporting.units import Scale, scale_of
 from palpate.runtime.palette import FELT, MAP_COLOUR, QUIET_COLOUR, SIDE_BY_SIDE, Colour
 
-LOGARITHMIC_FIGURE = 100.0
-"""Ratio of the largest to the least value from which a metric has a logarithmic axis."""
+LOGARITHMIC_RATIO = 20.0
+"""Ratio of the largest to the smallest value at which the axis becomes logarithmic."""
+
+AXIS_MARGIN = 0.04
+"""Margin beside the first and the last number, per the distance between them."""
+
+LONGEST_NAME = 18
+"""Longest name of a value, in letters."""
+
+
+@dataclass(frozen=True)
+class OptionAxis:
+    """An option with its values.
+
+    Attributes:
+        varied: Option with its values.
+        unit: SI unit; "" for none.
+    """
+
+    varied: Varied
+    unit: str
+
+    @cached_property
+    def numeric(self) -> bool:
+        """Whether the values are numbers."""
+        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.varied.values)
+
+    @cached_property
+    def words(self) -> str:
+        """Name as text."""
+        return self.varied.name.replace("_", " ")
+
+    @cached_property
+    def places(self) -> FloatArray:
+        """Places of the values along the axis, shape (n,); words are numbered."""
+        if not self.numeric:
+            return np.arange(float(len(self.varied.values)))
+        return np.array([self._scale.factor * float(value) for value in self.varied.values])  # type: ignore[arg-type]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Values in the unit of the axis, as distinct texts."""
+        names = [self._text(value) for value in self.varied.values]
+        return tuple(
+            names if len(set(names)) == len(names) else (f"{i + 1}: {each}" for i, each in enumerate(names))
+        )
+
+    @cached_property
+    def assignments(self) -> tuple[str, ...]:
+        """Option, value and unit for each value."""
+        return tuple(f"{self.words} = {each} {self._scale.unit}".rstrip() for each in self.names)
+
+    @cached_property
+    def axis(self) -> Axis:
+        """Axis of the values."""
+        if not self.numeric:
+            ticks = tuple(zip(self.places.tolist(), self.names, strict=True))
+            return Axis(self.words, low=-0.6, high=len(ticks) - 0.4, ticks=ticks)
+        least, largest = float(self.places.min()), float(self.places.max())
+        if least > 0.0 and largest >= LOGARITHMIC_RATIO * least:
+            room = (largest / least) ** AXIS_MARGIN
+            return Axis(self.words, self._scale.unit, least / room, largest * room, logarithmic=True)
+        room = AXIS_MARGIN * (largest - least)
+        return Axis(self.words, self._scale.unit, least - room, largest + room)
+
+    @cached_property
+    def _scale(self) -> Scale:
+        if not self.numeric:
+            return Scale(1.0, self.unit)
+        return scale_of(self.unit, max(abs(float(value)) for value in self.varied.values))  # type: ignore[arg-type]
+
+    def _text(self, value: object) -> str:
+        if isinstance(value, float) and self.numeric:
+            return f"{self._scale.factor * value:.{NAME_DIGITS}g}"
+        return shortened(shown_value(value).rsplit("/", 1)[-1], LONGEST_NAME)  # of a file, its name
+
+
+METRIC_LOGARITHMIC_RATIO = 100.0
+"""Ratio of the largest to the smallest value at which a metric's axis becomes logarithmic."""
 
 LEAST_SPAN = 0.01
-"""Of an axis of metrics, per its largest number: beyond, it shows rounding."""
+"""Smallest span of a metric's axis, per the largest number; a smaller span shows rounding."""
 
-ALIKE = 0.01
-"""Lines nearer to each other than this share of what all of them span are one line to the eye."""
+SAME_LINE_SHARE = 0.01
+"""Lines closer than this share of their common span look like one line."""
 
-COLUMNS = 3
+MAX_COLUMNS = 3
 """Panels side by side, across a screen."""
 
 MOST_TICKS = 8
-"""Of an axis of seeds."""
+"""Largest number of ticks on the axis of seeds."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """A metric as it is shown: what is along x, if anything is varied, and of what there are lines."""
+    """A metric in one panel: option along x, option that makes lines, axis and scale."""
 
     result: SweepResult
     metric: Metric
@@ -55,22 +134,22 @@ class _Shown:
 
     @property
     def is_map(self) -> bool:
-        """Whether it is drawn as cells, for there are too many lines."""
+        """Whether the panel is drawn as cells because there are too many lines."""
         return self.lines is not None and len(self.lines.names) > len(SIDE_BY_SIDE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Row:
-    """Runs that share a value of another option, along x.
+    """Runs along x that share a value of the other option.
 
     Attributes:
-        line: Which value of the other option it is, from 0.
-        name: Of that value; "" if there is no other option.
-        at: Which values of the option along x have any run, as they stand there, shape (k,).
-        x: Where they stand, shape (k,).
-        values: The metric in all runs of each, in the unit of the axis.
-        spreads: Of these.
-        seeds: Runs that each combination has at least.
+        line: Number of the value of the other option, from 0.
+        name: Name of that value; "" without another option.
+        at: Numbers of the values along x that have a run, in order, shape (k,).
+        x: Places of these values, shape (k,).
+        values: Metric of all runs at each place, in the unit of the axis.
+        spreads: Spreads of the values.
+        seeds: Smallest number of runs of a combination.
     """
 
     line: int
@@ -83,12 +162,12 @@ class _Row:
 
     @property
     def colour(self) -> Colour:
-        """Of its line."""
+        """Colour of the line."""
         return SIDE_BY_SIDE[self.line % len(SIDE_BY_SIDE)] if self.name else FELT
 
     @property
     def middle(self) -> FloatArray:
-        """Medians, or shares, shape (k,)."""
+        """Medians or shares, shape (k,)."""
         return np.array([each.middle for each in self.spreads])
 
 
@@ -98,7 +177,7 @@ def figures(result: SweepResult) -> list[Figure]:
 
 
 def summary_figure(result: SweepResult) -> Figure:
-    """Return all of them as one, for a file."""
+    """Return all figures as one, for a file."""
     each = figures(result)
     nothing = Panel(
         (Text(0.5, 0.5, "no run has a metric to show"),), Axis(low=0.0, high=1.0), Axis(low=0.0, high=1.0)
@@ -122,13 +201,13 @@ def _figure(result: SweepResult, metric: Metric) -> Figure:
     numbers = numbers_of(values)
     largest = float(np.abs(numbers).max(initial=0.0))
     scale = scale_of(metric.unit, largest)
-    logarithmic = numbers.size > 0 and numbers.min() > 0.0 and largest >= LOGARITHMIC_FIGURE * numbers.min()
+    logarithmic = numbers.size > 0 and numbers.min() > 0.0 and largest >= METRIC_LOGARITHMIC_RATIO * numbers.min()
     axis = Axis(
         metric.meaning, scale.unit, span=LEAST_SPAN * scale.factor * largest, logarithmic=bool(logarithmic)
     )
     shown = _Shown(result, metric, scale, axis, is_share(values))
     each = [replace(shown, along=along, lines=lines) for along, lines in panel_options(result)]
-    columns = min(COLUMNS, len(each))
+    columns = min(MAX_COLUMNS, len(each))
     rows = [_rows(one) for one in each]
     return Figure(
         title=metric.meaning[:1].upper() + metric.meaning[1:],
@@ -140,13 +219,13 @@ def _figure(result: SweepResult, metric: Metric) -> Figure:
 
 
 def panel_options(result: SweepResult) -> list[tuple[OptionAxis | None, OptionAxis | None]]:
-    """Return for each panel what is along x, and of what there are lines: as suits what was really varied."""
+    """Return the option along x and the option that makes lines, for each panel."""
     varied = [OptionAxis(each, result.plan.unit(each.name)) for each in result.plan.varied if len(each.values) > 1]
     if not varied:
         return [(None, None)]
     if len(varied) != 2:
         return [(each, None) for each in varied]
-    # along x goes what has numbers, and more of them
+    # the option with numbers, and with more of them, goes along x
     along, lines = sorted(varied, key=lambda each: (each.numeric, len(each.names)), reverse=True)
     return [(along, lines)]
 
@@ -156,7 +235,7 @@ def _caption(each: Sequence[_Shown], rows: Sequence[_Row]) -> str:
     count, left = len(result.plan.seeds), len(result.failures)
     seeds = "one run each" if count == 1 else f"{count} seeds each"
     few = any(row.seeds < FEWEST_SEEDS for row in rows) or count < FEWEST_SEEDS
-    others = "" if len(each) == 1 else ", whatever the other options are"
+    others = "" if len(each) == 1 else ", over all values of the other options"
     if first.along is None:
         caption = "Each point is a run, one per seed" + ("." if few else "; the line is their median.")
     elif first.share:
@@ -177,21 +256,21 @@ def _caption(each: Sequence[_Shown], rows: Sequence[_Row]) -> str:
 
 
 def _coinciding(each: Sequence[_Shown], rows: Sequence[Sequence[_Row]]) -> str:
-    """A sentence on lines that hide one another."""
+    """Return a sentence on lines that hide one another."""
     found = []
     for shown, group in zip(each, rows, strict=True):
         if shown.along is not None and shown.along.numeric and not shown.is_map:
             found += [" and ".join(row.name for row in alike) for alike in _alike(shown, group)]
-    return f" Too close to be told apart here: {'; '.join(found)}." if found else ""
+    return f" Indistinguishable here: {'; '.join(found)}." if found else ""
 
 
 def _alike(shown: _Shown, rows: Sequence[_Row]) -> list[list[_Row]]:
-    """Rows whose lines are one to the eye, two or more each."""
+    """Return groups of two or more rows whose lines look like one."""
     if len(rows) < 2:
         return []
     heights = {id(row): np.log10(row.middle) if shown.axis.logarithmic else row.middle for row in rows}
     together = np.concatenate(list(heights.values()))
-    near = ALIKE * max(float(np.ptp(together)), 0.0 if shown.axis.logarithmic else shown.axis.span)
+    near = SAME_LINE_SHARE * max(float(np.ptp(together)), 0.0 if shown.axis.logarithmic else shown.axis.span)
     groups: list[list[_Row]] = []
     for row in rows:
         for group in groups:
@@ -217,7 +296,7 @@ def _panel(shown: _Shown, rows: Sequence[_Row]) -> Panel:
 
 
 def _marks(shown: _Shown, row: _Row, dash: Dash) -> tuple[Mark, ...]:
-    """A line with its band; of few seeds every run; of words no line, for there is nothing between them."""
+    """Return a line with its band; every run where there are few seeds; points alone for words."""
     assert shown.along is not None
     joined, few = shown.along.numeric and len(row.x) > 1, row.seeds < FEWEST_SEEDS
     line = (Line(row.x, row.middle, row.name, row.colour, 1.0 if few else 1.8, dash),) if joined else ()
@@ -270,7 +349,7 @@ def _map_panel(shown: _Shown, rows: Sequence[_Row]) -> Panel:
 
 
 def _rows(shown: _Shown) -> list[_Row]:
-    """What is drawn over one another: one for each value that has any run."""
+    """Return the rows of a panel: one for each value of the other option that has a run."""
     along, lines, plan = shown.along, shown.lines, shown.result.plan
     if along is None:
         return []

@@ -1,4 +1,4 @@
-"""From what is typed to every single run, checked before anything moves."""
+"""Plan of a sweep: every run, derived from the typed options and checked before anything moves."""
 
 import hashlib
 import itertools
@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.record import RunCase
 from palpate.commands.typed_values import Varied, set_options, shown_value, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_checks import LARGEST_SEED
@@ -20,34 +19,55 @@ from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.registry import experiment_named, reference_to
 
 MOST_RUNS = 100_000
-"""Each is a small file; more of them are a mistake, or several sweeps."""
+"""Largest number of runs; each is a small file."""
 
-DIGITS = 6
-"""Of values in the name of a combination: those of a range have up to 17."""
+NAME_DIGITS = 6
+"""Significant digits of values in the name of a combination."""
 
-ROBOT = "robot"
-"""The option that names a robot file, which may name others."""
+ROBOT_OPTION = "robot"
+"""Option that names a robot file, which may name other files."""
 
-OWN: Mapping[str, str] = {
+SWEEP_OPTIONS: Mapping[str, str] = {
     "out": "a sweep decides where its runs go: --out is its folder",
     "config": "give it as --config FILE.YAML",
 }
-"""Options of experiments that a sweep has itself, and what to type."""
+"""Options that a sweep has itself, and the remedy."""
 
-SEEDS = {"seed": "for runs with other seeds give --seeds and how many"}
-"""Likewise, of --vary."""
+NOT_VARIED = {"seed": "for runs with other seeds give --seeds and how many"}
+"""Options that --vary refuses, and the option to type instead."""
 
-NO_PART = ("seed", "out")
-"""Options that do not belong to what a combination is."""
+NOT_IDENTIFYING = ("seed", "out")
+"""Options that do not identify a combination."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunCase:
+    """Input of a worker: texts that do not depend on the process that started the sweep.
+
+    Attributes:
+        run: Number of the run.
+        digest: Digest of the case.
+        experiment: Name or file that finds the experiment from any folder.
+        config: Configuration, as `palpate.experiments.kit.config_file` writes it.
+        seed: Seed that replaces the seed of the configuration.
+        folder: Folder for report, log and files of the run; None if they are not kept.
+    """
+
+    run: int
+    digest: str
+    experiment: str
+    config: str
+    seed: int
+    folder: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Combination:
-    """What is the same in some runs that differ in their seeds.
+    """Configuration of runs that differ only in their seeds.
 
     Attributes:
-        values: Of the options that are varied, in their order.
-        config: With the first seed.
+        values: Values of the varied options, in their order.
+        config: Configuration with the first seed.
     """
 
     values: tuple[object, ...]
@@ -59,9 +79,9 @@ class PlannedRun:
     """A run.
 
     Attributes:
-        number: Its place, from 0: combinations in their order, the seeds of each one after the other.
-        combination: What is varied.
-        case: What its worker is given.
+        number: Number from 0, combination by combination, seed by seed.
+        combination: Combination that the run belongs to.
+        case: Input of the worker.
     """
 
     number: int
@@ -74,14 +94,14 @@ class SweepPlan:
     """Every run of a sweep.
 
     Attributes:
-        config: As typed.
-        experiment: What is done.
-        varied: The options that are varied.
-        fixed: Those that are set, typed.
-        combinations: Every one, the last option varying fastest.
-        seeds: Of each.
-        runs: All of them, by number.
-        folder: Where everything goes.
+        config: Options of the sweep.
+        experiment: Experiment of every run.
+        varied: Varied options.
+        fixed: Set options by name.
+        combinations: Every combination, the last option varying fastest.
+        seeds: Seeds of each combination.
+        runs: Runs by number.
+        folder: Output folder.
     """
 
     config: SweepConfig
@@ -95,13 +115,13 @@ class SweepPlan:
 
     @property
     def title(self) -> str:
-        """What it is, in a few words."""
+        """Title in a few words."""
         names = ", ".join(each.name for each in self.varied)
         return f"Sweep of {self.experiment.name}" + (f" over {names}" if names else " over seeds")
 
     @property
     def size(self) -> str:
-        """How many runs there are, in words."""
+        """Number of runs as text."""
         seeds = f"{len(self.seeds)} seed{'s' if len(self.seeds) > 1 else ''}"
         if not self.varied:
             return f"{len(self.runs)} run{'s' if len(self.runs) > 1 else ''}: {seeds}"
@@ -113,7 +133,7 @@ class SweepPlan:
         return specs_of(self.experiment.Config)[option].unit
 
     def name_of(self, combination: Combination) -> str:
-        """Return a combination about as people type it."""
+        """Return the name of a combination: option=value, ..."""
         return _named(self.varied, combination.values)
 
 
@@ -121,13 +141,13 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
     """Return every run of a sweep.
 
     Raises:
-        InvalidValueError: A name is not known, a value impossible, or a combination of them; nothing has run.
+        InvalidValueError: If a name is unknown, or if a value or a combination is impossible; nothing has run.
     """
     experiment = experiment_named(config.experiment)
     kind, reference = experiment.Config, reference_to(experiment)
     folder = config.out or Path(f"runs/sweep-{experiment.name}")
-    varied = varied_options(config.varied_words, kind, {**OWN, **SEEDS})
-    fixed = set_options(config.set_words, kind, OWN)
+    varied = varied_options(config.varied_words, kind, {**SWEEP_OPTIONS, **NOT_VARIED})
+    fixed = set_options(config.set_words, kind, SWEEP_OPTIONS)
     for each in varied:
         if each.name in fixed:
             raise InvalidValueError(f"{each.name} is varied and set: leave --set {each.name}=... out")
@@ -144,7 +164,7 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
         )
     seeds = range(first, first + config.seeds)
     runs: list[PlannedRun] = []
-    robot_texts = cache(_robot_texts)  # for as long as files are not looked at anew
+    robot_texts = cache(_robot_texts)  # each robot is read once
     for combination in combinations:
         common = _identity(experiment.name, combination.config, robot_texts)
         text = config_text(reference, combination.config)
@@ -174,15 +194,15 @@ def _combinations(
 
 def _named(varied: Sequence[Varied], values: Sequence[object]) -> str:
     pairs = zip(varied, values, strict=True)
-    return ", ".join(f"{each.name}={shown_value(value, DIGITS)}" for each, value in pairs)
+    return ", ".join(f"{each.name}={shown_value(value, NAME_DIGITS)}" for each, value in pairs)
 
 
 def _with_whole_paths(config: Any) -> Any:
-    """Files by their whole paths: workers may stand in another folder."""
+    """Return the configuration with absolute paths, since workers may start in another folder."""
     whole: dict[str, object] = {}
     for field in fields(config):
         value = getattr(config, field.name)
-        names_file = isinstance(value, Path) or (field.name == ROBOT and isinstance(value, str))
+        names_file = isinstance(value, Path) or (field.name == ROBOT_OPTION and isinstance(value, str))
         if field.name == "out" or not names_file or not Path(value).is_file():
             continue
         whole[field.name] = type(value)(Path(value).absolute())
@@ -190,11 +210,11 @@ def _with_whole_paths(config: Any) -> Any:
 
 
 def _identity(experiment: str, config: Any, robot_texts: Callable[[str], Mapping[str, str]]) -> str:
-    """Return everything that a run depends on but its seed; of a file what is in it, wherever it lies."""
-    values = {name: value for name, value in plain_values(config).items() if name not in NO_PART}
-    robot = values.pop(ROBOT, None)
+    """Return everything that a run depends on but its seed; files count by content."""
+    values = {name: value for name, value in plain_values(config).items() if name not in NOT_IDENTIFYING}
+    robot = values.pop(ROBOT_OPTION, None)
     if isinstance(robot, str):
-        values[ROBOT] = robot_texts(robot)
+        values[ROBOT_OPTION] = robot_texts(robot)
     for name, value in values.items():
         if isinstance(value, str) and Path(value).is_absolute() and Path(value).is_file():
             values[name] = hashlib.sha256(Path(value).read_bytes()).hexdigest()
@@ -203,16 +223,16 @@ def _identity(experiment: str, config: Any, robot_texts: Callable[[str], Mapping
 
 def _robot_texts(name: str) -> Mapping[str, str]:
     """Return the texts of a robot's files: its own, and those of its sensors."""
-    from palpate.robots.values import load_named_robot  # the simulator: a second
+    from palpate.robots.values import load_named_robot  # imports the simulator, for a second
 
     return load_named_robot(name).texts
 
 
 def expected_durations(plan: SweepPlan) -> list[float]:
-    """Plan every combination once, with a world of its own; return about how long a run of each is, simulated [s].
+    """Plan every combination once, and return the expected duration of its runs, simulated [s].
 
     Raises:
-        InvalidValueError: One cannot be realised, or would move a real robot.
+        InvalidValueError: If a combination cannot be realised, or if it would move a real robot.
     """
     from palpate.robots.values import load_named_robot
 

@@ -16,7 +16,7 @@ from typing import Any
 import joblib
 
 from palpate.commands.command_result import ExitCode
-from palpate.commands.sweep.record import RunCase
+from palpate.commands.sweep.plan import RunCase
 from palpate.errors import InvalidValueError
 from palpate.extras import require
 from palpate.one_thread import ONE_THREAD
@@ -53,7 +53,7 @@ class RayRunner:
     """A ray cluster.
 
     Attributes:
-        address: Of the cluster, or `AUTO` or `LOCAL`.
+        address: Address of the cluster, `AUTO` or `LOCAL`.
         jobs: How many runs at a time; as many as it has cores, if not given.
     """
 
@@ -66,7 +66,7 @@ class RayRunner:
         return where.get(self.address, f"on the ray cluster at {self.address}")
 
     def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
-        """See `palpate.commands.sweep.runner.LocalRunner.run`; of what is handed out, the one before counts, too.
+        """See `palpate.commands.sweep.run.LocalRunner.run`; of what is handed out, the one before counts, too.
 
         Raises:
             HeadLostError: The head of the cluster has been lost.
@@ -125,7 +125,7 @@ def _leave() -> None:
 
 
 def check_ray(address: str) -> None:
-    """Refuse at once what would fail after all that comes before, or after a minute of ray's own patience.
+    """Refuse an unusable cluster at once, not after planning, or after a minute of ray's own timeout.
 
     Raises:
         MissingLibraryError: ray is not installed.
@@ -182,7 +182,7 @@ class _Head:
         """Look at it at a time [s].
 
         Raises:
-            HeadLostError: It has been lost.
+            HeadLostError: If the cluster has been lost.
         """
         if not self.lives(now):
             raise HeadLostError(
@@ -238,7 +238,7 @@ class _Round:
                     self.ray.cancel(reference, force=True)
 
     def _give_up_late(self, progress: ShowProgress) -> None:
-        """Hand out again what should have been done long ago: its worker is stopped, or hangs."""
+        """Hand out overdue cases again: their worker is stopped, or hangs."""
         for reference in [each for each in self.handed_out if self.clock.now - self.begun[each] > self.longest]:
             self.ray.cancel(reference, force=True)
             self._died(self.handed_out.pop(reference), f"it took longer than {self.longest:.0f} s", progress)

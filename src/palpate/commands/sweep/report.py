@@ -8,19 +8,19 @@ import numpy as np
 
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.figure import figures
-from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
-from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.result import FEWEST_SEEDS, HIGH, LOW, SweepResult, numbers_of, spread_of
-from palpate.commands.sweep.words import time_text
+from palpate.commands.sweep.plan import NAME_DIGITS, NOT_IDENTIFYING, Combination, SweepPlan
+from palpate.commands.sweep.result import FEWEST_SEEDS, HIGH, LOW, SweepResult, numbers_of, spread_of, time_text
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.commands.typed_values import shown_value
 from palpate.experiments.kit.metric import is_share
+from palpate.experiments.kit.options import NOISY, specs_of
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import Figures, Report, Section, TextTable
 from palpate.reporting.units import scale_of
 
 MOST_ROWS = 60
-"""Of a table in the report: the rest is in runs.csv."""
+"""Largest number of rows of a table; runs.csv has the rest."""
 
 
 def sweep_report(result: SweepResult) -> Report:
@@ -32,7 +32,7 @@ def sweep_report(result: SweepResult) -> Report:
         result.outcome,
         quantities(result),
         (
-            Section("What came out", (Figures(lambda: figures(result)),)),
+            Section("Metrics over the options", (Figures(lambda: figures(result)),)),
             *(_in_metrics(result, i) for i in range(len(result.metrics))),
             Section("Runs that did not get to their end", (failures,)),
         ),
@@ -45,12 +45,12 @@ def sweep_report(result: SweepResult) -> Report:
     )
 
 
-SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
-"""What the interval beside a median is, of `FEWEST_SEEDS` and more."""
+SPREAD_TEXT = f"{LOW:g} to {HIGH:g} % of the runs"
+"""Meaning of the interval beside the median of at least `FEWEST_SEEDS` runs."""
 
 
 def quantities(result: SweepResult) -> tuple[Quantity, ...]:
-    """Return how many runs there are, how they went and what they cost."""
+    """Return the number, outcomes and cost of the runs."""
     metrics = [_runs("requested", len(result.records), result.plan.size.partition(": ")[2])]
     metrics += [
         _runs(_STATUS_WORDS[status], result.counted(status))
@@ -65,7 +65,7 @@ def quantities(result: SweepResult) -> tuple[Quantity, ...]:
 
 
 def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, str, str]]:
-    """Return what a metric is for each combination: name, value, unit, note."""
+    """Return a metric of each combination as rows: name, value, unit, note."""
     metric, plan = result.metrics[index], result.plan
     values = numbers_of(result.values(metric, plan.combinations))
     scale = scale_of(metric.unit, float(np.abs(values).max()) if values.size else 0.0)
@@ -83,10 +83,10 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
 
 
 def _in_metrics(result: SweepResult, index: int) -> Section:
-    """The table of a metric that is shown."""
+    """Return the table of a metric."""
     metric, plan = result.metrics[index], result.plan
     share = is_share(result.values(metric, plan.combinations))
-    beside = SPREAD if len(plan.seeds) >= FEWEST_SEEDS else "each run"
+    beside = SPREAD_TEXT if len(plan.seeds) >= FEWEST_SEEDS else "each run"
     heads = ("combination", "share", "", "") if share else ("combination", "median", "", beside)
     rows = _shortened(combination_rows(result, index), ("", "", "in runs.csv"))
     heading = metric.meaning[:1].upper() + metric.meaning[1:] + (", by combination" if plan.varied else "")
@@ -94,27 +94,30 @@ def _in_metrics(result: SweepResult, index: int) -> Section:
 
 
 def failure_rows(result: SweepResult) -> Sequence[tuple[str, ...]]:
-    """Return the runs that did not get to their end: which, how it went, why."""
+    """Return the runs that did not reach their end: name, outcome, reason."""
     rows = [(run_name(result, record), record.status.value, record.message) for record in result.failures]
     return _shortened(rows, ("", "in runs.csv"))
 
 
 def run_name(result: SweepResult, record: RunRecord) -> str:
-    """Return which run it is, in words."""
+    """Return the name of a run."""
     name = result.plan.name_of(result.plan.runs[record.run].combination)
     return f"run {record.run}: " + (f"{name}, " if name else "") + f"seed={record.seed}"
 
 
 def advice(result: SweepResult) -> tuple[str, ...]:
-    """Return what to do after a sweep."""
+    """Return advice on the next step."""
     sentences = []
     if result.failures:
         sentences.append(
-            "Some runs did not get to their end: take away what the reasons above name, and do them again by the "
-            "same command with --repeat-failed."
+            "Some runs did not get to their end: remove the causes that the table names, and repeat "
+            "them by the same command with --repeat-failed."
         )
     if result.seeds_alike:
-        sentences.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
+        specs = specs_of(result.plan.experiment.Config)
+        noises = [name for name, spec in specs.items() if spec.fixed == NOISY and name.endswith("_noise")]
+        unless = f", unless the sensor has noise (--set {noises[0]}=0.01)" if noises else ""
+        sentences.append(f"One seed of each is enough{unless}.")
     elif len(result.plan.seeds) < FEWEST_SEEDS and len(result.records) > 1:
         sentences.append(
             f"With fewer than {FEWEST_SEEDS} runs of each combination, the effect of the options cannot be "
@@ -124,7 +127,7 @@ def advice(result: SweepResult) -> tuple[str, ...]:
 
 
 def repeat_commands(plan: SweepPlan) -> tuple[tuple[str, str], ...]:
-    """Return what can be repeated, and the command that does so."""
+    """Return the commands that repeat the sweep, each with its purpose."""
     alone = replace(plan.combinations[0].config, out=plan.experiment.Config().out)
     return (
         ("The same again; in the same folder it goes on with what is left:", typed_command(plan.config)),
@@ -133,7 +136,7 @@ def repeat_commands(plan: SweepPlan) -> tuple[tuple[str, str], ...]:
 
 
 def typed_command(config: SweepConfig) -> str:
-    """Return what to type for the same sweep; how many runs at a time changes no number, and is left out."""
+    """Return the command of the same sweep; the number of processes changes no metric, and is left out."""
     words = ["palpate", "sweep", config.experiment]
     for option, several in (("--vary", config.vary), ("--set", config.set)):
         for each in several:
@@ -152,7 +155,7 @@ def setting_rows(result: SweepResult) -> tuple[tuple[str, str], ...]:
     seeds = f"{plan.seeds.start}" + (f" to {plan.seeds[-1]}" if len(plan.seeds) > 1 else "")
     rows = [("experiment", plan.config.experiment)]
     for each in plan.varied:
-        values = ", ".join(shown_value(value, DIGITS) for value in each.values)
+        values = ", ".join(shown_value(value, NAME_DIGITS) for value in each.values)
         rows.append((f"{each.name}, varied", f"{values} {plan.unit(each.name)}".rstrip()))
     for name, value in shared_options(plan).items():
         rows.append((name, f"{shown_value(value)} {plan.unit(name)}".rstrip()))
@@ -170,7 +173,7 @@ def shared_options(plan: SweepPlan) -> dict[str, object]:
     shared = {}
     for name in (field.name for field in fields(plan.experiment.Config)):
         value = getattr(first, name)
-        if name in varied or name in NO_PART or any(getattr(other, name) != value for other in others):
+        if name in varied or name in NOT_IDENTIFYING or any(getattr(other, name) != value for other in others):
             continue
         if name in plan.fixed or value != getattr(usual, name):
             shared[name] = value

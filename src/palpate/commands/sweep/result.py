@@ -1,4 +1,4 @@
-"""What a sweep came to: its records, and what they are over the seeds."""
+"""Result of a sweep: its records, and the metrics over the seeds."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -9,31 +9,45 @@ from itertools import islice
 import numpy as np
 
 from palpate.commands.sweep.plan import Combination, SweepPlan
-from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.metric import Metric, MetricValue
 from palpate.nearest_name import nearest
+
+MINUTE, HOUR = 60.0, 3600.0
+
+
+def time_text(seconds: float) -> str:
+    """Return a time [s] with two digits or so, in a unit that suits it."""
+    if seconds < 10.0:
+        return f"{seconds:.2g} s"
+    if seconds < 1.5 * MINUTE:
+        return f"{seconds:.0f} s"
+    if seconds < 1.5 * HOUR:
+        return f"{seconds / MINUTE:.0f} min"
+    return f"{seconds / HOUR:.2g} h" if seconds < 100 * HOUR else f"{seconds / HOUR / 24:.0f} days"
+
 
 LOW, HIGH = 10.0, 90.0
 """Percentiles of the band that is shown of several runs."""
 
 FEWEST_SEEDS = 5
-"""Runs of a combination from which their spread is told: that all of one are above all of another, or below, is
-chance with a probability of 2 / C(10, 5) = 0.8 %; with four runs each it would be 2.9 %."""
+"""Smallest number of runs of a combination for which a spread is shown. All runs of one combination lie above or
+below all runs of another by chance with a probability of 2 / C(10, 5) = 0.8 %; with four runs each, 2.9 %."""
 
-SHOWN = 2
-"""Number of metrics that are shown by default."""
+DEFAULT_METRICS = 2
+"""Number of metrics shown by default."""
 
 
 @dataclass(frozen=True, slots=True)
 class MetricSpread:
-    """What a metric is over several runs.
+    """Spread of a metric over several runs.
 
     Attributes:
-        count: Of runs that have it.
-        middle: Their median; of what is true or false, the share that is true; NaN if there are none.
-        low: Below which a tenth of them lies,
-        high: and above which.
+        count: Number of runs that have the metric.
+        middle: Median, or the share of true values; NaN without runs.
+        low: 10th percentile.
+        high: 90th percentile.
     """
 
     count: int
@@ -42,7 +56,7 @@ class MetricSpread:
     high: float
 
     def scaled(self, factor: float) -> "MetricSpread":
-        """Return it in another unit."""
+        """Return the spread in another unit."""
         return MetricSpread(self.count, factor * self.middle, factor * self.low, factor * self.high)
 
 
@@ -65,7 +79,7 @@ class SweepResult:
     Attributes:
         plan: The sweep.
         records: By number, one per run.
-        metrics: That figure and report show.
+        metrics: Metrics that figure and report show.
     """
 
     plan: SweepPlan
@@ -74,7 +88,7 @@ class SweepResult:
 
     def _repr_html_(self) -> str:
         from palpate.commands.sweep.report import sweep_report  # which imports this module
-        from palpate.reporting.notebook import report_fragment
+        from palpate.reporting.report import report_fragment
 
         return report_fragment(sweep_report(self))
 
@@ -84,7 +98,7 @@ class SweepResult:
         return tuple(record for record in self.records if not record.done)
 
     def counted(self, status: RunStatus) -> int:
-        """Return how many runs went so."""
+        """Return the number of runs with a status."""
         return sum(record.status is status for record in self.records)
 
     def values(self, metric: Metric, combinations: Iterable[Combination]) -> list[MetricValue]:
@@ -122,7 +136,7 @@ class SweepResult:
 
     @cached_property
     def versions(self) -> tuple[str, ...]:
-        """Packages of which not all runs had the same version, with those."""
+        """Packages whose version differs between runs, with the versions."""
         names = dict.fromkeys(name for record in self.records for name in record.versions)
         differing = []
         for name in names:
@@ -138,15 +152,13 @@ class SweepResult:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What people should know besides, a sentence each."""
+        """Further remarks, a sentence each."""
         sentences = []
         if self.seeds_alike:
-            sentences.append(
-                "All seeds gave the same numbers: nothing in these runs is random (see the options for noise)."
-            )
+            sentences.append("All seeds gave the same numbers: nothing in these runs is random.")
         words = [metric.key for metric in self.metrics if self._is_words(metric)]
         if words:
-            sentences.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")
+            sentences.append(f"Words have no median: see {' and '.join(words)} in runs.csv.")
         if self.versions:
             sentences.append(f"Not all runs had the same versions: {'; '.join(self.versions)}.")
         return tuple(sentences)
@@ -156,7 +168,7 @@ class SweepResult:
 
     @property
     def outcome(self) -> str:
-        """How it went, in a sentence or two."""
+        """Outcome in a sentence or two."""
         count, failed = len(self.records), len(self.failures)
         ended = f"{count - failed} of {count} runs" if failed else f"All {count} runs" if count > 1 else "The run"
         return " ".join((f"{ended} got to {'its' if count == 1 else 'their'} end.", *self.notes))
@@ -166,11 +178,11 @@ def checked_columns(columns: Sequence[str], metrics: Sequence[Metric]) -> tuple[
     """Return the metrics of columns that are typed.
 
     Args:
-        columns: As typed.
-        metrics: That there are.
+        columns: Keys as typed.
+        metrics: Metrics of the experiment.
 
     Raises:
-        InvalidValueError: There is no such column.
+        InvalidValueError: If there is no such column.
     """
     known = {metric.key: metric for metric in metrics}
     for column in columns:
@@ -185,7 +197,7 @@ def shown_metrics(records: Iterable[RunRecord], metrics: Sequence[Metric]) -> tu
     """Return the metrics to show by default: the first ones that are numbers in any run."""
     done = [record.metrics for record in records if record.done]
     known = (f for f in metrics if any(isinstance(each.get(f.key), bool | int | float) for each in done))
-    return tuple(islice(known, SHOWN))
+    return tuple(islice(known, DEFAULT_METRICS))
 
 
 def numbers_of(values: Sequence[MetricValue]) -> FloatArray:

@@ -1,38 +1,79 @@
-"""The steps of a sweep, with a terminal or without."""
+"""Steps of a sweep, with a terminal or without: check, run on this computer or a ray cluster, write."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.plan import SweepPlan, expected_durations
+from palpate.commands.sweep.plan import RunCase, SweepPlan, expected_durations
 from palpate.commands.sweep.ray_runner import RayRunner, check_ray
-from palpate.commands.sweep.record import RunCase, RunRecord
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_metrics
-from palpate.commands.sweep.runner import LocalRunner, record_of
-from palpate.commands.sweep.store import SweepFolder
+from palpate.commands.sweep.store import RunRecord, RunStatus, SweepFolder, without_result
 from palpate.experiments.kit.metric import Metric
-from palpate.runtime.batch import BatchProgress, ShowProgress
+from palpate.runtime.batch import BatchProgress, Failure, FailureKind, Outcome, ShowProgress, run_batch
+
+
+@dataclass(frozen=True, slots=True)
+class LocalRunner:
+    """Processes of this computer, by joblib's loky.
+
+    Attributes:
+        jobs: Number of processes; None for one per core.
+    """
+
+    jobs: int | None = None
+
+    def describe(self) -> str:
+        """Return where the runs take place, as text."""
+        return "on all cores" if self.jobs is None else f"{self.jobs} at a time"
+
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
+        """Run every case once, by `palpate.commands.sweep.attempt.attempt`.
+
+        A case whose process dies runs again in another process; if it dies there, too, its outcome is a `Failure`.
+
+        Args:
+            cases: Runs to do.
+            progress: Called once with each outcome as soon as it is known, in any order.
+            longest: Longest wall time of a case [s]; a case that takes longer counts as one whose process died.
+
+        Raises:
+            BatchError: If no case can run at all.
+            KeyboardInterrupt: On Ctrl-C; all processes have ended.
+        """
+        from palpate.commands.sweep.attempt import attempt  # with the simulator
+
+        if cases:
+            run_batch(attempt, cases, self.jobs, progress, longest=longest)
+
+
+def record_of(outcome: Outcome[RunCase, RunRecord]) -> RunRecord:
+    """Return the record of an outcome."""
+    if isinstance(outcome, Failure):
+        status = RunStatus.DIED if outcome.kind is FailureKind.DIED else RunStatus.FAILED
+        return without_result(outcome.case, status, outcome.error, outcome.traceback)
+    return outcome.result
+
 
 WALL_PER_SIMULATED = 0.1
 """Wall time of a simulated second, before any run is finished: measured from 0.05 to 0.2 on a core of 2023."""
 
-LATE = 50.0
-"""Times its expected wall time, after which a run hangs: 25 times the slowest that was measured."""
+HANGING_FACTOR = 50.0
+"""Factor of the expected wall time after which a run counts as hanging: 25 times the slowest measured run."""
 
-COMPILING = 300.0
-"""Besides [s]: the first run may have to compile every kernel, a minute of a free core."""
+COMPILE_TIME_S = 300.0
+"""Additional time of the first run, which may compile every kernel: a minute on a free core [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedSweep:
-    """A sweep of which every combination can be realised.
+    """A sweep whose combinations can all be realised.
 
     Attributes:
-        plan: Its runs.
-        shown: Metrics for figure and report; empty for those that matter most.
-        expected: Wall time of all its runs on one core, about [s].
-        longest: That any of them may take [s].
+        plan: Runs.
+        shown: Metrics for figure and report; empty for the first ones.
+        expected: Expected wall time of all runs on one core [s].
+        longest: Longest wall time that a run may take [s].
     """
 
     plan: SweepPlan
@@ -45,8 +86,8 @@ def check(plan: SweepPlan) -> CheckedSweep:
     """Plan every combination; the simulator is imported for it.
 
     Raises:
-        InvalidValueError: One cannot be realised, or a metric to show is none, or a cluster is not there.
-        MissingLibraryError: ray was requested and is not installed.
+        InvalidValueError: If a combination cannot be realised, a metric is unknown, or a cluster does not respond.
+        MissingLibraryError: If ray was requested and is not installed.
     """
     config = plan.config
     if config.ray is not None:
@@ -54,15 +95,17 @@ def check(plan: SweepPlan) -> CheckedSweep:
     shown = checked_columns(config.show, plan.experiment.metrics)
     durations = expected_durations(plan)
     expected = WALL_PER_SIMULATED * len(plan.seeds) * sum(durations)
-    return CheckedSweep(plan, shown, expected, COMPILING + LATE * WALL_PER_SIMULATED * max(durations))
+    return CheckedSweep(
+        plan, shown, expected, COMPILE_TIME_S + HANGING_FACTOR * WALL_PER_SIMULATED * max(durations)
+    )
 
 
 def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]:
-    """Make the folder this sweep's, and return the runs that need not be done, by number.
+    """Claim the folder for this sweep, and return the finished runs by number.
 
     Raises:
-        InvalidValueError: The folder cannot be written, or is another sweep's.
-        OSError: A file cannot be written.
+        InvalidValueError: If the folder cannot be written, or if it belongs to another sweep.
+        OSError: If a file cannot be written.
     """
     records = folder.begin(checked.plan)
     if not checked.plan.config.repeat_failed:
@@ -71,18 +114,18 @@ def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]
 
 
 def runner_for(config: SweepConfig) -> LocalRunner | RayRunner:
-    """Return who does the runs."""
+    """Return the runner that the options name."""
     return LocalRunner(config.jobs) if config.ray is None else RayRunner(config.ray, config.jobs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepAtWork:
-    """A sweep that has begun.
+    """A sweep at work.
 
     Attributes:
-        checked: The sweep.
-        folder: Where everything is kept; nobody else is at work there.
-        records: What is finished, by number; grows.
+        checked: Plan of the sweep.
+        folder: Locked output folder.
+        records: Finished runs by number; grows.
     """
 
     checked: CheckedSweep
@@ -91,23 +134,23 @@ class SweepAtWork:
 
     @property
     def left(self) -> Sequence[RunCase]:
-        """Runs that are to be done."""
+        """Remaining runs."""
         return [run.case for run in self.checked.plan.runs if run.number not in self.records]
 
     @property
     def expected(self) -> float:
-        """Wall time of what is left on one core, about [s]: by what is finished, if anything is."""
+        """Expected wall time of the remaining runs on one core [s], from the finished ones if there are any."""
         known = [each.duration for each in self.records.values() if each.duration is not None and each.done]
         mean = sum(known) / len(known) if known else self.checked.expected / len(self.checked.plan.runs)
         return mean * len(self.left)
 
     @property
     def runner(self) -> LocalRunner | RayRunner:
-        """Who does the runs."""
+        """Runner on this computer or on a cluster."""
         return runner_for(self.checked.plan.config)
 
     def carry_out(self, progress: ShowProgress) -> None:
-        """Do what is left; each run is kept as soon as it is there."""
+        """Carry out the remaining runs; each record is written as soon as it is known."""
         self.runner.run(self.left, self._keeping(progress), self.checked.longest)
 
     def _keeping(self, progress: ShowProgress) -> Callable[[BatchProgress], None]:
@@ -122,7 +165,7 @@ class SweepAtWork:
 
     @property
     def result(self) -> SweepResult:
-        """What it came to, once everything is done."""
+        """Result, once every run has a record."""
         plan = self.checked.plan
         shown = self.checked.shown or shown_metrics(self.records.values(), plan.experiment.metrics)
         return SweepResult(plan, tuple(self.records[run.number] for run in plan.runs), shown)
@@ -131,12 +174,11 @@ class SweepAtWork:
         """Write tables, figure and report; return the files.
 
         Raises:
-            OSError: A file cannot be written.
+            OSError: If a file cannot be written.
         """
         from palpate.commands.sweep.figure import write_summary
         from palpate.commands.sweep.report import sweep_report
-        from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
-        from palpate.experiments.kit.recording import write_figures
+        from palpate.commands.sweep.store import columns_of, rows_of, write_csv, write_parquet
         from palpate.reporting.page import write_report
 
         result, path = self.result, self.folder.path
@@ -144,7 +186,6 @@ class SweepAtWork:
         write_csv(rows, columns, path / "runs.csv")
         parquet = ["runs.parquet"] if write_parquet(rows, columns, path / "runs.parquet") else []
         report = sweep_report(result)
-        write_report(report, path / "report.html")
+        page, *figures = write_report(report, path / "report.html", self.checked.plan.config.figures).files
         write_summary(result, path / "summary.png")
-        figures = write_figures(report, path, self.checked.plan.config.figures)
-        return (*(path / name for name in ("report.html", "summary.png", "runs.csv", *parquet)), *figures)
+        return (page, *(path / name for name in ("summary.png", "runs.csv", *parquet)), *figures)

@@ -36,14 +36,11 @@ from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.mapping import TouchCloud
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting.computing import computing
 from palpate.reporting.data import Quantity, TimeSeries
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
-from palpate.reporting.force_figure import force_overview, force_zoom
-from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
-from palpate.reporting.phases import phase_spans
 from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
+from palpate.reporting.run_figures import computing, force_overview, force_zoom, phase_spans, true_and_felt
 from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.runtime import Ending
 from palpate.sim.scene_cost import SceneCost, scene_cost

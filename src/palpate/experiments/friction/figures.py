@@ -10,8 +10,8 @@ from palpate.errors import FloatArray
 from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.reporting.data import interval_words
 from palpate.reporting.figure import Axis, Figure, Panel
-from palpate.reporting.interval_words import interval_words
 from palpate.reporting.marks import Dash, Line, Mark, Points, Polygon, Rule, Span, Symbol
 from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
 

@@ -14,10 +14,9 @@ from palpate.experiments.grasp.friction_belief import tip_radius
 from palpate.experiments.grasp.result import BoolArray, GraspResult
 from palpate.experiments.grasp.truth import STAGES
 from palpate.reporting.figure import Axis, Figure, Panel, Space
-from palpate.reporting.limit_surface_panel import limit_surface_panel, load_sizes
-from palpate.reporting.lines import true_and_felt
+from palpate.reporting.grasp_figures import limit_surface_panel, load_sizes
 from palpate.reporting.marks import Dash, Line, Points, Symbol
-from palpate.reporting.phases import phase_spans
+from palpate.reporting.run_figures import phase_spans, true_and_felt
 from palpate.reporting.solids import Arrows, Labels, Placed, Solid, Surface
 from palpate.runtime.palette import (
     APPROACH,

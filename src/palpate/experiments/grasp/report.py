@@ -19,7 +19,7 @@ from palpate.experiments.kit.run_report import report_of
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import Figure
-from palpate.reporting.grasp_force_figure import grasp_force_figure
+from palpate.reporting.grasp_figures import grasp_force_figure
 from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section
 from palpate.runtime import Ending
 from palpate.sim.fidelity import GRAVITY

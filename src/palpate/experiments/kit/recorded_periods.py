@@ -8,7 +8,8 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.runtime import Record, RunResult
-from palpate.runtime.log import LogReader, MemoryLog
+from palpate.runtime.log import Log, LogReader, MemoryLog
+from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.memory_log import MOST_PERIODS
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.record import record_of
@@ -76,6 +77,16 @@ class RecordedPeriods:
         """Return where they are after a run that went so."""
         kept = result.recording
         return RecordedPeriods(memory, None if kept is None or kept.problem is not None else kept.path)
+
+    @staticmethod
+    def of_log(log: Log) -> "RecordedPeriods":
+        """Return the periods of a run that was read from its log, up to the first gap: stopping included."""
+        whole = log.gaps[0].after + 1 if log.gaps else len(log)
+        memory = MemoryLog()
+        memory.start(log.heading)
+        memory.rows(PackedRows(0, memoryview(log.rows[:whole].tobytes())))
+        memory.changes.extend(log.changes)
+        return RecordedPeriods(memory, None if log.gaps else log.path)
 
     @property
     def thinned(self) -> bool:

@@ -17,6 +17,6 @@ class ShownResult:
     experiment: ClassVar[str]
 
     def _repr_html_(self) -> str:
-        from palpate.reporting.notebook import report_fragment
+        from palpate.reporting.report import report_fragment
 
         return report_fragment(experiment_named(self.experiment).report(self))
