@@ -15,7 +15,7 @@ from trust.study import Case, Run, Study, first_finding
 
 from palpate.controllers.rub_program import Survey, SurveyWanted
 from palpate.controllers.rubs import RubMeasurement
-from palpate.experiments.friction.found import found_by
+from palpate.experiments.friction.estimate import found_by
 from palpate.experiments.friction.strokes import RubbedPair
 from palpate.experiments.friction.summary import SIGMAS, friction_file
 from palpate.friction.rubbing.estimate import SensorErrors

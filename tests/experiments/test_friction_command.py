@@ -16,10 +16,10 @@ from palpate.commands.replay.run import replay_log
 from palpate.commands.run import run_experiment
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.library import library_path
-from palpate.experiments.friction.pooled import growth_of, pooled
+from palpate.experiments.friction.recognition import library_path
+from palpate.experiments.friction.report import friction_words
 from palpate.experiments.friction.strokes import FreeAir
-from palpate.experiments.friction.words import rubs_by
+from palpate.experiments.friction.summary import growth_of, pooled
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.from_log import LoggedRun
@@ -269,11 +269,11 @@ def test_a_configuration_survives_its_log():
 def test_what_it_rubs_by_is_told_whole():
     """Also what was left out."""
     law = {"static_friction": 0.7, "load_exponent": 0.2, "viscous_friction": 2.0, "skin_stiffness": 5e3}
-    told = rubs_by(planned(**law))
+    told = friction_words(planned(**law))
     for word in ("mu 0.5", "0.7 at rest", "10 mm/s", "2 per m/s", "3 mm", "gamma 0.2", "p 2", "5 kN/m"):
         assert word in told
-    assert "at rest" not in rubs_by(planned(norm_exponent=1.5))
-    assert "MuJoCo" in rubs_by(planned())
+    assert "at rest" not in friction_words(planned(norm_exponent=1.5))
+    assert "MuJoCo" in friction_words(planned())
 
 
 def test_strokes_that_are_too_long_for_a_sphere_are_left_out_and_named():

@@ -10,10 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.figures import speed_figure, stroke_figure
-from palpate.experiments.friction.measured import frictions, speeds
-from palpate.experiments.friction.stroke_curves import stroke_curves
-from palpate.experiments.friction.words import no_spin_length, outcome
+from palpate.experiments.friction.figures import frictions, speed_figure, speeds, stroke_curves, stroke_figure
 from palpate.friction.friction_file import How, friction_file_text, read_friction_file
 from palpate.reporting.data import interval_words, value_words
 from palpate.runtime import Ending
@@ -142,7 +139,7 @@ def test_the_picture_of_speeds_says_what_it_shows(falling):
 def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
     found = rubbed(object="sphere", quick=True, loads=(2.0,), friction=friction)
     assert found.file.static_friction is None
-    assert "stuck" not in outcome(found)
+    assert "stuck" not in FRICTION.report(found).outcome
     assert found.file.friction.lower <= friction <= found.file.friction.upper
     # twists are done at an end of the strokes: by the normal in their middle e came out 1 to 20 % too long
     check_measured(found.file.spin_length, 0.003, 0.005)
@@ -181,11 +178,11 @@ def test_a_robot_that_turns_is_not_said_to_be_one_that_cannot():
         found=replace(whole.found, loads=tuple(replace(at, spin=None) for at in whole.found.loads)),
         run=replace(whole.run, ending=Ending.DONE),
     )
-    assert no_spin_length(whole) is None
-    assert no_spin_length(cut) == "no twist was done to its end"
-    assert "1 rub there and back" in outcome(cut)
+    assert whole.no_spin_length_reason == ""
+    assert cut.no_spin_length_reason == "no twist was done to its end"
+    assert "1 rub there and back" in FRICTION.report(cut).outcome
     still = replace(cut.plan, wanted=replace(cut.plan.wanted, most_spin=0.0))
-    assert no_spin_length(replace(cut, plan=still)) == "the robot does not turn its tip"
+    assert replace(cut, plan=still).no_spin_length_reason == "the robot does not turn its tip"
 
 
 @pytest.mark.slow

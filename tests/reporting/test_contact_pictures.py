@@ -7,10 +7,15 @@ import pytest
 
 from palpate import LimitSurface
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.figures import length_figure, speed_figure, stroke_figure, surface_figure
-from palpate.experiments.friction.measured import Interval
-from palpate.experiments.friction.slip_points import SurfacePoints
-from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.experiments.friction.figures import (
+    Interval,
+    StrokeCurve,
+    SurfacePoints,
+    length_figure,
+    speed_figure,
+    stroke_figure,
+    surface_figure,
+)
 from palpate.grasp.problem.contacts import GraspContacts
 from palpate.reporting.grasp_figures import (
     MAX_RATIO,

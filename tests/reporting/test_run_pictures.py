@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mapping.raster import sphere_cap
 from palpate.commands.replay.report import difference_figure, felt_figure, velocity_figure
 from palpate.experiments.explore.report import MIN_SPIN_SPAN, spin_figure
-from palpate.experiments.friction.recognised import LONGEST_NAME, MOST_FIGURES, confusion_figure
+from palpate.experiments.friction.recognition import MAX_NAME_LENGTH, MAX_NUMBERED_ROWS, confusion_figure
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.marks import Dash, Line, Points, Span, envelope
@@ -164,10 +164,10 @@ def test_every_share_is_written_in_its_cell_and_rare_ones_are_not_rounded_away()
     assert np.isfinite(shown.colouring.values).tolist() == [text != "" for text in shown.texts]
 
 
-@pytest.mark.parametrize("count", [2, MOST_FIGURES + 5])
+@pytest.mark.parametrize("count", [2, MAX_NUMBERED_ROWS + 5])
 def test_long_names_stay_distinct_and_many_rows_have_no_numbers(count):
     names = tuple(f"as {'very ' * 9}long as {i}" for i in range(count))
     shown = cells(Confusion(names, (*names, UNKNOWN), np.eye(count, count + 1, dtype=np.int64)))
-    assert bool(shown.texts) == (count < MOST_FIGURES)
+    assert bool(shown.texts) == (count < MAX_NUMBERED_ROWS)
     assert len(set(shown.rows)) == count
-    assert all(len(name) <= LONGEST_NAME + 4 for name in shown.rows)
+    assert all(len(name) <= MAX_NAME_LENGTH + 4 for name in shown.rows)

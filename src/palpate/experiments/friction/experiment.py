@@ -1,9 +1,10 @@
-"""Finding out about the friction of a surface by rubbing it."""
+"""Measurement of a surface's friction by rubbing it, as an experiment."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.findings import FINDINGS
 from palpate.experiments.friction.metrics import METRICS
 from palpate.experiments.kit import ExperimentDefaults, Writer
 
@@ -16,34 +17,35 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
 
 
 class FindFriction(ExperimentDefaults):
-    """Rubs and turns a fingertip on a surface, for mu, e and how they depend on load and speed."""
+    """Measurement of mu, e and their dependence on load and speed by strokes and twists of a fingertip."""
 
     name = "friction"
     summary = "Rub a surface: its friction, how it bears torque, with intervals."
     Config = FrictionConfig
     metrics = METRICS
+    findings = FINDINGS
 
     def plan(self, config: FrictionConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "FrictionPlan":
-        """Check and build everything; see `Experiment`."""
+        """Check and build everything."""
         from palpate.experiments.friction.plan import plan
 
-        assert robot is not None  # config.robot names one
+        assert robot is not None  # FrictionConfig.robot is never None
         return plan(config, robot, texts)
 
     def evaluate(self, plan: "FrictionPlan", recorded: "Recorded") -> "FrictionResult":
-        """Return what the strokes tell; see `Experiment`."""
-        from palpate.experiments.friction.result import found
+        """Return the result of a run."""
+        from palpate.experiments.friction.result import friction_result
 
-        return found(plan, recorded)
+        return friction_result(plan, recorded)
 
     def report(self, result: "FrictionResult") -> "Report":
         """Return the report."""
         from palpate.experiments.friction.report import friction_report
 
-        return friction_report(result)
+        return friction_report(self, result)
 
     def files(self, result: "FrictionResult") -> Mapping[str, Writer]:
-        """Return friction.yaml; nothing if nothing was rubbed."""
+        """Return the writer of friction.yaml; nothing if nothing was rubbed."""
         from palpate.experiments.friction.plan import FILE_NAME
         from palpate.friction.friction_file import friction_file_text
 

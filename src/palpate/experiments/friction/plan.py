@@ -10,7 +10,7 @@ from palpate.controllers.rubbing_parameters import RubbingParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.built import built, friction_law, sensor_of
 from palpate.experiments.friction.config import EXPONENT_SLIPS, LIBRARY_TEXT, FrictionConfig
-from palpate.experiments.friction.library import library_text
+from palpate.experiments.friction.recognition import library_text
 from palpate.experiments.friction.strokes import RubRecorder
 from palpate.experiments.kit import DryRun
 from palpate.experiments.kit.allowed_speed import limits_allowing

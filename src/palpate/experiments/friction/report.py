@@ -1,137 +1,174 @@
-"""The report on the friction of a surface."""
+"""Report on the friction of a surface: outcome, tables at each load and speed, figures and settings."""
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from palpate.errors import FloatArray
-from palpate.experiments.friction.figures import (
-    length_figure,
-    speed_figure,
-    stroke_figure,
-    surface_figure,
-)
-from palpate.experiments.friction.measured import frictions, lengths, speeds, table_rows
-from palpate.experiments.friction.plan import FILE_NAME
-from palpate.experiments.friction.quantities import quantities
-from palpate.experiments.friction.recognised import recognition_section
+from palpate.experiments.friction.figures import Interval, friction_figures, frictions, lengths, speeds
+from palpate.experiments.friction.plan import FrictionPlan
+from palpate.experiments.friction.recognition import library_path, recognition_section
 from palpate.experiments.friction.result import FrictionResult
-from palpate.experiments.friction.slip_points import slip_points
-from palpate.experiments.friction.stroke_curves import stroke_curves
-from palpate.experiments.friction.summary import measured_lengths
-from palpate.experiments.friction.words import outcome, settings
+from palpate.experiments.kit.experiment import ExperimentDefaults
 from palpate.experiments.kit.recorded_series import recorded_series
+from palpate.experiments.kit.repeat_words import log_row
+from palpate.experiments.kit.run_report import report_of
+from palpate.reporting.data import interval_words, value_words
 from palpate.reporting.figure import Figure
 from palpate.reporting.report import Figures, Report, Section, TextTable
-from palpate.reporting.run_figures import computing, force_overview
+from palpate.reporting.run_figures import force_overview
+from palpate.robots.known_truth import NOT_KNOWN, cost_of, cost_row
 from palpate.runtime import Ending
 
-CURVE_POINTS = 80
-"""Of mu over speed, along the fitted curve."""
+_MIN_ZERO_DRIFT = 0.01
+"""Smallest drift of a sensor's zero that is shown as a number [mN]: a thousandth of its noise."""
 
-WIDE = 0.2
-"""An interval whose half is more than this share of its value is worth another measurement."""
-
-OVER_TIME = (
-    "Normal force found by touch, and asked for while it rubbed, above the speed of the fingertip; the ground "
-    "shows what the controller was doing. Good is a force that stays at what was asked for."
+_OVER_TIME = (
+    "Normal force estimated by touch and set normal force of the rubs, above the speed of the fingertip; the "
+    "ground shows the controller's phase. A force at its set value is good."
 )
-"""Caption of the forces over time: unlike other reports', they are shown without the simulation's."""
+"""Caption of the forces over time; unlike other reports', they lack the simulated force."""
 
 
-def friction_report(result: FrictionResult) -> Report:
+def friction_report(experiment: ExperimentDefaults, result: FrictionResult) -> Report:
     """Return the report."""
     config, wanted = result.plan.config, result.plan.wanted
     loads = ", ".join(f"{load:g}" for load in wanted.loads)
     known, over_speed = result.recognised, speeds(result)
-    return Report(
+    return report_of(
+        experiment,
+        result,
         title=f"Friction of a {config.object} by touch",
-        outcome=outcome(result),
-        metrics=quantities(result),
+        outcome=_ending(result),
         sections=(
             *(() if known is None else (recognition_section(result, known),)),
-            Section("What was felt", (Figures(lambda: _felt(result)),)),
+            Section("What was felt", (Figures(lambda: friction_figures(result)),)),
             Section(
                 "At each load",
                 (
                     TextTable(
                         [
-                            *table_rows(frictions(result), "mu", "N", 1.0),
-                            *table_rows(lengths(result), "e", "N", 1.0, "mm", 1e3),
+                            *_rows(frictions(result), "mu", "N", 1.0),
+                            *_rows(lengths(result), "e", "N", 1.0, "mm", 1e3),
                         ]
                     ),
                 ),
             ),
-            # a single one stands among the loads
+            # a single speed stands among the loads
             Section(
                 "At each speed",
-                (TextTable(table_rows(over_speed, "mu", "mm/s", 1e3) if len(over_speed) > 1 else []),),
+                (TextTable(_rows(over_speed, "mu", "mm/s", 1e3) if len(over_speed) > 1 else []),),
             ),
             Section("Over time", (Figures(lambda: _over_time(result)),)),
-            computing(result.run.timing),
         ),
         asked=f"to rub a {config.object} with {loads} N at {1e3 * wanted.speed:g} mm/s, carried by {config.robot}",
-        advice=tuple(_advice(result)),
-        settings=settings(result),
+        settings=_settings(result),
         footer=(
-            "Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of 100 runs: "
-            "they count calibration and drift of the sensor too."
+            "Loads that the surface exerts on the finger. Intervals hold the true value in 95 of 100 runs; they "
+            "cover calibration and drift of the sensor too."
         ),
         reached=result.run.ending is Ending.DONE and result.found.verdict.ok,
     )
 
 
-def _advice(result: FrictionResult) -> Iterator[str]:
-    if result.file is None:
-        yield "Nothing was rubbed: check where the surface is, and repeat."
-        return
-    for broken in result.found.verdict.broken:
-        yield f"{broken.remedy[0].upper()}{broken.remedy[1:]}."
-    found = result.file.friction
-    if not math.isfinite(found.upper):
-        yield "It never slipped for long enough: longer strokes (--most-travel) or less load measure mu."
-    elif found.upper - found.lower > 2.0 * WIDE * found.value:
-        yield "The interval of mu is wide: --repeats 3, or larger --loads, narrow it."
-    yield f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}."
+def _ending(result: FrictionResult) -> str:
+    run, count = result.run, len(result.pairs)
+    rubs = "1 rub" if count == 1 else f"{count} rubs"
+    if run.ending is Ending.DONE:
+        return f"Finished after {run.duration:.1f} s: {rubs} there and back; {run.rest}."
+    if run.ending is Ending.TRIPPED:
+        return f"Stopped by the supervisor after {rubs}: {run.why}; {run.rest}."
+    if run.ending is Ending.LOST and not count:
+        return f"Not finished: nothing was found at the expected place of the surface; {run.rest}."
+    return f"Not finished ({run.ending.value}) after {run.duration:.1f} s and {rubs}; {run.rest}."
 
 
-def _felt(result: FrictionResult) -> Iterator[Figure | None]:
-    points, file = slip_points(result), result.file
-    creeping = file is not None and any(each.creeping for each in file.speeds)
-    bent = result.plan.config.object == "sphere"
-    yield stroke_figure(stroke_curves(result), frictions(result), bent=bent)
-    yield None if points is None else surface_figure(points)
-    yield length_figure(lengths(result), _growth(result))
-    yield speed_figure(speeds(result), _curve(result), creeping=creeping)
+def _rows(
+    intervals: Sequence[Interval], name: str, at_unit: str, at_factor: float, unit: str = "", factor: float = 1.0
+) -> list[tuple[str, str, str, str]]:
+    """Return a row per interval: name, value, unit and interval.
 
-
-def _growth(result: FrictionResult) -> tuple[float, float] | None:
-    """C [m] and gamma of the line through e over the load, if there is one."""
-    file = result.file
-    if file is None or file.spin_length is None or len(measured_lengths(result.found.loads)) < 2:
-        return None
-    return file.spin_length.value, file.load_exponent.value
-
-
-def _curve(result: FrictionResult) -> FloatArray | None:
-    """Speeds [m/s] and mu of the curve through them, shape (2, n); None without one."""
-    curve, felt = result.found.curve, result.found.speeds
-    if curve is None:
-        return None
-    v = np.geomspace(0.8 * felt[0].speed, 1.25 * felt[-1].speed, CURVE_POINTS)
-    return np.stack([v, [curve.friction_at(speed) for speed in v.tolist()]])
+    Args:
+        intervals: Intervals to show.
+        name: Name of the quantity.
+        at_unit: Shown unit of load or speed.
+        at_factor: Factor from the SI unit to `at_unit`.
+        unit: Shown unit of the quantity.
+        factor: Factor from the SI unit to `unit`.
+    """
+    rows = []
+    for each in intervals:
+        true = "" if each.true is None else f"; true {factor * each.true:.4g}"
+        if each.bound:
+            value = f"at least {factor * each.value:.3g}"
+            note = f"{each.reason or 'it never slipped'}: a lower bound"
+        else:
+            scaled = factor * each.value, factor * each.lower, factor * each.upper
+            value, note = value_words(*scaled), interval_words(*scaled)
+        rows.append((f"{name} at {at_factor * each.at:.3g} {at_unit}", value, unit, note + true))
+    return rows
 
 
 def _over_time(result: FrictionResult) -> Iterator[Figure | None]:
     record = result.record
     if not len(record):
         return
-    wanted = np.full(len(record), np.nan)
+    setpoint = np.full(len(record), np.nan)
     for pair in result.pairs:
         for stroke in pair.pair.both:
             inside = (record.time >= stroke.time[0]) & (record.time <= stroke.time[-1])
-            wanted[inside] = pair.rub.normal_force
-    forces = force_overview(recorded_series(record, wanted))
-    yield None if forces is None else replace(forces, caption=OVER_TIME)
+            setpoint[inside] = pair.rub.normal_force
+    forces = force_overview(recorded_series(record, setpoint))
+    yield None if forces is None else replace(forces, caption=_OVER_TIME)
+
+
+def _settings(result: FrictionResult) -> tuple[tuple[str, str], ...]:
+    plan, air = result.plan, result.air
+    config, wanted = plan.config, plan.wanted
+    size = " x ".join(f"{1e3 * length:g}" for length in config.sizes)
+    slip_speeds = ", ".join(f"{1e3 * speed:g}" for speed in sorted({wanted.speed, *wanted.speeds}))
+    zero = "not measured"
+    if air is not None:
+        drift = 1e3 * float(abs(air.moved[:3]).max())
+        shown = f"{drift:.2f} mN" if drift >= _MIN_ZERO_DRIFT else f"less than {_MIN_ZERO_DRIFT:g} mN"
+        zero = f"subtracted; it drifted by {shown}"
+    path, known = library_path(config), result.recognised
+    library = () if path is None else (("library", str(path)),)
+    if path is not None and known is not None:
+        library = (("library", f"{path}; {known.recognition.library.fingertip}"),)
+    return (
+        ("object", f"{config.object}, {size} mm"),
+        ("simulated friction", friction_words(plan) if plan.truth_known else NOT_KNOWN),
+        ("loads", f"{', '.join(f'{load:g}' for load in wanted.loads)} N"),
+        ("slip speeds", f"{slip_speeds} mm/s"),
+        ("strokes", f"{1e3 * wanted.travel:g} to {1e3 * wanted.most_travel:.3g} mm"),
+        ("turns", f"up to {wanted.most_spin:g} rad/s" if wanted.most_spin else "none: this robot cannot"),
+        ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
+        ("sensor's zero", zero),
+        ("landing speed", f"{1e3 * plan.parameters.landing_speed:.3g} mm/s"),
+        ("robot", config.robot),
+        ("seed", str(config.seed)),
+        *library,
+        *cost_row(cost_of(plan.ready.backend)),
+        ("control period", f"{1e3 * plan.ready.backend.period:g} ms"),
+        *log_row(result.run),
+    )
+
+
+def friction_words(plan: FrictionPlan) -> str:
+    """Return the complete friction law of the simulated surface, effects outside the estimates included."""
+    config, plant = plan.config, plan.plant
+    if plant is None:
+        return (
+            f"MuJoCo's friction: mu {config.friction:g}, e {1e3 * config.spin_length:g} mm at all loads, p 2 "
+            "(an ellipse)"
+        )
+    mu = f"mu {plant.kinetic_friction:g}"
+    if plant.static_friction > plant.kinetic_friction:
+        mu += f" ({plant.static_friction:g} at rest, Stribeck speed {1e3 * plant.stribeck_speed:g} mm/s)"
+    if plant.viscous_friction:
+        mu += f", growing by {plant.viscous_friction:g} per m/s"
+    return (
+        f"the friction plant: {mu}, e at 1 N {1e3 * plant.spin_length:g} mm, gamma {plant.load_exponent:g}, "
+        f"p {plant.norm_exponent:g}, skin stiffness {plant.stiffness / 1e3:g} kN/m"
+    )

@@ -1,40 +1,45 @@
-"""The result of rubbing a surface: its friction with intervals, and its recognition in a library."""
+"""Result of rubbing a surface: its friction with intervals, and its recognition in a library."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from palpate.controllers.rub_program import Survey
-from palpate.experiments.friction.found import FrictionFound, found_by, sensor_errors
-from palpate.experiments.friction.library import Recognised, recognised
+from palpate.experiments.friction.estimate import (
+    Friction,
+    FrictionFound,
+    found_by,
+    listed,
+    sensor_errors,
+    slipped,
+    spun,
+)
 from palpate.experiments.friction.plan import FrictionPlan
+from palpate.experiments.friction.recognition import Recognised, recognised
 from palpate.experiments.friction.strokes import FreeAir, RubbedPair, free_air, rubbed_pairs
 from palpate.experiments.friction.summary import friction_file
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.friction.friction_file import FrictionFile
-from palpate.friction.rubbing.sliding import SETTLING
+from palpate.friction.rubbing.sliding import SETTLING, FrictionMeasured
 from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN
-from palpate.robots.known_truth import cost_of
+from palpate.friction.rubbing.twisting import SpinBound, SpinUncertainty
 from palpate.runtime import Record, RunResult
-from palpate.sim.scene_cost import SceneCost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionResult(ShownResult):
-    """How a surface was rubbed, and its friction.
+    """Result of rubbing a surface.
 
     Attributes:
-        plan: What was to be done.
-        run: How the run ended, and its timing.
-        record: Every period.
-        pairs: The rubs that were done there and back.
-        air: The sensor's zero.
-        found: What they measured.
-        file: What is kept of that; None if nothing was rubbed.
-        shortfalls: What could not be done, a sentence each.
-        lost: How often contact was lost that was to be kept.
-        cost: Of the simulated scene; None on a robot.
-        recognised: Its recognition in a library; None without one.
+        plan: Plan of the run.
+        run: Ending and timing of the run.
+        record: Record of every period.
+        pairs: Rubs that were completed there and back.
+        air: Zero of the sensor in free air; None if it was not measured.
+        found: Estimates from the rubs.
+        file: Friction file; None if nothing was rubbed.
+        shortfalls: Parts of the survey that failed, a sentence each.
+        lost: Number of contact losses.
+        recognised: Recognition in a library; None without one.
     """
 
     experiment = "friction"
@@ -48,30 +53,68 @@ class FrictionResult(ShownResult):
     file: FrictionFile | None
     shortfalls: tuple[str, ...]
     lost: int
-    cost: SceneCost | None
     recognised: Recognised | None = None
 
+    @property
+    def no_friction_reason(self) -> str:
+        """Reason why strokes gave only a bound of mu; of several reasons the one closest to slip."""
+        return max((bound_reason(each.friction) for each in self.found.loads), default="", key=len)
 
-def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
-    """Return the result of a run, however it ended.
+    @property
+    def no_static_friction_reason(self) -> str:
+        """Reason why static friction is only a bound."""
+        measured = slipped(self.found.speeds)
+        if any(each.turns is not None for each in measured):
+            return "it stuck and let go a few times only"
+        slowest = min(each.speed for each in measured)
+        return f"mu still rose at the slowest speed, {1e3 * slowest:.3g} mm/s"
+
+    @property
+    def no_spin_length_reason(self) -> str:
+        """Reason why e is unknown, or only bounded; "" if it was measured."""
+        if spun(self.found.loads):
+            return ""
+        if self.plan.wanted.most_spin == 0.0:
+            return "the robot does not turn its tip"
+        doubts = [each.spin.doubt for each in self.found.loads if isinstance(each.spin, SpinBound)]
+        if not doubts:
+            return "no twist was done to its end"
+        if SpinUncertainty.FRICTION_UNKNOWN in doubts:
+            return "it slipped about the normal, but mu is unknown, and twists measure mu e only"
+        if SpinUncertainty.SLID in doubts:
+            return "the finger slid more than it spun"
+        still = "it did not slip about the normal up to the largest twist"
+        if self.file is not None and self.file.spin_length is None:
+            return f"{still}, and mu has no upper bound"
+        return still
+
+
+def bound_reason(friction: Friction) -> str:
+    """Return the reason why strokes gave only a bound; "" if they measured mu."""
+    if isinstance(friction, FrictionMeasured):
+        return ""
+    return "it slipped too briefly, or in one direction only" if friction.partly else "it never slipped"
+
+
+def friction_result(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
+    """Return the result of a run, whatever ended it.
 
     Raises:
-        InvalidValueError: No friction can be estimated from the rubs.
+        InvalidValueError: If no friction can be estimated from the rubs.
     """
     config, wanted, controller = plan.config, plan.wanted, recorded.controller
     rows = recorded.observer.rows()
     air = free_air(rows, controller.air)
     pairs = rubbed_pairs(rows, controller.spans, air)
     errors = sensor_errors(air, plan.calibration)
-    # touch takes one size for the tip, that at the middle of all loads, half of whose compression is the tip's
+    # touch assumes one tip size, that at the middle of all loads; the tip takes half of the compression
     tip_error = 0.25 * (wanted.loads[-1] - wanted.loads[0]) / config.stiffness
     settling = SETTLING + plan.ready.finger.pipeline().delay
-    model = found_by(pairs, wanted.speed, errors, settling, tip_error)
-    library, known = plan.library, None
-    if library is not None:
+    found = found_by(pairs, wanted.speed, errors, settling, tip_error)
+    known, source = None, _provenance(plan, recorded.run)
+    if plan.library is not None:
         recorded.progress("recognising the material")
-        known = recognised(library, model, config, wanted.most_spin)
-    source = provenance(plan, recorded.run)
+        known = recognised(plan.library, found, config, wanted.most_spin)
     if known is not None:
         source += f"; by the library {config.library}: {known.material}"
     return FrictionResult(
@@ -80,24 +123,24 @@ def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
         recorded.record(),
         pairs,
         air,
-        model,
-        friction_file(model, wanted.speed, source, errors),
-        shortfall_words(controller.program),
+        found,
+        friction_file(found, wanted.speed, source, errors),
+        _shortfalls(controller.program),
         controller.lost,
-        cost_of(plan.ready.backend),
         known,
     )
 
 
-def shortfall_words(survey: Survey) -> tuple[str, ...]:
-    """Return what a survey could not do, a sentence each."""
-    sentences = []
-    for loads, how in ((survey.stuck_sliding, "along the surface"), (survey.stuck_turning, "about the normal")):
-        if loads:
-            forces = listed([f"{load:g}" for load in loads])
-            sentences.append(
-                f"At {forces} N it did not slip {how} long enough to be seen, as far as the finger may go."
-            )
+def _shortfalls(survey: Survey) -> tuple[str, ...]:
+    sentences = [
+        f"At {listed([f'{load:g}' for load in loads])} N it did not slip {direction} long enough to be seen, "
+        "within the range of the finger."
+        for loads, direction in (
+            (survey.stuck_sliding, "along the surface"),
+            (survey.stuck_turning, "about the normal"),
+        )
+        if loads
+    ]
     if not survey.exponents_measured:
         sentences.append(
             "Exponents were not measured: that takes slips of both kinds at two loads, the larger at least "
@@ -106,13 +149,7 @@ def shortfall_words(survey: Survey) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def listed(words: Sequence[str]) -> str:
-    """Return words as a list in a sentence: "1, 2 and 4"."""
-    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
-
-
-def provenance(plan: FrictionPlan, result: RunResult) -> str:
-    """Return where the metrics come from, in words."""
+def _provenance(plan: FrictionPlan, result: RunResult) -> str:
     config = plan.config
     by = "the friction plant" if config.on_plant else "MuJoCo's friction"
     what = f"simulated {config.object} ({by})" if plan.truth_known else config.object
