@@ -25,8 +25,8 @@ from palpate.experiments.explore.assumption_check import (
 )
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import felt_in_scan
+from palpate.experiments.explore.plan import WallBound
 from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.wall_bound import WallBound
 from palpate.runtime import Finger, Phase
 from palpate.surfaces import Sphere
 

@@ -13,7 +13,7 @@ from PIL import Image
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.scene_view import scene_view
+from palpate.experiments.kit.scene import scene_view
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run

@@ -10,7 +10,7 @@ from palpate.commands.robot.config import RobotCheckConfig
 from palpate.commands.robot.tool import run_check
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand

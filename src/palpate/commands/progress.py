@@ -7,9 +7,8 @@ from contextlib import AbstractContextManager, contextmanager
 from rich.console import Console
 
 from palpate.commands.say import say
-from palpate.experiments.kit.run_bar import run_bar
 from palpate.runtime import Command, Observation, Observer, Sample
-from palpate.runtime.progress_bar import progress_bar
+from palpate.runtime.progress_bar import progress_bar, run_bar
 
 LINE_INTERVAL = 10.0
 """Wall time between two lines of a run [s], where the output is captured: CI takes longer silence for a hang."""

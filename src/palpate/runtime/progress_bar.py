@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -71,3 +71,10 @@ def progress_bar(
     finally:
         if progress.live.is_started:
             progress.stop()
+
+
+def run_bar(console: Console, expected_duration: float) -> AbstractContextManager[ProgressBar]:
+    """Show the progress of a run of about `expected_duration` [s], on a terminal or in a notebook."""
+    amount = "{task.completed:.0f} of about {task.total:.0f} s on the robot's clock"
+    drawn = console.is_terminal or console.is_jupyter
+    return progress_bar(console, "starting", expected_duration, amount, drawn=drawn)

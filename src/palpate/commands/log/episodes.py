@@ -14,7 +14,7 @@ from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
 from palpate.experiments.kit.registry import experiment_named
-from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.kit.run_report import command_line
 from palpate.exporting.exporter import Episode, Fact
 from palpate.runtime.log import LogReader, log_in
 

@@ -31,7 +31,7 @@ def write_still(scene: ViewScene, frames: Frames, path: Path) -> None:
     Of a hand it is that in which it grips hardest: at its last contact it lets go.
 
     Args:
-        scene: What there is to see, as `palpate.experiments.kit.scene_view` makes it.
+        scene: What there is to see, as `palpate.experiments.kit.scene` makes it.
         frames: The run, at least one period.
         path: The file (PNG).
 

@@ -65,7 +65,7 @@ def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
     shown = None if robot is None else robot.file.backend.shown(robot)
     if shown is robot:
         return plan.view()
-    return experiment.plan(lasting(plan.config), shown, plan.texts()).view()
+    return experiment.plan(lasting(plan.config), shown, plan.attachments()).view()
 
 
 def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:

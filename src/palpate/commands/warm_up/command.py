@@ -23,7 +23,7 @@ from palpate.commands.progress import lively
 from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.compiling import cache_folder
-from palpate.experiments.kit.versions import versions_text
+from palpate.experiments.kit.config_file import versions_text
 from palpate.runtime.progress_bar import progress_bar
 
 KERNELS = ("*.nbi", "*.nbc")

@@ -17,11 +17,10 @@ from palpate.experiments.explore.explored_map import ExploredMap, explored_map, 
 from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.map_growth import MapGrowth, map_growth
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
-from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_run import ProgressCallback, Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.experiment import ShownResult
+from palpate.experiments.kit.recorded_periods import ContactTruth
+from palpate.experiments.kit.recorded_run import ChangeOutcome, ProgressCallback, Recorded
 from palpate.mapping import HeightMap, TouchCloud
 from palpate.mapping.point_normals import point_normals
 from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
@@ -241,7 +240,7 @@ class ExplorationResult(ShownResult):
     def held_motion(self) -> float | None:
         """How far what fingers hold moved in them, at most [m]; None if they hold nothing, NaN on a robot."""
         moved = self.truth.held_position
-        if not self.plan.holding:
+        if not self.plan.fingers[1:]:
             return None
         return float(np.max(np.linalg.norm(moved - moved[:1], axis=1))) if len(moved) else float("nan")
 
@@ -255,13 +254,13 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
     config, record, strategy = plan.config, recorded.record(), recorded.controller.strategy
     felt = ScanContacts.of(
         record,
-        plan.finger,
+        plan.fingers[0],
         half_compliance=plan.half_compliance,
         sensed_force=config.force,
         force_noise=config.noise[0],
     )
     cloud, set_force, truth = felt.cloud, _set_force(plan, recorded, record), recorded.contact_truth
-    assumptions = assumption_check(record, plan.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
+    assumptions = assumption_check(record, plan.fingers[0], stiffness=config.stiffness, kept=felt_in_scan(record))
     target = plan.target if truth.known else None
     mapped = _map(plan, target, record, felt, set_force, assumptions, recorded.progress)
     return ExplorationResult(
@@ -285,7 +284,7 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
 def _tip(plan: ExplorationPlan, record: Record, found: ExploredMap | None) -> TipCheck | None:
     if found is None:
         return None
-    return tip_check(record, plan.finger, felt_in_scan(record), plan.tip_uncertainty, found.budget.aside)
+    return tip_check(record, plan.fingers[0], felt_in_scan(record), plan.tip_uncertainty, found.budget.aside)
 
 
 def _map(
@@ -302,7 +301,7 @@ def _map(
     config = plan.config
     budget = map_budget(
         record,
-        plan.finger,
+        plan.fingers[0],
         kept=felt_in_scan(record),
         set_force=set_force,
         half_compliance=plan.half_compliance,

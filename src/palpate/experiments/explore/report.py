@@ -31,9 +31,9 @@ from palpate.experiments.explore.tables import (
     shape_rows,
     shape_sentence,
 )
-from palpate.experiments.kit.change_outcome import change_rows, change_sentences
-from palpate.experiments.kit.recorded_series import recorded_series
-from palpate.experiments.kit.repeat_words import log_row
+from palpate.experiments.kit.recorded_periods import recorded_series
+from palpate.experiments.kit.recorded_run import change_rows, change_sentences
+from palpate.experiments.kit.run_report import log_row
 from palpate.mapping import TouchCloud
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.computing import computing
@@ -44,9 +44,9 @@ from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
 from palpate.reporting.phases import phase_spans
 from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
-from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
+from palpate.robots.known_truth import NOT_KNOWN, cost_of, cost_row, time_name
 from palpate.runtime import Ending
-from palpate.sim.scene_cost import SceneCost, scene_cost
+from palpate.sim.scene_cost import SceneCost
 
 MILLI = 1e3
 
@@ -451,7 +451,7 @@ def settings(exploration: ExplorationResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
     config, known = exploration.config, exploration.truth.known
     return (
-        ("object", object_line(exploration.plan.task.target, config)),
+        ("object", object_line(exploration.plan.setup.task.target, config)),
         ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
         ("normal force", f"{config.force:g} N{_swing(config)}"),
         ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
@@ -502,5 +502,4 @@ def _force_law(exploration: ExplorationResult) -> tuple[tuple[str, str], ...]:
 
 
 def _cost(exploration: ExplorationResult) -> SceneCost | None:
-    scene = exploration.plan.scene
-    return None if scene is None else scene_cost(scene.model)
+    return cost_of(exploration.plan.ready.backend)

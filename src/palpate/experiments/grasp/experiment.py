@@ -24,11 +24,11 @@ class GraspObject(ExperimentDefaults):
     Config = GraspConfig
     metrics = METRICS
 
-    def plan(self, config: GraspConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "GraspPlan":
+    def plan(self, config: GraspConfig, robot: "Robot | None", attachments: Mapping[str, str]) -> "GraspPlan":
         """See `palpate.experiments.grasp.plan.plan`."""
         from palpate.experiments.grasp.plan import plan
 
-        return plan(config, robot, texts)
+        return plan(config, robot, attachments)
 
     def evaluate(self, plan: "GraspPlan", recorded: "Recorded") -> "GraspResult":
         """Return what came of it."""

@@ -41,7 +41,7 @@ from palpate.experiments.grasp.truth import GraspTruthRecorder
 from palpate.experiments.grasp.unit_text import MILLI
 from palpate.experiments.grasp.wandering import zeros_of
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.scene_view import scene_view
+from palpate.experiments.kit.scene import scene_view
 from palpate.friction.friction_file import (
     FrictionFile,
     friction_file_text,
@@ -237,7 +237,7 @@ class GraspPlan(PlanDefaults):
         rubbed = rubbed_by_plant(self.config)
         return GraspTruthRecorder(truth, controller, self.config, self.hand, self.times.begin, rubbed=rubbed)
 
-    def texts(self) -> dict[str, str]:
+    def attachments(self) -> dict[str, str]:
         """Return what rubbing had found, if that is planned with."""
         return {} if self.found is None else {KNOWN_TEXT: friction_file_text(self.found)}
 
@@ -279,13 +279,13 @@ class GraspPlan(PlanDefaults):
         return scene_view(f"A {self.config.object} in {fingers} fingers", self.task().scene().model)
 
 
-def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> GraspPlan:
+def plan(config: GraspConfig, robot: Robot | None, attachments: Mapping[str, str]) -> GraspPlan:
     """Return a grasp, planned.
 
     Args:
         config: What was asked for.
         robot: That `config.robot` names; None: the simulated hand.
-        texts: What a log kept of friction; empty for a new run.
+        attachments: What a log kept of friction; empty for a new run.
 
     Raises:
         InvalidValueError: The friction file cannot be read, something cannot be, the robot has no hand, or
@@ -295,8 +295,8 @@ def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> 
     hand = grasp_hand(config, robot)
     config = config_on(config, hand)
     found = None
-    if KNOWN_TEXT in texts:
-        found = read_friction_file(texts[KNOWN_TEXT])
+    if KNOWN_TEXT in attachments:
+        found = read_friction_file(attachments[KNOWN_TEXT])
     elif config.friction_file is not None:
         found = load_friction_file(config.friction_file)  # which names the file where it is wrong
     try:

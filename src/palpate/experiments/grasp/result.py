@@ -16,8 +16,8 @@ from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.truth import STAGES, GraspTruth
+from palpate.experiments.kit.experiment import ShownResult
 from palpate.experiments.kit.recorded_run import Recorded
-from palpate.experiments.kit.shown_result import ShownResult
 from palpate.runtime import RunResult
 from palpate.sim.fidelity import GRAVITY
 

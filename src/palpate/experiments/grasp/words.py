@@ -13,7 +13,7 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_l
 from palpate.experiments.grasp.surface import rubbed_by_plant
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.unit_text import MILLI, bears, in_degrees, in_mm, in_percent
-from palpate.experiments.kit.repeat_words import log_row
+from palpate.experiments.kit.run_report import log_row
 from palpate.robots.known_truth import NOT_KNOWN
 from palpate.runtime import Ending
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from palpate.experiments.kit.metric import Finding, Metric
 
@@ -97,7 +97,7 @@ class Plan(Protocol):
         """Return a fresh controller."""
         ...
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """Return what a log keeps besides configuration and robot to plan the very same again, by file name."""
         ...
 
@@ -176,7 +176,7 @@ class PlanDefaults:
         """Return the plan as it is."""
         return self
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """Return nothing: configuration and robot suffice."""
         return {}
 
@@ -217,6 +217,24 @@ class Result(Protocol):
         ...
 
 
+class ShownResult:
+    """A result that a notebook shows by outcome, key metrics and the first figure of its report; a base class.
+
+    Attributes:
+        experiment: Name of the experiment of the result, or `module:Class`.
+    """
+
+    __slots__ = ()
+
+    experiment: ClassVar[str]
+
+    def _repr_html_(self) -> str:
+        from palpate.experiments.kit.registry import experiment_named
+        from palpate.reporting.notebook import report_fragment
+
+        return report_fragment(experiment_named(self.experiment).report(self))
+
+
 class Experiment(Protocol):
     """An idea that can be run, dry-run, recorded, replayed, swept, viewed, compared and reported."""
 
@@ -244,13 +262,13 @@ class Experiment(Protocol):
         """Metrics of a run, the most important first: for terminal, --json, report, sweeps and comparisons."""
         ...
 
-    def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
+    def plan(self, config: Any, robot: "Robot | None", attachments: Mapping[str, str]) -> Plan:
         """Check and build everything; nothing moves, no device is opened.
 
         Args:
             config: What to do, an instance of `Config`.
             robot: What carries it out; None if `config.robot` is None.
-            texts: What the log of an earlier run kept (see `Plan.texts`); empty for a new run.
+            attachments: What the log of an earlier run kept (see `Plan.attachments`); empty for a new run.
 
         Raises:
             InvalidValueError: It cannot be carried out; the message names the remedy.

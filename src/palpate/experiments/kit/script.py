@@ -10,10 +10,10 @@ from rich.console import Console
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer, tell_log, write_result
-from palpate.experiments.kit.run_bar import run_bar
 from palpate.experiments.kit.run_report import run_report
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Command, Observation, Observer, Sample
+from palpate.runtime.progress_bar import run_bar
 
 
 def plan_for(experiment: Experiment, config: Any) -> Plan:
